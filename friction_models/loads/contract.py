@@ -1,0 +1,53 @@
+"""The loads contract: which quantities describe a tribological contact, in which order and unit.
+
+Every array, file, ONNX graph and FMU of the project derives names, units and limits from
+`LOADS` and `MU`. Internally lengths are mm, times s, stresses MPa, temperatures degC.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One named physical quantity.
+
+    Attributes
+    ----------
+    name : str
+        Identifier in code, files and FMUs.
+    unit : str
+        Unit as written in files (``"1"`` for a number).
+    meaning : str
+        What it is, one phrase.
+    lower, upper : float
+        Physical limits (not the domain of any model).
+    nominal : float
+        A value inside every sensible model domain; start value of FMU inputs.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    lower: float
+    upper: float
+    nominal: float
+
+
+LOADS: tuple[Quantity, ...] = (
+    Quantity("v_rel", "mm/s", "relative sliding speed", 0.0, 1e5, 50.0),
+    Quantity("T", "degC", "contact temperature, mean of the two surfaces", -273.15, 2000.0, 80.0),
+    Quantity("sigma_n", "MPa", "contact normal pressure", 0.0, 1e5, 1000.0),
+    Quantity("sd", "mm", "sliding distance of the workpiece point", 0.0, 1e6, 10.0),
+    Quantity("psi", "1", "local surface expansion dA/dA0", 1e-3, 1e3, 1.2),
+)
+MU = Quantity("mu", "1", "coefficient of friction", 0.0, 10.0, 0.08)
+TIME = Quantity("t", "s", "time since the start of the test", 0.0, 1e7, 0.0)
+
+LOAD_NAMES: tuple[str, ...] = tuple(q.name for q in LOADS)
+#: Columns of a time-series data set, in file order.
+POINT_COLUMNS: tuple[str, ...] = ("test_id", TIME.name, *LOAD_NAMES, MU.name)
+#: Units of these columns; `test_id` has none.
+POINT_UNITS: dict[str, str] = {q.name: q.unit for q in (TIME, *LOADS, MU)}
+QUANTITIES: dict[str, Quantity] = {q.name: q for q in (TIME, *LOADS, MU)}

@@ -1,0 +1,47 @@
+"""Errors that a user can act on: one sentence with the name, the value, what is allowed, the nearest name."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class InputError(ValueError):
+    """Bad input from a user: a file, a name, a value or a unit that cannot be used.
+
+    The message is one sentence that names the file or name, the value, what is allowed and, for
+    a misspelt name, the nearest valid one. The command line prints it and exits with code 2.
+    """
+
+
+def nearest(name: str, allowed: Iterable[str]) -> str | None:
+    """Return the allowed name closest to `name`, or None when nothing resembles it."""
+    pool = {str(a).casefold(): str(a) for a in allowed}
+    hits = difflib.get_close_matches(str(name).casefold(), list(pool), n=1, cutoff=0.5)
+    return pool[hits[0]] if hits else None
+
+
+def unknown_name(kind: str, name: object, allowed: Iterable[str], where: str = "") -> InputError:
+    """Build the error for a name outside a closed set.
+
+    Parameters
+    ----------
+    kind : str
+        What the name stands for, for example ``"effect"``.
+    name : object
+        The name that was given.
+    allowed : iterable of str
+        The closed set.
+    where : str
+        File or place where the name stood, or empty.
+
+    Returns
+    -------
+    InputError
+        To be raised by the caller.
+    """
+    names = sorted(str(a) for a in allowed)
+    hint = nearest(str(name), names)
+    place = f"{where}: " if where else ""
+    guess = f"; did you mean {hint!r}?" if hint else ""
+    return InputError(f"{place}unknown {kind} {str(name)!r}; allowed: {', '.join(names)}{guess}")
