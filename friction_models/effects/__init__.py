@@ -1,0 +1,130 @@
+"""The catalogue of physical effects, one file each; users add their own as `tribofmu.effects` entry points."""
+
+from __future__ import annotations
+
+import warnings
+from importlib.metadata import entry_points
+
+from ..loads import InputError, unknown_name
+from .base import Amplitude, Effect, Memory, Shape
+from .batch import Batch
+from .flash_temperature import FlashTemperature
+from .force_zero import ForceZero
+from .pressure_power import PressurePower
+from .pressure_saturation import PressureSaturation
+from .rate_state import RateState
+from .running_in import RunningIn
+from .sensor_drift import SensorDrift
+from .static_peak import StaticPeak
+from .stribeck import Stribeck
+from .surface_expansion import SurfaceExpansion
+from .thermal_breakdown import ThermalBreakdown
+from .thermal_softening import ThermalSoftening
+from .tool_roughness import ToolRoughness
+from .twin_heating import TwinHeating
+from .viscous import Viscous
+from .wear_out import WearOut
+from .work_exhaustion import WorkExhaustion
+
+ENTRY_POINT_GROUP = "tribofmu.effects"
+
+_OWN: tuple[type[Effect], ...] = (
+    Stribeck,
+    Viscous,
+    ThermalSoftening,
+    ThermalBreakdown,
+    PressureSaturation,
+    PressurePower,
+    SurfaceExpansion,
+    RunningIn,
+    WearOut,
+    WorkExhaustion,
+    FlashTemperature,
+    StaticPeak,
+    RateState,
+    Batch,
+    ToolRoughness,
+    SensorDrift,
+    ForceZero,
+    TwinHeating,
+)
+
+
+def load_catalogue() -> dict[str, type[Effect]]:
+    """Return the own effects and those of installed plug-ins by name.
+
+    A plug-in that cannot be used (import error, not an `Effect`, name already taken) is left out with a
+    warning that names it.
+    """
+    catalogue: dict[str, type[Effect]] = {effect.name: effect for effect in _OWN}
+    for entry in entry_points(group=ENTRY_POINT_GROUP):
+        try:
+            effect = entry.load()
+        except Exception as error:
+            warnings.warn(f"effect plug-in {entry.name!r} ({entry.value}) is left out: {error}", stacklevel=2)
+            continue
+        if not (isinstance(effect, type) and issubclass(effect, Effect) and hasattr(effect, "name")):
+            warnings.warn(
+                f"effect plug-in {entry.name!r} ({entry.value}) is left out: not an Effect class",
+                stacklevel=2,
+            )
+        elif effect.name in catalogue:
+            warnings.warn(
+                f"effect plug-in {entry.name!r} ({entry.value}) is left out: the name {effect.name!r} is taken",
+                stacklevel=2,
+            )
+        else:
+            catalogue[effect.name] = effect
+    return catalogue
+
+
+#: Effects by name.
+CATALOGUE: dict[str, type[Effect]] = load_catalogue()
+
+
+def make_effect(effect: str | Effect | type[Effect]) -> Effect:
+    """Return an effect from its name, its class or itself.
+
+    Raises
+    ------
+    InputError
+        A name that the catalogue does not hold, or something that is no effect.
+    """
+    if isinstance(effect, Effect):
+        return effect
+    if isinstance(effect, type) and issubclass(effect, Effect):
+        return effect()
+    if not isinstance(effect, str):
+        raise InputError(f"effect {effect!r}: allowed is a name of the catalogue, or an Effect")
+    if effect not in CATALOGUE:
+        raise unknown_name("effect", effect, CATALOGUE)
+    return CATALOGUE[effect]()
+
+
+__all__ = [
+    "CATALOGUE",
+    "Amplitude",
+    "Batch",
+    "Effect",
+    "FlashTemperature",
+    "ForceZero",
+    "Memory",
+    "PressurePower",
+    "PressureSaturation",
+    "RateState",
+    "RunningIn",
+    "SensorDrift",
+    "Shape",
+    "StaticPeak",
+    "Stribeck",
+    "SurfaceExpansion",
+    "ThermalBreakdown",
+    "ThermalSoftening",
+    "ToolRoughness",
+    "TwinHeating",
+    "Viscous",
+    "WearOut",
+    "WorkExhaustion",
+    "load_catalogue",
+    "make_effect",
+]

@@ -1,0 +1,275 @@
+"""What a physical effect is: a declared term that a friction model lacks or has.
+
+An effect adds ``sum_j amplitude_j * basis_j(loads, shape parameters, memory)`` to the friction coefficient:
+linear in its amplitudes, whose physical sign is declared, and nonlinear in few shape parameters. Amplitude
+zero is the base model. Formulas are written against `friction_models.ops.Ops`, so that the same text
+computes numbers and draws the ONNX graph.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ..loads import InputError, unknown_name
+from ..ops import LoadColumns, Ops, Value
+from ..variables import StateVariable
+
+FloatArray = npt.NDArray[np.float64]
+#: What spans the data have: quantity -> (low, high); loads and derived quantities (`work`, `flash`).
+Spans = Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Amplitude:
+    """A linear strength of an effect.
+
+    Attributes
+    ----------
+    name, unit, meaning : str
+        Identifier, unit, one phrase.
+    sign : {-1, 0, 1}
+        Physical sign; 0 when both directions are physical.
+    start : float
+        A typical value for cold forging, used before any fit.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    sign: Literal[-1, 0, 1]
+    start: float
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A nonlinear shape parameter of an effect.
+
+    Attributes
+    ----------
+    name, unit, meaning : str
+        Identifier, unit, one phrase.
+    lower, upper : float
+        Physical bounds.
+    start : float
+        A typical value for cold forging.
+    values : tuple of float
+        Scan values, when they do not follow the data.
+    follows : str or None
+        Quantity whose span in the data sets the scan values, from ``span[0] * low`` to ``span[1] * high``.
+    span : tuple of float
+        Factors on the low and the high end.
+    points : int
+        Number of scan values; 1 means that the parameter is a scale taken from the data, not fitted.
+    log : bool
+        Geometric instead of even spacing.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    lower: float
+    upper: float
+    start: float
+    values: tuple[float, ...] = ()
+    follows: str | None = None
+    span: tuple[float, float] = (1.0, 1.0)
+    points: int = 8
+    log: bool = True
+
+    @property
+    def fitted(self) -> bool:
+        """Whether the parameter is fitted (and costs a degree of freedom) or only sets a scale."""
+        return len(self.values) > 1 or (not self.values and self.points > 1)
+
+    def grid(self, spans: Spans) -> FloatArray:
+        """Return the scan values for data with these spans."""
+        if self.values or self.follows is None:
+            return np.array(self.values or (self.start,))
+        low, high = spans.get(self.follows, (self.start, self.start))
+        a, b = self.span[0] * low, self.span[1] * high
+        if self.points == 1:
+            return np.clip(
+                np.array([np.sqrt(a * b) if self.log and a > 0 else 0.5 * (a + b)]), self.lower, self.upper
+            )
+        a, b = max(a, self.lower), min(b, self.upper)
+        if not b > a:
+            a, b = max(0.5 * b, self.lower), b
+        if not b > a:
+            return np.clip(np.array([b]), self.lower, self.upper)
+        if self.log:
+            return np.geomspace(max(a, 1e-6 * b), b, self.points)
+        return np.linspace(a, b, self.points)
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What a basis may use beside the loads.
+
+    Attributes
+    ----------
+    mu : Value, shape [n, 1], or None
+        The model's own friction coefficient without the terms that need it.
+    state : mapping
+        Internal states by name, each [n, 1].
+    system : mapping
+        Metadata of the test (system variables) by name, each [n, 1] or [1, 1].
+    """
+
+    mu: Value = None
+    state: Mapping[str, Value] = field(default_factory=dict)
+    system: Mapping[str, Value] = field(default_factory=dict)
+
+
+class Effect:
+    """One physical effect; subclasses declare it and write `basis`.
+
+    Parameters
+    ----------
+    **fixed : float
+        Shape parameters that are known and shall not be fitted, for example ``Stribeck(v_s=20.0)``.
+
+    Raises
+    ------
+    InputError
+        A parameter that the effect does not have, or a value outside its bounds.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    equation: ClassVar[str]
+    latex: ClassVar[str]
+    citation: ClassVar[str]
+    where_it_shows: ClassVar[str]
+    driver: ClassVar[tuple[str, ...]]
+    amplitudes: ClassVar[tuple[Amplitude, ...]]
+    shapes: ClassVar[tuple[Shape, ...]] = ()
+    #: `physics` and `system` terms are exported; a `fault` corrects data and never leaves the laboratory.
+    kind: ClassVar[Literal["physics", "system", "fault"]] = "physics"
+    #: Metadata columns of the test table that the effect needs.
+    metadata: ClassVar[tuple[str, ...]] = ()
+    #: Units of these columns.
+    metadata_units: ClassVar[tuple[str, ...]] = ()
+    #: Names and units of internal states; each obeys an ODE that `rate` gives.
+    states: ClassVar[tuple[tuple[str, str], ...]] = ()
+    #: Whether basis or rate use the model's own friction coefficient.
+    needs_mu: ClassVar[bool] = False
+
+    def __init__(self, **fixed: float) -> None:
+        known = {s.name: s for s in self.shapes}
+        for key, value in fixed.items():
+            if key not in known:
+                raise unknown_name(f"parameter of {self.name}", key, known)
+            shape = known[key]
+            if not shape.lower <= value <= shape.upper:
+                raise InputError(
+                    f"effect {self.name}: {key} = {value!r} {shape.unit} is outside the allowed range "
+                    f"{shape.lower:g} to {shape.upper:g} {shape.unit}"
+                )
+        self.fixed = dict(fixed)
+
+    def __repr__(self) -> str:
+        inside = ", ".join(f"{k}={v!r}" for k, v in self.fixed.items())
+        return f"{type(self).__name__}({inside})"
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and self.fixed == other.fixed  # type: ignore[attr-defined]
+
+    def __hash__(self) -> int:
+        return hash((type(self), tuple(sorted(self.fixed.items()))))
+
+    @property
+    def needs_state(self) -> bool:
+        """Whether the effect remembers (needs time and test of every point)."""
+        return bool(self.states)
+
+    @property
+    def needs_metadata(self) -> bool:
+        """Whether the effect reads the test table."""
+        return bool(self.metadata)
+
+    @property
+    def free_shapes(self) -> tuple[Shape, ...]:
+        """Shape parameters that a fit may move."""
+        return tuple(s for s in self.shapes if s.fitted and s.name not in self.fixed)
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Number of fitted numbers: amplitudes and free shape parameters."""
+        return len(self.amplitudes) + len(self.free_shapes)
+
+    def start_shape(self) -> dict[str, float]:
+        """Return typical shape parameters for cold forging (fixed ones as fixed)."""
+        return {s.name: float(self.fixed.get(s.name, s.start)) for s in self.shapes}
+
+    def grids(self, spans: Spans) -> dict[str, FloatArray]:
+        """Return the scan values of every shape parameter for data with these spans."""
+        return {
+            s.name: np.array([self.fixed[s.name]]) if s.name in self.fixed else s.grid(spans)
+            for s in self.shapes
+        }
+
+    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+        """Return one column of shape [n, 1] per amplitude.
+
+        Parameters
+        ----------
+        x : Ops
+            Back end.
+        L : LoadColumns
+            The five loads.
+        p : mapping
+            Shape parameters; rows of shape [1, g] evaluate g parameter sets at once.
+        memory : Memory
+            States, system variables and own friction coefficient, as far as declared.
+        """
+        raise TypeError(f"effect {self.name!r} declares no basis")
+
+    def start_state(self, p: Mapping[str, Any]) -> tuple[Any, ...]:
+        """Return the states of fresh contact."""
+        return (0.0,) * len(self.states)
+
+    def rate(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+        """Return the time derivative of every state [1/s times its unit]."""
+        return ()
+
+    def advance(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory, dt: Value
+    ) -> tuple[Value, ...]:
+        """Return the states after `dt` seconds under constant loads; forward Euler unless a subclass is exact."""
+        old = [memory.state[name] for name, _ in self.states]
+        return tuple(s + dt * d for s, d in zip(old, self.rate(x, L, p, memory), strict=True))
+
+    def state_variables(self, p: Mapping[str, float]) -> tuple[StateVariable, ...]:
+        """Return the declared states with their start values for shape parameters `p`."""
+        return tuple(
+            StateVariable(name, unit, float(start), ode=True)
+            for (name, unit), start in zip(self.states, self.start_state(p), strict=True)
+        )
+
+    def describe(self) -> dict[str, Any]:
+        """Return the declaration as plain data, for cards and reports."""
+        return {
+            "name": self.name,
+            "title": self.title,
+            "equation": self.equation,
+            "latex": self.latex,
+            "driver": list(self.driver),
+            "kind": self.kind,
+            "citation": self.citation,
+            "where_it_shows": self.where_it_shows,
+            "needs_state": self.needs_state,
+            "metadata": list(self.metadata),
+            "parameters": [
+                {"name": a.name, "unit": a.unit, "meaning": a.meaning, "sign": a.sign}
+                for a in self.amplitudes
+            ]
+            + [
+                {"name": s.name, "unit": s.unit, "meaning": s.meaning, "bounds": [s.lower, s.upper]}
+                for s in self.shapes
+            ],
+        }

@@ -1,0 +1,46 @@
+"""Batch of the lubricant: a system variable, constant within a test."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..ops import LoadColumns, Ops, Value
+from .base import Amplitude, Effect, Memory, Shape
+
+
+class Batch(Effect):
+    """Offset of one batch against all others, ``c_b`` where ``batch`` equals ``deviating``.
+
+    Batches that are named by text are numbered in alphabetical order, from 0.
+    """
+
+    name = "batch"
+    title = "one batch of the lubricant differs"
+    equation = "mu += c_b where batch = deviating, else 0"
+    latex = r"\mu \mathrel{+}= c_b\,[\mathrm{batch}=\mathrm{deviating}]"
+    citation = "blocking, Box, Hunter, Hunter: Statistics for Experimenters (2005)"
+    where_it_shows = "a constant offset of all tests run with one batch"
+    driver = ("batch",)
+    amplitudes = (Amplitude("c_b", "1", "friction of the deviating batch above the others", 0, 0.01),)
+    shapes = (
+        Shape(
+            "deviating",
+            "1",
+            "number of the deviating batch",
+            0.0,
+            1e6,
+            1.0,
+            follows="batch",
+            span=(1.0, 1.0),
+            points=2,
+            log=False,
+        ),
+    )
+    kind = "system"
+    metadata = ("batch",)
+    metadata_units = ("1",)
+
+    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+        distance = x.abs(memory.system["batch"] + 0.0 * L.sd - p["deviating"])
+        return (x.relu(1.0 - distance),)

@@ -1,0 +1,44 @@
+"""Flash temperature: asperities heat beyond the contact temperature and soften."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..ops import LoadColumns, Ops, Value
+from .base import Amplitude, Effect, Memory, Shape
+
+
+class FlashTemperature(Effect):
+    """Extra friction of asperities that stay cold, ``delta_f / (1 + mu sigma_n sqrt(v_rel) / q_c)``.
+
+    ``mu sigma_n sqrt(v_rel)`` is the flash temperature of a fast contact but for material constants; mu is
+    the model's own friction coefficient without this term.
+    """
+
+    name = "flash_temperature"
+    title = "local heating beyond the contact temperature"
+    equation = "mu += delta_f / (1 + mu sigma_n sqrt(v_rel)/q_c)"
+    latex = r"\mu \mathrel{+}= \frac{\Delta\mu_f}{1+\mu\,\sigma_n\sqrt{v_\mathrm{rel}}/q_c}"
+    citation = "Jaeger: Moving sources of heat and the temperature at sliding contacts (1942); Ashby, Abulawi, Kong, Tribol. Trans. 34 (1991)"
+    where_it_shows = "high pressure together with high speed"
+    driver = ("v_rel", "sigma_n")
+    amplitudes = (Amplitude("delta_f", "1", "friction of cold asperities above hot ones", 1, 0.03),)
+    shapes = (
+        Shape(
+            "q_c",
+            "MPa (mm/s)^0.5",
+            "heating at which half of the effect is gone",
+            1e-12,
+            1e6,
+            500.0,
+            follows="flash",
+            span=(0.5, 1.0),
+            points=8,
+        ),
+    )
+    needs_mu = True
+
+    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+        heating = x.relu(memory.mu) * L.sigma_n * x.sqrt(L.v_rel)
+        return (1.0 / (1.0 + heating / p["q_c"]),)

@@ -1,0 +1,39 @@
+"""Pressure saturation: the real contact area stops growing, friction stress meets a ceiling."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..ops import LoadColumns, Ops, Value
+from .base import Amplitude, Effect, Memory, Shape
+
+
+class PressureSaturation(Effect):
+    """Levanov form: friction stress saturates, ``delta_p * (1 - exp(-sigma_n/s_c)) / (sigma_n/s_c)``."""
+
+    name = "pressure_saturation"
+    title = "the real contact area saturates"
+    equation = "mu += delta_p * (1 - exp(-sigma_n/s_c)) / (sigma_n/s_c)"
+    latex = r"\mu \mathrel{+}= \Delta\mu_p\,\frac{1-e^{-\sigma_n/s_c}}{\sigma_n/s_c}"
+    citation = "Wanheim, Bay, Petersen: A theoretically determined model for friction in metal working processes, Wear 28 (1974); Levanov (1976)"
+    where_it_shows = "high against low contact pressure"
+    driver = ("sigma_n",)
+    amplitudes = (Amplitude("delta_p", "1", "friction at low pressure above the saturated one", 1, 0.06),)
+    shapes = (
+        Shape(
+            "s_c",
+            "MPa",
+            "pressure at which the area saturates",
+            1e-9,
+            1e5,
+            800.0,
+            follows="sigma_n",
+            span=(0.3, 1.5),
+            points=10,
+        ),
+    )
+
+    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+        ratio = L.sigma_n / p["s_c"] + 1e-9
+        return ((1.0 - x.exp(-ratio)) / ratio,)

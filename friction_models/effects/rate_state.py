@@ -1,0 +1,73 @@
+"""Rate and state friction: the contact remembers its age; has memory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..ops import LoadColumns, Ops, Value
+from .base import Amplitude, Effect, Memory, Shape
+
+
+class RateState(Effect):
+    """Dieterich law ``a ln(v/v_0) + b ln(v_0 age/D_c)`` with ``d(age)/dt = 1 - v_rel age/D_c``."""
+
+    name = "rate_state"
+    title = "memory of the contact (rate and state)"
+    equation = "mu += a ln((v_rel + v_0/10)/v_0) + b ln(v_0 age/D_c),  d(age)/dt = 1 - v_rel age/D_c"
+    latex = (
+        r"\mu \mathrel{+}= a\ln\frac{v_\mathrm{rel}+v_0/10}{v_0}+b\ln\frac{v_0\theta}{D_c},"
+        r"\quad \dot\theta=1-\frac{v_\mathrm{rel}\theta}{D_c}"
+    )
+    citation = "Dieterich: Modeling of rock friction, J. Geophys. Res. 84 (1979); Marone, Annu. Rev. Earth Planet. Sci. 26 (1998)"
+    where_it_shows = (
+        "after every change of speed: a jump that decays over a fixed distance; first contact after rest"
+    )
+    driver = ("v_rel", "sd")
+    amplitudes = (
+        Amplitude("a", "1", "direct effect of speed", 1, 0.004),
+        Amplitude("b", "1", "effect of the age of the contact", 1, 0.006),
+    )
+    shapes = (
+        Shape("v_0", "mm/s", "reference speed", 1e-9, 1e5, 5.0, follows="v_rel_low", points=1),
+        Shape(
+            "D_c",
+            "mm",
+            "distance over which the contact renews itself",
+            1e-9,
+            100.0,
+            1.0,
+            follows="distance",
+            span=(5.0, 0.2),
+            points=8,
+        ),
+        Shape(
+            "age_0",
+            "s",
+            "age of the contact at the start of a test",
+            1e-6,
+            1e6,
+            1.0,
+            values=(0.1, 10.0, 1000.0),
+        ),
+    )
+    states = (("age", "s"),)
+
+    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+        direct = x.log(L.v_rel / p["v_0"] + 0.1)
+        return (direct, x.log(p["v_0"] / p["D_c"] * x.maximum(memory.state["age"], 1e-12)))
+
+    def start_state(self, p: Mapping[str, Any]) -> tuple[Any, ...]:
+        return (p["age_0"],)
+
+    def rate(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+        return (1.0 - L.v_rel * memory.state["age"] / p["D_c"],)
+
+    def advance(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory, dt: Value
+    ) -> tuple[Value, ...]:
+        # exact for constant speed; (1 - exp(-a))/a is replaced by its limit where the contact rests
+        a = L.v_rel * dt / p["D_c"]
+        safe = x.maximum(a, 1e-6)
+        growth = x.where(a > 1e-6, (1.0 - x.exp(-safe)) / safe, 1.0 - 0.5 * a)
+        return (memory.state["age"] * x.exp(-a) + dt * growth,)

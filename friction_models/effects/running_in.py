@@ -1,0 +1,38 @@
+"""Running-in: friction changes over the first millimetres."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..ops import LoadColumns, Ops, Value
+from .base import Amplitude, Effect, Memory, Shape
+
+
+class RunningIn(Effect):
+    """Exponential approach to the steady level, ``delta_r * exp(-sd/s_r)``; rises or falls."""
+
+    name = "running_in"
+    title = "running-in over the first millimetres"
+    equation = "mu += delta_r * exp(-sd/s_r)"
+    latex = r"\mu \mathrel{+}= \Delta\mu_r\,e^{-s_d/s_r}"
+    citation = "Blau: A model for run-in and other transitions in sliding friction, J. Tribol. 109 (1987)"
+    where_it_shows = "first millimetres of every test; invisible in averages"
+    driver = ("sd",)
+    amplitudes = (Amplitude("delta_r", "1", "friction of the first contact above the run-in one", 0, 0.02),)
+    shapes = (
+        Shape(
+            "s_r",
+            "mm",
+            "running-in distance",
+            1e-6,
+            50.0,
+            3.0,
+            follows="distance",
+            span=(20.0, 0.27),
+            points=8,
+        ),
+    )
+
+    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+        return (x.exp(-L.sd / p["s_r"]),)

@@ -1,0 +1,28 @@
+"""Sensor drift: the measured friction moves with the order in which tests were run; a fault of the data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..ops import LoadColumns, Ops, Value
+from .base import Amplitude, Effect, Memory
+
+
+class SensorDrift(Effect):
+    """Linear drift over the campaign, ``k_d * order/100``; corrects data, is never exported."""
+
+    name = "sensor_drift"
+    title = "the sensor drifts over the campaign"
+    equation = "measured mu += k_d * order/100"
+    latex = r"\mu_\mathrm{meas} \mathrel{+}= k_d\,\mathrm{order}/100"
+    citation = "GUM (JCGM 100:2008), systematic effects of an instrument"
+    where_it_shows = "offset of a test against its place in the order of the campaign"
+    driver = ("order",)
+    amplitudes = (Amplitude("k_d", "1", "drift over one hundred tests", 0, 0.02),)
+    kind = "fault"
+    metadata = ("order",)
+    metadata_units = ("1",)
+
+    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+        return (memory.system["order"] / 100.0 + 0.0 * L.sd,)

@@ -1,0 +1,41 @@
+"""Static peak: break-away friction at the very start of sliding."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..ops import LoadColumns, Ops, Value
+from .base import Amplitude, Effect, Memory, Shape
+
+
+class StaticPeak(Effect):
+    """Break-away peak, ``delta_0 * exp(-(sd/s_0)^2)``, over the first tenths of a millimetre."""
+
+    name = "static_peak"
+    title = "break-away peak"
+    equation = "mu += delta_0 * exp(-(sd/s_0)^2)"
+    latex = r"\mu \mathrel{+}= \Delta\mu_0\,e^{-(s_d/s_0)^2}"
+    citation = (
+        "Rabinowicz: The nature of the static and kinetic coefficients of friction, J. Appl. Phys. 22 (1951)"
+    )
+    where_it_shows = "first points of every test"
+    driver = ("sd",)
+    amplitudes = (Amplitude("delta_0", "1", "static friction above the sliding one", 1, 0.03),)
+    shapes = (
+        Shape(
+            "s_0",
+            "mm",
+            "distance of break-away",
+            1e-6,
+            5.0,
+            0.4,
+            follows="distance",
+            span=(3.0, 0.02),
+            points=5,
+        ),
+    )
+
+    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+        ratio = L.sd / p["s_0"]
+        return (x.exp(-ratio * ratio),)

@@ -1,0 +1,38 @@
+"""Surface expansion: the lubricant film thins as the workpiece surface grows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..ops import LoadColumns, Ops, Value
+from .base import Amplitude, Effect, Memory, Shape
+
+
+class SurfaceExpansion(Effect):
+    """Saturating rise with the grown surface, ``delta_psi * (1 - exp(-(psi - 1)/psi_c))``."""
+
+    name = "surface_expansion"
+    title = "the lubricant film thins as the surface grows"
+    equation = "mu += delta_psi * (1 - exp(-max(psi - 1, 0)/psi_c))"
+    latex = r"\mu \mathrel{+}= \Delta\mu_\psi\left(1-e^{-\max(\psi-1,0)/\psi_c}\right)"
+    citation = "film thickness h = h_0/psi as the governing quantity: Groche et al., Friction (2018)"
+    where_it_shows = "small against moderate surface expansion; nothing at psi = 1"
+    driver = ("psi",)
+    amplitudes = (Amplitude("delta_psi", "1", "friction of the thin film above the thick one", 1, 0.04),)
+    shapes = (
+        Shape(
+            "psi_c",
+            "1",
+            "expansion over which the film thins",
+            1e-3,
+            100.0,
+            0.5,
+            follows="psi_rise",
+            span=(1.5, 0.7),
+            points=10,
+        ),
+    )
+
+    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+        return (1.0 - x.exp(-x.relu(L.psi - 1.0) / p["psi_c"]),)

@@ -1,0 +1,40 @@
+"""Thermal breakdown: the lubricant fails above a temperature."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..ops import LoadColumns, Ops, Value
+from .base import Amplitude, Effect, Memory, Shape
+
+
+class ThermalBreakdown(Effect):
+    """Step from lubricated to dry friction at ``T_b``, ``delta_b / (1 + exp(-(T - T_b)/w))``."""
+
+    name = "thermal_breakdown"
+    title = "the lubricant fails above a temperature"
+    equation = "mu += delta_b / (1 + exp(-(T - T_b)/w))"
+    latex = r"\mu \mathrel{+}= \frac{\Delta\mu_b}{1+e^{-(T-T_b)/w}}"
+    citation = "mixture law mu = beta mu_dry + (1 - beta) mu_wet of the interactive friction model, Hu, Wang, Politis et al., Friction 10 (2022)"
+    where_it_shows = "hot contacts only: flat below the threshold, then a rise"
+    driver = ("T",)
+    amplitudes = (Amplitude("delta_b", "1", "dry friction above the lubricated one", 1, 0.08),)
+    shapes = (
+        Shape(
+            "T_b",
+            "degC",
+            "breakdown temperature",
+            30.0,
+            1200.0,
+            250.0,
+            follows="T",
+            span=(2.0, 1.02),
+            points=16,
+            log=False,
+        ),
+        Shape("w", "K", "width of the transition", 2.0, 200.0, 20.0, values=(8.0, 18.0, 40.0)),
+    )
+
+    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+        return (x.sigmoid((L.T - p["T_b"]) / p["w"]),)

@@ -1,0 +1,41 @@
+"""Thermal softening: the lubricant film shears more easily when warm."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..ops import LoadColumns, Ops, Value
+from .base import Amplitude, Effect, Memory, Shape
+
+T_REF = 20.0  # degC
+
+
+class ThermalSoftening(Effect):
+    """Extra friction of the cold film that fades with temperature, ``delta_T * exp(-((T - 20)/T_s)^n)``."""
+
+    name = "thermal_softening"
+    title = "the lubricant film softens with temperature"
+    equation = "mu += delta_T * exp(-(max(T - 20, 0)/T_s)^n)"
+    latex = r"\mu \mathrel{+}= \Delta\mu_T\,e^{-\left(\max(T-20,0)/T_s\right)^n}"
+    citation = "Ceron, Bay et al.: friction falls with interface temperature, CIRP Annals (2011); exponential law after Reynolds (1886)"
+    where_it_shows = "cold contacts against warm ones, and the heating within a test"
+    driver = ("T",)
+    amplitudes = (Amplitude("delta_T", "1", "friction of the cold film above the soft one", 1, 0.03),)
+    shapes = (
+        Shape(
+            "T_s",
+            "K",
+            "temperature rise over which the film softens",
+            5.0,
+            2000.0,
+            120.0,
+            follows="T_rise",
+            span=(0.5, 1.0),
+            points=10,
+        ),
+        Shape("n", "1", "steepness", 1.0, 4.0, 1.0, values=(1.0, 2.0)),
+    )
+
+    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+        return (x.exp(-x.power(x.relu(L.T - T_REF) / p["T_s"], p["n"])),)

@@ -1,0 +1,28 @@
+"""Tool roughness: a system variable, constant within a test."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..ops import LoadColumns, Ops, Value
+from .base import Amplitude, Effect, Memory
+
+
+class ToolRoughness(Effect):
+    """Ploughing by tool asperities, ``c_Ra * Ra``."""
+
+    name = "tool_roughness"
+    title = "roughness of the tool"
+    equation = "mu += c_Ra * Ra"
+    latex = r"\mu \mathrel{+}= c_{Ra}\,R_a"
+    citation = "Challen, Oxley: An explanation of the different regimes of friction and wear using asperity deformation models, Wear 53 (1979)"
+    where_it_shows = "a constant offset of all tests run with one tool"
+    driver = ("Ra",)
+    amplitudes = (Amplitude("c_Ra", "1/um", "friction per micrometre of roughness", 1, 0.1),)
+    kind = "system"
+    metadata = ("Ra",)
+    metadata_units = ("um",)
+
+    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+        return (memory.system["Ra"] + 0.0 * L.sd,)

@@ -1,0 +1,28 @@
+"""Twin heating: the contact temperature of the twin rises too much or too little; a fault of the data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..ops import LoadColumns, Ops, Value
+from .base import Amplitude, Effect, Memory
+
+
+class TwinHeating(Effect):
+    """Error in proportion to the computed rise of temperature, ``k_h * (T - T_tool)/100``; never exported."""
+
+    name = "twin_heating"
+    title = "the twin heats the contact too much or too little"
+    equation = "measured mu += k_h * (T - T_tool)/100"
+    latex = r"\mu_\mathrm{meas} \mathrel{+}= k_h\,(T-T_\mathrm{tool})/100"
+    citation = "heat transfer coefficient and heat partition of the twin are uncertain: first-order error of a temperature-dependent law"
+    where_it_shows = "in proportion to T - T_tool"
+    driver = ("T",)
+    amplitudes = (Amplitude("k_h", "1", "error at 100 K above the tool", 0, 0.01),)
+    kind = "fault"
+    metadata = ("T_tool",)
+    metadata_units = ("degC",)
+
+    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+        return ((L.T - memory.system["T_tool"]) / 100.0,)

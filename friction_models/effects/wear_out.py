@@ -1,0 +1,31 @@
+"""Wear-out: the film is used up over distance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..ops import LoadColumns, Ops, Value
+from .base import Amplitude, Effect, Memory, Shape
+
+
+class WearOut(Effect):
+    """Late rise over distance, ``delta_w * (1 - exp(-(sd/s_w)^n))``."""
+
+    name = "wear_out"
+    title = "the film wears out over distance"
+    equation = "mu += delta_w * (1 - exp(-(sd/s_w)^n))"
+    latex = r"\mu \mathrel{+}= \Delta\mu_w\left(1-e^{-(s_d/s_w)^n}\right)"
+    citation = "exhaustion of a lubricant film over sliding distance; stretched (Weibull) form of a lifetime"
+    where_it_shows = "end of long tests: flat, then rising"
+    driver = ("sd",)
+    amplitudes = (Amplitude("delta_w", "1", "friction of the worn film above the fresh one", 1, 0.04),)
+    shapes = (
+        Shape(
+            "s_w", "mm", "life of the film", 1e-6, 1e4, 35.0, follows="distance", span=(200.0, 2.0), points=8
+        ),
+        Shape("n", "1", "steepness", 1.5, 8.0, 3.0, values=(2.0, 4.0, 7.0)),
+    )
+
+    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+        return (1.0 - x.exp(-x.power(L.sd / p["s_w"], p["n"])),)

@@ -1,0 +1,51 @@
+"""Work exhaustion: the film fails with the friction work that it has taken; has memory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..ops import LoadColumns, Ops, Value
+from .base import Amplitude, Effect, Memory, Shape
+
+J_PER_MM2 = 1e-3  # one N/mm (= mu * MPa * mm) in J/mm2
+
+
+class WorkExhaustion(Effect):
+    """Failure after accumulated friction work, ``delta_W * (1 - exp(-(W/W_c)^n))``, ``dW/dt = mu sigma_n v_rel``.
+
+    The work is the model's own: its friction coefficient, not the measured one, drives the state.
+    """
+
+    name = "work_exhaustion"
+    title = "the film fails with accumulated friction work"
+    equation = "mu += delta_W * (1 - exp(-(W/W_c)^n)),  dW/dt = mu sigma_n v_rel"
+    latex = (
+        r"\mu \mathrel{+}= \Delta\mu_W\left(1-e^{-(W/W_c)^n}\right),\quad \dot W=\mu\,\sigma_n v_\mathrm{rel}"
+    )
+    citation = "friction work as the measure of film life; compare the diminution law of the interactive friction model, Friction 10 (2022)"
+    where_it_shows = "late in tests with high pressure; curves of all tests collapse on the friction work"
+    driver = ("sigma_n", "sd")
+    amplitudes = (Amplitude("delta_W", "1", "friction of the exhausted film above the fresh one", 1, 0.06),)
+    shapes = (
+        Shape(
+            "W_c",
+            "J/mm2",
+            "friction work that exhausts the film",
+            1e-12,
+            1e4,
+            3.0,
+            follows="work",
+            span=(1.0, 1.5),
+            points=9,
+        ),
+        Shape("n", "1", "steepness", 1.0, 8.0, 3.0, values=(1.0, 2.0, 4.0)),
+    )
+    states = (("work", "J/mm2"),)
+    needs_mu = True
+
+    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+        return (1.0 - x.exp(-x.power(x.relu(memory.state["work"]) / p["W_c"], p["n"])),)
+
+    def rate(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+        return (J_PER_MM2 * memory.mu * L.sigma_n * L.v_rel,)
