@@ -1,0 +1,250 @@
+"""Temperatures of a specimen and the plate that slides under it: 3-D half model, plate advected by whole cells.
+
+The frame is fixed to the specimen. Plate material moves along +x; it is carried by exact shifts of
+whole cells, so that there is no numerical diffusion along the track. Conduction is split: implicit
+sweeps along x and y, then one implicit sweep through the thickness that couples plate, interface and
+specimen in a single tridiagonal system. The friction power enters at the interface between two halves
+of the contact resistance; how it is shared follows from the solution.
+
+Units: mm, N, s, K (1 W/(m K) = 1 N/(s K); 1 W/(m2 K) = 1e-3 N/(mm s K)).
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from friction_models.loads import FloatArray
+
+from ._conduction import interface_means, shift_plate, sweep_across, sweep_depth
+
+
+@dataclass(frozen=True)
+class ThermalBody:
+    """Conductivity [N/(s K), the number of W/(m K)] and heat capacity per volume [N/(mm2 K), MJ/(m3 K)]."""
+
+    conductivity: float
+    capacity: float
+
+    @property
+    def diffusivity(self) -> float:
+        """Thermal diffusivity [mm2/s]."""
+        return self.conductivity / self.capacity
+
+
+#: Cold-work tool steel 1.2379 and case-hardening steel 16MnCr5, handbook values at room temperature.
+PLATE_1_2379 = ThermalBody(20.0, 7.7e-3 * 460.0)
+SPECIMEN_16MNCR5 = ThermalBody(42.0, 7.85e-3 * 470.0)
+
+
+class ContactTemperature(NamedTuple):
+    """Area-weighted means over the contact and the maximum [degC]; `mean` is the mean of both surfaces."""
+
+    mean: float
+    maximum: float
+    plate: float
+    specimen: float
+
+
+@dataclass(frozen=True)
+class ThermalSettings:
+    """Numerical and physical settings of the sliding model.
+
+    Attributes
+    ----------
+    cells : int
+        Plate cells across the contact diameter.
+    surface_layer : float
+        Thickness of the cells at the interface [mm].
+    growth : float
+        Ratio of neighbouring layer thicknesses away from the interface.
+    depth : float
+        Depth of the plate that is modelled [mm].
+    heat_transfer : float
+        Interface heat transfer coefficient [N/(mm s K)]; 35 is 35 000 W/(m2 K).
+    plate, specimen : ThermalBody
+        Material data.
+    """
+
+    cells: int = 24
+    surface_layer: float = 0.05
+    growth: float = 1.25
+    depth: float = 12.0
+    heat_transfer: float = 35.0
+    plate: ThermalBody = PLATE_1_2379
+    specimen: ThermalBody = SPECIMEN_16MNCR5
+
+
+class SlidingContact:
+    """A round (or band-shaped) contact between a specimen and a sliding plate.
+
+    Parameters
+    ----------
+    radius : float
+        Contact radius [mm]; half the length of the band when `band`.
+    height : float
+        Height of the specimen [mm]; its far end touches the punch.
+    speed : float
+        Typical sliding speed [mm/s]; only sets how much plate around the contact is modelled.
+    plate_temperature, specimen_temperature, punch_temperature : float
+        Start temperatures [degC]; fresh plate enters at the plate's.
+    pressure : callable, optional
+        Relative contact pressure over the radius; any scale. Uniform by default.
+    settings : ThermalSettings
+        Resolution and material data.
+    band : bool
+        Two-dimensional contact, infinitely long across the sliding direction.
+    margin : float, optional
+        Plate modelled around the contact [mm]; from the speed by default.
+    """
+
+    def __init__(
+        self,
+        radius: float,
+        height: float = 8.0,
+        *,
+        speed: float = 100.0,
+        plate_temperature: float = 20.0,
+        specimen_temperature: float = 20.0,
+        punch_temperature: float = 20.0,
+        pressure: Callable[[FloatArray], FloatArray] | None = None,
+        settings: ThermalSettings | None = None,
+        band: bool = False,
+        margin: float | None = None,
+    ) -> None:
+        self.settings = settings = settings or ThermalSettings()
+        self.radius, self.height = float(radius), float(height)
+        self.plate_temperature = float(plate_temperature)
+        self.punch_temperature = float(punch_temperature)
+        self.cell = dx = 2.0 * radius / settings.cells
+        if margin is None:
+            # Heat diffuses against the motion over a few times diffusivity / speed.
+            margin = float(np.clip(3.0 * settings.plate.diffusivity / max(speed, 1e-9), 2.0 * dx, radius))
+        before = round(margin / dx)
+        after = max(before, 4) if margin > 0 else 0
+        x = (np.arange(settings.cells + before + after) - before + 0.5) * dx - radius
+        widths = np.array([1.0]) if band else _half_width(radius, settings.cells, margin)
+        y_edges: FloatArray = np.concatenate([[0.0], np.cumsum(widths)]).astype(np.float64)
+        fraction = _covered(x, dx, y_edges, radius, band)
+        self._dy = widths
+        self._fraction = fraction
+        self._plate_layers = layers(settings.surface_layer, settings.growth, settings.depth)
+        self._specimen_layers = layers(settings.surface_layer, settings.growth, self.height)
+        shape = fraction.shape
+        self._plate = np.full((*shape, len(self._plate_layers)), self.plate_temperature)
+        self._specimen = np.full((*shape, len(self._specimen_layers)), float(specimen_temperature))
+        cell_area = dx * widths[None, :] * fraction  # of the half model; a band is 1 mm wide
+        mid = 0.5 * (y_edges[1:] + y_edges[:-1])
+        distance = np.sqrt(x[:, None] ** 2 + (0.0 if band else mid[None, :] ** 2))
+        weight = np.ones(shape) if pressure is None else np.asarray(pressure(np.minimum(distance, radius)))
+        weight = np.where(fraction > 0, np.maximum(weight, 0.0), 0.0)
+        self._full = np.ones(shape)
+        self._area = float(cell_area.sum()) * (1.0 if band else 2.0)
+        # Power density of each contact cell for 1 N mm/s of friction power in the whole contact.
+        self._share = weight / (np.sum(weight * cell_area) * (1.0 if band else 2.0))
+        self._weights = cell_area / cell_area.sum()
+        self._offset = 0.0
+        self.contact = self._measure(0.0)
+
+    @property
+    def area(self) -> float:
+        """Contact area on the grid [mm2]; per mm of width for a band."""
+        return self._area
+
+    def advance(self, dt: float, distance: float, power: float) -> ContactTemperature:
+        """Slide on for `dt` seconds over `distance` mm with a friction power [N mm/s]; return the contact.
+
+        Steps longer than half a cell are divided; the plate shifts by whole cells when it is due.
+        """
+        parts = max(1, int(np.ceil(2.0 * distance / self.cell - 1e-9)))
+        for _ in range(parts):
+            self._step(dt / parts, distance / parts, power)
+        return self.contact
+
+    def heat_content(self, reference: float) -> float:
+        """Return the heat in plate and specimen above a uniform temperature [N mm]; both halves."""
+        s = self.settings
+        cell = (self.cell * self._dy)[None, :, None]
+        plate = cell * self._plate_layers * s.plate.capacity * (self._plate - reference)
+        covered = cell * self._fraction[:, :, None]
+        specimen = covered * self._specimen_layers * s.specimen.capacity * (self._specimen - reference)
+        return float(plate.sum() + specimen.sum()) * (1.0 if self._dy.size == 1 else 2.0)
+
+    def copy(self) -> SlidingContact:
+        """Return an independent copy of the state (arrays that never change are shared)."""
+        other = copy.copy(self)
+        other._plate, other._specimen = self._plate.copy(), self._specimen.copy()
+        return other
+
+    def _step(self, dt: float, distance: float, power: float) -> None:
+        # The lattice runs from half a cell behind its true place to half a cell ahead of it.
+        self._offset += distance / self.cell
+        if self._offset > 0.5:
+            shift_plate(self._plate, self.plate_temperature)
+            self._offset -= 1.0
+        s, heat = self.settings, self._share * power
+        sweep_across(self._plate, self._full, self.cell, self._dy, s.plate.diffusivity * dt)
+        sweep_across(self._specimen, self._fraction, self.cell, self._dy, s.specimen.diffusivity * dt)
+        sweep_depth(
+            self._plate,
+            self._specimen,
+            self._fraction,
+            heat,
+            self._plate_layers,
+            self._specimen_layers,
+            (s.plate.conductivity, s.plate.capacity / dt, s.specimen.conductivity, s.specimen.capacity / dt),
+            s.heat_transfer,
+            self.punch_temperature,
+        )
+        self.contact = self._measure(power)
+
+    def _measure(self, power: float) -> ContactTemperature:
+        s = self.settings
+        plate, specimen, top = interface_means(
+            self._plate,
+            self._specimen,
+            self._weights,
+            self._share * power,
+            self._offset,
+            0.5 * self._plate_layers[0] / s.plate.conductivity,
+            0.5 * self._specimen_layers[0] / s.specimen.conductivity,
+            0.5 / s.heat_transfer,
+        )
+        return ContactTemperature(0.5 * (plate + specimen), top, plate, specimen)
+
+
+def layers(first: float, growth: float, depth: float) -> FloatArray:
+    """Return layer thicknesses [mm] from `first`, growing by `growth`, that add up to `depth`."""
+    count = max(2, int(np.ceil(np.log1p(depth * (growth - 1.0) / first) / np.log(growth))))
+    thickness = first * growth ** np.arange(count)
+    # The surface keeps its resolution; the deep layers take up what is left over.
+    rest = depth - thickness.sum()
+    stretch = np.linspace(0.0, 1.0, count) * thickness
+    return np.asarray(thickness + rest * stretch / stretch.sum())
+
+
+def _half_width(radius: float, cells: int, margin: float) -> FloatArray:
+    """Widths of the cells from the symmetry plane outwards: uniform over the contact, growing outside."""
+    dx = 2.0 * radius / cells
+    widths = [dx] * int(np.ceil(0.5 * cells))
+    outside = 0.0
+    while outside < margin - 1e-9:
+        widths.append(dx * 1.3 ** (1 + len(widths) - int(np.ceil(0.5 * cells))))
+        outside += widths[-1]
+    return np.array(widths)
+
+
+def _covered(x: FloatArray, dx: float, y_edges: FloatArray, radius: float, band: bool) -> FloatArray:
+    """Return the covered share of each cell, from 8 x 8 sample points."""
+    sub = (np.arange(8) + 0.5) / 8.0
+    xs = (x[:, None] + (sub - 0.5)[None, :] * dx).ravel()
+    if band:
+        inside = (np.abs(xs) < radius).astype(float)
+        return inside.reshape(len(x), 8).mean(axis=1)[:, None]
+    ys = (y_edges[:-1, None] + sub[None, :] * np.diff(y_edges)[:, None]).ravel()
+    inside = (xs[:, None] ** 2 + ys[None, :] ** 2 < radius**2).astype(float)
+    return np.asarray(inside.reshape(len(x), 8, len(y_edges) - 1, 8).mean(axis=(1, 3)))
