@@ -1,0 +1,269 @@
+"""The master: runs the components of a system step by step and hands values from one to the other.
+
+Modes
+-----
+gauss_seidel
+    Components run in their order; each sees the newest outputs. Friction first gives the one-step lag
+    of the user subroutine: in step n the forming process uses mu of the loads that it published at the
+    end of step n - 1.
+jacobi
+    All components see the outputs of the previous step: two increments of lag.
+iterated
+    Each step is repeated from a saved FMU state until the exchanged values agree: no lag. Needs FMUs
+    that can save their state; shows what the lag costs.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from friction_models.loads import FloatArray, InputError, unknown_name
+
+from .errors import SimulationError
+from .instance import Instance, Port
+from .runs import Run, write_run
+from .system import System
+from .wiring import Wiring
+
+MODES = ("gauss_seidel", "jacobi", "iterated")
+#: The iterated mode stops when the values of every connection change by less than this share of their largest.
+ITERATION_TOLERANCE = 1e-8
+MAX_ITERATIONS = 50
+
+Progress = Callable[[float], None]
+_Index = npt.NDArray[np.intp]
+
+
+@dataclass
+class _Transfer:
+    """Indices of one connection into the value arrays of its ports."""
+
+    source: str
+    rows: _Index
+    target: str
+    places: _Index
+
+
+class Master:
+    """Runs a system.
+
+    Parameters
+    ----------
+    system : System
+        What to run.
+    mode : {"gauss_seidel", "jacobi", "iterated"}
+        How the components exchange values.
+
+    Raises
+    ------
+    InputError
+        Unknown mode, or a set-up that does not hold (all problems at once).
+    """
+
+    def __init__(self, system: System, mode: str = "gauss_seidel") -> None:
+        if mode not in MODES:
+            raise unknown_name("mode", mode, MODES)
+        self.system = system
+        self.mode = mode
+        self.wiring = Wiring.of(system)
+        if mode == "iterated":
+            for name, description in self.wiring.descriptions.items():
+                if not description.state_can_be_saved:
+                    raise InputError(
+                        f"{system.source}: component {name!r} cannot save its state; mode 'iterated' needs that, "
+                        "allowed for it: gauss_seidel, jacobi"
+                    )
+        self._log: list[str] = []
+        self._iterations: list[int] = []
+        #: Wall time of the stepping loop of the last run [s], without loading and writing.
+        self.loop_seconds = 0.0
+
+    def run(self, folder: str | os.PathLike[str], progress: Progress | None = None, csv: bool = False) -> Run:
+        """Run from 0 to the stop time and write a run folder.
+
+        Parameters
+        ----------
+        folder : path-like
+            The run folder; replaced as a whole when the run is complete, untouched otherwise.
+        progress : callable, optional
+            Called with the share done, 0 to 1.
+        csv : bool
+            Also write ``results.csv``.
+
+        Returns
+        -------
+        Run
+            The run as it was written.
+
+        Raises
+        ------
+        SimulationError
+            A component failed; the message says which, when and why.
+        """
+        self._log, self._iterations = [], []
+        began = time.perf_counter()
+        # Binaries cannot be deleted while they are mapped on some platforms: folders go after the instances.
+        work = Path(tempfile.mkdtemp(prefix="tribofmu-"))
+        try:
+            with ExitStack() as stack:
+                instances = {
+                    name: stack.enter_context(Instance(name, description, _made(work / name), self._log))
+                    for name, description in self.wiring.descriptions.items()
+                }
+                history = self._integrate(instances, progress)
+                timing = {name: instance.seconds for name, instance in instances.items()}
+        finally:
+            shutil.rmtree(work, ignore_errors=True)
+        timing["total"] = time.perf_counter() - began
+        return write_run(Path(folder), self, history, timing, self._log, csv)
+
+    def _integrate(self, instances: dict[str, Instance], progress: Progress | None) -> dict[str, FloatArray]:
+        system, wiring = self.system, self.wiring
+        inputs, outputs, transfers = self._ports()
+        for name, instance in instances.items():
+            instance.initialize(wiring.starts[name], system.stop_time)
+            if outputs[name].variables:
+                instance.read(outputs[name])
+            if inputs[name].variables:
+                self._start_inputs(instance, inputs[name])
+        order = system.evaluation_order()
+        incoming = {name: [t for t in transfers if t.target == name] for name in order}
+        recorded = [
+            (
+                item.label,
+                item.component,
+                np.array([outputs[item.component].index[v.name] for v in item.elements]),
+            )
+            for item in wiring.recorded
+        ]
+        steps, size = system.steps, system.communication_step
+        history = {label: np.empty((steps + 1, len(rows))) for label, _, rows in recorded}
+        advance = {"jacobi": _jacobi, "gauss_seidel": _gauss_seidel, "iterated": self._iterated}[self.mode]
+        loop = time.perf_counter()
+        for k in range(steps + 1):
+            if k:
+                advance(instances, order, incoming, inputs, outputs, (k - 1) * size, size)
+            for label, component, rows in recorded:
+                history[label][k] = outputs[component].values[rows]
+            if progress is not None:
+                progress(k / steps)
+        self.loop_seconds = time.perf_counter() - loop
+        return history
+
+    def _ports(self) -> tuple[dict[str, Port], dict[str, Port], list[_Transfer]]:
+        inputs: dict[str, Port] = {}
+        outputs: dict[str, Port] = {}
+        for name in self.wiring.descriptions:
+            fed = [v for link in self.wiring.links if link.target == name for v in link.targets]
+            given = [v for link in self.wiring.links if link.source == name for v in link.sources]
+            given += [v for item in self.wiring.recorded if item.component == name for v in item.elements]
+            inputs[name] = Port(fed)
+            outputs[name] = Port({v.name: v for v in given}.values())
+        transfers = [
+            _Transfer(
+                link.source,
+                np.array([outputs[link.source].index[v.name] for v in link.sources]),
+                link.target,
+                np.array([inputs[link.target].index[v.name] for v in link.targets]),
+            )
+            for link in self.wiring.links
+        ]
+        return inputs, outputs, transfers
+
+    def _start_inputs(self, instance: Instance, port: Port) -> None:
+        """Let the input buffers begin at the FMU's own start values, where it lets them be read."""
+        try:
+            instance.read(port)
+        except SimulationError:
+            self._log.append(f"{instance.name}: start values of the inputs cannot be read; taken as zero")
+
+    def _iterated(
+        self,
+        instances: dict[str, Instance],
+        order: list[str],
+        incoming: dict[str, list[_Transfer]],
+        inputs: dict[str, Port],
+        outputs: dict[str, Port],
+        now: float,
+        size: float,
+    ) -> None:
+        saved = {name: instance.save_state() for name, instance in instances.items()}
+        try:
+            transfers = [t for found in incoming.values() for t in found]
+            previous = [outputs[t.source].values[t.rows] for t in transfers]
+            for iteration in range(1, MAX_ITERATIONS + 1):
+                if iteration > 1:
+                    for name, instance in instances.items():
+                        instance.restore_state(saved[name])
+                _gauss_seidel(instances, order, incoming, inputs, outputs, now, size)
+                values = [outputs[t.source].values[t.rows] for t in transfers]
+                settled = all(_agree(a, b) for a, b in zip(values, previous))
+                previous = values
+                if iteration > 1 and settled:
+                    self._iterations.append(iteration)
+                    return
+        finally:
+            for name, instance in instances.items():
+                instance.free_state(saved[name])
+        raise SimulationError(
+            f"the iteration at t = {now:g} s did not converge in {MAX_ITERATIONS} repetitions; use the mode 'gauss_seidel'"
+        )
+
+    @property
+    def iterations(self) -> list[int]:
+        """Repetitions of each step of the last run in the mode ``iterated``."""
+        return list(self._iterations)
+
+
+def _transfer(transfers: list[_Transfer], inputs: dict[str, Port], outputs: dict[str, Port]) -> None:
+    for item in transfers:
+        inputs[item.target].values[item.places] = outputs[item.source].values[item.rows]
+
+
+def _gauss_seidel(
+    instances: dict[str, Instance],
+    order: list[str],
+    incoming: dict[str, list[_Transfer]],
+    inputs: dict[str, Port],
+    outputs: dict[str, Port],
+    now: float,
+    size: float,
+) -> None:
+    for name in order:
+        _transfer(incoming[name], inputs, outputs)
+        instances[name].step(inputs[name], outputs[name], now, size)
+
+
+def _jacobi(
+    instances: dict[str, Instance],
+    order: list[str],
+    incoming: dict[str, list[_Transfer]],
+    inputs: dict[str, Port],
+    outputs: dict[str, Port],
+    now: float,
+    size: float,
+) -> None:
+    for name in order:
+        _transfer(incoming[name], inputs, outputs)
+    for name in order:
+        instances[name].step(inputs[name], outputs[name], now, size)
+
+
+def _agree(new: FloatArray, old: FloatArray) -> bool:
+    change = float(np.max(np.abs(new - old), initial=0.0))
+    return change <= ITERATION_TOLERANCE * max(float(np.max(np.abs(new), initial=0.0)), 1e-12)
+
+
+def _made(folder: Path) -> Path:
+    folder.mkdir()
+    return folder

@@ -1,0 +1,232 @@
+"""Run folders: what was run, with which versions and files, and what came out."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import os
+import platform
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from friction_models.loads import FloatArray, InputError, atomic_folder, unknown_name, write_json
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from .forces import ForceComparison, ForceCurve
+    from .master import Master
+
+PACKAGES = ("fmpy", "numpy", "onnx", "onnxruntime", "pandas", "pythonfmu", "scipy", "xarray")
+
+
+@dataclass
+class Run:
+    """A finished run.
+
+    Attributes
+    ----------
+    folder : Path
+        Where it lies: ``system.yaml``, ``manifest.json``, ``results.nc``, ``log.txt``.
+    manifest : dict
+        Versions, file hashes, mode, timing, the synthetic flag.
+    time : ndarray, shape (steps + 1,)
+        Communication points [s].
+    values : dict of str to ndarray
+        ``"forming.force"`` (steps + 1,) or ``"forming.sigma_n"`` (steps + 1, N).
+    units : dict of str to str
+        Unit of each value.
+    """
+
+    folder: Path
+    manifest: dict[str, Any]
+    time: FloatArray
+    values: dict[str, FloatArray]
+    units: dict[str, str]
+
+    @classmethod
+    def load(cls, folder: str | os.PathLike[str]) -> Run:
+        """Read a run folder.
+
+        Raises
+        ------
+        InputError
+            Not a run folder, or its files cannot be read.
+        """
+        import xarray
+
+        place = Path(folder)
+        for name in ("manifest.json", "results.nc"):
+            if not (place / name).is_file():
+                raise InputError(f"{place}: not a run folder ({name} is missing); `simulate -o` writes one")
+        try:
+            manifest = json.loads((place / "manifest.json").read_text(encoding="utf-8"))
+            with xarray.open_dataset(place / "results.nc", engine="netcdf4", decode_times=False) as data:
+                time = np.asarray(data["time"].values, dtype=float)
+                values = {str(n): np.asarray(v.values, dtype=float) for n, v in data.data_vars.items()}
+                units = {str(n): str(v.attrs.get("units", "")) for n, v in data.data_vars.items()}
+        except (OSError, ValueError, KeyError) as error:
+            raise InputError(f"{place}: the run cannot be read ({' '.join(str(error).split())})") from None
+        return cls(place, manifest, time, values, units)
+
+    def __getitem__(self, name: str) -> FloatArray:
+        if name not in self.values:
+            raise unknown_name("result", name, self.values, str(self.folder))
+        return self.values[name]
+
+    @property
+    def synthetic(self) -> bool:
+        """Whether something in the run came from a virtual laboratory."""
+        return bool(self.manifest.get("synthetic", False))
+
+    @property
+    def name(self) -> str:
+        """Name of the system that ran."""
+        return str(self.manifest.get("name", self.folder.name))
+
+    def force_curve(self) -> ForceCurve:
+        """Return force over stroke of the component that recorded both.
+
+        Raises
+        ------
+        InputError
+            No component recorded ``stroke`` and ``force``.
+        """
+        from .forces import ForceCurve
+
+        for label in self.values:
+            component, _, name = label.rpartition(".")
+            if name == "force" and f"{component}.stroke" in self.values:
+                return ForceCurve(self.values[f"{component}.stroke"], self.values[label])
+        raise InputError(
+            f"{self.folder}: no component recorded both 'stroke' and 'force'; recorded: {', '.join(self.values)}"
+        )
+
+    def compare_force(self, press: str | os.PathLike[str]) -> ForceComparison:
+        """Compare the force-stroke curve with a measured one (CSV: stroke [mm], force [kN], repeat)."""
+        from .forces import compare_force, read_press_curve
+
+        return compare_force(self.force_curve(), read_press_curve(press), label=self.name)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return one row a communication point; elements of vectors as ``forming.sigma_n[3]``."""
+        import pandas as pd
+
+        columns: dict[str, FloatArray] = {"time": self.time}
+        for label, values in self.values.items():
+            if values.ndim == 1:
+                columns[label] = values
+            else:
+                columns |= {f"{label}[{k + 1}]": values[:, k] for k in range(values.shape[1])}
+        return pd.DataFrame(columns)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of tribofmu, Python and the packages that results depend on."""
+    found = {"python": platform.python_version(), "tribofmu": _version("tribofmu")}
+    return found | {name: _version(name) for name in PACKAGES}
+
+
+def _version(name: str) -> str:
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return "not installed"
+
+
+def write_run(
+    folder: Path,
+    master: Master,
+    history: dict[str, FloatArray],
+    timing: dict[str, float],
+    log: Sequence[str],
+    csv: bool = False,
+) -> Run:
+    """Write a run folder, beside its place first, and return the run."""
+    system, wiring = master.system, master.wiring
+    time: FloatArray = np.arange(system.steps + 1, dtype=np.float64) * system.communication_step
+    values = {item.label: history[item.label] for item in wiring.recorded}
+    values = {label: array[:, 0] if array.shape[1] == 1 else array for label, array in values.items()}
+    units = {item.label: item.elements[0].unit for item in wiring.recorded}
+    files = {
+        name: {
+            "fmu": description.path.name,
+            "sha256": description.sha256,
+            "model": description.raw.modelName,
+            "guid": description.raw.guid,
+            "generator": description.raw.generationTool or "",
+            "start": dict(system.components[name].start),
+        }
+        for name, description in wiring.descriptions.items()
+    }
+    manifest: dict[str, Any] = {
+        "name": system.name,
+        "synthetic": system.synthetic,
+        "mode": master.mode,
+        "communication_step": system.communication_step,
+        "stop_time": system.stop_time,
+        "steps": system.steps,
+        "seeds": {k: v for k, v in system.provenance.items() if k.endswith("seed")},
+        "provenance": system.provenance,
+        "components": files,
+        "timing_s": {name: round(seconds, 6) for name, seconds in timing.items()}
+        | {"loop": round(master.loop_seconds, 6)},
+        "versions": versions(),
+        "platform": platform.platform(terse=True),
+        "written": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+    if master.mode == "iterated":
+        manifest["iterations"] = {
+            "mean": float(np.mean(master.iterations)),
+            "largest": max(master.iterations),
+        }
+    run = Run(folder, manifest, time, values, units)
+    with atomic_folder(folder) as place:
+        (place / "system.yaml").write_text(system.to_yaml(relative_to=folder.resolve()), encoding="utf-8")
+        write_json(place / "manifest.json", manifest)
+        _write_netcdf(run, place / "results.nc")
+        if csv:
+            run.to_frame().to_csv(place / "results.csv", index=False, lineterminator="\n")
+        (place / "log.txt").write_text("\n".join([*_summary(run), *log]) + "\n", encoding="utf-8")
+    return run
+
+
+def _write_netcdf(run: Run, path: Path) -> None:
+    import xarray
+
+    widths = sorted({a.shape[1] for a in run.values.values() if a.ndim == 2})
+    data = xarray.Dataset(
+        {
+            label: (
+                ("time",) if a.ndim == 1 else ("time", f"point_{a.shape[1]}"),
+                a,
+                {"units": run.units[label]},
+            )
+            for label, a in run.values.items()
+        },
+        coords={"time": ("time", run.time, {"units": "s"})}
+        | {f"point_{n}": (f"point_{n}", np.arange(1, n + 1)) for n in widths},
+        attrs={"name": run.name, "synthetic": int(run.synthetic), "mode": run.manifest["mode"]},
+    )
+    encoding = {label: {"zlib": True, "complevel": 4} for label in data.data_vars}
+    data.to_netcdf(path, engine="netcdf4", encoding=encoding)
+
+
+def _summary(run: Run) -> list[str]:
+    manifest = run.manifest
+    origin = "synthetic data involved" if run.synthetic else "no synthetic data declared"
+    lines = [
+        f"{manifest['written']} {run.name}: {manifest['steps']} steps of {manifest['communication_step']:g} s, "
+        f"mode {manifest['mode']}, {origin}"
+    ]
+    lines += [
+        f"{name}: {part['fmu']} sha256 {part['sha256'][:16]}" for name, part in manifest["components"].items()
+    ]
+    total = max(manifest["timing_s"]["total"], 1e-9)
+    lines += [f"{name}: {s:.3f} s ({100 * s / total:.1f} %)" for name, s in manifest["timing_s"].items()]
+    return lines

@@ -1,0 +1,184 @@
+"""The system description: components, connections and the clock of a co-simulation, as YAML."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
+
+from friction_models.loads import InputError, nearest, unknown_name, write_text
+
+from .errors import collected
+
+StartValue = bool | int | float | str | list[float]
+
+
+class Component(BaseModel):
+    """One FMU and the start values of its parameters and inputs."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    fmu: Path
+    start: dict[str, StartValue] = Field(default_factory=dict)
+
+
+class System(BaseModel):
+    """Components, connections, step and stop time of a co-simulation.
+
+    Attributes
+    ----------
+    name : str
+        Name of the system.
+    communication_step, stop_time : float
+        Fixed step and end of the run [s]; the stop time is a whole number of steps.
+    components : dict of str to Component
+        FMU files and start values; file names are relative to the YAML file.
+    connections : list of str
+        ``"forming.v_rel -> friction.v_rel"``; structured variables connect element by element.
+    order : list of str or None
+        Order of evaluation in the mode ``gauss_seidel``; None: a component named ``friction`` first,
+        the others as they stand in the file.
+    record : list of str or None
+        What the run keeps (``"forming.force"``); None: all outputs.
+    synthetic : bool
+        Whether something in the system comes from a virtual laboratory; goes into every run.
+    provenance : dict
+        Remarks that the run's manifest repeats (seed, level, label of the friction model).
+    """
+
+    model_config = ConfigDict(extra="forbid")
+
+    name: str = "system"
+    communication_step: float = Field(gt=0.0, allow_inf_nan=False)
+    stop_time: float = Field(gt=0.0, allow_inf_nan=False)
+    components: dict[str, Component] = Field(min_length=1)
+    connections: list[str] = Field(default_factory=list)
+    order: list[str] | None = None
+    record: list[str] | None = None
+    synthetic: bool = False
+    provenance: dict[str, bool | int | float | str] = Field(default_factory=dict)
+
+    _folder: Path = PrivateAttr(default_factory=Path.cwd)
+    _source: str = PrivateAttr(default="system")
+
+    @model_validator(mode="after")
+    def _whole_steps(self) -> System:
+        steps = self.stop_time / self.communication_step
+        if abs(steps - round(steps)) > 1e-6 * max(1.0, steps) or round(steps) < 1:
+            raise ValueError(
+                f"stop_time {self.stop_time:g} s is not a whole number of communication steps of {self.communication_step:g} s"
+            )
+        return self
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> System:
+        """Read a YAML file; FMU paths are relative to it.
+
+        Raises
+        ------
+        InputError
+            No such file, not YAML, unknown or missing keys, values out of range; all problems at once.
+        """
+        file = Path(path)
+        if not file.is_file():
+            raise InputError(f"{file}: no such file")
+        try:
+            content = yaml.safe_load(file.read_text(encoding="utf-8"))
+        except (yaml.YAMLError, UnicodeDecodeError) as error:
+            raise InputError(f"{file}: not YAML ({' '.join(str(error).split())})") from None
+        if content is None:
+            raise InputError(f"{file}: the file is empty")
+        if not isinstance(content, dict):
+            raise InputError(f"{file}: a system is a mapping, not a {type(content).__name__}")
+        return cls.from_dict(content, file.resolve().parent, str(file))
+
+    @classmethod
+    def from_dict(
+        cls, content: dict[str, Any], folder: str | os.PathLike[str] = ".", source: str = "system"
+    ) -> System:
+        """Build from a mapping as it stands in the YAML file; `folder` is where relative FMU paths start."""
+        try:
+            system = cls.model_validate(content)
+        except ValidationError as error:
+            raise collected(source, [_sentence(item) for item in error.errors()]) from None
+        system._folder = Path(folder).resolve()
+        system._source = source
+        return system
+
+    def swap(self, component: str, fmu: str | os.PathLike[str]) -> System:
+        """Return a copy in which one component runs another FMU; nothing else changes.
+
+        Raises
+        ------
+        InputError
+            No component of that name.
+        """
+        if component not in self.components:
+            raise unknown_name("component", component, self.components, self._source)
+        copy = self.model_copy(deep=True)
+        copy.components[component].fmu = Path(fmu).resolve()
+        return copy
+
+    def fmu_path(self, component: str) -> Path:
+        """Return the absolute path of a component's FMU."""
+        return (self._folder / self.components[component].fmu).resolve()
+
+    @property
+    def source(self) -> str:
+        """Where the description came from, for messages."""
+        return self._source
+
+    @property
+    def steps(self) -> int:
+        """Number of communication steps of the run."""
+        return round(self.stop_time / self.communication_step)
+
+    def evaluation_order(self) -> list[str]:
+        """Return the components in the order in which `gauss_seidel` evaluates them."""
+        if self.order is not None:
+            return list(self.order)
+        return sorted(self.components, key=lambda name: name != "friction")
+
+    def validate(self) -> None:  # type: ignore[override]
+        """Open every FMU and check the whole set-up.
+
+        Raises
+        ------
+        InputError
+            Lists all problems at once: names, units, lengths, unconnected inputs, unreadable FMUs.
+        """
+        from .wiring import Wiring
+
+        Wiring.of(self)
+
+    def to_yaml(self, relative_to: str | os.PathLike[str] | None = None) -> str:
+        """Return the YAML text; FMU paths absolute, or relative to a folder."""
+        content = self.model_dump(mode="json", exclude_none=True)
+        for name, component in content["components"].items():
+            path = self.fmu_path(name)
+            component["fmu"] = Path(os.path.relpath(path, relative_to) if relative_to else path).as_posix()
+        return str(yaml.safe_dump(content, sort_keys=False, allow_unicode=True))
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the YAML file, with FMU paths relative to its folder."""
+        file = Path(path).resolve()
+        return write_text(file, self.to_yaml(relative_to=file.parent))
+
+
+def _sentence(item: Any) -> str:
+    """One problem that pydantic found, in a sentence with place, value and the nearest valid key."""
+    place = ".".join(str(part) for part in item["loc"])
+    if item["type"] == "extra_forbidden":
+        fields = Component.model_fields if item["loc"][0] == "components" else System.model_fields
+        key = str(item["loc"][-1])
+        hint = nearest(key, fields)
+        guess = f"; did you mean {hint!r}?" if hint else ""
+        return f"unknown key {place!r}; allowed: {', '.join(fields)}{guess}"
+    if item["type"] == "missing":
+        return f"the key {place!r} is missing"
+    text = str(item["msg"]).removeprefix("Value error, ")
+    text = text[0].lower() + text[1:]
+    return f"{place}: {text} (value {item['input']!r})" if place else text

@@ -1,0 +1,235 @@
+"""From names to indices: which output element feeds which input element; all set-up errors at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from friction_models.loads import InputError, unknown_name
+
+from .errors import collected
+from .fmu_files import FmuDescription, Variable, describe
+
+if TYPE_CHECKING:
+    from .system import StartValue, System
+
+NUMBERS = ("Real", "Integer", "Enumeration", "Boolean")
+
+
+@dataclass(frozen=True)
+class Link:
+    """A connection after expansion: element k of `sources` feeds element k of `targets`."""
+
+    source: str
+    sources: tuple[Variable, ...]
+    target: str
+    targets: tuple[Variable, ...]
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A variable that the run keeps; more than one element for structured variables."""
+
+    component: str
+    name: str
+    elements: tuple[Variable, ...]
+
+    @property
+    def label(self) -> str:
+        """Name in the results, ``forming.force``."""
+        return f"{self.component}.{self.name}"
+
+
+@dataclass
+class Wiring:
+    """A system whose names are resolved and whose set-up holds.
+
+    Attributes
+    ----------
+    descriptions : dict of str to FmuDescription
+        By component.
+    links : list of Link
+        Expanded connections.
+    starts : dict
+        By component: pairs of variable and start value.
+    recorded : list of Recorded
+        What the run keeps.
+    """
+
+    descriptions: dict[str, FmuDescription]
+    links: list[Link] = field(default_factory=list)
+    starts: dict[str, list[tuple[Variable, bool | int | float | str]]] = field(default_factory=dict)
+    recorded: list[Recorded] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, system: System) -> Wiring:
+        """Open the FMUs of a system and resolve everything.
+
+        Raises
+        ------
+        InputError
+            Lists all problems: unreadable FMUs, unknown names, units or lengths that do not fit,
+            inputs that are connected twice or not at all.
+        """
+        problems: list[str] = []
+        descriptions: dict[str, FmuDescription] = {}
+        for name in system.components:
+            try:
+                descriptions[name] = describe(system.fmu_path(name))
+            except InputError as error:
+                problems.append(f"component {name!r}: {error}")
+        for name in system.order or []:
+            if name not in system.components:
+                problems.append(str(unknown_name("component", name, system.components, "order")))
+        if system.order is not None and not problems and sorted(system.order) != sorted(system.components):
+            problems.append(
+                f"order {system.order} must name every component once: {', '.join(system.components)}"
+            )
+        wiring = cls(descriptions)
+        broken = set(system.components) - set(descriptions)
+        for connection in system.connections:
+            problems += wiring._connect(connection, broken)
+        for name, description in descriptions.items():
+            problems += wiring._start(name, description, system.components[name].start)
+        if not problems:
+            problems += wiring._unconnected()
+        problems += wiring._record(system.record, broken)
+        if problems:
+            raise collected(system.source, problems)
+        return wiring
+
+    def _endpoint(self, text: str, causality: str, connection: str) -> tuple[str, list[Variable]]:
+        component, dot, name = text.strip().partition(".")
+        if not dot:
+            raise InputError(f"connection {connection!r}: {text.strip()!r} is not 'component.variable'")
+        if component not in self.descriptions:
+            raise unknown_name("component", component, self.descriptions, f"connection {connection!r}")
+        elements = self.descriptions[component].resolve(name, f"{causality} of {component!r}", causality)
+        if elements[0].causality != causality:
+            raise InputError(
+                f"connection {connection!r}: {text.strip()!r} is of causality {elements[0].causality!r}, allowed: {causality!r}"
+            )
+        return component, elements
+
+    def _connect(self, connection: str, broken: set[str]) -> list[str]:
+        left, arrow, right = connection.partition("->")
+        if not arrow:
+            return [f"connection {connection!r} is not of the form 'component.output -> component.input'"]
+        if {left.strip().partition(".")[0], right.strip().partition(".")[0]} & broken:
+            return []
+        problems, ends = [], []
+        for text, causality in ((left, "output"), (right, "input")):
+            try:
+                ends.append(self._endpoint(text, causality, connection))
+            except InputError as error:
+                problems.append(str(error))
+        if problems:
+            return problems
+        (source, sources), (target, targets) = ends
+        if len(sources) != len(targets):
+            return [
+                f"connection {connection!r}: {left.strip()} has {len(sources)} elements, {right.strip()} has {len(targets)}; "
+                f"allowed: equal numbers (a friction FMU is packed with --nodes {len(sources) if source != 'friction' else len(targets)})"
+            ]
+        for a, b in zip(sources, targets):
+            if a.unit and b.unit and a.unit != b.unit:
+                return [
+                    f"connection {connection!r}: {a.name!r} is in {a.unit!r}, {b.name!r} in {b.unit!r}; allowed: the same unit"
+                ]
+            if a.type != b.type or a.type not in NUMBERS:
+                return [
+                    f"connection {connection!r}: {a.name!r} is of type {a.type}, {b.name!r} of type {b.type}; allowed: the same numeric type"
+                ]
+        taken = {(k.target, v.name) for k in self.links for v in k.targets}
+        twice = [v.name for v in targets if (target, v.name) in taken]
+        if twice:
+            return [
+                f"connection {connection!r}: the input {target}.{twice[0]} is already connected; allowed: one source"
+            ]
+        self.links.append(Link(source, tuple(sources), target, tuple(targets)))
+        return []
+
+    def _start(self, name: str, description: FmuDescription, starts: dict[str, StartValue]) -> list[str]:
+        problems = []
+        pairs = self.starts.setdefault(name, [])
+        for key, value in starts.items():
+            where = f"component {name!r}: start value"
+            try:
+                elements = description.resolve(key, f"variable of {name!r}")
+            except InputError as error:
+                problems.append(f"{where}: {error}")
+                continue
+            if elements[0].causality not in {"input", "parameter"}:
+                problems.append(
+                    f"{where} {key!r} is of causality {elements[0].causality!r}; allowed: input, parameter"
+                )
+                continue
+            values = list(value) if isinstance(value, list) else [value] * len(elements)
+            if len(values) != len(elements):
+                problems.append(f"{where} {key!r} has {len(values)} elements, the FMU has {len(elements)}")
+                continue
+            wrong = [v for v, e in zip(values, elements) if not _fits(v, e.type)]
+            if wrong:
+                problems.append(f"{where} {key!r} is {wrong[0]!r}; allowed: {elements[0].type}")
+                continue
+            pairs += list(zip(elements, values))
+        return problems
+
+    def _unconnected(self) -> list[str]:
+        fed = {(link.target, v.name) for link in self.links for v in link.targets}
+        fed |= {(name, v.name) for name, pairs in self.starts.items() for v, _ in pairs}
+        problems = []
+        for name, description in self.descriptions.items():
+            for base, elements in description.arrays.items():
+                open_ = [v.name for v in elements if v.causality == "input" and (name, v.name) not in fed]
+                if not open_:
+                    continue
+                what = f"{name}.{base}" if len(open_) == len(elements) else f"{name}.{open_[0]}"
+                hint = self._source_like(base, name)
+                guess = f"; connect it, for example '{hint} -> {what}'" if hint else ""
+                problems.append(
+                    f"the input {what} is not connected and has no start value{guess or '; allowed: a connection or a start value'}"
+                )
+        return problems
+
+    def _source_like(self, base: str, target: str) -> str | None:
+        for name, description in self.descriptions.items():
+            found = description.arrays.get(base)
+            if name != target and found and found[0].causality == "output":
+                return f"{name}.{base}"
+        return None
+
+    def _record(self, record: Iterable[str] | None, broken: set[str]) -> list[str]:
+        if record is None:
+            for name, description in self.descriptions.items():
+                self.recorded += [
+                    Recorded(name, base, tuple(elements))
+                    for base, elements in description.arrays.items()
+                    if elements[0].causality == "output" and elements[0].type in NUMBERS
+                ]
+            return []
+        problems = []
+        for text in record:
+            component, _, name = text.strip().partition(".")
+            if component in broken:
+                continue
+            try:
+                if component not in self.descriptions:
+                    raise unknown_name("component", component, self.descriptions, f"record {text!r}")
+                elements = self.descriptions[component].resolve(name, f"variable of {component!r}")
+            except InputError as error:
+                problems.append(str(error))
+                continue
+            self.recorded.append(Recorded(component, name, tuple(elements)))
+        return problems
+
+
+def _fits(value: object, kind: str) -> bool:
+    if kind == "Boolean":
+        return isinstance(value, bool)
+    if kind in {"Integer", "Enumeration"}:
+        return isinstance(value, int) and not isinstance(value, bool)
+    if kind == "String":
+        return isinstance(value, str)
+    return isinstance(value, int | float) and not isinstance(value, bool)
