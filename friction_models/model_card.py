@@ -1,0 +1,101 @@
+"""The model card: what a model is, what it was trained on, how well it does, where it holds."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from importlib import metadata
+from typing import TYPE_CHECKING, Any
+
+from .loads import LOADS
+
+if TYPE_CHECKING:
+    from .base import FrictionModel
+
+PACKAGES = ("numpy", "scikit-learn", "torch", "onnx")
+
+
+def package_version(name: str) -> str | None:
+    """Return the version of an installed distribution, or None."""
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that a training depends on."""
+    found = {name: package_version(name) for name in ("tribofmu", *PACKAGES)}
+    return {"python": platform.python_version()} | {k: v for k, v in found.items() if v is not None}
+
+
+def build_card(model: FrictionModel) -> dict[str, Any]:
+    """Return the card of a fitted model as a JSON-able dict."""
+    model.require_fitted()
+    training: Mapping[str, Any] = getattr(model, "training_", {})
+    untrained: dict[str, Any] = {"points": 0, "tests": None, "synthetic": None, "provenance": {}}
+    return {
+        "name": model.name,
+        "family": model.family,
+        "formula": model.formula_text(),
+        "parameters": model._plain_params(),
+        "data": dict(training.get("data", untrained)),
+        "splits": dict(training.get("splits", {})),
+        "errors": dict(getattr(model, "errors_", {})),
+        "domain": model.domain.to_dict(),
+        "states": [s.to_dict() for s in model.states],
+        "system_variables": [s.to_dict() for s in model.system_variables],
+        "versions": dict(training.get("versions", versions())),
+    }
+
+
+def card_text(card: Mapping[str, Any]) -> str:
+    """Return the card as Markdown."""
+    data, splits = card["data"], card["splits"]
+    label = {True: "SYNTHETIC (virtual laboratory)", False: "measured", None: "not recorded"}
+    tests = data.get("tests")
+    lines = [
+        f"# Friction model: {card['name']}",
+        "",
+        "Coefficient of friction as a function of the five tribological loads.",
+        "",
+        f"- Law: `{card['formula']}`",
+        f"- Family: {card['family']}",
+        f"- Training data: {data.get('points', 0)} points" + (f" of {tests} whole tests" if tests else ""),
+        f"- Origin of the data: {label.get(data.get('synthetic'), 'not recorded')}",
+    ]
+    lines += [f"- {key}: {value}" for key, value in data.get("provenance", {}).items()]
+    lines += [f"- Parameter {key}: {value}" for key, value in card["parameters"].items()]
+    lines += ["", "## Errors", ""]
+    if card["errors"]:
+        lines += [
+            "| split | MAE | RMSE | bias | worst test MAE | points | tests |",
+            "|---|---|---|---|---|---|---|",
+        ]
+        for split, e in card["errors"].items():
+            worst = f"{e['mae_worst_test']:.5f}" if "mae_worst_test" in e else ""
+            lines.append(
+                f"| {split} | {e['mae']:.5f} | {e['rmse']:.5f} | {e['bias']:+.5f} | {worst} "
+                f"| {e['points']:g} | {e.get('tests', '')} |"
+            )
+        lines += [
+            "",
+            "`train` is the error on the data the model was fitted to; judge a model by tests held out.",
+        ]
+    else:
+        lines.append("None recorded: the model was not fitted to data.")
+    lines += ["", "## Domain", "", "| load | meaning | from | to | unit |", "|---|---|---|---|---|"]
+    for q in LOADS:
+        low, high = card["domain"][q.name]
+        lines.append(f"| {q.name} | {q.meaning} | {low:.6g} | {high:.6g} | {q.unit} |")
+    lines += ["", "Outside this range the model extrapolates; mu is never negative."]
+    for title, key in (("Internal states", "states"), ("System variables", "system_variables")):
+        if card[key]:
+            lines += ["", f"## {title}", ""]
+            lines += [f"- {v['name']} [{v['unit']}], start {v['start']:g}" for v in card[key]]
+    train = splits.get("train")
+    if train:
+        listed = ", ".join(train) if isinstance(train, list) else f"{train} tests"
+        lines += ["", "## Split", "", f"By whole tests. Trained on: {listed}"]
+    lines += ["", "## Versions", ""] + [f"- {k} {v}" for k, v in card["versions"].items()]
+    return "\n".join(lines) + "\n"

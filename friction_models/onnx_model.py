@@ -1,0 +1,200 @@
+"""An ONNX friction model run by ONNX Runtime."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .domain import Domain
+from .loads import LOAD_NAMES, FloatArray, InputError, TriboLoads
+
+#: Larger files are refused; real models are below a few megabytes.
+MAX_ONNX_BYTES = 256 * 1024**2
+
+
+class OnnxModel:
+    """Session of ONNX Runtime on one file, one thread.
+
+    Parameters
+    ----------
+    path : path-like
+        A file written by `export`, or any ONNX file with the same inputs and outputs.
+
+    Attributes
+    ----------
+    metadata : dict
+        The ``tribofmu.*`` entries, decoded (without the prefix).
+    states, system_variables : list of dict
+        Entries of `tribofmu.state` and `tribofmu.system`.
+    domain : Domain or None
+        Trained domain, where the file holds one.
+
+    Raises
+    ------
+    InputError
+        No such file, too large, not ONNX, external data, or inputs and outputs of another kind.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path)
+        content = read_onnx(self.path)
+        import onnxruntime
+
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = options.inter_op_num_threads = 1
+        options.log_severity_level = 4
+        try:
+            self._session = onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
+        except Exception as error:  # ONNX Runtime's error classes are not public
+            raise InputError(
+                f"{self.path}: ONNX Runtime refuses the graph ({str(error).splitlines()[0][:160]})"
+            ) from None
+        self._check_signature()
+        self.metadata = self._read_metadata()
+        self.states: list[dict[str, Any]] = self._entries("state")
+        self.system_variables: list[dict[str, Any]] = self._entries("system")
+        domain = self.metadata.get("domain")
+        self.domain = None if domain is None else Domain.from_dict(domain)
+
+    def predict(
+        self,
+        loads: TriboLoads | npt.ArrayLike,
+        state: npt.ArrayLike | None = None,
+        system: npt.ArrayLike | None = None,
+    ) -> FloatArray:
+        """Return mu, shape (n,), at loads of shape (n, 5).
+
+        `state` of shape (n, k) is by default its start value, `system` of shape (m,) likewise.
+        """
+        feed = self._feed(loads, state, system)
+        if self._session_inputs & {"dt"}:
+            feed["dt"] = np.zeros(1)
+        return self._session.run(["mu"], feed)[0][:, 0]
+
+    def step(
+        self,
+        loads: TriboLoads | npt.ArrayLike,
+        state: npt.ArrayLike | None,
+        dt: float,
+        system: npt.ArrayLike | None = None,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return mu, shape (n,), before the step and the states, shape (n, k), after `dt` seconds.
+
+        Raises
+        ------
+        InputError
+            The model has no memory, or shapes do not fit.
+        """
+        if "state_next" not in self._session_outputs:
+            raise InputError(f"{self.path}: the model has no memory; allowed: predict")
+        feed = self._feed(loads, state, system) | {"dt": np.array([float(dt)])}
+        mu, following = self._session.run(["mu", "state_next"], feed)
+        return mu[:, 0], following
+
+    def start_state(self, points: int) -> FloatArray:
+        """Return the states of fresh contact points, shape (points, k)."""
+        return np.tile(np.array([s["start"] for s in self.states], dtype=np.float64), (points, 1))
+
+    def _feed(
+        self,
+        loads: TriboLoads | npt.ArrayLike,
+        state: npt.ArrayLike | None,
+        system: npt.ArrayLike | None,
+    ) -> dict[str, FloatArray]:
+        points = loads if isinstance(loads, TriboLoads) else TriboLoads.from_array(loads)
+        feed = {"loads": points.as_array()}
+        if "state" in self._session_inputs:
+            held = self.start_state(len(points)) if state is None else np.asarray(state, dtype=np.float64)
+            if held.shape != (len(points), len(self.states)):
+                raise InputError(
+                    f"{self.path}: state has shape {held.shape}, allowed: {(len(points), len(self.states))}"
+                )
+            feed["state"] = held
+        if "system" in self._session_inputs:
+            start = [v["start"] for v in self.system_variables]
+            values = np.asarray(start if system is None else system, dtype=np.float64).reshape(1, -1)
+            if values.shape[1] != len(start):
+                raise InputError(f"{self.path}: {values.shape[1]} system variables, allowed: {len(start)}")
+            feed["system"] = values
+        return feed
+
+    def _check_signature(self) -> None:
+        inputs = {i.name: i for i in self._session.get_inputs()}
+        outputs = {o.name: o for o in self._session.get_outputs()}
+        self._session_inputs, self._session_outputs = set(inputs), set(outputs)
+        unknown = self._session_inputs - {"loads", "state", "dt", "system"}
+        loads, mu = inputs.get("loads"), outputs.get("mu")
+        fits = (
+            loads is not None
+            and mu is not None
+            and not unknown
+            and loads.type == mu.type == "tensor(double)"
+            and len(loads.shape) == 2
+            and loads.shape[1] == len(LOAD_NAMES)
+            and ("state" in inputs) == ("state_next" in outputs) == ("dt" in inputs)
+        )
+        if not fits:
+            shown = ", ".join(f"{i.name} {i.type} {i.shape}" for i in inputs.values())
+            raise InputError(
+                f"{self.path}: inputs {shown:.200} and outputs {sorted(outputs)!r:.100}; allowed: loads double "
+                "[n, 5] (state, dt, system) to mu double [n, 1] (state_next, state_der)"
+            )
+
+    def _read_metadata(self) -> dict[str, Any]:
+        stored = self._session.get_modelmeta().custom_metadata_map
+        decoded = {}
+        for key, text in sorted(stored.items()):
+            if key.startswith("tribofmu."):
+                try:
+                    decoded[key.removeprefix("tribofmu.")] = json.loads(text)
+                except (ValueError, RecursionError):
+                    raise InputError(f"{self.path}: metadata {key!r} is not JSON; allowed: JSON") from None
+        return decoded
+
+    def _entries(self, kind: str) -> list[dict[str, Any]]:
+        entries = self.metadata.get(kind, [])
+        good = isinstance(entries, list) and all(
+            isinstance(e, dict) and isinstance(e.get("start"), (int, float)) for e in entries
+        )
+        if not good or bool(entries) != (kind in self._session_inputs):
+            raise InputError(
+                f"{self.path}: metadata 'tribofmu.{kind}' does not fit the inputs; allowed: one entry with a "
+                f"start value for each column of {kind!r}"
+            )
+        return entries
+
+
+def read_onnx(path: Path) -> bytes:
+    """Return the bytes of a checked ONNX file.
+
+    Raises
+    ------
+    InputError
+        No such file, too large, not valid ONNX, or weights in other files.
+    """
+    import onnx
+    from google.protobuf.message import DecodeError
+
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    if path.stat().st_size > MAX_ONNX_BYTES:
+        raise InputError(f"{path}: {path.stat().st_size} bytes, allowed: at most {MAX_ONNX_BYTES}")
+    content = path.read_bytes()
+    try:
+        model = onnx.load_from_string(content)
+        external = [t.name for t in model.graph.initializer if t.data_location == onnx.TensorProto.EXTERNAL]
+        if external or b"external_data" in content:
+            raise InputError(
+                f"{path}: weights {', '.join(external)!r:.60} are stored in other files; allowed: one file"
+            )
+        onnx.checker.check_model(model)
+    except (DecodeError, onnx.checker.ValidationError, ValueError, TypeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path}: not a valid ONNX file ({str(error).splitlines()[0][:120]})") from None
+    return content

@@ -1,0 +1,35 @@
+"""Error measures of a prediction of mu, over all points and over whole tests."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ..loads import FloatArray
+
+
+def error_measures(
+    mu: FloatArray, predicted: FloatArray, groups: npt.NDArray[np.str_] | None = None
+) -> dict[str, float]:
+    """Return error measures of `predicted` against `mu`, both of shape (n,).
+
+    Returns
+    -------
+    dict
+        ``mae``, ``rmse``, ``bias`` (mean of predicted - measured) and ``max_error`` over the points,
+        ``points``; with `groups` also ``tests`` and ``mae_worst_test``, the largest MAE of one test.
+    """
+    error = predicted - mu
+    measures = {
+        "mae": float(np.mean(np.abs(error))),
+        "rmse": float(np.sqrt(np.mean(error**2))),
+        "bias": float(np.mean(error)),
+        "max_error": float(np.max(np.abs(error))),
+        "points": len(error),
+    }
+    if groups is not None:
+        _, test = np.unique(groups, return_inverse=True)
+        counts = np.bincount(test)
+        measures["tests"] = len(counts)
+        measures["mae_worst_test"] = float(np.max(np.bincount(test, weights=np.abs(error)) / counts))
+    return measures
