@@ -34,13 +34,16 @@ def build_card(model: FrictionModel) -> dict[str, Any]:
     model.require_fitted()
     training: Mapping[str, Any] = getattr(model, "training_", {})
     untrained: dict[str, Any] = {"points": 0, "tests": None, "synthetic": None, "provenance": {}}
+    splits = dict(training.get("splits", {}))
+    if hasattr(model, "validation_tests_"):
+        splits["validation"] = list(model.validation_tests_)
     return {
         "name": model.name,
         "family": model.family,
         "formula": model.formula_text(),
         "parameters": model._plain_params(),
         "data": dict(training.get("data", untrained)),
-        "splits": dict(training.get("splits", {})),
+        "splits": splits,
         "errors": dict(getattr(model, "errors_", {})),
         "domain": model.domain.to_dict(),
         "states": [s.to_dict() for s in model.states],
@@ -97,5 +100,7 @@ def card_text(card: Mapping[str, Any]) -> str:
     if train:
         listed = ", ".join(train) if isinstance(train, list) else f"{train} tests"
         lines += ["", "## Split", "", f"By whole tests. Trained on: {listed}"]
+        if splits.get("validation"):
+            lines.append(f"Of these, held out to stop the training: {', '.join(splits['validation'])}")
     lines += ["", "## Versions", ""] + [f"- {k} {v}" for k, v in card["versions"].items()]
     return "\n".join(lines) + "\n"

@@ -1,0 +1,179 @@
+"""Errors of a model on data: overall, by role of the tests, test by test."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+import pandas as pd
+
+from ..loads import LOAD_NAMES, MU, DataSet, FloatArray, InputError, check_column, missing_column
+from .measures import error_measures
+
+if TYPE_CHECKING:
+    from ..base import FrictionModel
+
+#: Typical accuracy of a tribometer in mu; tests with a smaller MAE count as described.
+TRIBOMETER_ACCURACY = 0.01
+WORST_SHOWN = 5
+
+
+class Predictor(Protocol):
+    """Anything that predicts mu for a table of points."""
+
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray: ...
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Measured errors of one model.
+
+    Attributes
+    ----------
+    model : str
+        Name of the model.
+    overall : dict
+        Measures over all points (`error_measures`), `outside_domain` (share of points outside the trained
+        domain) and `tests_within_accuracy` (share of tests with an MAE below 0.01).
+    roles : dict of dict
+        The same by role (``train``, ``test``); empty where no role is recorded.
+    per_test : pandas.DataFrame
+        One row a test, worst first: `test_id, role, points, mae, rmse, bias, max_error, outside_domain`.
+    synthetic : bool or None
+        Whether the data is labelled synthetic.
+    """
+
+    model: str
+    overall: dict[str, float]
+    roles: dict[str, dict[str, float]]
+    per_test: pd.DataFrame = field(repr=False)
+    synthetic: bool | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return a JSON-able dict: `model, synthetic, overall, roles, per_test`."""
+        return {
+            "model": self.model,
+            "synthetic": self.synthetic,
+            "overall": self.overall,
+            "roles": self.roles,
+            "per_test": self.per_test.to_dict(orient="records"),
+        }
+
+    def report(self) -> str:
+        """Return a text report."""
+        label = " (synthetic data)" if self.synthetic else ""
+        lines = [f"Evaluation of {self.model}{label}", ""]
+        lines.append(
+            f"{'':12s}{'MAE':>9s}{'RMSE':>9s}{'bias':>10s}{'max':>9s}{'tests':>7s}{'points':>8s}"
+            f"{'within 0.01':>13s}{'outside domain':>16s}"
+        )
+        for name, m in {**self.roles, "all": self.overall}.items():
+            lines.append(
+                f"{name:12s}{m['mae']:9.5f}{m['rmse']:9.5f}{m['bias']:+10.5f}{m['max_error']:9.4f}"
+                f"{m['tests']:7d}{m['points']:8d}{m['tests_within_accuracy']:13.0%}{m['outside_domain']:16.1%}"
+            )
+        lines += ["", f"Worst tests{'':9s}{'role':8s}{'MAE':>9s}{'bias':>10s}"]
+        for row in self.per_test.head(WORST_SHOWN).to_dict(orient="records"):
+            lines.append(
+                f"  {row['test_id']:17s} {row['role'] or '':8s}{row['mae']:9.5f}{row['bias']:+10.5f}"
+            )
+        return "\n".join(lines) + "\n"
+
+
+def evaluate(
+    model: Predictor,
+    data: pd.DataFrame | DataSet,
+    tests: pd.DataFrame | None = None,
+    name: str | None = None,
+) -> Evaluation:
+    """Measure `model` on points with a measured mu.
+
+    Parameters
+    ----------
+    model : Predictor
+        A friction model, or anything with `predict_frame`.
+    data : pandas.DataFrame or DataSet
+        Points in the columns of the contract; without `test_id` all points count as one test.
+    tests : pandas.DataFrame, optional
+        One row a test; its column `role` splits the report.
+    name : str, optional
+        Name for the report, by default the model's own.
+
+    Raises
+    ------
+    InputError
+        mu is missing or outside its limits, there are no points, the model gives values that are not finite.
+    """
+    synthetic = None
+    if isinstance(data, DataSet):
+        synthetic = data.synthetic if "synthetic" in data.info else None
+        tests = data.tests if tests is None else tests
+        data = data.points
+    if "mu" not in data.columns:
+        raise missing_column("mu", data.columns)
+    if data.empty:
+        raise InputError("evaluate: the table has no rows")
+    mu = check_column(data["mu"].to_numpy(), MU)
+    ids = data["test_id"].to_numpy().astype(str) if "test_id" in data.columns else np.full(len(data), "all")
+    predicted = np.asarray(model.predict_frame(data, tests), dtype=np.float64)
+    if predicted.shape != mu.shape or not np.isfinite(predicted).all():
+        raise InputError(f"evaluate: the model gives {predicted.shape} values, not {mu.shape} finite ones")
+    domain = getattr(model, "domain", None)
+    loads = data[list(LOAD_NAMES)].to_numpy(dtype=np.float64)
+    outside = np.zeros(len(mu), bool) if domain is None else ~domain.contains(loads)
+    table = _per_test(mu, predicted, outside, ids, _roles(tests))
+    roles = {}
+    for role in sorted({r for r in table["role"] if r}, key=lambda r: (r != "train", r)):
+        own = np.isin(ids, table.loc[table["role"] == role, "test_id"].to_numpy().astype(str))
+        roles[role] = _measures(mu[own], predicted[own], outside[own], ids[own], table)
+    overall = _measures(mu, predicted, outside, ids, table)
+    return Evaluation(name or str(getattr(model, "name", "model")), overall, roles, table, synthetic)
+
+
+def train(model: FrictionModel, data: DataSet) -> Evaluation:
+    """Fit `model` on the training tests of `data`, measure it on all, and record the errors in its card.
+
+    Tests are the training tests where the table of tests has a column `role` with ``train``; without
+    that column all are. The errors of each role stand in the card under its name.
+    """
+    chosen = data.select("train")
+    model.fit_frame(chosen.points, chosen.tests, chosen.info)
+    evaluation = evaluate(model, data)
+    for role, measures in evaluation.roles.items():
+        model.record_errors(role, measures)
+    return evaluation
+
+
+def _roles(tests: pd.DataFrame | None) -> dict[str, str]:
+    if tests is None or "role" not in tests.columns or "test_id" not in tests.columns:
+        return {}
+    known = tests[tests["role"].notna()]
+    return dict(zip(known["test_id"].astype(str), known["role"].astype(str)))
+
+
+def _measures(
+    mu: FloatArray, predicted: FloatArray, outside: FloatArray, ids: np.ndarray, table: pd.DataFrame
+) -> dict[str, float]:
+    own = table[table["test_id"].isin(np.unique(ids))]
+    return error_measures(mu, predicted, ids) | {
+        "outside_domain": float(np.mean(outside)),
+        "tests_within_accuracy": float(np.mean(own["mae"].to_numpy() < TRIBOMETER_ACCURACY)),
+    }
+
+
+def _per_test(
+    mu: FloatArray, predicted: FloatArray, outside: FloatArray, ids: np.ndarray, roles: dict[str, str]
+) -> pd.DataFrame:
+    rows: list[dict[str, Any]] = []
+    for test in dict.fromkeys(ids.tolist()):
+        own = ids == test
+        m = error_measures(mu[own], predicted[own])
+        facts = {k: m[k] for k in ("points", "mae", "rmse", "bias", "max_error")}
+        share = float(np.mean(outside[own]))
+        rows.append({"test_id": test, "role": roles.get(test), **facts, "outside_domain": share})
+    rows.sort(key=lambda row: (-row["mae"], row["test_id"]))
+    table = pd.DataFrame(rows)
+    # As objects, so that a test without a role has None and not NaN, which JSON lacks.
+    table["role"] = pd.Series([row["role"] for row in rows], dtype=object)
+    return table

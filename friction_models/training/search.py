@@ -1,0 +1,138 @@
+"""Cross-validation and grid search, both by whole tests."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from sklearn.base import clone
+
+from ..base import FrictionModel
+from ..loads import MU, FloatArray, InputError, TriboLoads, check_column, missing_column, unknown_name
+from .measures import error_measures
+from .splits import k_fold
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class CrossValidation:
+    """Out-of-fold predictions: every test predicted by a model that has not seen it.
+
+    Attributes
+    ----------
+    predicted : ndarray, shape (n,)
+    measures : dict
+        Errors over all points.
+    folds : list of dict
+        Errors of each fold.
+    """
+
+    predicted: FloatArray = field(repr=False)
+    measures: dict[str, float]
+    folds: list[dict[str, float]]
+
+
+@dataclass(frozen=True)
+class GridSearch:
+    """Result of `grid_search`.
+
+    Attributes
+    ----------
+    best_params : dict
+    model : FrictionModel
+        Fitted to all data with the best parameters.
+    table : pandas.DataFrame
+        One row a combination, best first: parameters, `mae`, `rmse`, `mae_std` (over folds).
+    """
+
+    best_params: dict[str, Any]
+    model: FrictionModel
+    table: pd.DataFrame = field(repr=False)
+
+
+def cross_validate(
+    model: FrictionModel,
+    data: pd.DataFrame,
+    tests: pd.DataFrame | None = None,
+    folds: int = 5,
+    seed: int = 0,
+) -> CrossValidation:
+    """Fit clones of `model` on all folds but one and predict that one; folds are whole tests.
+
+    Raises
+    ------
+    InputError
+        `mu` or `test_id` is missing, or there are fewer tests than folds.
+    """
+    for name in ("test_id", "mu"):
+        if name not in data.columns:
+            raise missing_column(name, data.columns)
+    mu = check_column(data["mu"].to_numpy(), MU)
+    ids = data["test_id"].to_numpy().astype(str)
+    loads = TriboLoads.from_frame(data, tests)
+    predicted = np.empty(len(mu))
+    measures = []
+    for train, held in k_fold(ids, folds, seed):
+        fitted = clone(model).fit(loads.take(train), mu[train], ids[train])
+        predicted[held] = fitted.predict(loads.take(held))
+        measures.append(error_measures(mu[held], predicted[held], ids[held]))
+    return CrossValidation(predicted, error_measures(mu, predicted, ids), measures)
+
+
+def grid_search(
+    model: FrictionModel,
+    grid: Mapping[str, Sequence[Any]],
+    data: pd.DataFrame,
+    tests: pd.DataFrame | None = None,
+    folds: int = 5,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> GridSearch:
+    """Try every combination of parameters by cross-validation over whole tests; refit the best.
+
+    Parameters
+    ----------
+    model : FrictionModel
+        Its other parameters stay.
+    grid : mapping
+        Values to try by parameter, e.g. ``{"hidden": [(16,), (32, 32)], "weight_decay": [1e-4, 1e-2]}``.
+    data, tests : pandas.DataFrame
+        As in `FrictionModel.fit_frame`.
+    folds, seed : int
+        As in `k_fold`.
+    progress : callable, optional
+        Called with (combinations done, all combinations).
+
+    Raises
+    ------
+    InputError
+        A parameter is unknown, or has no value to try.
+    """
+    for name, values in grid.items():
+        if name not in model._get_param_names():
+            raise unknown_name(f"parameter of {model.family}", name, model._get_param_names())
+        if len(values) == 0:
+            raise InputError(f"grid search: no value to try for {name!r}; allowed: one or more")
+    combinations = [dict(zip(grid, values)) for values in itertools.product(*grid.values())]
+    rows = []
+    for done, params in enumerate(combinations, start=1):
+        result = cross_validate(clone(model).set_params(**params), data, tests, folds, seed)
+        spread = float(np.std([f["mae"] for f in result.folds]))
+        rows.append((result.measures["mae"], result.measures["rmse"], spread))
+        if progress is not None:
+            progress(done, len(combinations))
+    order = np.argsort([r[1] for r in rows], kind="stable")
+    table = pd.DataFrame(
+        [
+            {k: str(v) if isinstance(v, (list, tuple)) else v for k, v in combinations[i].items()}
+            | dict(zip(("mae", "rmse", "mae_std"), rows[i]))
+            for i in order
+        ]
+    )
+    best = combinations[int(order[0])]
+    return GridSearch(best, clone(model).set_params(**best).fit_frame(data, tests), table)
