@@ -1,0 +1,5 @@
+"""The command line `tribofmu`."""
+
+from .main import main
+
+__all__ = ["main"]

@@ -1,0 +1,42 @@
+"""The Typer application: every command, in the order of the loop."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from . import discovering, fmus, measuring, modelling, showing, simulating
+
+app = typer.Typer(
+    name="tribofmu",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        import importlib.metadata
+
+        print(f"tribofmu {importlib.metadata.version('tribofmu')}")
+        raise typer.Exit()
+
+
+@app.callback()
+def _start(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    """Friction models from tribometer measurements, as FMUs, in co-simulated cold forging.
+
+    The loop: lab or ingest, twin, train, evaluate, pack, simulate, compare, diagnose, refine - and again.
+    """
+
+
+for module in (showing, measuring, modelling, fmus, simulating, discovering):
+    module.add_commands(app)

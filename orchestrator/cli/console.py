@@ -1,0 +1,122 @@
+"""What commands show: progress on stderr, results on stdout, JSON without NaN."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+#: Called with (done, total, what).
+Tick = Callable[[int, int, str], None]
+
+
+class Interrupted(Exception):
+    """Ctrl-C in a command that keeps what is done; the message says what was kept."""
+
+
+@contextmanager
+def keeping(what: Callable[[], str]) -> Iterator[None]:
+    """Turn Ctrl-C into a sentence that says what was kept and how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Interrupted(f"interrupted; {what()}") from None
+
+
+@contextmanager
+def progress(title: str) -> Iterator[Tick]:
+    """Show a progress bar on stderr (plain lines where stderr is no terminal)."""
+    if not sys.stderr.isatty():
+        with _plain(title) as tick:
+            yield tick
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    bar = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f}/{task.total:.0f}"),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        TextColumn("[dim]{task.fields[what]}"),
+        console=Console(stderr=True),
+    )
+    with bar:
+        task = bar.add_task(title, total=1, what="")
+        yield lambda done, total, what: bar.update(task, completed=done, total=total, what=what)
+
+
+@contextmanager
+def _plain(title: str) -> Iterator[Tick]:
+    shown = -1
+
+    def tick(done: int, total: int, what: str) -> None:
+        nonlocal shown
+        quarter = 4 * done // max(total, 1)
+        if quarter > shown:
+            shown = quarter
+            print(f"{title}: {done}/{total} {what}".rstrip(), file=sys.stderr, flush=True)
+
+    yield tick
+
+
+def share(tick: Tick, steps: int, what: str = "") -> Callable[[float], None]:
+    """Make a callback for a share from 0 to 1 out of a tick."""
+    return lambda done: tick(round(done * steps), steps, what)
+
+
+def say(text: str) -> None:
+    """Print a line of the result to stdout."""
+    print(text, flush=True)
+
+
+def show(table: Table) -> None:
+    """Print a table to stdout."""
+    from rich.console import Console
+
+    Console().print(table)
+
+
+def table(title: str, columns: Mapping[str, str]) -> Table:
+    """Make an empty table; `columns` maps headings to ``"left"`` or ``"right"``."""
+    from rich import box
+    from rich.table import Table
+
+    made = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, title_style="bold", pad_edge=False)
+    for heading, justify in columns.items():
+        made.add_column(heading, justify="right" if justify == "right" else "left")
+    return made
+
+
+def plain(value: Any) -> Any:
+    """Return `value` as JSON holds it: numbers of NumPy become Python's, NaN and infinity become null."""
+    import numpy as np
+
+    if isinstance(value, Mapping):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple | set):
+        return [plain(v) for v in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if isinstance(value, Path):
+        return value.as_posix()
+    return value
+
+
+def write_result(path: Path, content: Any) -> None:
+    """Write a JSON result file (stable keys, no NaN), atomically."""
+    from friction_models.loads import write_json
+
+    write_json(path, plain(content))
+    say(f"written: {path}")

@@ -1,0 +1,143 @@
+"""`compare`, `diagnose`, `refine`: where a model disagrees, which effect is missing, adding it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .console import progress, say, share, write_result
+from .options import Data, Json, OutFolder, Tests, any_model, fitted_model, read_data
+
+
+def compare(
+    models: Annotated[
+        list[str],
+        typer.Option("--models", help="Model folders, .fmu files or numbers (constant mu), one or more."),
+    ],
+    data: Annotated[
+        Path,
+        typer.Option("--data", help="Data set (folder or file of points), or a folder of press curves."),
+    ],
+    tests: Tests = None,
+    system: Annotated[
+        Path | None,
+        typer.Option(help="For press curves: the system whose friction FMU is swapped (default: FRE)."),
+    ] = None,
+    runs: Annotated[Path | None, typer.Option(help="For press curves: keep the run folders here.")] = None,
+    json: Json = None,
+) -> None:
+    """Compare friction models, on tribometer tests or, through co-simulation, on press curves."""
+    if (data / "levels.csv").is_file():
+        _compare_forces(models, data, system, runs, json)
+        return
+    from friction_models.discovery import compare as measure
+
+    named = {_label(name, models): fitted_model(name) for name in models}
+    dataset = read_data(data, tests)
+    held_out = dataset.select("test")
+    used = held_out if len(held_out.points) else dataset
+    result = measure(named, used.points, used.tests)
+    if dataset.synthetic:
+        say("synthetic data")
+    say(result.report())
+    if json is not None:
+        write_result(json, {"synthetic": dataset.synthetic, **result.to_dict()})
+
+
+def _compare_forces(
+    models: list[str], press: Path, system: Path | None, runs: Path | None, json: Path | None
+) -> None:
+    from ..forces import levels_table
+    from ..press_study import PressStudy
+
+    study = PressStudy.open(press, system)
+    named = {_label(name, models): name for name in models}
+    steps = 100 * len(named) * len(study.levels)
+    with progress("press levels") as tick:
+        results = study.compare(named, runs, progress=share(tick, steps, "%"))
+    if study.synthetic:
+        say("synthetic press curves")
+    say(levels_table(results))
+    if json is not None:
+        content = {"synthetic": study.synthetic, "models": [r.to_dict() for r in results]}
+        write_result(json, content)
+
+
+def diagnose(
+    data: Data,
+    model: Annotated[str, typer.Option(help="Model folder, .fmu file or name of a family.")],
+    tests: Tests = None,
+    seed: Annotated[int, typer.Option(help="Seed of the bootstrap.")] = 0,
+    json: Json = None,
+    report: Annotated[Path | None, typer.Option(help="Also write an HTML report.")] = None,
+) -> None:
+    """Say which physical effect the model is missing: or that nothing is, or that the data cannot tell."""
+    from friction_models.discovery import diagnose as search
+
+    friction = any_model(model)
+    dataset = read_data(data, tests)
+    result = search(dataset.points, dataset.tests, model=friction, seed=seed)
+    if dataset.synthetic:
+        say("synthetic data")
+    say(result.report())
+    if json is not None:
+        write_result(json, result.to_dict())
+    if report is not None:
+        from ..report import write_diagnosis_report
+
+        write_diagnosis_report(report, friction, dataset, result, label=model)
+        say(f"report written: {report}")
+
+
+def refine(
+    data: Data,
+    model: Annotated[str, typer.Option(help="Model folder or name of a family.")],
+    add: Annotated[list[str], typer.Option("--add", help="Effects to add, one or more.")],
+    out: OutFolder,
+    tests: Tests = None,
+) -> None:
+    """Add physical effects to a model, refit everything together and save the new model."""
+    from friction_models.discovery import refine as improve
+    from friction_models.effects import make_effect
+    from friction_models.loads import InputError
+
+    for name in add:
+        make_effect(name)
+    friction = any_model(model)
+    if Path(model).suffix == ".fmu":
+        raise InputError(f"{model}: an FMU is a fixed law; allowed: a model folder or the name of a family")
+    dataset = read_data(data, tests)
+    part = dataset.select("train")
+    better = improve(part.points, part.tests, model=friction, add=add)
+    from .modelling import _evaluate_into, _print_roles
+
+    if friction.is_fitted:
+        from ..evaluation import evaluate
+
+        _print_roles(f"before: {model}", evaluate(friction, dataset), dataset.synthetic)
+    result = _evaluate_into(better, dataset)
+    _print_roles(f"after: {model} + {' + '.join(add)}", result, dataset.synthetic)
+    better.save(out)
+    say(f"model written: {out}")
+
+
+def _label(name: str, names: list[str]) -> str:
+    """Short name of a model; the whole path where two would be called the same."""
+    short = [Path(n).stem if Path(n).suffix == ".fmu" else Path(n).name for n in names]
+    mine = short[names.index(name)]
+    return mine if short.count(mine) == 1 else name
+
+
+def add_commands(app: typer.Typer) -> None:
+    """Register the commands of this file."""
+    app.command(epilog="Example: tribofmu compare --models models/linear models/ffnn 0.08 --data data")(
+        compare
+    )
+    app.command(epilog="Example: tribofmu diagnose --data data --model models/linear --json diagnosis.json")(
+        diagnose
+    )
+    app.command(
+        epilog="Example: tribofmu refine --data data --model models/linear --add stribeck -o models/better"
+    )(refine)

@@ -1,0 +1,82 @@
+"""`lab`, `ingest`, `twin`: from raw records to a data set."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .console import keeping, progress, say
+from .options import Jobs, OutFolder
+
+
+def lab(
+    out: OutFolder,
+    plan: Annotated[str, typer.Option(help="Test plan.")] = "factorial-81+30",
+    hidden: Annotated[
+        str | None, typer.Option(help="Effect hidden in the truth; without it nothing is hidden.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed; the same seed gives the same files.")] = 0,
+    jobs: Jobs = None,
+) -> None:
+    """Make a synthetic SCT campaign: raw 1 kHz records, labelled synthetic.
+
+    The truth goes to a file of its own that no training or diagnosis reads.
+    """
+    from sct_twin import virtual_lab
+
+    campaign = virtual_lab.Campaign(plan=plan, hidden=hidden, seed=seed)
+    with progress("virtual laboratory") as tick, keeping(lambda: _kept(out, "raw/*.csv")):
+        campaign.run(out=out, jobs=jobs, progress=tick)
+    say(f"synthetic campaign written: {out}")
+
+
+def ingest(
+    files: Annotated[list[Path], typer.Argument(help="Measurement files, or a folder of them.")],
+    out: OutFolder,
+    channels: Annotated[
+        Path | None, typer.Option("--map", help="YAML: which column is which channel, units, signs, offsets.")
+    ] = None,
+    tests: Annotated[Path | None, typer.Option("--tests", help="Test table with a column test_id.")] = None,
+) -> None:
+    """Turn measurement files of any layout into a campaign folder with canonical channels and units."""
+    from sct_twin.ingest import ingest as read
+
+    source = files[0] if len(files) == 1 else files
+    with progress("ingest") as tick:
+        report = read(source, channels, out, tests, progress=tick)
+    say(str(report))
+
+
+def twin(
+    campaign: Annotated[Path, typer.Argument(help="Campaign folder (from lab or ingest).")],
+    out: OutFolder,
+    jobs: Jobs = None,
+) -> None:
+    """Run the digital twin of every test: adds contact pressure, surface expansion and contact temperature."""
+    from sct_twin import SctTwin
+
+    with progress("twin") as tick, keeping(lambda: _kept(out, "twin/*.nc")):
+        result = SctTwin().run(campaign, out=out, jobs=jobs, progress=tick)
+    data = result.dataset()
+    label = "synthetic " if data.synthetic else ""
+    say(
+        f"{label}data set written: {out} ({data.points['test_id'].nunique()} tests, {len(data.points)} points)"
+    )
+
+
+def _kept(folder: Path, pattern: str) -> str:
+    count = len(list(folder.glob(pattern)))
+    if not count:
+        return "nothing was finished yet"
+    return f"{count} finished tests are kept in {folder}; the same command goes on from there"
+
+
+def add_commands(app: typer.Typer) -> None:
+    """Register the commands of this file."""
+    app.command(epilog="Example: tribofmu lab --plan factorial-81+30 --hidden stribeck --seed 7 -o campaign")(
+        lab
+    )
+    app.command(epilog="Example: tribofmu ingest rig/*.csv --map channels.yaml -o campaign")(ingest)
+    app.command(epilog="Example: tribofmu twin campaign -o data")(twin)

@@ -1,0 +1,47 @@
+"""`demo`, `report`: the whole loop on built-in data, and the HTML report of finished runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .console import keeping, say
+from .options import Jobs, OutFolder
+
+
+def demo(
+    out: OutFolder = Path("tribofmu-demo"),
+    hidden: Annotated[str, typer.Option(help="Effect hidden in the virtual laboratory.")] = "stribeck",
+    seed: Annotated[int, typer.Option(help="Seed of the virtual campaign.")] = 7,
+    jobs: Jobs = None,
+) -> None:
+    """Run the whole loop on synthetic data and write an HTML report.
+
+    Virtual campaign with a hidden effect, twin, two models, FMUs, co-simulated forward rod extrusion,
+    virtual press, diagnosis, the effect added, errors before and after as they came out.
+    """
+    from ..demo import Demo, printed_summary
+
+    with keeping(lambda: f"finished steps are kept in {out}; the same command goes on from there"):
+        result = Demo(out, hidden=hidden, seed=seed, jobs=jobs).run()
+    say(printed_summary(result))
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(help="Run folder, or a folder of the demo.")],
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", help="HTML file (default: report.html in the folder).")
+    ] = None,
+) -> None:
+    """Write a self-contained HTML report (works offline) of a run or of a demo."""
+    from ..report import write_report
+
+    say(f"report written: {write_report(folder, out)}")
+
+
+def add_commands(app: typer.Typer) -> None:
+    """Register the commands of this file."""
+    app.command(epilog="Example: tribofmu demo -o build/demo")(demo)
+    app.command(epilog="Example: tribofmu report runs/fre -o fre.html")(report)

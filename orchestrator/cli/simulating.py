@@ -1,0 +1,53 @@
+"""`simulate`: co-simulation of a system of FMUs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .console import progress, say, share
+from .options import OutFolder
+
+
+def simulate(
+    system: Annotated[Path, typer.Argument(help="System description (YAML).")],
+    out: OutFolder,
+    swap: Annotated[
+        list[str] | None, typer.Option(help="Run another FMU in a component: friction=FILE.fmu.")
+    ] = None,
+    mode: Annotated[str, typer.Option(help="gauss_seidel, jacobi or iterated.")] = "gauss_seidel",
+    csv: Annotated[bool, typer.Option("--csv", help="Also write results.csv.")] = False,
+    press: Annotated[
+        Path | None, typer.Option(help="Compare with this measured force-stroke curve (CSV).")
+    ] = None,
+) -> None:
+    """Run a system of FMUs and write a run folder (results, manifest, log)."""
+    from friction_models.loads import InputError
+
+    from ..forces import compare_force, read_press_curve
+    from ..master import Master
+    from ..system import System
+
+    description = System.load(system)
+    for item in swap or []:
+        component, equals, file = item.partition("=")
+        if not equals or not file:
+            raise InputError(f"--swap {item!r}: not of the form component=FILE.fmu")
+        description = description.swap(component, file)
+    measured = read_press_curve(press) if press is not None else None
+    master = Master(description, mode=mode)
+    with progress(description.name) as tick:
+        run = master.run(out, progress=share(tick, description.steps, "steps"), csv=csv)
+    total, loop = run.manifest["timing_s"]["total"], run.manifest["timing_s"]["loop"]
+    say(f"run written: {out} ({description.steps} steps in {total:.1f} s, stepping {loop:.1f} s)")
+    if measured is not None:
+        say(compare_force(run.force_curve(), measured, run.name).table())
+
+
+def add_commands(app: typer.Typer) -> None:
+    """Register the commands of this file."""
+    app.command(
+        epilog="Example: tribofmu simulate fre.yaml --swap friction=friction.fmu --mode jacobi -o runs/fre"
+    )(simulate)
