@@ -1,1 +1,22 @@
-"""fmus."""
+"""FMUs: friction models for any simulator, the forming solver and the tribometer twin for co-simulation.
+
+Attributes are imported on first use.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .packing import pack as pack
+
+_EXPORTS = {"pack": "packing"}
+
+__all__ = sorted(_EXPORTS)
+
+
+def __getattr__(name: str) -> Any:
+    if name in _EXPORTS:
+        return getattr(importlib.import_module(f".{_EXPORTS[name]}", __name__), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,0 +1,178 @@
+"""`pack`: a friction model becomes an FMU."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from friction_models.loads import LOADS, InputError, unknown_name
+
+from .archive import content_guid, write_archive
+from .documentation import card_json, page
+from .interface import FrictionInterface
+from .model_description import Description, to_xml
+from .source import FrictionSource, read_source
+
+TARGETS = ("native", "python")
+FMI_VERSIONS = ("2.0",)
+#: Most contact points of one FMU.
+MAX_NODES = 100_000
+
+
+def pack(
+    model: object,
+    path: str | os.PathLike[str],
+    target: str = "native",
+    nodes: int = 1,
+    fmi: str = "2.0",
+    platforms: Sequence[str] | None = None,
+) -> Path:
+    """Write a friction model as an FMU.
+
+    Parameters
+    ----------
+    model : FrictionModel, path-like
+        A model, a folder it was saved to, or an ONNX file.
+    path : path-like
+        The FMU to write (``.fmu``).
+    target : {"native", "python"}
+        `native`: C generated from the ONNX graph, needs nothing to run. `python`: ONNX Runtime in
+        the Python interpreter of the simulator.
+    nodes : int
+        Number of contact points; above 1 the variables are ``v_rel[1]`` ... ``v_rel[nodes]``.
+    fmi : {"2.0"}
+        Version of the standard.
+    platforms : sequence of str, optional
+        Platforms of a native FMU; this machine's by default.
+
+    Returns
+    -------
+    Path
+        `path`. The same model gives the same bytes.
+
+    Raises
+    ------
+    InputError
+        A model, name or number that cannot be used; an operator that is not translated; no compiler.
+    """
+    if target not in TARGETS:
+        raise unknown_name("target", target, TARGETS)
+    version = "2.0" if str(fmi) == "2" else str(fmi)
+    if version not in FMI_VERSIONS:
+        raise unknown_name("FMI version", fmi, FMI_VERSIONS)
+    if isinstance(nodes, bool) or not isinstance(nodes, int) or not 1 <= nodes <= MAX_NODES:
+        raise InputError(f"nodes = {nodes!r}, allowed: a whole number from 1 to {MAX_NODES}")
+    if Path(path).suffix != ".fmu":
+        raise InputError(f"{path}: suffix {Path(path).suffix!r}, allowed: '.fmu'")
+    source = read_source(model)
+    interface = source.interface(nodes)
+    _check_names(source)
+    if target == "native":
+        files = _native(source, interface, platforms)
+    else:
+        if platforms:
+            raise InputError(
+                "platforms are chosen for --target native only; a Python FMU runs where Python runs"
+            )
+        from .python_target import friction_files
+
+        files = friction_files(source, interface)
+    files |= _documents(source)
+    return write_archive(path, files)
+
+
+def identifier(text: str) -> str:
+    """Return `text` as a C identifier."""
+    clean = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_").lower() or "model"
+    return clean if clean[0].isalpha() else f"m_{clean}"
+
+
+def friction_description(
+    source: FrictionSource, interface: FrictionInterface, target: str, guid: str, sources: Sequence[str] = ()
+) -> Description:
+    """Return the model description of a friction FMU."""
+    native = target == "native"
+    common = {
+        "needsExecutionTool": not native,
+        "canBeInstantiatedOnlyOncePerProcess": False,
+        "canNotUseMemoryManagementFunctions": True,
+        "canGetAndSetFMUstate": True,
+        "canSerializeFMUstate": True,
+    }
+    if native:
+        common["providesDirectionalDerivative"] = True
+    co_simulation = {"canHandleVariableCommunicationStepSize": True, "canInterpolateInputs": False} | common
+    annotations = {"family": source.family, "target": target, "nodes": str(interface.nodes)}
+    for load, (lower, upper) in interface.domain.items():
+        annotations[f"domain_{load}"] = f"{lower!r} {upper!r}"
+    return Description(
+        model_name=f"friction {source.name}",
+        identifier=identifier(f"friction_{source.family}"),
+        guid=guid,
+        text=f"Coefficient of friction from {len(LOADS)} loads: {source.formula or source.name}"[:400],
+        variables=interface.variables(),
+        co_simulation=co_simulation,
+        model_exchange=common if native and not source.states else None,
+        sources=sources,
+        annotations=annotations,
+    )
+
+
+def _native(
+    source: FrictionSource, interface: FrictionInterface, platforms: Sequence[str] | None
+) -> dict[str, bytes]:
+    from .native.compile import build, fmi_headers
+    from .native.generate import generate
+
+    folder = Path(__file__).parent / "native"
+    texts = {n: (folder / n).read_text(encoding="utf-8") for n in ("fmi2.c", "fmi2_more.h", "instance.h")}
+    model = generate(source, interface)
+    # The GUID covers everything that decides what the FMU computes and shows.
+    draft = friction_description(source, interface, "native", "", ["fmi2.c"])
+    guid = content_guid(
+        {n: t.encode() for n, t in texts.items()}
+        | {"model.h": model.encode(), "modelDescription.xml": to_xml(draft), "model.onnx": source.onnx}
+    )
+    texts["model.h"] = f'#define TF_GUID "{guid}"\n{model}'
+    texts |= fmi_headers()
+    description = friction_description(source, interface, "native", guid, ["fmi2.c"])
+    binaries = build(texts, "fmi2.c", description.identifier, platforms)
+    return (
+        {"modelDescription.xml": to_xml(description), "resources/model.onnx": source.onnx}
+        | {f"sources/{n}": t.encode() for n, t in texts.items()}
+        | {f"binaries/{n}": b for n, b in binaries.items()}
+    )
+
+
+def _documents(source: FrictionSource) -> dict[str, bytes]:
+    loads = [
+        {
+            "name": q.name,
+            "unit": q.unit,
+            "meaning": q.meaning,
+            "trained on": source.domain.get(q.name, "not recorded"),
+        }
+        for q in LOADS
+    ]
+    sections = {
+        "Model": {"family": source.family, "formula": source.formula},
+        "Loads": loads,
+        "Card": source.card,
+    }
+    files = {"documentation/index.html": page(f"Friction model {source.name}", sections)}
+    if source.card:
+        files["documentation/card.json"] = card_json(source.card)
+    return files
+
+
+def _check_names(source: FrictionSource) -> None:
+    taken = {q.name for q in LOADS} | {"mu", "domain_distance", "in_domain", "clamp_to_domain"}
+    for name in [s.name for s in source.states] + [p.name for p in source.system]:
+        if name in taken or not re.fullmatch(r"[A-Za-z_]\w*", name, flags=re.ASCII):
+            raise InputError(
+                f"{source.where}: state or system variable {name!r} cannot be an FMI variable; "
+                f"allowed: a plain name that is not yet taken ({', '.join(sorted(taken))})"
+            )
+        taken.add(name)

@@ -1,0 +1,153 @@
+"""What is packed: a friction model as float64 ONNX bytes with the metadata that the FMU shows."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from friction_models.loads import LOAD_NAMES, InputError, unknown_name
+
+from .interface import FrictionInterface, Parameter, State
+
+#: Largest ONNX file that is read.
+MAX_ONNX_BYTES = 64 * 1024**2
+
+
+@dataclass(frozen=True)
+class FrictionSource:
+    """A friction model ready to be packed.
+
+    Attributes
+    ----------
+    onnx : bytes
+        The serialized model.
+    where : str
+        File or class it came from, for messages.
+    family, name, formula : str
+        From the model's metadata; `family` is ``"onnx"`` for a file without them.
+    domain : dict
+        Load name to (lower, upper); empty when none is recorded.
+    states, system : tuple
+        Memory and system variables.
+    card : dict
+        The model card, empty when none is recorded.
+    """
+
+    onnx: bytes
+    where: str
+    family: str = "onnx"
+    name: str = "friction"
+    formula: str = ""
+    domain: dict[str, tuple[float, float]] = field(default_factory=dict)
+    states: tuple[State, ...] = ()
+    system: tuple[Parameter, ...] = ()
+    card: dict[str, Any] = field(default_factory=dict)
+
+    def interface(self, nodes: int) -> FrictionInterface:
+        """Return the FMI variables of this model at `nodes` contact points."""
+        return FrictionInterface(nodes, dict(self.domain), self.states, self.system)
+
+
+def read_source(model: object) -> FrictionSource:
+    """Take a model object, a saved folder or an ONNX file.
+
+    Raises
+    ------
+    InputError
+        No such file or folder, not an ONNX file, or metadata that cannot be used.
+    """
+    if isinstance(model, str | os.PathLike):
+        path = Path(model)
+        if path.is_dir():
+            if not (path / "model.onnx").is_file():
+                raise InputError(
+                    f"{path}: no model.onnx in this folder; allowed: a folder written by save(), or an ONNX file"
+                )
+            path = path / "model.onnx"
+        if not path.is_file():
+            raise InputError(f"{path}: no such file or folder; allowed: a saved model folder or an ONNX file")
+        if path.stat().st_size > MAX_ONNX_BYTES:
+            raise InputError(f"{path}: {path.stat().st_size} bytes, allowed: at most {MAX_ONNX_BYTES}")
+        return parse_source(path.read_bytes(), str(path))
+    export = getattr(model, "to_onnx", None)
+    if export is None:
+        raise InputError(
+            f"model is a {type(model).__name__}; allowed: a friction model, a folder it was saved to, or an ONNX file"
+        )
+    with tempfile.TemporaryDirectory(prefix="tribofmu-") as folder:
+        written = Path(folder) / "model.onnx"
+        export(written)
+        return parse_source(written.read_bytes(), type(model).__name__)
+
+
+def parse_source(content: bytes, where: str) -> FrictionSource:
+    """Read the metadata of a serialized ONNX model; see `read_source`."""
+    import onnx
+
+    try:
+        model = onnx.load_model_from_string(content)
+    except Exception:
+        raise InputError(f"{where}: not an ONNX file (it cannot be parsed)") from None
+    if not model.graph.output:
+        raise InputError(f"{where}: not an ONNX model (its graph has no output)")
+    for tensor in model.graph.initializer:
+        if tensor.data_location == onnx.TensorProto.EXTERNAL:
+            raise InputError(
+                f"{where}: tensor {tensor.name!r} is stored in another file; allowed: one self-contained file"
+            )
+    texts = {p.key: p.value for p in model.metadata_props}
+
+    def part(key: str, empty: Any) -> Any:
+        if f"tribofmu.{key}" not in texts:
+            return empty
+        try:
+            value = json.loads(texts[f"tribofmu.{key}"])
+        except ValueError:
+            value = None
+        if not isinstance(value, type(empty)):
+            raise InputError(f"{where}: metadata tribofmu.{key} is not a JSON {type(empty).__name__}")
+        return value
+
+    identity = part("model", {})
+    try:
+        domain = {str(k): (float(v[0]), float(v[1])) for k, v in part("domain", {}).items()}
+        states = tuple(
+            State(
+                str(s["name"]), str(s.get("unit", "1")), float(s.get("start", 0.0)), bool(s.get("ode", False))
+            )
+            for s in part("state", [])
+        )
+        system = tuple(
+            Parameter(
+                str(s["name"]),
+                str(s.get("unit", "1")),
+                float(s.get("start", 0.0)),
+                None if s.get("min") is None else float(s["min"]),
+                None if s.get("max") is None else float(s["max"]),
+            )
+            for s in part("system", [])
+        )
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise InputError(f"{where}: metadata of the model cannot be used ({error!r})") from None
+    for load, (lower, upper) in domain.items():
+        if load not in LOAD_NAMES:
+            raise unknown_name("load in the domain", load, LOAD_NAMES, where)
+        if not lower <= upper:
+            raise InputError(
+                f"{where}: domain of {load!r} is {lower!r} to {upper!r}, allowed: lower <= upper"
+            )
+    return FrictionSource(
+        onnx=content,
+        where=where,
+        family=str(identity.get("family", "onnx")),
+        name=str(identity.get("name", "friction")),
+        formula=str(identity.get("formula", "")),
+        domain=domain,
+        states=states,
+        system=system,
+        card=part("card", {}),
+    )
