@@ -1,1 +1,25 @@
-"""forming."""
+"""Cold forging in simulation: material, tools, the axisymmetric kernel, processes and press records.
+
+Attributes are imported on first use, so that `import forming` compiles nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+_EXPORTS = {
+    "HenselSpittel": "material",
+    "steel_16MnCr5": "material",
+    "PunchGeometry": "upsetting",
+    "UpsettingResult": "upsetting",
+    "upset": "upsetting",
+}
+
+__all__ = sorted(_EXPORTS)
+
+
+def __getattr__(name: str) -> Any:
+    if name in _EXPORTS:
+        return getattr(importlib.import_module(f".{_EXPORTS[name]}", __name__), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,0 +1,1 @@
+"""The axisymmetric thermo-mechanical kernel: large plastic strains, frictional contact, remeshing."""

@@ -1,0 +1,113 @@
+"""The deforming workpiece: mesh, state at nodes and Gauss points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from .element import flow_stress
+from .shape import FAST, FloatArray, IntArray, gauss_volumes
+
+
+@dataclass
+class Body:
+    """Workpiece in the half plane r >= 0, z along the axis.
+
+    Attributes
+    ----------
+    x : ndarray, shape (n, 2)
+        Node positions r, z [mm].
+    quads : ndarray, shape (n_e, 4)
+        Elements, counter-clockwise.
+    chain : ndarray, shape (n_s,)
+        Surface nodes in counter-clockwise order, from the axis to the axis (without the axis between);
+        for a ring the closed loop, its first node repeated at the end.
+    stress : ndarray, shape (n_e, 4, 4)
+        rr, zz, tt, rz at the Gauss points [MPa].
+    strain, rate : ndarray, shape (n_e, 4)
+        Equivalent plastic strain and its rate in the last increment [1/s].
+    T : ndarray, shape (n,)
+        Temperature [degC].
+    velocity : ndarray, shape (n, 2)
+        Mean velocity of the last increment [mm/s]; the predictor of the next.
+    """
+
+    x: FloatArray
+    quads: IntArray
+    chain: IntArray
+    stress: FloatArray
+    strain: FloatArray
+    rate: FloatArray
+    T: FloatArray
+    velocity: FloatArray
+
+    @classmethod
+    def at_rest(cls, x: FloatArray, quads: IntArray, chain: IntArray, T: float) -> Body:
+        """Return a stress-free body of uniform temperature."""
+        n_e = len(quads)
+        return cls(
+            x,
+            quads,
+            chain,
+            np.zeros((n_e, 4, 4)),
+            np.zeros((n_e, 4)),
+            np.zeros((n_e, 4)),
+            np.full(len(x), float(T)),
+            np.zeros_like(x),
+        )
+
+    @property
+    def surface(self) -> FloatArray:
+        """Positions of the surface nodes, shape (n_s, 2) [mm]."""
+        return self.x[self.chain]
+
+    @property
+    def axis(self) -> IntArray:
+        """Nodes on the axis of rotation."""
+        return np.flatnonzero(self.x[:, 0] < 1e-9)
+
+    @property
+    def half_bandwidth(self) -> int:
+        """Largest distance between two node numbers of one element."""
+        return int((self.quads.max(axis=1) - self.quads.min(axis=1)).max())
+
+    def volume(self) -> float:
+        """Return the volume as it is [mm3]."""
+        return float(gauss_volumes(self.x, self.quads).sum())
+
+    def unloaded_volume(self, bulk_modulus: float) -> float:
+        """Return the volume without elastic compression [mm3]: what plastic flow must preserve."""
+        mean = self.stress[:, :, :3].mean(axis=2)
+        return float((gauss_volumes(self.x, self.quads) * np.exp(-mean / bulk_modulus)).sum())
+
+    def elastic_energy(self, shear_modulus: float, bulk_modulus: float) -> float:
+        """Return the elastic energy stored [N mm]."""
+        mean = self.stress[:, :, :3].mean(axis=2)
+        deviator = self.stress[:, :, :3] - mean[:, :, None]
+        s2 = (deviator**2).sum(axis=2) + 2.0 * self.stress[:, :, 3] ** 2
+        density = mean**2 / (2.0 * bulk_modulus) + s2 / (4.0 * shear_modulus)
+        return float((gauss_volumes(self.x, self.quads) * density).sum())
+
+
+@njit(cache=True, fastmath=FAST)
+def nodal_shear_yield(
+    quads: IntArray, strain: FloatArray, rate: FloatArray, T: FloatArray, m: FloatArray
+) -> FloatArray:
+    """Return the shear yield stress k = kf / sqrt(3) at the nodes, averaged over the elements around [MPa]."""
+    total = np.zeros(T.shape[0])
+    count = np.zeros(T.shape[0])
+    for e in range(quads.shape[0]):
+        temperature = 0.25 * (T[quads[e, 0]] + T[quads[e, 1]] + T[quads[e, 2]] + T[quads[e, 3]])
+        k = 0.0
+        for g in range(4):
+            y, _, _ = flow_stress(strain[e, g], rate[e, g], temperature, m)
+            k += 0.25 * y / np.sqrt(3.0)
+        for a in range(4):
+            total[quads[e, a]] += k
+            count[quads[e, a]] += 1.0
+    for n in range(T.shape[0]):
+        if count[n] > 0.0:
+            total[n] /= count[n]
+    return total

@@ -1,0 +1,227 @@
+"""Contact of the surface nodes with rigid tools: penalty pressure, Coulomb friction capped at shear yield."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from .shape import FAST, FloatArray, IntArray
+
+# Columns of the contact table of one tool, one row a surface node.
+PRESSURE, SHEAR, SLIP, GAP, NORMAL_R, NORMAL_Z = range(6)
+#: A node overlapping by more than this joins the contact at once; others wait until the step has settled [mm].
+DEEP = 0.02
+#: Overlap at which a node joins, and tension (as a gap) at which it leaves, once the step has settled [mm].
+JOIN, LEAVE = 1e-4, 2.5e-4
+
+
+@njit(cache=True, fastmath=FAST)
+def gap_and_normal(
+    pr: float, pz: float, segments: FloatArray, off_r: float, off_z: float
+) -> tuple[float, float, float]:
+    """Return the signed gap (negative: inside the tool) and the tool's outward normal at the closest point."""
+    best = 1e30
+    gap = 1e30
+    nr = 0.0
+    nz = 0.0
+    for k in range(segments.shape[0]):
+        r0 = segments[k, 1] + off_r
+        z0 = segments[k, 2] + off_z
+        r1 = segments[k, 3] + off_r
+        z1 = segments[k, 4] + off_z
+        if segments[k, 0] == 0.0:
+            tr = r1 - r0
+            tz = z1 - z0
+            length = np.sqrt(tr * tr + tz * tz)
+            tr /= length
+            tz /= length
+            along = (pr - r0) * tr + (pz - z0) * tz
+            t = min(length, max(0.0, along))
+            distance = np.hypot(pr - r0 - t * tr, pz - z0 - t * tz)
+            if distance < best - 1e-10:
+                best = distance
+                nr = -tz
+                nz = tr
+                gap = (pr - r0) * nr + (pz - z0) * nz
+                # Beyond the end of a line the normal distance understates the gap.
+                if (along <= 0.0 or along >= length) and abs(gap) <= 0.999 * distance:
+                    gap = distance if gap > 0.0 else -distance
+        else:
+            cr = segments[k, 5] + off_r
+            cz = segments[k, 6] + off_z
+            radius = segments[k, 7]
+            dr = pr - cr
+            dz = pz - cz
+            # The sector test by cross products: the point lies between the arc's two end rays.
+            turn = (r0 - cr) * (z1 - cz) - (z0 - cz) * (r1 - cr)
+            from_start = (r0 - cr) * dz - (z0 - cz) * dr
+            to_end = dr * (z1 - cz) - dz * (r1 - cr)
+            if turn < 0.0:
+                from_start = -from_start
+                to_end = -to_end
+            if from_start >= 0.0 and to_end >= 0.0:
+                distance = np.sqrt(dr * dr + dz * dz) + 1e-300
+                side = 1.0 if radius > 0.0 else -1.0
+                value = side * distance - radius
+                if abs(value) < best - 1e-10:
+                    best = abs(value)
+                    gap = value
+                    nr = side * dr / distance
+                    nz = side * dz / distance
+    return gap, nr, nz
+
+
+@njit(cache=True, fastmath=FAST)
+def surface_weights(x: FloatArray, chain: IntArray, weights: FloatArray) -> None:
+    """Write the surface area per radian that belongs to each node of the chain (consistent, lumped)."""
+    weights[:] = 0.0
+    for i in range(chain.shape[0] - 1):
+        a = chain[i]
+        b = chain[i + 1]
+        length = np.hypot(x[a, 0] - x[b, 0], x[a, 1] - x[b, 1])
+        weights[i] += length * (2.0 * x[a, 0] + x[b, 0]) / 6.0
+        weights[i + 1] += length * (x[a, 0] + 2.0 * x[b, 0]) / 6.0
+
+
+@njit(cache=True, fastmath=FAST)
+def start_active(
+    x: FloatArray,
+    du: FloatArray,
+    chain: IntArray,
+    segments: FloatArray,
+    offset: FloatArray,
+    move: FloatArray,
+    reach: float,
+    light: float,
+    separation: float,
+    active: IntArray,
+) -> None:
+    """Set the nodes that start the increment in contact.
+
+    A node that overlaps by less than `light` and would separate by more than `separation` under the
+    predicted displacement is let go at once: waiting for tension costs iterations or the step.
+    """
+    for i in range(chain.shape[0]):
+        n = chain[i]
+        active[i] = 0
+        gap, _, _ = gap_and_normal(x[n, 0], x[n, 1], segments, offset[0], offset[1])
+        if gap <= 1e-7 and gap > -reach:
+            active[i] = 1
+            if gap > -light:
+                gap, _, _ = gap_and_normal(
+                    x[n, 0] + du[n, 0],
+                    x[n, 1] + du[n, 1],
+                    segments,
+                    offset[0] + move[0],
+                    offset[1] + move[1],
+                )
+                if gap > separation:
+                    active[i] = 0
+
+
+@njit(cache=True, fastmath=FAST)
+def add_contact(
+    x0: FloatArray,
+    du: FloatArray,
+    chain: IntArray,
+    weights: FloatArray,
+    segments: FloatArray,
+    offset: FloatArray,
+    move: FloatArray,
+    reach: float,
+    mu: FloatArray,
+    shear_yield: FloatArray,
+    penalty: float,
+    slip_scale: float,
+    dt: float,
+    secant: float,
+    band: FloatArray,
+    force: FloatArray,
+    table: FloatArray,
+    active: IntArray,
+    releases: IntArray,
+    may_change: bool,
+) -> int:
+    """Add the contact forces of one tool and their tangent; update the active set where allowed.
+
+    Friction is ``min(mu p, k) v / sqrt(v^2 + v0^2)`` against the slip velocity, v0 = `slip_scale`. `secant`
+    in 0..1 blends the secant modulus into the friction tangent, for the first iterations. The pressure
+    dependence of friction makes the tangent unsymmetric.
+
+    Parameters
+    ----------
+    offset, move : ndarray, shape (2,)
+        Position of the tool at the end of the increment, and its displacement in it [mm].
+    force : ndarray, shape (n_dof,)
+        Contact forces on the nodes per radian are subtracted from it.
+    table : ndarray, shape (n, 6)
+        Written: pressure, shear, slip velocity, gap, normal.
+
+    Returns
+    -------
+    int
+        Number of changes in the active set.
+    """
+    diagonal = 2 * ((band.shape[1] - 1) // 3)
+    changes = 0
+    for i in range(chain.shape[0]):
+        n = chain[i]
+        gap, nr, nz = gap_and_normal(x0[n, 0] + du[n, 0], x0[n, 1] + du[n, 1], segments, offset[0], offset[1])
+        table[i, 3] = gap
+        table[i, 4] = nr
+        table[i, 5] = nz
+        before = active[i]
+        if gap <= -reach:
+            active[i] = 0
+        elif before == 0:
+            if gap < -DEEP or (may_change and gap < -JOIN):
+                active[i] = 1
+        elif gap > LEAVE and (gap > 0.2 or (may_change and releases[i] < 2)):
+            active[i] = 0
+            releases[i] += 1
+        if active[i] != before:
+            changes += 1
+        if active[i] == 0:
+            table[i, 0] = 0.0
+            table[i, 1] = 0.0
+            table[i, 2] = 0.0
+            continue
+        w = weights[i]
+        pressure = -penalty * gap
+        tr = nz
+        tz = -nr
+        slip = ((du[n, 0] - move[0]) * tr + (du[n, 1] - move[1]) * tz) / dt
+        limit = mu[i] * max(pressure, 0.0)
+        coupling = 0.0
+        speed = np.sqrt(slip * slip + slip_scale * slip_scale)
+        if limit > shear_yield[i]:
+            limit = shear_yield[i]
+        elif pressure > 0.0:
+            coupling = -mu[i] * (slip / speed) * penalty
+        shear = -limit * slip / speed
+        tangent = limit * ((1.0 - secant) * slip_scale * slip_scale / speed**3 + secant / speed) / dt
+        table[i, 0] = pressure
+        table[i, 1] = shear
+        table[i, 2] = slip
+        row = 2 * n
+        force[row] -= (pressure * nr + shear * tr) * w
+        force[row + 1] -= (pressure * nz + shear * tz) * w
+        band[row, diagonal] += w * (penalty * nr * nr + tangent * tr * tr + coupling * tr * nr)
+        band[row + 1, diagonal] += w * (penalty * nz * nz + tangent * tz * tz + coupling * tz * nz)
+        band[row, diagonal + 1] += w * (penalty * nr * nz + tangent * tr * tz + coupling * tz * nr)
+        band[row + 1, diagonal - 1] += w * (penalty * nr * nz + tangent * tr * tz + coupling * tr * nz)
+    return changes
+
+
+@njit(cache=True)
+def hold_fixed(band: FloatArray, residual: FloatArray, fixed: IntArray) -> None:
+    """Keep the displacement of fixed degrees of freedom: clear their rows and columns."""
+    bandwidth = (band.shape[1] - 1) // 3
+    n = band.shape[0]
+    for q in range(fixed.shape[0]):
+        d = fixed[q]
+        for i in range(max(0, d - bandwidth), min(n, d + bandwidth + 1)):
+            band[d, 2 * bandwidth + i - d] = 0.0
+            band[i, 2 * bandwidth + d - i] = 0.0
+        band[d, 2 * bandwidth] = 1e6
+        residual[d] = 0.0

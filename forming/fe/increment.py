@@ -1,0 +1,231 @@
+"""One implicit increment: Newton's method with an active set that changes only when the step has settled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg.lapack import dgbsv
+
+from ..tooling import Tool
+from .body import Body, nodal_shear_yield
+from .contact import add_contact, hold_fixed, start_active, surface_weights
+from .element import assemble
+from .shape import FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Numerical settings of an increment.
+
+    Attributes
+    ----------
+    penalty : float
+        Contact stiffness [MPa/mm].
+    tolerance : float
+        Norm of the residual over that of the contact forces.
+    max_iterations : int
+        Then the increment has failed.
+    slip_regularisation : float
+        v0 of the friction law as a share of the tool speed.
+    """
+
+    penalty: float = 1e5
+    tolerance: float = 1e-4
+    max_iterations: int = 30
+    slip_regularisation: float = 0.02
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """How the active set is treated; a failed increment is repeated with the other choice."""
+
+    separation: float = 2e-3
+    light_pressure: float = 300.0
+    early_changes: tuple[int, ...] = ()
+    max_changes: int = 3
+
+    @classmethod
+    def number(cls, failures: int) -> Attempt:
+        """Return the choice after so many failures in a row."""
+        early = (2, 5) if failures > 0 and failures % 2 == 0 else ()
+        changes = 5 if early else 3
+        if failures % 2:
+            return cls(1e-4, 600.0, early, changes)
+        return cls(2e-3, 300.0, early, changes)
+
+
+@dataclass
+class Step:
+    """Result of a converged increment, not yet applied to the body."""
+
+    du: FloatArray
+    stress: FloatArray
+    strain: FloatArray
+    work: FloatArray
+    tables: list[FloatArray]
+    forces: FloatArray
+    weights: FloatArray
+    shear_yield: FloatArray
+    iterations: int
+    residual: float
+
+
+class StepError(Exception):
+    """The increment did not converge; the message says why and where."""
+
+
+class Workspace:
+    """Band matrix of one mesh, allocated once and refilled."""
+
+    def __init__(self, body: Body) -> None:
+        self.half = 2 * body.half_bandwidth + 1
+        self.band = np.zeros((2 * len(body.x), 3 * self.half + 1))
+        self.fixed: IntArray = 2 * body.axis
+
+    def clear(self) -> None:
+        """Zero what is assembled; the fill-in rows belong to LAPACK."""
+        self.band[:, self.half :] = 0.0
+
+    def solve(self, residual: FloatArray) -> FloatArray:
+        """Return the solution of band * d = residual; both are overwritten.
+
+        Raises
+        ------
+        StepError
+            The matrix is singular.
+        """
+        _, _, d, info = dgbsv(self.half, self.half, self.band.T, residual, overwrite_ab=1, overwrite_b=1)
+        if info != 0:
+            raise StepError("the tangent matrix is singular")
+        return d
+
+
+def solve_increment(
+    body: Body,
+    tools: list[Tool],
+    material: FloatArray,
+    dt: float,
+    mu: FloatArray,
+    settings: Settings,
+    attempt: Attempt,
+    space: Workspace,
+) -> Step:
+    """Solve the increment `dt` [s] with the friction coefficients `mu` of the surface nodes.
+
+    Raises
+    ------
+    StepError
+        No convergence, an inverted element or a singular matrix.
+    """
+    chain = body.chain
+    n_s = len(chain)
+    du = body.velocity * dt
+    stress, strain = np.empty_like(body.stress), np.empty_like(body.strain)
+    work = np.empty_like(body.strain)
+    weights = np.zeros(n_s)
+    shear_yield = nodal_shear_yield(body.quads, body.strain, body.rate, body.T, material)[chain]
+    slip_scale = settings.slip_regularisation * max(tool.speed for tool in tools)
+    active = [np.zeros(n_s, dtype=np.int64) for _ in tools]
+    releases = [np.zeros(n_s, dtype=np.int64) for _ in tools]
+    moves = [tool.velocity * dt for tool in tools]
+    light = attempt.light_pressure / settings.penalty
+    for tool, move, on in zip(tools, moves, active):
+        start_active(
+            body.x, du, chain, tool.segments, tool.offset, move, tool.reach, light, attempt.separation, on
+        )
+    tables = [np.zeros((n_s, 6)) for _ in tools]
+    forces = np.zeros((len(tools), 2))
+    residual_norm = previous_norm = np.inf
+    correction: FloatArray | None = None
+    halvings = rounds = 0
+    changed_before = False
+    for iteration in range(settings.max_iterations):
+        space.clear()
+        inner, contact = np.zeros(du.size), np.zeros(du.size)
+        inverted = assemble(
+            body.x,
+            du,
+            body.quads,
+            body.stress,
+            body.strain,
+            body.T,
+            dt,
+            material,
+            space.band,
+            inner,
+            stress,
+            strain,
+            work,
+        )
+        if inverted:
+            raise StepError(f"{inverted} Gauss points turned inside out in iteration {iteration}")
+        surface_weights(body.x + du, chain, weights)
+        may_change = rounds < attempt.max_changes and (
+            residual_norm < 1e-2 or iteration in attempt.early_changes
+        )
+        rounds += may_change
+        secant = 1.0 if iteration < 1 else (0.0 if iteration < 8 else 0.5)
+        changes = 0
+        for k, tool in enumerate(tools):
+            before = contact.reshape(-1, 2).sum(axis=0)
+            changes += add_contact(
+                body.x,
+                du,
+                chain,
+                weights,
+                tool.segments,
+                tool.offset + moves[k],
+                moves[k],
+                tool.reach,
+                mu,
+                shear_yield,
+                settings.penalty,
+                slip_scale,
+                dt,
+                secant,
+                space.band,
+                contact,
+                tables[k],
+                active[k],
+                releases[k],
+                may_change,
+            )
+            forces[k] = (contact.reshape(-1, 2).sum(axis=0) - before) * 2.0 * np.pi
+        residual = -(inner + contact)
+        hold_fixed(space.band, residual, space.fixed)
+        residual_norm = float(np.sqrt((residual @ residual) / (contact @ contact + 1e-12)))
+        if not np.isfinite(residual_norm):
+            raise StepError(f"the residual is not finite in iteration {iteration}")
+        if (
+            residual_norm < settings.tolerance
+            and iteration > 0
+            and changes == 0
+            and (may_change or rounds >= attempt.max_changes)
+        ):
+            return Step(
+                du, stress, strain, work, tables, forces, weights, shear_yield, iteration, residual_norm
+            )
+        worse = residual_norm > (1.0 - 0.1 * 0.5**halvings) * previous_norm
+        if (
+            correction is not None
+            and iteration > 1
+            and worse
+            and residual_norm > 10.0 * settings.tolerance
+            and halvings < 4
+            and not may_change
+            and not changed_before
+        ):
+            correction = 0.5 * correction
+            du = du - correction
+            halvings += 1
+            continue
+        previous_norm, halvings, changed_before = residual_norm, 0, may_change
+        correction = space.solve(residual).reshape(-1, 2)
+        du = du + correction
+    worst = int(np.abs(inner + contact).argmax()) // 2
+    r, z = (body.x + du)[worst]
+    raise StepError(
+        f"no equilibrium after {settings.max_iterations} iterations (residual {residual_norm:.1e} of the "
+        f"contact force, worst at r = {r:.2f} mm, z = {z:.2f} mm)"
+    )

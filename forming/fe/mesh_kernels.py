@@ -1,0 +1,202 @@
+"""Loops of the mesher: packing of points, relaxation, pairing of triangles, quality, smoothing."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from .shape import FloatArray, IntArray
+
+
+@njit(cache=True)
+def pack_points(candidates: FloatArray, radius: FloatArray, seeds: FloatArray) -> np.ndarray:
+    """Return which candidates to keep: in order, each one that has no accepted point within its radius."""
+    n_seeds = seeds.shape[0]
+    n = candidates.shape[0]
+    cell = radius.min()
+    low_r = min(candidates[:, 0].min(), seeds[:, 0].min())
+    low_z = min(candidates[:, 1].min(), seeds[:, 1].min())
+    high_r = max(candidates[:, 0].max(), seeds[:, 0].max())
+    high_z = max(candidates[:, 1].max(), seeds[:, 1].max())
+    n_r = int((high_r - low_r) / cell) + 2
+    n_z = int((high_z - low_z) / cell) + 2
+    head = np.full((n_r, n_z), -1)
+    following = np.full(n_seeds + n, -1)
+    points = np.empty((n_seeds + n, 2))
+    keep = np.zeros(n, np.bool_)
+    count = 0
+    for i in range(n_seeds + n):
+        if i < n_seeds:
+            r = seeds[i, 0]
+            z = seeds[i, 1]
+        else:
+            r = candidates[i - n_seeds, 0]
+            z = candidates[i - n_seeds, 1]
+        a = int((r - low_r) / cell)
+        b = int((z - low_z) / cell)
+        free = True
+        if i >= n_seeds:
+            reach = radius[i - n_seeds]
+            w = int(reach / cell) + 1
+            for p in range(max(0, a - w), min(n_r, a + w + 1)):
+                for q in range(max(0, b - w), min(n_z, b + w + 1)):
+                    k = head[p, q]
+                    while k >= 0:
+                        if (points[k, 0] - r) ** 2 + (points[k, 1] - z) ** 2 < reach * reach:
+                            free = False
+                            break
+                        k = following[k]
+                    if not free:
+                        break
+                if not free:
+                    break
+            keep[i - n_seeds] = free
+        if free:
+            points[count, 0] = r
+            points[count, 1] = z
+            following[count] = head[a, b]
+            head[a, b] = count
+            count += 1
+    return keep
+
+
+@njit(cache=True)
+def relax_edges(x: FloatArray, edges: IntArray, n_fixed: int, size: FloatArray, sweeps: int) -> None:
+    """Push the ends of edges that are too short apart (a truss in compression); the first nodes stay."""
+    move = np.empty((x.shape[0], 2))
+    for _ in range(sweeps):
+        move[:] = 0.0
+        actual = 0.0
+        wanted = 0.0
+        for e in range(edges.shape[0]):
+            a = edges[e, 0]
+            b = edges[e, 1]
+            actual += (x[b, 0] - x[a, 0]) ** 2 + (x[b, 1] - x[a, 1]) ** 2
+            wanted += (0.5 * (size[a] + size[b])) ** 2
+        scale = 1.15 * np.sqrt(actual / wanted)
+        for e in range(edges.shape[0]):
+            a = edges[e, 0]
+            b = edges[e, 1]
+            dr = x[b, 0] - x[a, 0]
+            dz = x[b, 1] - x[a, 1]
+            length = np.sqrt(dr * dr + dz * dz) + 1e-30
+            push = scale * 0.5 * (size[a] + size[b]) - length
+            if push > 0.0:
+                move[a, 0] -= push * dr / length
+                move[a, 1] -= push * dz / length
+                move[b, 0] += push * dr / length
+                move[b, 1] += push * dz / length
+        for i in range(n_fixed, x.shape[0]):
+            x[i, 0] += 0.2 * move[i, 0]
+            x[i, 1] += 0.2 * move[i, 1]
+
+
+@njit(cache=True)
+def corner_quality(x: FloatArray, a: int, b: int, c: int, d: int) -> float:
+    """Return the smallest sine of the four corners of a quadrilateral (scaled Jacobian)."""
+    worst = 1e9
+    corners = (a, b, c, d)
+    for k in range(4):
+        i = corners[k]
+        j = corners[(k + 1) % 4]
+        m = corners[(k + 3) % 4]
+        ur = x[j, 0] - x[i, 0]
+        uz = x[j, 1] - x[i, 1]
+        wr = x[m, 0] - x[i, 0]
+        wz = x[m, 1] - x[i, 1]
+        sine = (ur * wz - uz * wr) / (np.sqrt((ur * ur + uz * uz) * (wr * wr + wz * wz)) + 1e-30)
+        worst = min(worst, sine)
+    return worst
+
+
+@njit(cache=True)
+def qualities(x: FloatArray, quads: IntArray) -> FloatArray:
+    """Return the scaled Jacobian of each element, 1 for a rectangle, at most 0 for a folded one."""
+    result = np.empty(quads.shape[0])
+    for e in range(quads.shape[0]):
+        result[e] = corner_quality(x, quads[e, 0], quads[e, 1], quads[e, 2], quads[e, 3])
+    return result
+
+
+@njit(cache=True)
+def pair_triangles(
+    x: FloatArray, triangles: IntArray, neighbours: IntArray, threshold: float
+) -> tuple[IntArray, np.ndarray]:
+    """Merge pairs of triangles to quadrilaterals, best first; return them and which triangles were used."""
+    n_t = triangles.shape[0]
+    pairs = np.empty((3 * n_t, 3))
+    corners = np.empty((3 * n_t, 4), np.int64)
+    m = 0
+    for t in range(n_t):
+        for k in range(3):
+            u = neighbours[t, k]
+            if u > t:
+                b = triangles[t, (k + 1) % 3]
+                c = triangles[t, (k + 2) % 3]
+                d = triangles[u, 0] + triangles[u, 1] + triangles[u, 2] - b - c
+                corners[m, 0] = triangles[t, k]
+                corners[m, 1] = b
+                corners[m, 2] = d
+                corners[m, 3] = c
+                pairs[m, 0] = corner_quality(x, triangles[t, k], b, d, c)
+                pairs[m, 1] = t
+                pairs[m, 2] = u
+                m += 1
+    order = np.argsort(-pairs[:m, 0], kind="mergesort")
+    used = np.zeros(n_t, np.bool_)
+    quads = np.empty((n_t, 4), np.int64)
+    n_q = 0
+    for i in order:
+        if pairs[i, 0] < threshold:
+            break
+        t = int(pairs[i, 1])
+        u = int(pairs[i, 2])
+        if not used[t] and not used[u]:
+            used[t] = True
+            used[u] = True
+            quads[n_q] = corners[i]
+            n_q += 1
+    return quads[:n_q], used
+
+
+@njit(cache=True)
+def smooth_guarded(
+    x: FloatArray,
+    quads: IntArray,
+    node_start: IntArray,
+    node_list: IntArray,
+    element_start: IntArray,
+    element_list: IntArray,
+    held: np.ndarray,
+    sweeps: int,
+) -> None:
+    """Move free nodes towards the mean of their neighbours where the worst element around does not suffer."""
+    for _ in range(sweeps):
+        for i in range(x.shape[0]):
+            if held[i]:
+                continue
+            mean_r = 0.0
+            mean_z = 0.0
+            n = node_start[i + 1] - node_start[i]
+            for k in range(node_start[i], node_start[i + 1]):
+                mean_r += x[node_list[k], 0] / n
+                mean_z += x[node_list[k], 1] / n
+            old_r = x[i, 0]
+            old_z = x[i, 1]
+            before = 1e9
+            for k in range(element_start[i], element_start[i + 1]):
+                q = quads[element_list[k]]
+                before = min(before, corner_quality(x, q[0], q[1], q[2], q[3]))
+            weight = 0.7
+            for _attempt in range(2):
+                x[i, 0] = old_r + weight * (mean_r - old_r)
+                x[i, 1] = old_z + weight * (mean_z - old_z)
+                after = 1e9
+                for k in range(element_start[i], element_start[i + 1]):
+                    q = quads[element_list[k]]
+                    after = min(after, corner_quality(x, q[0], q[1], q[2], q[3]))
+                if after >= min(before, 0.75):
+                    break
+                x[i, 0] = old_r
+                x[i, 1] = old_z
+                weight *= 0.4

@@ -1,0 +1,86 @@
+"""Plane polylines: arc length, distances, spacing after a size field, inside tests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numba import njit
+
+from .shape import FloatArray
+
+#: Element size [mm] wanted at points of shape (n, 2).
+SizeField = Callable[[FloatArray], FloatArray]
+
+
+def arc_length(points: FloatArray) -> FloatArray:
+    """Return the arc length at each point, shape (n,)."""
+    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+
+
+def at_arc_length(s: FloatArray, lengths: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the positions at arc lengths `s`, by linear interpolation."""
+    return np.column_stack([np.interp(s, lengths, points[:, 0]), np.interp(s, lengths, points[:, 1])])
+
+
+def spaced(points: FloatArray, size: SizeField) -> FloatArray:
+    """Return the arc lengths of an even number of pieces along `points` whose length follows `size`."""
+    lengths = arc_length(points)
+    s = np.linspace(0.0, lengths[-1], max(50, int(lengths[-1] / 0.05)))
+    density = 1.0 / size(at_arc_length(s, lengths, points))
+    count = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(s))])
+    pieces = max(2, 2 * round(count[-1] / 2.0))
+    return np.interp(np.linspace(0.0, count[-1], pieces + 1), count, s)
+
+
+def distance_to_segment(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Return the distance of each point to the segment from `start` to `end`."""
+    along = end - start
+    t = np.clip((points - start) @ along / (along @ along + 1e-30), 0.0, 1.0)
+    return np.hypot(*(points - start - t[:, None] * along).T)
+
+
+def enclosed_volume(chain: FloatArray) -> float:
+    """Return the volume of revolution inside a counter-clockwise chain that starts and ends on the axis."""
+    r, z = chain.T
+    r1, z1 = np.roll(chain, -1, axis=0).T
+    return float(np.pi / 3.0 * ((z1 - z) * (r * r + r * r1 + r1 * r1)).sum())
+
+
+@njit(cache=True)
+def inside(points: FloatArray, polygon: FloatArray) -> np.ndarray:
+    """Return which points lie inside the closed polygon (crossing number)."""
+    result = np.zeros(points.shape[0], np.bool_)
+    for p in range(points.shape[0]):
+        r = points[p, 0]
+        z = points[p, 1]
+        odd = False
+        j = polygon.shape[0] - 1
+        for i in range(polygon.shape[0]):
+            if (polygon[i, 1] > z) != (polygon[j, 1] > z):
+                slope = (polygon[j, 0] - polygon[i, 0]) / (polygon[j, 1] - polygon[i, 1])
+                if r < polygon[i, 0] + slope * (z - polygon[i, 1]):
+                    odd = not odd
+            j = i
+        result[p] = odd
+    return result
+
+
+@njit(cache=True)
+def distance_to_polygon(points: FloatArray, polygon: FloatArray) -> FloatArray:
+    """Return the distance of each point to the closed polygon."""
+    result = np.empty(points.shape[0])
+    for p in range(points.shape[0]):
+        best = 1e30
+        j = polygon.shape[0] - 1
+        for i in range(polygon.shape[0]):
+            er = polygon[i, 0] - polygon[j, 0]
+            ez = polygon[i, 1] - polygon[j, 1]
+            pr = points[p, 0] - polygon[j, 0]
+            pz = points[p, 1] - polygon[j, 1]
+            t = min(1.0, max(0.0, (pr * er + pz * ez) / (er * er + ez * ez + 1e-30)))
+            d = (pr - t * er) ** 2 + (pz - t * ez) ** 2
+            best = min(best, d)
+            j = i
+        result[p] = np.sqrt(best)
+    return result

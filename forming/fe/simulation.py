@@ -1,0 +1,421 @@
+"""A forming simulation: adaptive increments, heat, remeshing, markers and the energy account."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..material import HenselSpittel
+from ..tooling import Tool
+from .body import Body
+from .increment import Attempt, Settings, Step, StepError, Workspace, solve_increment
+from .markers import SurfaceLoads, SurfaceMarkers
+from .mesh_kernels import qualities
+from .mesher import MeshError
+from .polyline import SizeField
+from .resample import mesh_inside, resample
+from .shape import FloatArray, gauss_volumes
+from .thermal import HeatExchange, heat_step
+from .transfer import transfer
+
+
+@dataclass(frozen=True)
+class StepControl:
+    """Limits of the increments, in mm of tool travel.
+
+    Attributes
+    ----------
+    first, largest : float
+        First and largest increment.
+    smallest : float
+        Below this the run stops.
+    slip : float
+        Largest sliding of a contact node in one increment.
+    after_remesh : float
+        Share of the largest increment allowed after a remeshing.
+    force_change : float
+        Largest change of the force in one increment [N]; larger ones are repeated in halves.
+    """
+
+    first: float = 0.02
+    largest: float = 0.1
+    smallest: float = 0.1 / 256.0
+    slip: float = 0.2
+    after_remesh: float = 0.3
+    force_change: float = np.inf
+
+
+@dataclass(frozen=True)
+class RemeshPolicy:
+    """When to remesh: after so many increments, at this element quality, at this plastic strain since."""
+
+    every: int = 10
+    quality: float = 0.3
+    strain: float = 0.4
+
+
+@dataclass
+class Energy:
+    """Energy account [N mm]."""
+
+    external: float = 0.0
+    plastic: float = 0.0
+    friction: float = 0.0
+    elastic: float = 0.0
+
+    @property
+    def imbalance(self) -> float:
+        """(plastic + friction + elastic) / external - 1."""
+        if self.external <= 0.0:
+            return 0.0
+        return (self.plastic + self.friction + self.elastic) / self.external - 1.0
+
+
+@dataclass
+class Record:
+    """One increment in the history of a run."""
+
+    stroke: float
+    time: float
+    force: float
+    iterations: int
+    residual: float
+    T_max: float
+    strain_max: float
+    volume_change: float
+    max_tau_over_k: float
+    share_above_0_6k: float
+    contact_area: float
+    nodes: int
+
+
+@dataclass
+class State:
+    """All that changes during a run; a deep copy of it is a snapshot."""
+
+    body: Body
+    tools: list[Tool]
+    markers: SurfaceMarkers
+    mu: FloatArray
+    strain_at_remesh: FloatArray
+    next_dt: float
+    stroke: float = 0.0
+    time: float = 0.0
+    increments: int = 0
+    iterations: int = 0
+    failures: int = 0
+    failures_in_row: int = 0
+    remeshes: int = 0
+    since_remesh: int = 0
+    tables: list[FloatArray] | None = None
+    forces: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    weights: FloatArray = field(default_factory=lambda: np.zeros(0))
+    energy: Energy = field(default_factory=Energy)
+    history: list[Record] = field(default_factory=list)
+    status: str = "ok"
+    message: str = ""
+
+
+class Simulation:
+    """An axisymmetric body formed by rigid tools, one of which drives.
+
+    Parameters
+    ----------
+    body : Body
+        Mesh and start state; its `velocity` is the first guess.
+    tools : list of Tool
+        Tools; those with a velocity share its magnitude. `stroke` is their travel.
+    material : HenselSpittel
+        Workpiece material.
+    marker_arc : ndarray, shape (n,)
+        Arc lengths of the material markers on the surface [mm].
+    mu : float
+        Coefficient of friction until `set_mu` is called.
+    size : callable or None
+        Size field for remeshing; None: never remesh.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        tools: list[Tool],
+        material: HenselSpittel,
+        marker_arc: FloatArray,
+        mu: float = 0.08,
+        size: SizeField | None = None,
+        settings: Settings | None = None,
+        control: StepControl | None = None,
+        policy: RemeshPolicy | None = None,
+        heat: HeatExchange | None = None,
+        isothermal: bool = False,
+    ) -> None:
+        self.material = material
+        self.size = size
+        self.settings = settings or Settings()
+        self.control = control or StepControl()
+        self.policy = policy or RemeshPolicy()
+        self.heat = None if isothermal else (heat or HeatExchange())
+        self.speed = max(tool.speed for tool in tools)
+        self._vector = material.vector()
+        markers = SurfaceMarkers(body.surface, marker_arc, float(body.T.mean()))
+        self.state = State(
+            body=body,
+            tools=tools,
+            markers=markers,
+            mu=np.full(len(markers), float(mu)),
+            strain_at_remesh=body.strain.copy(),
+            next_dt=self.control.first / self.speed,
+            forces=np.zeros((len(tools), 2)),
+        )
+        self._space = Workspace(body)
+        self._start_volume = body.volume()
+
+    @property
+    def force(self) -> float:
+        """Force on the moving tools against their motion [N]."""
+        return float(self._resistance(self.state.forces).sum())
+
+    def _resistance(self, forces: FloatArray) -> FloatArray:
+        """Return for each tool the force that its drive must overcome [N]."""
+        return np.array([-(f @ t.velocity) / self.speed for f, t in zip(forces, self.state.tools)])
+
+    def snapshot(self) -> State:
+        """Return a copy of the state."""
+        return copy.deepcopy(self.state)
+
+    def restore(self, snapshot: State) -> None:
+        """Continue from a snapshot exactly as the run continued after it was taken."""
+        self.state = copy.deepcopy(snapshot)
+        self._space = Workspace(self.state.body)
+
+    def advance_to(
+        self,
+        stroke: float,
+        on_increment: Callable[[Simulation], bool] | None = None,
+        limit: Callable[[Simulation], float] | None = None,
+    ) -> bool:
+        """Move the tools until `stroke` [mm].
+
+        Parameters
+        ----------
+        on_increment : callable, optional
+            Called after each increment, before a remeshing; True ends the advance.
+        limit : callable, optional
+            Returns the largest next increment [mm].
+
+        Returns
+        -------
+        bool
+            False when the run has stopped; `state.status` and `state.message` then say why.
+        """
+        state = self.state
+        while state.status == "ok" and state.stroke < stroke - 1e-9:
+            dt = state.next_dt
+            if limit is not None:
+                dt = min(dt, limit(self) / self.speed)
+            remaining = (stroke - state.stroke) / self.speed
+            dt = remaining / max(1, int(np.ceil(remaining / dt - 1e-6)))
+            step = self._increment(dt)
+            if step is None:
+                continue
+            done = on_increment is not None and on_increment(self)
+            self._choose_next(step, dt)
+            if done:
+                break
+        return state.status == "ok"
+
+    def _increment(self, dt: float) -> Step | None:
+        state = self.state
+        mu = state.markers.at_nodes(state.mu, len(state.body.chain))
+        try:
+            step = solve_increment(
+                state.body,
+                state.tools,
+                self._vector,
+                dt,
+                mu,
+                self.settings,
+                Attempt.number(state.failures_in_row),
+                self._space,
+            )
+        except StepError as error:
+            self._recover(dt, str(error))
+            return None
+        change = abs(float(self._resistance(step.forces).sum()) - self.force)
+        if change > self.control.force_change and dt * self.speed > 8.0 * self.control.smallest:
+            state.next_dt = 0.5 * dt
+            return None
+        self._accept(step, dt)
+        return step
+
+    def _recover(self, dt: float, reason: str) -> None:
+        """Halve the increment, on a fresh mesh if there is one to be had."""
+        state = self.state
+        state.failures += 1
+        state.failures_in_row += 1
+        state.next_dt = 0.5 * dt
+        if state.since_remesh > 0:
+            self.remesh()
+        if state.next_dt * self.speed < self.control.smallest:
+            state.status = "stopped"
+            state.message = (
+                f"stopped at stroke {state.stroke:.3f} mm: no increment converged down to "
+                f"{dt * self.speed:.1e} mm; last reason: {reason}"
+            )
+
+    def _accept(self, step: Step, dt: float) -> None:
+        state, body = self.state, self.state.body
+        before = self._resistance(state.forces)
+        body.rate = (step.strain - body.strain) / dt
+        body.x = body.x + step.du
+        body.velocity = step.du / dt
+        body.stress, body.strain = step.stress, step.strain
+        for tool in state.tools:
+            tool.offset = tool.offset + tool.velocity * dt
+        state.tables, state.forces, state.weights = step.tables, step.forces, step.weights
+        state.stroke += self.speed * dt
+        state.time += dt
+        state.increments += 1
+        state.iterations += step.iterations
+        state.since_remesh += 1
+        state.failures_in_row = 0
+        volumes = gauss_volumes(body.x, body.quads)
+        energy = state.energy
+        energy.external += 0.5 * float((before + self._resistance(step.forces)).sum()) * self.speed * dt
+        energy.plastic += float((step.work * volumes).sum())
+        energy.elastic = body.elastic_energy(self.material.shear_modulus, self.material.bulk_modulus)
+        for table in step.tables:
+            power = np.abs(table[:, 1] * table[:, 2]) * step.weights
+            energy.friction += 2.0 * np.pi * float(power.sum()) * dt
+        if self.heat is not None:
+            body.T = self._heat(step, dt)
+        loads = surface_loads(step.tables, state.tools)
+        state.markers.update(body.surface, body.T, loads, dt)
+        state.history.append(self._record(step, loads))
+
+    def _heat(self, step: Step, dt: float) -> FloatArray:
+        assert self.heat is not None
+        body, material = self.state.body, self.material
+        nodes, conductance, outside, power = [], [], [], []
+        for table, tool in zip(step.tables, self.state.tools):
+            on = table[:, 0] > 0.0
+            nodes.append(body.chain[on])
+            conductance.append(step.weights[on] * self.heat.htc)
+            outside.append(np.full(on.sum(), tool.temperature))
+            friction = np.abs(table[on, 1] * table[on, 2]) * step.weights[on]
+            power.append(self.heat.friction_share * friction)
+        at = np.concatenate(nodes)
+        return heat_step(
+            body.x,
+            body.quads,
+            body.T,
+            step.work * material.taylor_quinney,
+            material.heat_capacity,
+            material.conductivity,
+            dt,
+            (at, np.concatenate(conductance), np.concatenate(outside)),
+            (at, np.concatenate(power)),
+        )
+
+    def _record(self, step: Step, loads: SurfaceLoads) -> Record:
+        state, body = self.state, self.state.body
+        ratio = np.abs(loads.shear) / step.shear_yield
+        on = loads.active & (loads.pressure > 0.0)
+        area = 2.0 * np.pi * step.weights
+        contact = float(area[on].sum())
+        high = float(area[on & (ratio > 0.6)].sum())
+        unloaded = body.unloaded_volume(self.material.bulk_modulus)
+        return Record(
+            stroke=state.stroke,
+            time=state.time,
+            force=self.force,
+            iterations=step.iterations,
+            residual=step.residual,
+            T_max=float(body.T.max()),
+            strain_max=float(body.strain.max()),
+            volume_change=unloaded / self._start_volume - 1.0,
+            max_tau_over_k=float(ratio[on].max(initial=0.0)),
+            share_above_0_6k=high / contact if contact > 0.0 else 0.0,
+            contact_area=contact,
+            nodes=len(body.x),
+        )
+
+    def _choose_next(self, step: Step, dt: float) -> None:
+        state, control = self.state, self.control
+        largest = control.largest / self.speed
+        state.next_dt = min(largest, 1.5 * max(dt, min(state.next_dt, largest)))
+        slip = max(float(np.abs(table[:, 2]).max()) for table in step.tables)
+        if slip > 0.0:
+            state.next_dt = min(state.next_dt, max(control.slip / slip, largest / 20.0))
+        if self._remesh_due() and self.remesh():
+            state.next_dt = min(state.next_dt, largest * control.after_remesh)
+
+    def _remesh_due(self) -> bool:
+        state, policy = self.state, self.policy
+        if self.size is None:
+            return False
+        return (
+            state.since_remesh >= policy.every
+            or float((state.body.strain - state.strain_at_remesh).max()) > policy.strain
+            or float(qualities(state.body.x, state.body.quads).min()) < policy.quality
+        )
+
+    def remesh(self) -> bool:
+        """Replace the mesh over the same body; return whether that was possible."""
+        if self.size is None:
+            return False
+        state, body, size = self.state, self.state.body, self.size
+        old_surface = body.surface
+        for scale in (1.0, 0.85, 0.7):
+
+            def scaled(points: FloatArray, scale: float = scale) -> FloatArray:
+                return scale * size(points)
+
+            try:
+                surface = resample(old_surface, scaled, state.tools, state.tables)
+                mesh = mesh_inside(surface.points, scaled)
+                break
+            except MeshError:
+                continue
+        else:
+            return False
+        gauss = np.concatenate([body.stress, body.strain[:, :, None], body.rate[:, :, None]], axis=2)
+        nodal = np.column_stack([body.T, body.velocity])
+        gauss, nodal = transfer(body.x, body.quads, gauss, nodal, mesh.x, mesh.quads)
+        state.markers.move_to(old_surface, surface.old_arc)
+        state.body = Body(
+            mesh.x,
+            mesh.quads,
+            np.ascontiguousarray(mesh.loop[: len(surface.points)]),
+            np.ascontiguousarray(gauss[:, :, :4]),
+            np.maximum(gauss[:, :, 4], 0.0),
+            np.maximum(gauss[:, :, 5], 0.0),
+            np.ascontiguousarray(nodal[:, 0]),
+            np.ascontiguousarray(nodal[:, 1:]),
+        )
+        state.body.velocity[state.body.axis, 0] = 0.0
+        state.strain_at_remesh = state.body.strain.copy()
+        state.tables = None
+        state.since_remesh = 0
+        state.remeshes += 1
+        self._space = Workspace(state.body)
+        return True
+
+
+def surface_loads(tables: list[FloatArray], tools: list[Tool]) -> SurfaceLoads:
+    """Join the contact tables: at each node the tool that presses hardest counts."""
+    pressures = np.array([table[:, 0] for table in tables])
+    hardest = pressures.argmax(axis=0)
+    nodes = np.arange(pressures.shape[1])
+    stacked = np.array(tables)[hardest, nodes]
+    temperature = np.array([tool.temperature for tool in tools])[hardest]
+    return SurfaceLoads(
+        pressure=np.maximum(stacked[:, 0], 0.0),
+        shear=stacked[:, 1],
+        slip=stacked[:, 2],
+        tool_T=temperature,
+        active=stacked[:, 0] > 0.0,
+    )

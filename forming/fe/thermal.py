@@ -1,0 +1,106 @@
+"""Heat in the workpiece: plastic work, friction, conduction, and transfer to the tools."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from scipy.linalg.lapack import dpbsv
+
+from .shape import FAST, N_GAUSS, FloatArray, IntArray, gradients
+
+
+@dataclass(frozen=True)
+class HeatExchange:
+    """Transfer between workpiece and tools.
+
+    Attributes
+    ----------
+    htc : float
+        Heat transfer coefficient of the contact [N/(mm s K)], the number in kW/(m2 K).
+    friction_share : float
+        Share of the frictional power that enters the workpiece.
+    """
+
+    htc: float = 35.0
+    friction_share: float = 0.5
+
+
+@njit(cache=True, fastmath=FAST)
+def assemble_heat(
+    x: FloatArray,
+    quads: IntArray,
+    T: FloatArray,
+    source: FloatArray,
+    capacity: float,
+    conductivity: float,
+    dt: float,
+    band: FloatArray,
+    right: FloatArray,
+) -> None:
+    """Add conduction (implicit), lumped capacity and the heat `source` [N/mm2 in dt] per Gauss point.
+
+    ``band[j, i - j]`` holds the lower triangle, shape (n, b + 1), quantities per radian.
+    """
+    xe = np.empty((4, 2))
+    dn = np.empty((4, 2))
+    ke = np.empty((4, 4))
+    for e in range(quads.shape[0]):
+        for a in range(4):
+            xe[a, 0] = x[quads[e, a], 0]
+            xe[a, 1] = x[quads[e, a], 1]
+        ke[:] = 0.0
+        for g in range(4):
+            w, _, _ = gradients(xe, g, dn)
+            for a in range(4):
+                node = quads[e, a]
+                lump = w * N_GAUSS[g, a]
+                band[node, 0] += lump * capacity / dt
+                right[node] += lump * (capacity * T[node] + source[e, g]) / dt
+                for b in range(4):
+                    ke[a, b] += w * conductivity * (dn[a, 0] * dn[b, 0] + dn[a, 1] * dn[b, 1])
+        for a in range(4):
+            for b in range(4):
+                row = quads[e, a]
+                column = quads[e, b]
+                if row >= column:
+                    band[column, row - column] += ke[a, b]
+
+
+def heat_step(
+    x: FloatArray,
+    quads: IntArray,
+    T: FloatArray,
+    source: FloatArray,
+    capacity: float,
+    conductivity: float,
+    dt: float,
+    film: tuple[IntArray, FloatArray, FloatArray] | None = None,
+    flux: tuple[IntArray, FloatArray] | None = None,
+) -> FloatArray:
+    """Return the temperatures after `dt`, implicit Euler.
+
+    Parameters
+    ----------
+    source : ndarray, shape (n_e, 4)
+        Heat released in `dt` per volume at the Gauss points [N/mm2].
+    film : (nodes, conductance, temperature), optional
+        Conductance [N mm/(s K)] per radian of each node to a body of given temperature; nodes may repeat.
+    flux : (nodes, power), optional
+        Heat flow into nodes [N mm/s] per radian; nodes may repeat.
+    """
+    half = int((quads.max(axis=1) - quads.min(axis=1)).max())
+    band = np.zeros((len(x), half + 1))
+    right = np.zeros(len(x))
+    assemble_heat(x, quads, T, source, capacity, conductivity, dt, band, right)
+    if film is not None:
+        nodes, conductance, outside = film
+        np.add.at(band[:, 0], nodes, conductance)
+        np.add.at(right, nodes, conductance * outside)
+    if flux is not None:
+        np.add.at(right, flux[0], flux[1])
+    _, solution, info = dpbsv(band.T, right, lower=1, overwrite_ab=1, overwrite_b=1)
+    if info != 0:
+        raise ArithmeticError("the heat matrix is not positive definite")
+    return solution

@@ -1,0 +1,166 @@
+"""Transfer of the state from an old mesh to a new one over the same region."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from .shape import ETA, FAST, N_GAUSS, XI, FloatArray, IntArray, local_coordinates
+
+
+@njit(cache=True)
+def bin_elements(
+    x: FloatArray, quads: IntArray, low_r: float, low_z: float, cell: float, n_r: int, n_z: int
+) -> tuple[IntArray, IntArray]:
+    """Return for each cell of a grid the elements whose bounding box meets it, as (start, list)."""
+    box = np.empty((quads.shape[0], 4), np.int64)
+    start = np.zeros(n_r * n_z + 1, np.int64)
+    for e in range(quads.shape[0]):
+        r_min = 1e30
+        r_max = -1e30
+        z_min = 1e30
+        z_max = -1e30
+        for k in range(4):
+            r_min = min(r_min, x[quads[e, k], 0])
+            r_max = max(r_max, x[quads[e, k], 0])
+            z_min = min(z_min, x[quads[e, k], 1])
+            z_max = max(z_max, x[quads[e, k], 1])
+        box[e, 0] = max(0, int((r_min - low_r) / cell))
+        box[e, 1] = min(n_r - 1, int((r_max - low_r) / cell))
+        box[e, 2] = max(0, int((z_min - low_z) / cell))
+        box[e, 3] = min(n_z - 1, int((z_max - low_z) / cell))
+        for i in range(box[e, 0], box[e, 1] + 1):
+            for j in range(box[e, 2], box[e, 3] + 1):
+                start[i * n_z + j + 1] += 1
+    for k in range(n_r * n_z):
+        start[k + 1] += start[k]
+    position = start.copy()
+    members = np.empty(start[-1], np.int64)
+    for e in range(quads.shape[0]):
+        for i in range(box[e, 0], box[e, 1] + 1):
+            for j in range(box[e, 2], box[e, 3] + 1):
+                members[position[i * n_z + j]] = e
+                position[i * n_z + j] += 1
+    return start, members
+
+
+@njit(cache=True, fastmath=FAST)
+def locate(
+    pr: float,
+    pz: float,
+    x: FloatArray,
+    quads: IntArray,
+    low_r: float,
+    low_z: float,
+    cell: float,
+    n_r: int,
+    n_z: int,
+    start: IntArray,
+    members: IntArray,
+    local: FloatArray,
+) -> int:
+    """Return the element that holds the point, or the nearest; write its local coordinates, bounded to +-1."""
+    ci = min(n_r - 1, max(0, int((pr - low_r) / cell)))
+    cj = min(n_z - 1, max(0, int((pz - low_z) / cell)))
+    nearest = 0
+    distance = 1e30
+    xe = np.empty((4, 2))
+    for ring in range(6):
+        for i in range(max(0, ci - ring), min(n_r, ci + ring + 1)):
+            for j in range(max(0, cj - ring), min(n_z, cj + ring + 1)):
+                if max(abs(i - ci), abs(j - cj)) != ring:
+                    continue
+                for k in range(start[i * n_z + j], start[i * n_z + j + 1]):
+                    e = members[k]
+                    for a in range(4):
+                        xe[a, 0] = x[quads[e, a], 0]
+                        xe[a, 1] = x[quads[e, a], 1]
+                    xi, eta = local_coordinates(pr, pz, xe)
+                    d = max(abs(xi), abs(eta))
+                    if d < distance:
+                        distance = d
+                        nearest = e
+                        local[0] = min(1.0, max(-1.0, xi))
+                        local[1] = min(1.0, max(-1.0, eta))
+        if distance <= 1.0000001 or (ring >= 1 and distance < 1.6):
+            break
+    return nearest
+
+
+@njit(cache=True, fastmath=FAST)
+def interpolate_state(
+    x_old: FloatArray,
+    quads_old: IntArray,
+    gauss_old: FloatArray,
+    nodal_old: FloatArray,
+    x_new: FloatArray,
+    quads_new: IntArray,
+    low_r: float,
+    low_z: float,
+    cell: float,
+    n_r: int,
+    n_z: int,
+    start: IntArray,
+    members: IntArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the fields of Gauss points [e, g, c] and nodes [n, c] on the new mesh.
+
+    Gauss point fields are taken bilinearly from the points of the owner element alone: averaging over
+    nodes first would smear the shear layer at the surface.
+    """
+    gauss_new = np.zeros((quads_new.shape[0], 4, gauss_old.shape[2]))
+    nodal_new = np.zeros((x_new.shape[0], nodal_old.shape[1]))
+    local = np.zeros(2)
+    stretch = np.sqrt(3.0)
+    for e in range(quads_new.shape[0]):
+        for g in range(4):
+            pr = 0.0
+            pz = 0.0
+            for a in range(4):
+                pr += N_GAUSS[g, a] * x_new[quads_new[e, a], 0]
+                pz += N_GAUSS[g, a] * x_new[quads_new[e, a], 1]
+            k = locate(pr, pz, x_old, quads_old, low_r, low_z, cell, n_r, n_z, start, members, local)
+            for a in range(4):
+                weight = 0.25 * (1.0 + XI[a] * local[0] * stretch) * (1.0 + ETA[a] * local[1] * stretch)
+                for c in range(gauss_old.shape[2]):
+                    gauss_new[e, g, c] += weight * gauss_old[k, a, c]
+    for n in range(x_new.shape[0]):
+        k = locate(
+            x_new[n, 0], x_new[n, 1], x_old, quads_old, low_r, low_z, cell, n_r, n_z, start, members, local
+        )
+        for a in range(4):
+            weight = 0.25 * (1.0 + XI[a] * local[0]) * (1.0 + ETA[a] * local[1])
+            for c in range(nodal_old.shape[1]):
+                nodal_new[n, c] += weight * nodal_old[quads_old[k, a], c]
+    return gauss_new, nodal_new
+
+
+def transfer(
+    x_old: FloatArray,
+    quads_old: IntArray,
+    gauss_old: FloatArray,
+    nodal_old: FloatArray,
+    x_new: FloatArray,
+    quads_new: IntArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Return Gauss point fields, shape (n_e, 4, c), and nodal fields, shape (n, d), on the new mesh."""
+    low_r, low_z = x_old.min(axis=0) - 1e-6
+    high_r, high_z = x_old.max(axis=0)
+    cell = 0.5 * float(np.sqrt((high_r - low_r) * (high_z - low_z) * 4.0 / len(quads_old)))
+    n_r, n_z = int((high_r - low_r) / cell) + 1, int((high_z - low_z) / cell) + 1
+    start, members = bin_elements(x_old, quads_old, low_r, low_z, cell, n_r, n_z)
+    return interpolate_state(
+        x_old,
+        quads_old,
+        gauss_old,
+        nodal_old,
+        x_new,
+        quads_new,
+        low_r,
+        low_z,
+        cell,
+        n_r,
+        n_z,
+        start,
+        members,
+    )
