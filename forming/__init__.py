@@ -14,6 +14,9 @@ _EXPORTS = {
     "PunchGeometry": "upsetting",
     "UpsettingResult": "upsetting",
     "upset": "upsetting",
+    "ForwardRodExtrusion": "fre",
+    "FormingResult": "result",
+    "ContactHistory": "result",
 }
 
 __all__ = sorted(_EXPORTS)

@@ -19,6 +19,9 @@ from .friction_input import Friction, checked_mu, start_mu
 from .material import HenselSpittel, steel_16MnCr5
 from .tooling import Tool, flat_punch, plate, sleeve
 
+#: Highest force, forces, or (instants, forces).
+Force = float | npt.ArrayLike | tuple[npt.ArrayLike, npt.ArrayLike]
+
 
 @dataclass(frozen=True)
 class PunchGeometry:
@@ -190,7 +193,7 @@ class UpsettingResult:
 
 def upset(
     punch: PunchGeometry | None = None,
-    force: float | npt.ArrayLike | tuple[npt.ArrayLike, npt.ArrayLike] = 519e3,
+    force: Force = 519e3,
     material: HenselSpittel | None = None,
     mu: Friction = 0.08,
     T0: float = 20.0,
@@ -266,7 +269,7 @@ def upset(
     result = UpsettingResult(
         radius_fraction=fraction, status="ok" if reached else "stopped", message=message, **columns
     )
-    if np.ndim(force) == 0 and not isinstance(force, tuple):
+    if isinstance(force, (int, float)):
         return result.at_force(
             np.append(result.force[result.force < highest], min(highest, result.force.max()))
         )
@@ -274,7 +277,7 @@ def upset(
 
 
 def _force_history(
-    force: float | npt.ArrayLike | tuple[npt.ArrayLike, npt.ArrayLike],
+    force: Force,
 ) -> tuple[FloatArray | None, FloatArray]:
     times: FloatArray | None = None
     if isinstance(force, tuple):
@@ -341,7 +344,7 @@ def _contact(sim: Simulation, punch: PunchGeometry, fraction: FloatArray) -> dic
     surface = body.surface
     tables = state.tables
     on = tables[0][:, 0] > 0.0 if tables else np.zeros(len(surface), dtype=bool)
-    if not on.any():
+    if tables is None or not on.any():
         area = punch.first_contact_area
         flat = np.zeros_like(fraction)
         return row | {

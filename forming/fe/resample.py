@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numba import njit
@@ -46,7 +47,7 @@ def resample(
     before, after = steps[:-1, None], steps[1:, None]
     tangent[1:-1] = (direction[:-1] * before + direction[1:] * after) / (before + after)
     arcs = []
-    for a, b in zip(anchors[:-1], anchors[1:]):
+    for a, b in pairwise(anchors):
         s = lengths[a] + spaced(chain[a : b + 1], size)
         arcs.append(s if b == anchors[-1] else s[:-1])
     s = np.concatenate(arcs)
@@ -76,7 +77,7 @@ def _anchors(direction: FloatArray, lengths: FloatArray, size: FloatArray) -> li
     turn[1:-1] = np.abs(np.arctan2(cross, (direction[:-1] * direction[1:]).sum(axis=1)))
     anchors = [0, *np.flatnonzero(turn > CORNER).tolist(), n - 1]
     while len(anchors) > 2:
-        pieces = [(lengths[b] - lengths[a]) / size[a] for a, b in zip(anchors[:-1], anchors[1:])]
+        pieces = [(lengths[b] - lengths[a]) / size[a] for a, b in pairwise(anchors)]
         k = int(np.argmin(pieces))
         if pieces[k] > 0.8:
             break

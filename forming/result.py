@@ -1,0 +1,120 @@
+"""What a forming run leaves behind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from friction_models.loads import LOAD_NAMES
+
+from .fe.shape import FloatArray
+
+#: Stroke over which the force is averaged before its maximum is read [mm].
+FORCE_WINDOW = 0.5
+
+
+@dataclass(frozen=True)
+class ContactHistory:
+    """Loads of the material markers at each communication step.
+
+    Attributes
+    ----------
+    stroke : ndarray, shape (n,)
+        End of the step [mm].
+    loads : ndarray, shape (n, n_points, 5)
+        In the order of the loads contract.
+    active : ndarray of bool, shape (n, n_points)
+        Whether the marker is in contact; the loads of the others are those of their last contact.
+    mu : ndarray, shape (n, n_points)
+        Coefficients of friction that acted during the step.
+    position : ndarray, shape (n, n_points, 2)
+        r, z [mm].
+    """
+
+    stroke: FloatArray
+    loads: FloatArray
+    active: npt.NDArray[np.bool_]
+    mu: FloatArray
+    position: FloatArray
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return one row for each marker in contact at each step."""
+        step, point = np.nonzero(self.active)
+        columns: dict[str, npt.ArrayLike] = {"stroke": self.stroke[step], "point": point}
+        columns |= {name: self.loads[step, point, k] for k, name in enumerate(LOAD_NAMES)}
+        columns |= {"mu": self.mu[step, point]}
+        columns |= {"r": self.position[step, point, 0], "z": self.position[step, point, 1]}
+        return pd.DataFrame(columns)
+
+
+@dataclass(frozen=True)
+class FormingResult:
+    """Force and bookkeeping of a forming run, one entry a communication step.
+
+    Attributes
+    ----------
+    stroke : ndarray, shape (n,)
+        Stroke [mm], starting at 0.
+    force : ndarray, shape (n,)
+        Punch force [kN].
+    work : ndarray, shape (n,)
+        Work of the punch so far [J].
+    max_tau_over_k : float
+        Highest friction stress over shear yield stress k = kf / sqrt(3) in the whole run.
+    share_above_0_6k : float
+        Share of the contact (area and time) with a friction stress above 0.6 k.
+    energy_balance : float
+        (plastic + friction + elastic) / external - 1.
+    volume_change : float
+        Relative change of the unloaded volume.
+    increments, remeshes, failed_increments : int
+        Counts.
+    contact : ContactHistory
+        Loads at the material markers.
+    status, message : str
+        ``"ok"``, or ``"stopped"`` and where and why.
+    """
+
+    stroke: FloatArray
+    force: FloatArray
+    work: FloatArray
+    max_tau_over_k: float
+    share_above_0_6k: float
+    energy_balance: float
+    volume_change: float
+    increments: int
+    remeshes: int
+    failed_increments: int
+    contact: ContactHistory
+    status: str = "ok"
+    message: str = ""
+
+    @property
+    def smooth_force(self) -> FloatArray:
+        """Force averaged over 0.5 mm of stroke [kN]: single nodes entering contact ripple it by up to 1 %."""
+        if len(self.stroke) < 3:
+            return self.force
+        fine = np.linspace(self.stroke[0], self.stroke[-1], 4 * len(self.stroke))
+        area = np.concatenate(
+            [[0.0], np.cumsum(0.5 * np.diff(fine) * (f := np.interp(fine, self.stroke, self.force))[1:])]
+        )
+        area[1:] += np.cumsum(0.5 * np.diff(fine) * f[:-1])
+        half = np.minimum(
+            0.5 * FORCE_WINDOW, np.minimum(self.stroke - self.stroke[0], self.stroke[-1] - self.stroke)
+        )
+        low, high = self.stroke - half, self.stroke + half
+        mean = np.interp(high, fine, area) - np.interp(low, fine, area)
+        wide = half > 1e-9
+        return np.where(wide, mean / np.where(wide, high - low, 1.0), self.force)
+
+    @property
+    def max_force(self) -> float:
+        """Highest force [kN], read from `smooth_force`."""
+        return float(self.smooth_force.max(initial=0.0))
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return stroke [mm], force [kN] and work [J] as a table."""
+        return pd.DataFrame({"stroke": self.stroke, "force": self.force, "work": self.work})
