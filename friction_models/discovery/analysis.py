@@ -1,0 +1,152 @@
+"""One round of the search: noise floor, whitening, scan, significance, for a base with given columns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..effects.base import Effect
+from ..loads import FloatArray
+from .base_law import BaseLaw, polynomial_columns
+from .binning import Campaign
+from .candidates import Candidate
+from .noise_floor import Layout, NoiseFloor, Whitener, estimate
+from .scan import Fit, Prepared, Projector, prepare_candidate, rank
+from .significance import Simulated, confusion_set, maximum_gains, p_value, simulate
+
+
+@dataclass
+class Round:
+    """What one scan found.
+
+    Attributes
+    ----------
+    floor : NoiseFloor
+    residual : ndarray, shape (m,)
+        Whitened bin means without the base.
+    candidates : list of Prepared
+    ranking : list of Fit
+        The largest gain first.
+    null : ndarray, shape (replicates,)
+        Largest gain of any effect where nothing is missing.
+    simulated : Simulated
+    whiten, project : callable
+        Whitening, and removal of the base after it.
+    columns : ndarray, shape (m, p)
+        The base in the bins.
+    y : ndarray, shape (m,)
+        Bin means of mu without the fixed part of the base.
+    """
+
+    floor: NoiseFloor
+    residual: FloatArray
+    candidates: list[Prepared]
+    ranking: list[Fit]
+    null: FloatArray
+    simulated: Simulated
+    whiten: Whitener
+    project: Projector
+    columns: FloatArray
+    y: FloatArray
+
+    @property
+    def winner(self) -> Fit | None:
+        """The best effect, if any can be tested."""
+        return self.ranking[0] if self.ranking else None
+
+    def p_value(self, fit: Fit) -> float:
+        """Family-wise p-value of a fit."""
+        return p_value(fit.gain, self.null)
+
+    def confusion_set(self) -> list[str]:
+        """Effects that cannot be told from the winner."""
+        return confusion_set(self.ranking, self.simulated)
+
+    def change(self, fit: Fit) -> FloatArray:
+        """Return how the best prediction of mu in the bins moves when the effect comes in, shape (m,)."""
+        white = self.whiten(self.columns)
+        before = np.linalg.lstsq(white, self.whiten(self.y), rcond=1e-9)[0]
+        after = np.linalg.lstsq(white, self.whiten(self.y - fit.binned), rcond=1e-9)[0]
+        return self.columns @ (after - before) + fit.binned
+
+
+def flexible_mean(campaign: Campaign, base: FloatArray) -> FloatArray:
+    """Return columns of a mean that follows more than the base: second order and curves along each load.
+
+    With few tests the interactions, then the curves are left out, so that scatter between tests stays visible.
+    """
+    tests = len(campaign.tests)
+    z = polynomial_columns(campaign, 1)
+    columns = [base]
+    if tests >= 8:
+        columns.append(np.column_stack([z, z**2]))
+    if tests >= 30:
+        columns.append(polynomial_columns(campaign, 2))
+    if tests >= 60:
+        columns.append(np.column_stack([np.maximum(z - q, 0.0) ** 2 for q in (-0.8, 0.8)]))
+    within = campaign.distance[:, None] / max(float(campaign.distance.max()), 1e-300)
+    columns.append(np.column_stack([within, np.sqrt(within), np.exp(-within / 0.03), np.exp(-within / 0.1)]))
+    return np.column_stack(columns)
+
+
+def search(
+    campaign: Campaign,
+    base: BaseLaw,
+    terms: FloatArray | None,
+    candidates: list[Candidate],
+    seed: int,
+    floor: NoiseFloor | None = None,
+    also_in_mean: FloatArray | None = None,
+) -> Round:
+    """Scan all candidates beyond the base and further terms.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    base : BaseLaw
+    terms : ndarray, shape (m, k), or None
+        Further columns in the bins that belong to the base by now (effects found, freed drivers).
+    candidates : list of Candidate
+    seed : int
+    floor : NoiseFloor, optional
+        Use this one instead of estimating.
+    also_in_mean : ndarray, shape (m, k), optional
+        Columns that only the estimation of the floor uses (the winner of an earlier round).
+    """
+    layout = Layout.of(campaign)
+    y = campaign.average(campaign.mu - base.offset)
+    columns = campaign.average(base.columns)
+    if terms is not None:
+        columns = np.column_stack([columns, terms])
+    if floor is None:
+        mean = campaign.average(flexible_mean(campaign, base.columns))
+        extra = [e for e in (terms, also_in_mean) if e is not None]
+        floor = estimate(campaign, layout, y, np.column_stack([mean, *extra]))
+    scale = float(np.std(y)) or 1e-6
+    whiten = Whitener(layout, floor, scale)
+    project = Projector(whiten(columns))
+    residual = project(whiten(y))
+    prepared = [prepare_candidate(c, whiten, project) for c in candidates]
+    prepared = [p for p in prepared if p.usable.any()]
+    simulated = simulate(prepared, project, len(y), len(campaign.tests), np.random.default_rng(seed))
+    null = maximum_gains(prepared, simulated) if prepared else np.zeros(1)
+    return Round(
+        floor, residual, prepared, rank(prepared, residual), null, simulated, whiten, project, columns, y
+    )
+
+
+def testable(
+    effects: list[Effect], campaign: Campaign, taken: tuple[str, ...] = ()
+) -> tuple[list[Effect], list[str]]:
+    """Return the effects whose metadata the campaign holds, and notes on those that it lacks."""
+    usable, notes = [], []
+    for effect in effects:
+        absent = [m for m in effect.metadata if m not in campaign.system]
+        if effect.name in taken:
+            continue
+        if absent:
+            notes.append(f"{effect.name} was not tested: the test table has no {', '.join(absent)}")
+        else:
+            usable.append(effect)
+    return usable, notes

@@ -1,0 +1,161 @@
+"""Tests as units: points sorted by test and averaged into distance bins that are fine near the start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from ..loads import LOAD_NAMES, LOADS, MU, FloatArray, InputError, TriboLoads, check_column, missing_column
+
+BINS = 19  # a test
+FINENESS = 1.7  # exponent of the bin edges: the first bin covers about 0.7 % of the distance
+
+
+@dataclass
+class Campaign:
+    """Measured points of whole tests, with the bins that every later step works on.
+
+    Attributes
+    ----------
+    loads : TriboLoads
+        All points; the points of one test are consecutive.
+    mu : ndarray, shape (n,)
+        Measured coefficient of friction.
+    tests : list of str
+        Test names in the order of the points.
+    point_starts : ndarray of int, shape (tests,)
+        First point of each test.
+    starts : ndarray of int, shape (m,)
+        First point of each bin.
+    count : ndarray, shape (m,)
+        Points in each bin.
+    test : ndarray of int, shape (m,)
+        Test of each bin.
+    slot : ndarray of int, shape (m,)
+        Number of the bin within its test.
+    distance : ndarray, shape (n,)
+        Sliding distance since the start of the test [mm]; counts of points where it does not vary.
+    system : dict of str to ndarray, shape (n, 1)
+        Metadata of the tests that is recorded for every test, as numbers.
+    warnings : list of str
+        What the user should know about the data.
+    """
+
+    loads: TriboLoads
+    mu: FloatArray
+    tests: list[str]
+    point_starts: npt.NDArray[np.intp]
+    starts: npt.NDArray[np.intp]
+    count: FloatArray
+    test: npt.NDArray[np.intp]
+    slot: npt.NDArray[np.intp]
+    distance: FloatArray
+    system: dict[str, FloatArray] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+
+    def average(self, values: FloatArray) -> FloatArray:
+        """Return bin means of `values`, shape (n,) or (n, k)."""
+        sums = np.add.reduceat(values, self.starts, axis=0)
+        return sums / (self.count if sums.ndim == 1 else self.count[:, None])
+
+    @property
+    def point_test(self) -> npt.NDArray[np.intp]:
+        """Test of each point."""
+        return np.repeat(self.test, self.count.astype(int))
+
+    def varies(self, name: str) -> bool:
+        """Whether a load takes more than one value."""
+        column = getattr(self.loads, name)
+        return bool(np.ptp(column) > 1e-9 * max(1.0, float(np.max(np.abs(column)))))
+
+
+def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> Campaign:
+    """Check, sort and bin a table of points.
+
+    Loads that the table lacks are filled with a constant and reported; a table without `test_id` is one test.
+
+    Raises
+    ------
+    InputError
+        No points, no `mu`, or values outside the physical limits.
+    """
+    warnings: list[str] = []
+    frame = data.reset_index(drop=True)
+    if "mu" not in frame.columns:
+        raise missing_column("mu", frame.columns)
+    if frame.empty:
+        raise InputError("data: no points; allowed: at least one test with some points")
+    absent = [q for q in LOADS if q.name not in frame.columns]
+    if len(absent) == len(LOADS):
+        raise missing_column("v_rel", frame.columns)
+    if absent:
+        names = ", ".join(q.name for q in absent)
+        warnings.append(f"the data lack {names}: held constant, effects of these loads cannot be seen")
+        frame = frame.assign(**{q.name: 1.0 if q.name == "psi" else q.nominal for q in absent})
+    if "test_id" not in frame.columns:
+        warnings.append("the data have no test_id: all points count as one test")
+        frame = frame.assign(test_id="all")
+    frame["test_id"] = frame["test_id"].astype(str)
+    order, _ = pd.factorize(frame["test_id"])
+    if np.any(np.diff(order) < 0):
+        rows = np.argsort(order, kind="stable")
+        frame, order = frame.iloc[rows].reset_index(drop=True), order[rows]
+    loads = TriboLoads.from_frame(frame, tests)
+    mu = check_column(frame["mu"].to_numpy(), MU, "data")
+    names_in_order = list(pd.unique(frame["test_id"]))
+    point_starts = np.flatnonzero(np.r_[True, np.diff(order) > 0])
+    progress, distance = _progress(loads, point_starts)
+    slot_of_point = np.minimum((BINS * progress ** (1.0 / FINENESS)).astype(int), BINS - 1)
+    starts = np.flatnonzero(np.r_[True, (np.diff(order) > 0) | (np.diff(slot_of_point) != 0)])
+    count = np.diff(np.r_[starts, len(mu)]).astype(float)
+    test = order[starts]
+    slot = np.arange(len(starts)) - np.flatnonzero(np.r_[True, np.diff(test) > 0])[test]
+    campaign = Campaign(
+        loads, mu, names_in_order, point_starts, starts, count, test, slot, distance,
+        _system_columns(loads, warnings), warnings,
+    )  # fmt: skip
+    if count.size == len(names_in_order):
+        warnings.append(
+            "one point a test (averaged data): running-in, static peak and wear-out cannot be seen at all"
+        )
+    if len(names_in_order) == 1:
+        warnings.append("one test: the scatter between tests cannot be estimated; nothing here is confirmed")
+    elif len(names_in_order) < 6:
+        warnings.append(f"only {len(names_in_order)} tests: the scatter between tests is poorly known")
+    for name in LOAD_NAMES:
+        if name not in [q.name for q in absent] and not campaign.varies(name):
+            warnings.append(f"{name} does not vary in the data: effects of {name} cannot be seen")
+    return campaign
+
+
+def _progress(loads: TriboLoads, point_starts: npt.NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+    """Return how far each point is within its test, 0 to 1, and its distance since the start."""
+    progress, distance = np.empty(len(loads)), np.empty(len(loads))
+    for a, b in zip(point_starts, np.r_[point_starts[1:], len(loads)], strict=True):
+        sd = np.maximum.accumulate(loads.sd[a:b]) - loads.sd[a]
+        if not sd[-1] > 0:
+            sd = np.arange(b - a, dtype=float)
+        distance[a:b] = sd
+        progress[a:b] = sd / max(float(sd[-1]), 1e-300) if b - a > BINS else np.arange(b - a) / max(b - a, 1)
+        if b - a <= BINS:  # every point is its own bin: aim at the middle of successive slots
+            progress[a:b] = ((np.arange(b - a) + 0.5) / BINS) ** FINENESS
+    return progress, distance
+
+
+def _system_columns(loads: TriboLoads, warnings: list[str]) -> dict[str, FloatArray]:
+    """Return metadata as number columns; texts become their place in alphabetical order."""
+    columns: dict[str, FloatArray] = {}
+    if loads.context is None or loads.test_id is None:
+        return columns
+    for name in map(str, loads.context.columns):
+        values = loads.context_column(name)
+        if values is None or bool(pd.isna(values).any()):
+            continue
+        numbers = pd.to_numeric(pd.Series(values), errors="coerce").to_numpy(dtype=float)
+        if np.isnan(numbers).any():
+            numbers = pd.Categorical(pd.Series(values).astype(str)).codes.astype(float)
+        columns[name] = numbers[:, None]
+    return columns

@@ -1,0 +1,174 @@
+"""Candidate terms: every effect of the catalogue over its shape parameters, evaluated on all points at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..effects.base import Effect, Memory, Spans
+from ..loads import FloatArray, TriboLoads
+from ..ops import LoadColumns, NumpyOps
+from .binning import Campaign
+
+OPS = NumpyOps()
+
+
+@dataclass
+class Candidate:
+    """One effect at g sets of shape parameters.
+
+    Attributes
+    ----------
+    effect : Effect
+    shapes : dict of str to ndarray, shape (g,)
+        Shape parameters of every set.
+    columns : ndarray, shape (m, g, amplitudes)
+        Bin means of the basis.
+    """
+
+    effect: Effect
+    shapes: dict[str, FloatArray]
+    columns: FloatArray
+
+    def shape_at(self, k: int) -> dict[str, float]:
+        """Return the shape parameters of set `k`."""
+        return {name: float(values[k]) for name, values in self.shapes.items()}
+
+
+def load_columns(loads: TriboLoads) -> LoadColumns:
+    """Return the loads as columns for a formula."""
+    return LoadColumns(*(c[:, None] for c in loads.as_array().T))
+
+
+def spans_of(campaign: Campaign, mu: FloatArray) -> dict[str, tuple[float, float]]:
+    """Return what the data span: each load, and the derived quantities that scan grids follow.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    mu : ndarray, shape (n,)
+        Friction coefficient of the base model, for friction work and flash heating.
+    """
+    loads = campaign.loads
+    sliding = loads.v_rel[loads.v_rel > 0.0]
+    if sliding.size == 0:
+        sliding = np.array([1.0])
+    spans = {
+        "v_rel": _span(sliding),
+        "T": _span(loads.T),
+        "sigma_n": _span(loads.sigma_n),
+        "sd": _span(loads.sd),
+        "psi": _span(loads.psi),
+        "flash": _span(np.maximum(mu, 1e-6) * loads.sigma_n * np.sqrt(loads.v_rel)),
+    }
+    lasts = np.r_[campaign.point_starts[1:], len(loads)] - 1
+    lengths = campaign.distance[lasts]
+    work = np.maximum(mu, 1e-6) * loads.sigma_n * 1e-3
+    totals = (
+        np.array([work[a : b + 1].mean() for a, b in zip(campaign.point_starts, lasts, strict=True)])
+        * lengths
+    )
+    spans["work"] = (0.05 * float(np.max(totals)), float(np.max(totals)))
+    spans["T_rise"] = (0.1 * (spans["T"][1] - 20.0), max(spans["T"][1] - 20.0, 1.0))
+    rise = max(spans["psi"][1] - 1.0, 1e-3)
+    spans["psi_rise"] = (0.1 * rise, rise)
+    spans["v_rel_low"] = (spans["v_rel"][0], spans["v_rel"][0])
+    length = float(np.median(lengths))
+    spans["distance"] = (length * 1e-3, length)
+    if "batch" in campaign.system:
+        codes = campaign.system["batch"]
+        spans["batch"] = (float(codes.min()), float(codes.max()))
+    return spans
+
+
+def _span(values: FloatArray) -> tuple[float, float]:
+    low, high = np.quantile(values, [0.03, 0.98])
+    return float(low), float(high)
+
+
+def evaluate(
+    effect: Effect, campaign: Campaign, mu: FloatArray, grids: Mapping[str, FloatArray]
+) -> Candidate:
+    """Evaluate an effect over the product of its scan values and average it into bins.
+
+    Parameters
+    ----------
+    effect : Effect
+    campaign : Campaign
+    mu : ndarray, shape (n,)
+        Friction coefficient that effects which need one see (the base model's, not the measured one).
+    grids : mapping
+        Scan values by shape parameter.
+    """
+    names = list(grids)
+    mesh = np.meshgrid(*(grids[n] for n in names), indexing="ij") if names else []
+    shapes = {n: g.ravel() for n, g in zip(names, mesh, strict=True)}
+    rows = {n: g[None, :] for n, g in shapes.items()}
+    sets = mesh[0].size if names else 1
+    columns = evaluate_points(effect, campaign, mu, rows)
+    binned = [campaign.average(np.ascontiguousarray(np.broadcast_to(c, (len(mu), sets)))) for c in columns]
+    return Candidate(effect, shapes, np.stack(binned, axis=2))
+
+
+def evaluate_points(
+    effect: Effect, campaign: Campaign, mu: FloatArray, shape: Mapping[str, FloatArray | float]
+) -> tuple[FloatArray, ...]:
+    """Return the basis of an effect on all points, one array [n, g] an amplitude."""
+    L = load_columns(campaign.loads)
+    system = campaign.system
+    state: dict[str, FloatArray] = {}
+    if effect.states:
+        state = integrate(effect, campaign, mu, shape)
+    memory = Memory(mu=mu[:, None], state=state, system=system)
+    return tuple(np.asarray(c) for c in effect.basis(OPS, L, shape, memory))
+
+
+def integrate(
+    effect: Effect, campaign: Campaign, mu: FloatArray, shape: Mapping[str, FloatArray | float]
+) -> dict[str, FloatArray]:
+    """Advance the states of an effect through every test, all tests and parameter sets side by side.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n, g)
+        The states at every point.
+    """
+    loads = campaign.loads
+    n, tests = len(loads), len(campaign.tests)
+    lengths = np.diff(np.r_[campaign.point_starts, n])
+    sets = max((np.size(v) for v in shape.values()), default=1)
+    dt = time_steps(loads, campaign.point_starts)
+    matrix, start = loads.as_array(), effect.start_state(shape)
+    current = [np.broadcast_to(np.asarray(s, dtype=float), (tests, sets)).copy() for s in start]
+    history = [np.empty((n, sets)) for _ in current]
+    for step in range(int(lengths.max())):
+        running = lengths > step
+        rows = campaign.point_starts[running] + step
+        L = LoadColumns(*(matrix[rows, j : j + 1] for j in range(matrix.shape[1])))
+        old = {name: c[running] for (name, _), c in zip(effect.states, current, strict=True)}
+        memory = Memory(mu=mu[rows, None], state=old, system={k: v[rows] for k, v in campaign.system.items()})
+        new = effect.advance(OPS, L, shape, memory, dt[rows, None])
+        for k, value in enumerate(new):
+            current[k][running] = value
+            history[k][rows] = value
+    return {name: h for (name, _), h in zip(effect.states, history, strict=True)}
+
+
+def time_steps(loads: TriboLoads, point_starts: Sequence[int] | np.ndarray) -> FloatArray:
+    """Return the time since the previous point of the same test [s]; 0 at the first point.
+
+    Without a time column the step follows from distance and speed.
+    """
+    if loads.t is not None:
+        dt = np.diff(loads.t, prepend=loads.t[:1])
+    else:
+        dt = np.maximum(np.diff(loads.sd, prepend=loads.sd[:1]), 0.0) / np.maximum(loads.v_rel, 1e-9)
+    dt[np.asarray(point_starts)] = 0.0
+    return dt
+
+
+def catalogue_grids(effect: Effect, spans: Spans) -> dict[str, FloatArray]:
+    """Return the scan values of an effect for data with these spans."""
+    return effect.grids(spans)

@@ -1,0 +1,252 @@
+"""`diagnose`: which physical effect is missing.
+
+Steps: bin every test, estimate the noise floor around a flexible mean, whiten, scan all effects over their
+shape parameters, take the family-wise p-value from simulated noise, re-estimate the floor with the winner in,
+look for rivals, for a second effect, and for structure that no effect explains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ..effects import CATALOGUE, make_effect
+from ..effects.base import Effect
+from ..loads import FloatArray
+from .analysis import Round, search, testable
+from .base_law import BaseLaw, base_law
+from .binning import Campaign, prepare
+from .candidates import Candidate, evaluate, spans_of
+from .diagnosis import Diagnosis
+from .next_tests import propose
+from .scan import Fit
+from .significance import stays_first
+from .structure import Structure, find_structure, spline_columns
+from .summaries import base_residual, binned_bias, unrecorded_factor, weighted_rms, worst_tests
+from .verdict import LEAST_SHARE, LEVEL, Evidence, decide
+from .wording import sentence
+
+#: A second effect must bring this share of what the first one brings.
+SECOND_SHARE = 0.1
+
+
+def diagnose(
+    data: pd.DataFrame,
+    tests: pd.DataFrame | None = None,
+    model: Any = "linear",
+    catalogue: Iterable[str | Effect] | Mapping[str, type[Effect]] | None = None,
+    seed: int = 0,
+) -> Diagnosis:
+    """Compare a model with measurements and say which physical effect it lacks.
+
+    Parameters
+    ----------
+    data : pandas.DataFrame
+        One row a point: ``test_id, t, v_rel, T, sigma_n, sd, psi, mu`` (see `TriboLoads`).
+    tests : pandas.DataFrame, optional
+        One row a test: ``test_id`` and metadata.
+    model : str, FrictionModel or object with ``predict(array[n, 5])``
+        Family name or model; a model's family is refitted together with every candidate. An object that
+        only predicts (an FMU) is a fixed base.
+    catalogue : iterable of str or Effect, optional
+        Effects to consider; all known ones by default.
+    seed : int
+        Of the simulated noise; the same seed gives the same answer.
+
+    Returns
+    -------
+    Diagnosis
+
+    Raises
+    ------
+    InputError
+        Data without points or columns, values outside physical limits, an unknown model or effect.
+    """
+    campaign = prepare(data, tests)
+    base = base_law(model, campaign, seed)
+    effects = [make_effect(e) for e in (CATALOGUE if catalogue is None else catalogue)]
+    usable, notes = testable(effects, campaign, base.effects)
+    mu = _base_prediction(campaign, base)
+    spans = spans_of(campaign, mu)
+    candidates = [evaluate(e, campaign, mu, e.grids(spans)) for e in usable]
+    found = _search_twice(campaign, base, None, candidates, seed)
+    evidence, effects_found, final = _weigh(campaign, base, found, candidates, seed)
+    kinds = {e.name: e.kind for e in usable}
+    verdict = decide(evidence, kinds)
+    return _assemble(campaign, base, found, final, evidence, verdict, effects_found, notes, mu, seed)
+
+
+def _base_prediction(campaign: Campaign, base: BaseLaw) -> FloatArray:
+    """Return the friction coefficient of the fitted base at every point, never negative."""
+    coefficients = np.linalg.lstsq(base.columns, campaign.mu - base.offset, rcond=1e-10)[0]
+    return np.maximum(base.columns @ coefficients + base.offset, 1e-4)
+
+
+def _search_twice(
+    campaign: Campaign, base: BaseLaw, terms: FloatArray | None, candidates: list[Candidate], seed: int
+) -> Round:
+    """Search, then once more with a floor that knows the winner: a sharp effect inflates the first floor."""
+    found = search(campaign, base, terms, candidates, seed)
+    winner = found.winner
+    if winner is None or found.p_value(winner) >= 0.2:
+        return found
+    return search(campaign, base, terms, candidates, seed, also_in_mean=_columns(winner))
+
+
+def _columns(fit: Fit) -> FloatArray:
+    """Return the basis of a fit in the bins, shape (m, amplitudes)."""
+    return fit.prepared.candidate.columns[:, fit.index]
+
+
+def _share(campaign: Campaign, found: Round, fit: Fit) -> float:
+    """Return the share of the squared error that a fit carries, the floor included."""
+    rms = weighted_rms(found.change(fit), campaign.count)
+    return float(rms**2 / max(rms**2 + found.floor.total**2, 1e-300))
+
+
+def _weigh(
+    campaign: Campaign, base: BaseLaw, found: Round, candidates: list[Candidate], seed: int
+) -> tuple[Evidence, list[Fit], Round]:
+    """Collect the evidence; return it with the effects that belong to the answer and the last search."""
+    winner = found.winner
+    outside = _share_outside(campaign, base)
+    p = found.p_value(winner) if winner else 1.0
+    share = _share(campaign, found, winner) if winner else 0.0
+    present = winner is not None and p < LEVEL and share > LEAST_SHARE
+    if winner is None or not present:
+        structure = find_structure(campaign, found, np.empty((len(found.y), 0)), seed)
+        return Evidence(found, winner, p, share, [], structure, _part(structure, found), outside), [], found
+    confusion = found.confusion_set()
+    chosen, last = [winner], found
+    second = _second_effect(campaign, base, winner, found, candidates, seed)
+    if second is not None:
+        chosen.append(second)
+    signal = np.column_stack([found.whiten(_columns(f)) for f in chosen])
+    structure = find_structure(campaign, found, signal, seed)
+    evidence = Evidence(found, winner, p, share, confusion, structure, _part(structure, found), outside)
+    return evidence, chosen, last
+
+
+def _part(structure: Structure, found: Round) -> float:
+    return float(structure.rms**2 / max(structure.rms**2 + found.floor.total**2, 1e-300))
+
+
+def _second_effect(
+    campaign: Campaign, base: BaseLaw, first: Fit, found: Round, candidates: list[Candidate], seed: int
+) -> Fit | None:
+    """Return a second effect with another driver, judged with the driver of the first one freed as a spline."""
+    drivers = first.prepared.candidate.effect.driver
+    others = [c for c in candidates if not set(c.effect.driver) & set(drivers)]
+    if not others:
+        return None
+    freed = np.column_stack([_columns(first), spline_columns(campaign, drivers)])
+    again = search(campaign, base, freed, others, seed)
+    second = again.winner
+    if second is None or again.p_value(second) >= LEVEL / 2:
+        return None
+    if (
+        second.gain < SECOND_SHARE * (first.gain + second.gain)
+        or _share(campaign, again, second) <= LEAST_SHARE
+    ):
+        return None
+    return second
+
+
+def _share_outside(campaign: Campaign, base: BaseLaw) -> float:
+    """Return the share of the points outside the domain that the model was trained on; 0 if it has none."""
+    from ..base import FrictionModel
+
+    model = base.model
+    if isinstance(model, FrictionModel):
+        if not hasattr(model, "domain_"):
+            return 0.0
+        domain = model.domain_
+    else:
+        domain = getattr(model, "domain", None)
+    if domain is None or not hasattr(domain, "distance"):
+        return 0.0
+    return float(np.mean(np.asarray(domain.distance(campaign.loads.as_array())) > 0.1))
+
+
+def _assemble(
+    campaign: Campaign,
+    base: BaseLaw,
+    found: Round,
+    final: Round,
+    evidence: Evidence,
+    verdict: str,
+    chosen: list[Fit],
+    notes: list[str],
+    mu: FloatArray,
+    seed: int,
+) -> Diagnosis:
+    """Put everything that the answer shows into one place."""
+    floor = final.floor
+    residual = base_residual(campaign, found)
+    named = verdict in {"explained", "ambiguous", "data_problem"}
+    names = [f.name for f in chosen] if named else []
+    moved = np.sum([found.change(f) for f in chosen], axis=0) if named else np.zeros(len(residual))
+    left = evidence.structure.rms if evidence.unexplained else 0.0
+    if verdict == "nothing_missing":
+        confidence = float(np.clip(0.5 + evidence.p_value, 0.5, 0.95))
+    elif named and chosen:
+        confidence = (1.0 - evidence.p_value) * stays_first(found.ranking, found.simulated)
+        confidence /= len(evidence.confusion_set) if verdict == "ambiguous" else 1.0
+    else:
+        confidence = (
+            float(np.clip(1.0 - evidence.structure.p_value, 0.0, 0.99))
+            if verdict == "unknown_structure"
+            else 0.9
+        )
+    warnings = [*campaign.warnings, *notes]
+    if not floor.known:
+        confidence = min(confidence, 0.5)
+    rivals = [f for n in evidence.confusion_set for f in found.ranking if f.name == n]
+    if not rivals and chosen:
+        rivals = chosen[:1]
+    if len(rivals) == 1:
+        rivals += [f for f in found.ranking if f.name != rivals[0].name and f.gain > 0][:1]
+    return Diagnosis(
+        verdict=verdict,
+        sentence=sentence(verdict, base, evidence, chosen, confidence),
+        effects=names,
+        confidence=round(float(confidence), 3),
+        confusion_set=evidence.confusion_set if named else [],
+        ranking=[
+            {"effect": f.name, "gain": float(f.gain), "p_value": found.p_value(f)} for f in found.ranking
+        ],
+        noise_floor={
+            "sensor": floor.sensor,
+            "test": floor.test,
+            "drift": floor.drift,
+            "total": floor.total,
+            "interval": list(floor.interval),
+        },
+        error_budget={
+            "floor": floor.total,
+            "explained": weighted_rms(moved, campaign.count),
+            "missing": float(left),
+        },
+        where=evidence.structure.where if verdict == "unknown_structure" else [],
+        worst_tests=worst_tests(campaign, residual),
+        unrecorded_factor=unrecorded_factor(campaign, residual - moved),
+        next_tests=propose(campaign, found, rivals, mu),
+        warnings=warnings,
+        model=base.name,
+        bias=binned_bias(campaign, residual),
+        parameters={f.name: _parameters(f) for f in chosen} if named else {},
+    )
+
+
+def _parameters(fit: Fit) -> dict[str, Any]:
+    effect = fit.prepared.candidate.effect
+    values = {
+        a.name: {"value": float(v), "unit": a.unit}
+        for a, v in zip(effect.amplitudes, fit.amplitudes, strict=True)
+    }
+    shape = fit.shape
+    values |= {s.name: {"value": shape[s.name], "unit": s.unit} for s in effect.shapes}
+    return {"equation": effect.equation, "values": values}

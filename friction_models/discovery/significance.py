@@ -1,0 +1,94 @@
+"""Significance: family-wise p-values by parametric bootstrap, and which rivals could be the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..loads import FloatArray
+from .scan import Fit, Prepared, Projector, drops
+
+REPLICATES = 499
+#: Contributions that correlate by more than this are one and the same to these data.
+TWINS = 0.98
+
+
+@dataclass
+class Simulated:
+    """Noise as the floor describes it, seen through every candidate.
+
+    Attributes
+    ----------
+    noise : ndarray, shape (m, replicates)
+        Whitened noise without the base.
+    scores : dict of str to ndarray, shape (g, amplitudes, replicates)
+        Inner products of the candidates' columns with the noise.
+    """
+
+    noise: FloatArray
+    scores: dict[str, FloatArray]
+
+
+def simulate(
+    candidates: list[Prepared], project: Projector, size: int, tests: int, rng: np.random.Generator
+) -> Simulated:
+    """Draw whitened noise; its scale varies as that of a floor estimated from so many tests."""
+    noise = rng.standard_normal((size, REPLICATES))
+    freedom = max(0.7 * tests, 2.0)
+    noise *= np.sqrt(freedom / rng.chisquare(freedom, REPLICATES))
+    noise = project(noise)
+    scores = {c.name: np.einsum("mga,mb->gab", c.columns, noise, optimize=True) for c in candidates}
+    return Simulated(noise, scores)
+
+
+def maximum_gains(candidates: list[Prepared], simulated: Simulated) -> FloatArray:
+    """Return the largest gain of any effect in each replicate of pure noise, shape (replicates,)."""
+    gains = [drops(c, simulated.scores[c.name])[0].max(axis=0) - c.penalty for c in candidates]
+    return np.max(gains, axis=0)
+
+
+def p_value(gain: float, null: FloatArray) -> float:
+    """Return the share of replicates without any effect that gain as much."""
+    return float((1 + np.sum(null >= gain)) / (1 + null.size))
+
+
+def confusion_set(ranking: list[Fit], simulated: Simulated, level: float = 0.05) -> list[str]:
+    """Return the effects that the data cannot tell from the winner, the winner first.
+
+    For each rival, data are simulated from its own fit; it stays in the set when the winner leads by as
+    much as observed in more than `level` of them.
+    """
+    winner = ranking[0]
+    kept = [winner.name]
+    for rival in ranking[1:]:
+        if rival.gain <= 0.25 * winner.gain:
+            continue
+        if alike(winner, rival) > TWINS:
+            kept.append(rival.name)
+            continue
+        signal = rival.signal
+        lead = _gains(winner.prepared, signal, simulated) - _gains(rival.prepared, signal, simulated)
+        if float(np.mean(lead >= winner.gain - rival.gain)) > level:
+            kept.append(rival.name)
+    return kept
+
+
+def alike(first: Fit, second: Fit) -> float:
+    """Return the correlation of two fitted contributions in the data, beyond the base."""
+    a, b = first.signal, second.signal
+    size = float(np.sqrt((a @ a) * (b @ b)))
+    return float(a @ b) / size if size > 0 else 0.0
+
+
+def stays_first(ranking: list[Fit], simulated: Simulated) -> float:
+    """Return how often the winner comes first again in data simulated from its own fit."""
+    winner = ranking[0]
+    own = _gains(winner.prepared, winner.signal, simulated)
+    others = [_gains(r.prepared, winner.signal, simulated) for r in ranking[1:8]]
+    return float(np.mean(own > np.max(others, axis=0))) if others else 1.0
+
+
+def _gains(prepared: Prepared, signal: FloatArray, simulated: Simulated) -> FloatArray:
+    scores = simulated.scores[prepared.name] + np.einsum("mga,m->ga", prepared.columns, signal)[:, :, None]
+    return drops(prepared, scores)[0].max(axis=0) - prepared.penalty

@@ -1,0 +1,156 @@
+"""Structure that no catalogue effect explains: a functional analysis of variance on what is left.
+
+Curves along each load and products of curves of two loads are fitted to the whitened remainder; each block
+is compared with what it would fit in pure noise (functional ANOVA; Hooker, J. Comput. Graph. Stat. 16 (2007)).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from ..loads import LOAD_NAMES, FloatArray
+from .analysis import Round
+from .binning import Campaign
+from .scan import Projector
+
+REPLICATES = 199
+
+
+@dataclass
+class Structure:
+    """What a flexible model finds beyond base and effects.
+
+    Attributes
+    ----------
+    excess : float
+        Whitened squared signal of the strongest block beyond what noise gives.
+    p_value : float
+        Family-wise over the blocks.
+    rms : float
+        RMS of this signal in mu.
+    where : list of dict
+        Blocks that stand out: ``variables``, ``region``, ``shape``, ``share``.
+    """
+
+    excess: float
+    p_value: float
+    rms: float
+    where: list[dict[str, Any]]
+
+
+def curve(values: FloatArray, knots: int) -> FloatArray:
+    """Return a cubic-like basis: powers and truncated squares at quantiles, shape (m, knots + 2)."""
+    z = (values - values.mean()) / max(float(values.std()), 1e-12)
+    inner = np.quantile(z, np.linspace(0, 1, knots + 2)[1:-1])
+    columns = [z, z**2, *(np.maximum(z - k, 0.0) ** 2 for k in np.unique(inner))]
+    return np.column_stack(columns)
+
+
+def transformed(campaign: Campaign, name: str) -> FloatArray:
+    """Return bin means of a load on the scale on which its curve is drawn."""
+    values = campaign.average(getattr(campaign.loads, name))
+    if name == "v_rel":
+        return np.log(values + 0.02 * max(float(values.max()), 1e-12))
+    if name == "sd":
+        return np.sqrt(np.maximum(campaign.average(campaign.distance), 0.0))
+    if name in {"sigma_n", "psi"}:
+        return np.log(np.maximum(values, 1e-9 * max(float(values.max()), 1e-12)))
+    return values
+
+
+def spline_columns(campaign: Campaign, drivers: tuple[str, ...]) -> FloatArray:
+    """Return curves along the named loads, shape (m, k); loads that do not vary give nothing."""
+    names = [d for d in drivers if d in LOAD_NAMES and campaign.varies(d)]
+    blocks = [curve(transformed(campaign, n), 4) for n in names]
+    return np.column_stack(blocks) if blocks else np.empty((len(campaign.starts), 0))
+
+
+def find_structure(campaign: Campaign, found: Round, signal: FloatArray, seed: int) -> Structure:
+    """Look for structure beyond the base and the whitened contribution `signal` of the winner.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    found : Round
+    signal : ndarray, shape (m, k)
+        Whitened columns of the effects found; k may be 0.
+    seed : int
+    """
+    names = [n for n in LOAD_NAMES if campaign.varies(n)]
+    curves = {n: curve(transformed(campaign, n), 3) for n in names}
+    blocks: dict[tuple[str, ...], FloatArray] = {(n,): curves[n] for n in names}
+    for a, b in combinations(names, 2):
+        pairs = [curves[a][:, [i]] * curves[b][:, [j]] for i in range(3) for j in range(3)]
+        blocks[(a, b)] = np.column_stack([curves[a], curves[b], *pairs])
+    base = np.column_stack([found.whiten(found.columns), signal])
+    project = Projector(base)
+    residual = project(found.residual)
+    rng = np.random.default_rng([seed, 77])
+    freedom = max(0.7 * len(campaign.tests), 2.0)
+    noise = rng.standard_normal((len(residual), REPLICATES)) * np.sqrt(
+        freedom / rng.chisquare(freedom, REPLICATES)
+    )
+    data = np.column_stack([residual, project(noise)])
+    scores, fits, excess = [], {}, {}
+    for key, columns in blocks.items():
+        q = Projector(project(found.whiten(columns))).q
+        drop = np.sum((q.T @ data) ** 2, axis=0)
+        scores.append((drop - q.shape[1]) / np.sqrt(2.0 * q.shape[1]))
+        fits[key], excess[key] = q, float(drop[0] - q.shape[1])
+    if not scores:
+        return Structure(0.0, 1.0, 0.0, [])
+    table = np.array(scores)
+    null = table[:, 1:].max(axis=0)
+    p = float((1 + np.sum(null >= table[:, 0].max())) / (1 + REPLICATES))
+    keys = list(blocks)
+    significant = [
+        k for k in np.argsort(-table[:, 0]) if (1 + np.sum(null >= table[k, 0])) / (1 + REPLICATES) < 0.05
+    ]
+    strongest = keys[int(np.argmax(table[:, 0]))]
+    total = max(float(residual @ residual), 1e-300)
+    where = [
+        _describe(campaign, keys[k], fits[keys[k]], residual, excess[keys[k]] / total)
+        for k in significant[:3]
+    ]
+    return Structure(
+        max(excess.values()), p, _rms(campaign, found, fits[strongest], residual, excess[strongest]), where
+    )
+
+
+def _rms(campaign: Campaign, found: Round, q: FloatArray, residual: FloatArray, excess: float) -> float:
+    """Return the rms in mu of a whitened fit, shrunk to the part that is not noise."""
+    fit = np.linalg.inv(found.whiten.inverse) @ found.whiten.layout.pad((q @ (q.T @ residual))[:, None])
+    values = fit[campaign.test, campaign.slot, 0]
+    mean_square = float(campaign.count @ values**2 / campaign.count.sum())
+    power = float(np.sum((q.T @ residual) ** 2))
+    return float(np.sqrt(max(mean_square * max(excess, 0.0) / max(power, 1e-300), 0.0)))
+
+
+def _describe(
+    campaign: Campaign, key: tuple[str, ...], q: FloatArray, residual: FloatArray, share: float
+) -> dict[str, Any]:
+    """Say in which part of the range a block bends, and how."""
+    fit = q @ (q.T @ residual)
+    weight = np.abs(fit)
+    strong = weight >= np.quantile(weight, 0.8)
+    region = {}
+    for name in key:
+        values = campaign.average(getattr(campaign.loads, name))
+        low, high = np.quantile(values[strong], [0.1, 0.9])
+        region[name] = [float(low), float(high)]
+    rising = float(np.corrcoef(transformed(campaign, key[0]), fit)[0, 1])
+    shape = (
+        "interaction"
+        if len(key) > 1
+        else ("rising" if rising > 0.5 else "falling" if rising < -0.5 else "bent")
+    )
+    return {
+        "variables": list(key),
+        "region": region,
+        "shape": shape,
+        "share": float(np.clip(share, 0.0, 1.0)),
+    }

@@ -1,0 +1,125 @@
+"""What a diagnosis shows beside its verdict: budget, worst tests, binned bias, groups of test offsets."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..loads import LOAD_NAMES, FloatArray
+from .analysis import Round
+from .binning import Campaign
+
+BIAS_BINS = 6
+
+
+def weighted_rms(values: FloatArray, weight: FloatArray) -> float:
+    """Return the rms about the weighted mean."""
+    mean = float(weight @ values / weight.sum())
+    return float(np.sqrt(weight @ (values - mean) ** 2 / weight.sum()))
+
+
+def base_residual(campaign: Campaign, found: Round) -> FloatArray:
+    """Return bin means of mu minus the base fitted by generalised least squares, shape (m,)."""
+    white = found.whiten(found.columns)
+    coefficients = np.linalg.lstsq(white, found.whiten(found.y), rcond=1e-9)[0]
+    return found.y - found.columns @ coefficients
+
+
+def worst_tests(campaign: Campaign, residual: FloatArray, most: int = 10) -> list[dict[str, Any]]:
+    """Return the tests with the largest rms residual (points weigh alike)."""
+    squares = np.bincount(campaign.test, campaign.count * residual**2)
+    rms = np.sqrt(squares / np.bincount(campaign.test, campaign.count))
+    order = np.argsort(-rms, kind="stable")[:most]
+    return [{"test_id": campaign.tests[k], "rms": float(rms[k])} for k in order]
+
+
+def binned_bias(campaign: Campaign, residual: FloatArray) -> list[dict[str, Any]]:
+    """Return the mean residual along each load that varies, with intervals that treat a test as the unit."""
+    rows: list[dict[str, Any]] = []
+    for name in LOAD_NAMES:
+        if not campaign.varies(name):
+            continue
+        values = campaign.average(getattr(campaign.loads, name))
+        edges = np.unique(np.quantile(values, np.linspace(0, 1, BIAS_BINS + 1)))
+        which = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, max(len(edges) - 2, 0))
+        for k in range(max(len(edges) - 1, 1)):
+            inside = which == k
+            if not inside.any():
+                continue
+            tests = np.unique(campaign.test[inside])
+            totals = np.bincount(campaign.test[inside], campaign.count[inside], len(campaign.tests))[tests]
+            sums = np.bincount(
+                campaign.test[inside], (campaign.count * residual)[inside], len(campaign.tests)
+            )[tests]
+            mean = float(sums.sum() / totals.sum())
+            if len(tests) > 1:
+                spread = (
+                    np.sqrt(np.sum((sums - mean * totals) ** 2) * len(tests) / (len(tests) - 1))
+                    / totals.sum()
+                )
+                half = float(_t_quantile(len(tests) - 1) * spread)
+            else:
+                half = float("nan")
+            rows.append(
+                {
+                    "load": name,
+                    "low": float(values[inside].min()),
+                    "high": float(values[inside].max()),
+                    "bias": mean,
+                    "interval": [mean - half, mean + half],
+                    "tests": len(tests),
+                }
+            )
+    return rows
+
+
+def _t_quantile(freedom: int) -> float:
+    from scipy.stats import t
+
+    return float(t.ppf(0.975, freedom))
+
+
+def unrecorded_factor(campaign: Campaign, residual: FloatArray) -> dict[str, Any] | None:
+    """Return two groups of test offsets when one normal distribution does not describe them.
+
+    One normal distribution is compared with a mixture of two by their likelihoods; the mixture must win by
+    far (Bayes information criterion by 10) and both groups must hold at least a tenth of the tests.
+    """
+    tests = len(campaign.tests)
+    if tests < 20:
+        return None
+    offsets = np.bincount(campaign.test, campaign.count * residual) / np.bincount(
+        campaign.test, campaign.count
+    )
+    variance = float(np.var(offsets))
+    if variance <= 0.0:
+        return None
+    one = -0.5 * tests * (np.log(variance) + 1.0)  # both without -tests/2 log(2 pi)
+    best, groups, centres = -np.inf, np.zeros(tests), (0.0, 0.0)
+    for start in (0.15, 0.3, 0.5, 0.7, 0.85):
+        cut = np.quantile(offsets, start)
+        share, low, high = start, offsets[offsets <= cut].mean(), offsets[offsets > cut].mean()
+        spread = max(np.std(offsets) / 2.0, 1e-12)
+        for _ in range(60):
+            a = share * np.exp(-0.5 * ((offsets - low) / spread) ** 2) + 1e-300
+            b = (1 - share) * np.exp(-0.5 * ((offsets - high) / spread) ** 2) + 1e-300
+            first = a / (a + b)
+            share = float(np.clip(first.mean(), 1e-3, 1 - 1e-3))
+            low, high = (first @ offsets) / first.sum(), ((1 - first) @ offsets) / (1 - first).sum()
+            square = first @ (offsets - low) ** 2 + (1 - first) @ (offsets - high) ** 2
+            spread = max(float(np.sqrt(square / tests)), 1e-3 * float(np.std(offsets)))
+        likelihood = float(np.sum(np.log((a + b) / spread)))
+        if likelihood > best:
+            best, groups, centres = likelihood, 1.0 - first, (float(low), float(high))
+    advantage = 2.0 * (best - one) - 2.0 * np.log(tests)
+    high_group = [campaign.tests[k] for k in np.flatnonzero(groups > 0.5)]
+    if advantage < 10.0 or not 0.1 * tests <= len(high_group) <= 0.9 * tests:
+        return None
+    gap = centres[1] - centres[0]
+    return {
+        "note": f"test offsets fall into two groups {gap:.4f} apart; look for a factor that is not recorded",
+        "gap": gap,
+        "group": high_group,
+        "others": tests - len(high_group),
+    }

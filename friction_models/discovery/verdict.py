@@ -1,0 +1,84 @@
+"""The verdict: one of a closed set, from significance, size, rivals and what is left over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .analysis import Round
+from .scan import Fit
+from .structure import Structure
+
+#: Family-wise level at which an effect counts as present.
+LEVEL = 0.03
+#: Least share of the squared error (floor included) that an effect must carry: smaller ones are within the
+#: errors of a twin's loads and of no use to a model.
+LEAST_SHARE = 0.012
+#: An effect must explain this share of all structure, else something else is missing.
+EXPLAINS = 0.85
+#: Level for structure beyond the catalogue.
+STRUCTURE_LEVEL = 0.02
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the verdict is drawn from.
+
+    Attributes
+    ----------
+    found : Round
+    winner : Fit or None
+    p_value : float
+    share : float
+        Share of the squared error that the winner carries.
+    confusion_set : list of str
+    structure : Structure
+        Beyond base and winner (beyond the base where no effect stands out).
+    structure_share : float
+        Share of the squared error in it.
+    outside : float
+        Share of the points outside the model's domain.
+    """
+
+    found: Round
+    winner: Fit | None
+    p_value: float
+    share: float
+    confusion_set: list[str]
+    structure: Structure
+    structure_share: float
+    outside: float
+
+    @property
+    def present(self) -> bool:
+        """Whether the winner is significant and large enough to matter."""
+        return self.winner is not None and self.p_value < LEVEL and self.share > LEAST_SHARE
+
+    @property
+    def unexplained(self) -> bool:
+        """Whether structure is left that matters."""
+        if self.structure.p_value >= STRUCTURE_LEVEL or self.structure_share <= LEAST_SHARE:
+            return False
+        if not self.present or self.winner is None:
+            return True
+        return self.winner.gain / (self.winner.gain + self.structure.excess) < EXPLAINS
+
+
+def decide(evidence: Evidence, kinds: dict[str, str]) -> str:
+    """Return the verdict.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    kinds : dict
+        Kind of each effect (`physics`, `system`, `fault`).
+    """
+    if evidence.outside > 0.5:
+        return "out_of_domain"
+    if evidence.unexplained:
+        return "unknown_structure"
+    if not evidence.present:
+        return "nothing_missing"
+    members = [kinds[n] for n in evidence.confusion_set]
+    if all(k == "fault" for k in members):
+        return "data_problem"
+    return "ambiguous" if len(members) > 1 else "explained"

@@ -1,0 +1,30 @@
+"""The verdict in one sentence."""
+
+from __future__ import annotations
+
+from .base_law import BaseLaw
+from .scan import Fit
+from .verdict import Evidence
+
+
+def sentence(verdict: str, base: BaseLaw, evidence: Evidence, chosen: list[Fit], confidence: float) -> str:
+    """Return the verdict as a user reads it."""
+    model = f"the {base.name} model"
+    sure = f"(confidence {confidence:.2f})"
+    names = " and ".join(f"{f.name} ({f.prepared.candidate.effect.title})" for f in chosen)
+    p = evidence.p_value
+    if verdict == "explained":
+        return f"{model} lacks {names} {sure}, p = {p:.3f}."
+    if verdict == "ambiguous":
+        return (
+            f"{model} lacks an effect, but these data cannot tell {', '.join(evidence.confusion_set)} apart; "
+            f"{chosen[0].name} fits best {sure}."
+        )
+    if verdict == "data_problem":
+        return f"the residual of {model} looks like a fault of the data: {names} {sure}, p = {p:.3f}."
+    if verdict == "unknown_structure":
+        places = "; ".join(" x ".join(w["variables"]) for w in evidence.structure.where[:2])
+        return f"something systematic is missing from {model} that no effect in the catalogue explains, along {places} {sure}."
+    if verdict == "out_of_domain":
+        return f"{100 * evidence.outside:.0f} % of the points lie outside the loads that {model} was trained on; no effect can be judged there."
+    return f"nothing is missing from {model}: its residual is at the noise floor {sure}."
