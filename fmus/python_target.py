@@ -1,0 +1,75 @@
+"""FMUs that run in Python: PythonFMU's library around a slave module with a name of its own."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.util
+import json
+from pathlib import Path
+
+from friction_models.loads import LOADS, InputError
+
+from .archive import content_guid
+from .interface import FrictionInterface
+from .model_description import Description, to_xml
+from .source import FrictionSource
+
+
+def friction_files(source: FrictionSource, interface: FrictionInterface) -> dict[str, bytes]:
+    """Return the files of a friction FMU that runs ONNX Runtime in the simulator's Python."""
+    from .packing import friction_description
+
+    reals = [v for v in interface.variables() if v.type == "Real"]
+    box = [interface.domain.get(q.name, (q.lower, q.upper)) for q in LOADS]
+    config = {
+        "nodes": interface.nodes,
+        "names": [v.name for v in sorted(reals, key=lambda v: v.reference)],
+        "load_lower": [q.lower for q in LOADS],
+        "load_upper": [q.upper for q in LOADS],
+        "load_start": [interface.start(q) for q in LOADS],
+        "domain": [[b[0] for b in box], [b[1] for b in box]] if interface.domain else None,
+        "domain_scale": [b - a if b > a else max(abs(b), 1.0) for a, b in box],
+        "state_start": [s.start for s in source.states],
+        "system_start": [p.start for p in source.system],
+    }
+    script = (Path(__file__).parent / "slaves" / "friction_slave.py").read_text(encoding="utf-8")
+    resources = {"interface.json": (json.dumps(config) + "\n").encode(), "model.onnx": source.onnx}
+    return python_fmu_files(friction_description(source, interface, "python", ""), script, resources)
+
+
+def python_fmu_files(description: Description, script: str, resources: dict[str, bytes]) -> dict[str, bytes]:
+    """Put a slave script, its resources and PythonFMU together.
+
+    Parameters
+    ----------
+    description : Description
+        With an empty GUID; it is filled with a hash of the content.
+    script : str
+        Module with one class whose statement ends in ``(Fmi2Slave):``, as PythonFMU looks for it.
+    resources : dict of str to bytes
+        Files beside the script.
+
+    Returns
+    -------
+    dict of str to bytes
+        Path in the archive to content. The module's name is unique to the content: all FMUs of a
+        process share one interpreter, and modules of equal names would collide.
+    """
+    found = importlib.util.find_spec("pythonfmu")
+    if found is None or not found.submodule_search_locations:
+        raise InputError("pythonfmu is not installed; allowed: tribofmu installed with its dependencies")
+    package = Path(next(iter(found.submodule_search_locations)))
+    content = {f"resources/{n}": c for n, c in resources.items()}
+    content |= {f"resources/pythonfmu/{f.name}": f.read_bytes() for f in sorted(package.glob("*.py"))}
+    libraries = sorted(
+        p for p in (package / "resources" / "binaries").rglob("*") if p.suffix in {".so", ".dll", ".dylib"}
+    )
+    for library in libraries:
+        name = f"binaries/{library.parent.name}/{description.identifier}{library.suffix}"
+        content[name] = library.read_bytes()
+    guid = content_guid(content | {"script": script.encode(), "modelDescription.xml": to_xml(description)})
+    module = f"{description.identifier}_{guid.strip('{}').replace('-', '')}"
+    content[f"resources/{module}.py"] = script.encode()
+    content["resources/slavemodule.txt"] = module.encode()
+    content["modelDescription.xml"] = to_xml(dataclasses.replace(description, guid=guid))
+    return content

@@ -1,0 +1,1 @@
+"""Python FMU slaves: ONNX Runtime for a friction model, the forming solver, the tribometer twin."""

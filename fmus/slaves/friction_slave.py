@@ -1,0 +1,183 @@
+"""Friction FMU in Python: ONNX Runtime behind FMI 2.0.
+
+This file is copied into the FMU under a name of its own and needs numpy and onnxruntime only.
+Value references of the Real variables run in groups of `nodes`: five loads, mu, domain_distance,
+states; then the system variables. The behaviour is that of the native FMU.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import onnxruntime
+from pythonfmu.fmi2slave import Fmi2Slave
+
+IN_DOMAIN, CLAMP_TO_DOMAIN = 0, 1
+LOADS, SIGMA_N = 5, 2
+
+
+def guarded(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Let an error leave a method without taking the objects behind it along.
+
+    PythonFMU 0.7 gives back a reference to the slave, its class and its messages at every error and
+    goes on using them: the next call would crash the simulator. It gets the references here.
+    """
+
+    @functools.wraps(method)
+    def call(self: Any, *arguments: Any) -> Any:
+        try:
+            return method(self, *arguments)
+        except BaseException:
+            for thing in (self, type(self), self.log_queue):
+                ctypes.pythonapi.Py_IncRef(ctypes.py_object(thing))
+            raise
+
+    return call
+
+
+class FrictionSlave(Fmi2Slave):
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        folder = Path(str(self.resources))
+        config = json.loads((folder / "interface.json").read_text(encoding="utf-8"))
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = options.inter_op_num_threads = 1
+        self.session = onnxruntime.InferenceSession(
+            (folder / "model.onnx").read_bytes(), options, providers=["CPUExecutionProvider"]
+        )
+        self.graph_inputs = [i.name for i in self.session.get_inputs()]
+        self.loads_input = self.graph_inputs[0] if len(self.graph_inputs) == 1 else "loads"
+        outputs = [o.name for o in self.session.get_outputs()]
+        self.mu_output = "mu" if "mu" in outputs else outputs[0]
+        self.nodes = int(config["nodes"])
+        self.names = list(config["names"])
+        self.states, self.system = len(config["state_start"]), len(config["system_start"])
+        self.lower, self.upper = (np.array(config[k]) for k in ("load_lower", "load_upper"))
+        domain = [[-math.inf] * LOADS, [math.inf] * LOADS] if config["domain"] is None else config["domain"]
+        self.domain_lower, self.domain_upper = np.array(domain[0]), np.array(domain[1])
+        self.scale = np.array(config["domain_scale"])
+        n = self.nodes
+        self.first_state, self.first_system = 7 * n, (7 + self.states) * n
+        self.start = np.concatenate(
+            [
+                np.repeat(config["load_start"], n),
+                np.zeros(2 * n),
+                np.repeat(config["state_start"], n),
+                np.array(config["system_start"], dtype=float),
+            ]
+        )
+        self.values = self.start.copy()
+        self.clamp, self.stale, self.initialized = True, True, False
+
+    # --- evaluation ---
+
+    def loads(self) -> Any:
+        return self.values[: LOADS * self.nodes].reshape(LOADS, self.nodes).T
+
+    def run(self, output: str, loads: Any, dt: float) -> Any:
+        n, k = self.nodes, self.states
+        given = {self.loads_input: loads}
+        if "state" in self.graph_inputs:
+            held = self.values[self.first_state : self.first_system].reshape(k, n).T
+            given["state"] = np.ascontiguousarray(held)
+        if "dt" in self.graph_inputs:
+            given["dt"] = np.array([dt])
+        if "system" in self.graph_inputs:
+            given["system"] = self.values[self.first_system :].reshape(1, -1)
+        return self.session.run([output], given)[0]
+
+    def evaluate(self) -> None:
+        if not self.stale:
+            return
+        n, loads = self.nodes, self.loads()
+        inside = np.minimum(np.maximum(loads, self.lower), self.upper)
+        if self.clamp:
+            inside = np.minimum(np.maximum(inside, self.domain_lower), self.domain_upper)
+        mu = self.run(self.mu_output, np.ascontiguousarray(inside), 0.0).reshape(-1)
+        if not np.isfinite(mu).all():
+            bad = int(np.argmin(np.isfinite(mu)))
+            raise ValueError(f"{self.names[LOADS * n + bad]} is not a finite number at the given loads")
+        self.values[LOADS * n : (LOADS + 1) * n] = np.maximum(mu, 0.0)
+        self.stale = False
+
+    def measure_distance(self) -> None:
+        n, loads = self.nodes, self.loads()
+        outside = np.maximum(self.domain_lower - loads, loads - self.domain_upper)
+        self.values[(LOADS + 1) * n : self.first_state] = np.maximum(outside / self.scale, 0.0).max(axis=1)
+
+    @guarded
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        if not math.isfinite(step_size) or step_size < 0.0:
+            raise ValueError(f"communication step {step_size!r} is negative or not a finite number")
+        if step_size > 0.0 and self.states:
+            # On the unclamped loads; a point without contact pressure keeps its memory.
+            loads = np.ascontiguousarray(np.clip(self.loads(), self.lower, self.upper))
+            following = self.run("state_next", loads, step_size)
+            kept = self.values[self.first_state : self.first_system].reshape(self.states, self.nodes)
+            following = np.where(loads[:, SIGMA_N] > 0.0, following.T, kept)
+            if not np.isfinite(following).all():
+                bad = self.first_state + int(np.argmin(np.isfinite(following)))
+                raise ValueError(f"{self.names[bad]} is not a finite number after the step")
+            kept[:] = following
+            self.stale = True
+        return True
+
+    # --- FMI ---
+
+    def exit_initialization_mode(self) -> None:
+        self.initialized = True
+
+    @guarded
+    def get_real(self, vrs: list[int]) -> list[float]:
+        index = np.array(vrs, dtype=np.int64)
+        group = index // self.nodes
+        if self.stale and (group == LOADS).any():
+            self.evaluate()
+        if (group == LOADS + 1).any():
+            self.measure_distance()
+        return self.values[index].tolist()
+
+    @guarded
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
+        index, given = np.array(vrs, dtype=np.int64), np.array(values)
+        if not np.isfinite(given).all():
+            k = int(np.argmin(np.isfinite(given)))
+            raise ValueError(f"{self.names[vrs[k]]} = {values[k]} is not a finite number")
+        n = self.nodes
+        if ((index >= LOADS * n) & (index < self.first_state)).any():
+            raise ValueError("mu and domain_distance are outputs and cannot be set")
+        if self.initialized and ((index >= self.first_state) & (index < self.first_system)).any():
+            raise ValueError("setting the memory of a point is not allowed after initialization")
+        self.values[index] = given
+        self.stale = True
+
+    @guarded
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        if IN_DOMAIN not in vrs:
+            return [self.clamp for _ in vrs]
+        loads = self.loads()
+        outside = ((loads < self.domain_lower) | (loads > self.domain_upper)).any(axis=1)
+        inside = not (outside & (loads[:, SIGMA_N] > 0.0)).any()
+        return [bool(inside) if vr == IN_DOMAIN else self.clamp for vr in vrs]
+
+    @guarded
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
+        for vr, value in zip(vrs, values):
+            if vr != CLAMP_TO_DOMAIN:
+                raise ValueError("in_domain is an output and cannot be set")
+            self.clamp, self.stale = bool(value), True
+
+    def _get_fmu_state(self) -> dict[str, Any]:
+        return {"values": self.values.tolist(), "clamp": self.clamp, "initialized": self.initialized}
+
+    @guarded
+    def _set_fmu_state(self, state: dict[str, Any]) -> None:
+        self.values[:] = state["values"]
+        self.clamp, self.initialized, self.stale = state["clamp"], state["initialized"], True
