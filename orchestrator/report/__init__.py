@@ -1,0 +1,51 @@
+"""Self-contained HTML reports: of the demo, of a single run, of a diagnosis. They work offline and print well."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from friction_models.loads import InputError, write_text
+
+if TYPE_CHECKING:
+    from friction_models.loads import DataSet
+
+
+def write_report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | None = None) -> Path:
+    """Write the report of a demo folder or of a run folder; return its path.
+
+    Parameters
+    ----------
+    folder : path-like
+        A folder written by `demo` (with ``demo.json``) or by `simulate` (with ``manifest.json``).
+    out : path-like, optional
+        HTML file; by default ``report.html`` in the folder.
+
+    Raises
+    ------
+    InputError
+        Neither of the two, or files of it are missing.
+    """
+    place = Path(folder)
+    target = Path(out) if out is not None else place / "report.html"
+    if (place / "demo.json").is_file():
+        from .demo_page import demo_page
+
+        return write_text(target, demo_page(place))
+    if (place / "manifest.json").is_file():
+        from .run_page import run_page
+
+        return write_text(target, run_page(place))
+    raise InputError(
+        f"{place}: neither a run folder (manifest.json) nor a folder of the demo (demo.json); allowed: one of them"
+    )
+
+
+def write_diagnosis_report(
+    out: str | os.PathLike[str], model: Any, data: DataSet, diagnosis: Any, label: str
+) -> Path:
+    """Write the report of one diagnosis; return its path."""
+    from .diagnosis_page import diagnosis_page
+
+    return write_text(out, diagnosis_page(model, data, diagnosis.to_dict(), label))

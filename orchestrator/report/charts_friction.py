@@ -1,0 +1,112 @@
+"""Friction charts: residual against each load, response curves, the worst tests."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from friction_models.loads import LOAD_NAMES, LOADS, FloatArray
+
+from .residuals import binned_residual
+from .theme import AFTER, AFTER_BAND, BEFORE, BEFORE_BAND, PRESS, STYLES, dress
+
+_LOOK = {"before": (BEFORE, BEFORE_BAND), "after": (AFTER, AFTER_BAND)}
+
+
+def residual_chart(points: pd.DataFrame, predicted: Mapping[str, FloatArray]) -> Any:
+    """Return the mean residual over each load with per-test intervals, one panel a load.
+
+    Parameters
+    ----------
+    points : pandas.DataFrame
+        Held-out points with ``mu`` and ``test_id``.
+    predicted : mapping
+        mu of the models ``before`` and (where there is one) ``after``.
+    """
+    from plotly.subplots import make_subplots
+
+    chart = make_subplots(rows=1, cols=len(LOADS), shared_yaxes=True, horizontal_spacing=0.022)
+    test_id = points["test_id"].to_numpy().astype(str)
+    measured = points["mu"].to_numpy()
+    for column, quantity in enumerate(LOADS, 1):
+        load = points[quantity.name].to_numpy()
+        for part, mu in predicted.items():
+            color, band = _LOOK[part]
+            found = binned_residual(load, measured - mu, test_id)
+            chart.add_scatter(
+                x=np.concatenate([found.centre, found.centre[::-1]]),
+                y=np.concatenate([found.mean + found.half, (found.mean - found.half)[::-1]]),
+                fill="toself", fillcolor=band, line={"width": 0}, mode="lines", hoverinfo="skip",
+                legendgroup=part, showlegend=False, row=1, col=column,
+            )  # fmt: skip
+            chart.add_scatter(
+                x=found.centre, y=found.mean, mode="lines+markers", name=f"{part} (mean, 95 % interval)",
+                line={"color": color, "width": 2}, marker={"size": 5}, legendgroup=part,
+                showlegend=column == 1, row=1, col=column, customdata=found.tests,
+                hovertemplate=f"{quantity.name} %{{x:.4g}}<br>%{{y:+.4f}} from %{{customdata}} tests<extra>{part}</extra>",
+            )  # fmt: skip
+        unit = f" [{quantity.unit}]" if quantity.unit != "1" else ""
+        chart.update_xaxes(title_text=f"{quantity.name}{unit}", row=1, col=column)
+    dress(chart, 330)
+    chart.update_yaxes(title_text="measured &#8722; model (mu)", row=1, col=1)
+    return chart
+
+
+def response_chart(points: pd.DataFrame, models: Sequence[tuple[str, str, Any]]) -> Any:
+    """Return mu against each load, the others at the median of the data.
+
+    `models` holds label, part (look) and the model of each curve.
+    """
+    from plotly.subplots import make_subplots
+
+    chart = make_subplots(rows=1, cols=len(LOADS), shared_yaxes=True, horizontal_spacing=0.022)
+    array = points[list(LOAD_NAMES)].to_numpy()
+    middle = np.median(array, axis=0)
+    for column, quantity in enumerate(LOADS, 1):
+        values = np.linspace(*np.quantile(array[:, column - 1], [0.01, 0.99]), 81)
+        loads = np.tile(middle, (len(values), 1))
+        loads[:, column - 1] = values
+        for label, part, model in models:
+            chart.add_scatter(
+                x=values, y=model.predict(loads), name=label, legendgroup=label, showlegend=column == 1,
+                line=STYLES[part], row=1, col=column,
+                hovertemplate=f"{quantity.name} %{{x:.4g}}<br>mu %{{y:.4f}}<extra>{label}</extra>",
+            )  # fmt: skip
+        unit = f" [{quantity.unit}]" if quantity.unit != "1" else ""
+        chart.update_xaxes(title_text=f"{quantity.name}{unit}", row=1, col=column)
+    dress(chart, 320)
+    chart.update_yaxes(title_text="mu", row=1, col=1)
+    return chart
+
+
+def worst_tests_chart(points: pd.DataFrame, predicted: Mapping[str, FloatArray], tests: Sequence[str]) -> Any:
+    """Return mu over sliding distance, measured and modelled, one panel a test."""
+    from plotly.subplots import make_subplots
+
+    chart = make_subplots(
+        rows=1, cols=len(tests), shared_yaxes=True, horizontal_spacing=0.022, subplot_titles=tests
+    )
+    test_id = points["test_id"].to_numpy().astype(str)
+    for column, name in enumerate(tests, 1):
+        rows = np.flatnonzero(test_id == name)
+        rows = rows[:: max(1, len(rows) // 250)]
+        sd = points["sd"].to_numpy()[rows]
+        chart.add_scatter(
+            x=sd, y=points["mu"].to_numpy()[rows], mode="markers", name="measured", legendgroup="measured",
+            marker={"size": 3.2, "color": PRESS, "opacity": 0.45}, showlegend=column == 1, row=1, col=column,
+            hovertemplate="sd %{x:.1f} mm<br>mu %{y:.4f}<extra>measured</extra>",
+        )  # fmt: skip
+        for part, mu in predicted.items():
+            chart.add_scatter(
+                x=sd, y=mu[rows], name=part, legendgroup=part, line={"color": _LOOK[part][0], "width": 2.4},
+                showlegend=column == 1, row=1, col=column,
+                hovertemplate=f"sd %{{x:.1f}} mm<br>mu %{{y:.4f}}<extra>{part}</extra>",
+            )  # fmt: skip
+        chart.update_xaxes(title_text="sd [mm]", row=1, col=column)
+    dress(chart, 330)
+    chart.update_layout(margin_t=76)
+    chart.update_yaxes(title_text="mu", row=1, col=1)
+    return chart

@@ -1,0 +1,93 @@
+"""Small pieces of HTML: tables, cards, numbers. Everything that comes from files is escaped."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+
+def escape(text: object) -> str:
+    """Return `text` safe for HTML content and attributes."""
+    return html.escape(str(text), quote=True)
+
+
+def table(
+    headings: Sequence[str],
+    rows: Iterable[Sequence[object]],
+    numeric: Iterable[int] = (),
+    classes: Sequence[str] | None = None,
+    caption: str = "",
+) -> str:
+    """Return a table; the first cell of a row is its heading, columns in `numeric` align right."""
+    right = set(numeric)
+    head = "".join(
+        f'<th scope="col"{_number(k in right)}>{escape(text)}</th>' for k, text in enumerate(headings)
+    )
+    lines = []
+    for number, row in enumerate(rows):
+        kind = f' class="{classes[number]}"' if classes and classes[number] else ""
+        cells = "".join(
+            f'<th scope="row">{escape(cell)}</th>'
+            if k == 0
+            else f"<td{_number(k in right)}>{escape(cell)}</td>"
+            for k, cell in enumerate(row)
+        )
+        lines.append(f"<tr{kind}>{cells}</tr>")
+    title = f"<caption>{escape(caption)}</caption>" if caption else ""
+    return f'<div class="scroll"><table>{title}<thead><tr>{head}</tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
+
+
+def _number(right: bool) -> str:
+    return ' class="n"' if right else ""
+
+
+@dataclass(frozen=True)
+class Change:
+    """A number before and after, with its unit and how many decimals to show."""
+
+    name: str
+    before: float
+    after: float
+    unit: str = ""
+    decimals: int = 4
+
+    @property
+    def relative(self) -> float:
+        """Change relative to the value before; negative where it fell."""
+        return (self.after - self.before) / self.before if self.before else 0.0
+
+    def card(self) -> str:
+        """Return the card that shows it; it also says so when the number rose."""
+        word, kind = ("fell", "fell") if self.after < self.before else ("rose", "rose")
+        change = "unchanged" if self.after == self.before else f"{word} by {abs(100 * self.relative):.0f} %"
+        unit = f' <span class="unit">{escape(self.unit)}</span>' if self.unit else ""
+        return (
+            f'<div class="card"><p class="name">{escape(self.name)}</p><p class="numbers">'
+            f'<span class="before">{self.before:.{self.decimals}f}</span><span class="arrow" aria-label="then">&rarr;</span>'
+            f'<span class="after">{self.after:.{self.decimals}f}</span>{unit}</p>'
+            f'<p class="change {kind}">{change}</p></div>'
+        )
+
+
+def cards(changes: Iterable[Change]) -> str:
+    """Return the cards side by side."""
+    return f'<div class="cards">{"".join(c.card() for c in changes)}</div>'
+
+
+def p_value(value: float | None) -> str:
+    """Return a p-value as one writes it."""
+    if value is None:
+        return "-"
+    return "< 0.001" if value < 0.001 else f"{value:.3f}"
+
+
+def paragraph(text: str, kind: str = "") -> str:
+    """Return a paragraph of plain text."""
+    return f'<p class="{kind}">{escape(text)}</p>' if kind else f"<p>{escape(text)}</p>"
+
+
+def bullets(items: Iterable[str]) -> str:
+    """Return a list of plain texts, empty for none."""
+    lines = "".join(f"<li>{escape(item)}</li>" for item in items)
+    return f'<ul class="plain">{lines}</ul>' if lines else ""

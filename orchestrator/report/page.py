@@ -1,0 +1,87 @@
+"""The page around the sections: head, contents, style and the plotting library, embedded once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from importlib.resources import files
+from typing import Any
+
+from .markup import escape
+
+
+@dataclass
+class Page:
+    """A report under construction.
+
+    Attributes
+    ----------
+    title : str
+        The verdict, or what the page is about: the headline.
+    kicker : str
+        Small line above the headline.
+    lead : str
+        HTML of the paragraph below it.
+    synthetic : bool
+        Whether the badge "synthetic data" is shown.
+    """
+
+    title: str
+    kicker: str
+    lead: str = ""
+    synthetic: bool = False
+    sections: list[tuple[str, str, str]] = field(default_factory=list)
+
+    def add(self, anchor: str, heading: str, *parts: str) -> None:
+        """Append a section; parts are HTML."""
+        self.sections.append((anchor, heading, "\n".join(p for p in parts if p)))
+
+    def render(self, footer: str = "") -> str:
+        """Return the whole document as one HTML text without any reference to the network."""
+        from plotly.offline import get_plotlyjs
+
+        style = files(__package__).joinpath("style.css").read_text(encoding="utf-8")
+        badge = ' <span class="badge">synthetic data</span>' if self.synthetic else ""
+        links = "".join(f'<a href="#{a}">{escape(h)}</a>' for a, h, _ in self.sections)
+        body = "\n".join(
+            f'<section id="{a}" aria-labelledby="{a}-h"><h2 id="{a}-h">{escape(h)}</h2>\n{content}\n</section>'
+            for a, h, content in self.sections
+        )
+        return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{escape(self.title)} - tribofmu</title>
+<style>
+{style}</style>
+<script>{get_plotlyjs()}</script>
+</head>
+<body>
+<a class="skip" href="#content">Skip to the content</a>
+<header class="top">
+<p class="kicker">{escape(self.kicker)}{badge}</p>
+<h1>{escape(self.title)}</h1>
+<p class="lead">{self.lead}</p>
+<nav class="contents" aria-label="Contents">{links}</nav>
+</header>
+<main id="content">
+{body}
+</main>
+<footer>{footer}</footer>
+</body>
+</html>
+"""
+
+
+def figure(name: str, chart: Any, caption: str, description: str) -> str:
+    """Return the HTML of a chart with its caption; `description` is what a screen reader says."""
+    html = chart.to_html(
+        full_html=False,
+        include_plotlyjs=False,
+        div_id=f"chart-{name}",
+        config={"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["lasso2d", "select2d"]},
+    )
+    return (
+        f'<figure><div class="plot" role="img" aria-label="{escape(description)}">{html}</div>'
+        f"<figcaption>{caption}</figcaption></figure>"
+    )

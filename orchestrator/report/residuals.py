@@ -1,0 +1,62 @@
+"""Mean residual over each load, with intervals that treat a whole test as one observation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from friction_models.loads import FloatArray
+
+BINS = 9
+MIN_TESTS = 3
+
+
+@dataclass(frozen=True)
+class BinnedResidual:
+    """Mean of measured - model in bins of one load.
+
+    Attributes
+    ----------
+    centre : ndarray, shape (k,)
+        Mean load of the bin.
+    mean, half : ndarray, shape (k,)
+        Mean over the tests in the bin and half of its 95 % interval; each test counts once.
+    tests : ndarray, shape (k,)
+        Number of tests in the bin.
+    """
+
+    centre: FloatArray
+    mean: FloatArray
+    half: FloatArray
+    tests: np.ndarray
+
+
+def binned_residual(load: FloatArray, residual: FloatArray, test_id: np.ndarray) -> BinnedResidual:
+    """Bin residuals by quantiles of a load.
+
+    The mean of a bin is the mean over its tests of each test's own mean there; the interval is Student's
+    t over these test means, so that 500 points of one test do not count as 500 observations. Bins with
+    fewer than three tests are left out.
+    """
+    edges = np.unique(np.quantile(load, np.linspace(0.0, 1.0, BINS + 1)))
+    if len(edges) < 2:
+        edges = np.array([edges[0] - 0.5, edges[0] + 0.5])
+    which = np.clip(np.searchsorted(edges, load, side="right") - 1, 0, len(edges) - 2)
+    _, test = np.unique(test_id, return_inverse=True)
+    rows = []
+    for k in range(len(edges) - 1):
+        inside = which == k
+        counts = np.bincount(test[inside], minlength=test.max() + 1)
+        used = counts > 0
+        n = int(used.sum())
+        if n < MIN_TESTS:
+            continue
+        means = (
+            np.bincount(test[inside], weights=residual[inside], minlength=len(counts))[used] / counts[used]
+        )
+        half = float(stats.t.ppf(0.975, n - 1) * means.std(ddof=1) / np.sqrt(n))
+        rows.append((float(load[inside].mean()), float(means.mean()), half, n))
+    table = np.array(rows, dtype=float).reshape(-1, 4)
+    return BinnedResidual(table[:, 0], table[:, 1], table[:, 2], table[:, 3].astype(int))
