@@ -17,6 +17,8 @@ _EXPORTS = {
     "ForwardRodExtrusion": "fre",
     "FormingResult": "result",
     "ContactHistory": "result",
+    "PressCurves": "press",
+    "PressLevel": "press",
 }
 
 __all__ = sorted(_EXPORTS)

@@ -1,0 +1,276 @@
+"""Force-stroke records of a press: a folder with `levels.csv` and one CSV of curves for each factor level."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from friction_models.loads import (
+    InputError,
+    Quantity,
+    atomic_folder,
+    check_column,
+    missing_column,
+    unknown_name,
+    write_json,
+)
+
+from .fe.shape import FloatArray
+
+STROKE = Quantity("stroke", "mm", "punch travel", -1.0, 1e4, 10.0)
+FORCE = Quantity("force", "kN", "punch force", -1e3, 1e5, 300.0)
+LEVEL_COLUMNS = ("process", "T_tool", "speed", "lubricant", "file")
+PROCESSES = ("fre", "bce")
+#: Factors to the units of the contract.
+UNITS = {"stroke": {"mm": 1.0, "m": 1e3, "cm": 10.0}, "force": {"kN": 1.0, "N": 1e-3, "MN": 1e3}}
+_LEVEL_LIMITS = (
+    Quantity("T_tool", "degC", "tool temperature", -273.15, 2000.0, 20.0),
+    Quantity("speed", "mm/s", "punch speed", 1e-3, 1e5, 5.0),
+)
+#: Largest file that is read.
+MAX_BYTES = 512 * 1024**2
+
+
+@dataclass(frozen=True)
+class PressLevel:
+    """One factor level: how it was formed, and its curves.
+
+    Attributes
+    ----------
+    process : str
+        ``"fre"`` or ``"bce"``.
+    T_tool : float
+        Tool temperature [degC].
+    speed : float
+        Punch speed [mm/s].
+    lubricant : str
+        Name.
+    file : str
+        Name of the level's CSV in the folder.
+    curves : pandas.DataFrame
+        Columns stroke [mm], force [kN], repeat; stroke does not run backwards within a repeat.
+    synthetic : bool
+        Computed, not measured.
+    """
+
+    process: str
+    T_tool: float
+    speed: float
+    lubricant: str
+    file: str
+    curves: pd.DataFrame = field(repr=False)
+    synthetic: bool = False
+
+    @property
+    def repeats(self) -> list[pd.DataFrame]:
+        """The curves one by one."""
+        return [curve.reset_index(drop=True) for _, curve in self.curves.groupby("repeat", sort=True)]
+
+    def on_grid(self, stroke: npt.ArrayLike) -> FloatArray:
+        """Return the forces of every repeat at the given strokes, shape (n_repeats, n) [kN]; NaN beyond a record."""
+        at = np.asarray(stroke, dtype=np.float64)
+        return np.array(
+            [np.interp(at, c["stroke"], c["force"], left=np.nan, right=np.nan) for c in self.repeats]
+        )
+
+    def max_forces(self) -> FloatArray:
+        """Return the highest force of each repeat [kN]."""
+        return np.array([float(c["force"].max()) for c in self.repeats])
+
+    def works(self) -> FloatArray:
+        """Return the forming work of each repeat [J] (kN mm)."""
+        return np.array([float(np.trapezoid(c["force"], c["stroke"])) for c in self.repeats])
+
+
+@dataclass(frozen=True)
+class PressCurves:
+    """The records of a press campaign.
+
+    Attributes
+    ----------
+    levels : tuple of PressLevel
+        Factor levels.
+    info : dict
+        Content of `press.json`: provenance.
+    """
+
+    levels: tuple[PressLevel, ...]
+    info: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def synthetic(self) -> bool:
+        """Whether any level was computed instead of measured."""
+        return any(level.synthetic for level in self.levels)
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> PressCurves:
+        """Read a folder of press curves.
+
+        Raises
+        ------
+        InputError
+            A file or column is missing, a value is not a number or outside its limits, a unit does not
+            fit, or stroke runs backwards; the message names the file and the row (counted from 0).
+        """
+        folder = Path(path)
+        table = folder / "levels.csv"
+        if not table.is_file():
+            raise InputError(f"{folder}: no levels.csv; allowed: a folder of press curves")
+        frame, _ = _table(table)
+        for column in LEVEL_COLUMNS:
+            if column not in frame.columns:
+                raise missing_column(column, frame.columns, str(table))
+        numbers = {q.name: check_column(frame[q.name].to_numpy(), q, str(table)) for q in _LEVEL_LIMITS}
+        levels = []
+        for row, entry in enumerate(frame.to_dict("records")):
+            process = str(entry["process"]).strip().lower()
+            if process not in PROCESSES:
+                raise unknown_name("process", entry["process"], PROCESSES, f"{table}, row {row}")
+            name = str(entry["file"]).strip()
+            if not _stays_inside(name):
+                raise InputError(
+                    f"{table}: column 'file', row {row}: {name!r}; allowed: a path inside the folder"
+                )
+            levels.append(
+                PressLevel(
+                    process=process,
+                    T_tool=float(numbers["T_tool"][row]),
+                    speed=float(numbers["speed"][row]),
+                    lubricant=str(entry["lubricant"]),
+                    file=name,
+                    curves=read_curves(folder / name),
+                    synthetic=_truth(entry.get("synthetic", False), table, row),
+                )
+            )
+        return cls(tuple(levels), _read_info(folder / "press.json"))
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the folder, atomically; return its path."""
+        rows = [{c: getattr(v, c) for c in (*LEVEL_COLUMNS, "synthetic")} for v in self.levels]
+        with atomic_folder(path) as folder:
+            frame = pd.DataFrame(rows, columns=[*LEVEL_COLUMNS, "synthetic"])
+            frame.to_csv(folder / "levels.csv", index=False, lineterminator="\n")
+            for level in self.levels:
+                if not _stays_inside(level.file):
+                    raise InputError(f"press curves: file {level.file!r}; allowed: a path inside the folder")
+                target = folder / level.file
+                target.parent.mkdir(parents=True, exist_ok=True)
+                header = {"stroke": "stroke [mm]", "force": "force [kN]"}
+                table = level.curves[["stroke", "force", "repeat"]].rename(columns=header)
+                table.to_csv(target, index=False, lineterminator="\n")
+            write_json(folder / "press.json", {**self.info, "synthetic": self.synthetic})
+        return Path(path)
+
+
+def read_curves(path: str | os.PathLike[str]) -> pd.DataFrame:
+    """Read the curves of one level; return stroke [mm], force [kN], repeat.
+
+    Units stand in the header (``force [kN]``) or in a row below it; N, MN, m and cm are converted. A
+    missing `repeat` column means one repeat.
+
+    Raises
+    ------
+    InputError
+        See `PressCurves.read`.
+    """
+    file = Path(path)
+    frame, units = _table(file)
+    columns: dict[str, npt.ArrayLike] = {}
+    for quantity in (STROKE, FORCE):
+        name = quantity.name
+        if name not in frame.columns:
+            raise missing_column(name, frame.columns, str(file))
+        unit = units.get(name, quantity.unit)
+        if unit not in UNITS[name]:
+            raise unknown_name(f"unit of column {name!r}", unit, UNITS[name], str(file))
+        factor = UNITS[name][unit]
+        scaled = Quantity(
+            name, unit, quantity.meaning, quantity.lower / factor, quantity.upper / factor, quantity.nominal
+        )
+        columns[name] = check_column(frame[name].to_numpy(), scaled, str(file)) * factor
+    repeat = frame["repeat"] if "repeat" in frame.columns else pd.Series(1, index=frame.index)
+    if repeat.isna().any():
+        row = int(np.argmax(repeat.isna()))
+        raise InputError(f"{file}: column 'repeat', row {row}: no value; allowed: a name or number")
+    curves = pd.DataFrame({**columns, "repeat": repeat.to_numpy()})
+    backwards = (curves["stroke"].diff() < 0) & (curves["repeat"] == curves["repeat"].shift())
+    if backwards.any():
+        row = int(np.argmax(backwards))
+        raise InputError(
+            f"{file}: column 'stroke', row {row}: {curves['stroke'][row]:g} mm comes after "
+            f"{curves['stroke'][row - 1]:g} mm; stroke must not run backwards within a repeat"
+        )
+    return curves
+
+
+def _table(file: Path) -> tuple[pd.DataFrame, dict[str, str]]:
+    """Return a CSV with bare column names, and the units from the header or the row below it."""
+    if not file.is_file():
+        raise InputError(f"{file}: no such file")
+    if file.stat().st_size > MAX_BYTES:
+        raise InputError(f"{file}: {file.stat().st_size} bytes; allowed: at most {MAX_BYTES}")
+    try:
+        frame = pd.read_csv(file, low_memory=False, skipinitialspace=True)
+    except pd.errors.EmptyDataError:
+        raise InputError(f"{file}: the file is empty; allowed: a header and rows") from None
+    except (ValueError, OSError) as error:
+        raise InputError(f"{file}: not a readable CSV ({str(error).splitlines()[0]})") from None
+    units: dict[str, str] = {}
+    names = []
+    for column in map(str, frame.columns):
+        name, bracket, unit = column.partition("[")
+        names.append(name.strip())
+        if bracket:
+            units[name.strip()] = unit.rstrip("] ").strip()
+    frame.columns = pd.Index(names)
+    if frame.columns.duplicated().any():
+        twice = frame.columns[frame.columns.duplicated()][0]
+        raise InputError(f"{file}: column {twice!r} stands twice in the header; allowed: once")
+    numeric: list[str] = [n for n in ("stroke", "force", "T_tool", "speed") if n in names]
+    if len(frame) and numeric:
+        first = {n: str(frame[n].iloc[0]).strip("[] ") for n in numeric}
+        texts = [v for v in first.values() if re.match(r"[A-Za-z°]", v) and v.lower() not in {"nan", "inf"}]
+        if len(texts) == len(first):
+            units.update(first)
+            frame = frame.iloc[1:].reset_index(drop=True)
+            for n in numeric:
+                values = pd.to_numeric(frame[n], errors="coerce")
+                frame[n] = values.where(values.notna(), frame[n])
+    if frame.empty:
+        raise InputError(f"{file}: the table has no rows")
+    return frame, units
+
+
+def _stays_inside(name: str) -> bool:
+    path = PurePosixPath(name.replace("\\", "/"))
+    return bool(name) and not path.is_absolute() and ".." not in path.parts and ":" not in name
+
+
+def _truth(value: object, table: Path, row: int) -> bool:
+    """Return a Boolean cell."""
+    text = str(value).strip().lower()
+    if text in {"true", "1", "yes"}:
+        return True
+    if text in {"false", "0", "no", "nan", ""}:
+        return False
+    raise InputError(f"{table}: column 'synthetic', row {row}: {value!r}; allowed: true, false")
+
+
+def _read_info(file: Path) -> dict[str, Any]:
+    if not file.is_file():
+        return {}
+    try:
+        content = json.loads(file.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise InputError(f"{file}: not valid JSON ({error})") from None
+    if not isinstance(content, dict):
+        raise InputError(f"{file}: holds a {type(content).__name__}; allowed: an object")
+    return content
