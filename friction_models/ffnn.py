@@ -33,6 +33,7 @@ class FeedForwardFriction(FrictionModel):
     learning_rate : float
         Of Adam at the start; it falls along a half cosine to a hundredth.
     batch_size : int
+        Most points a step; small data sets take smaller batches, so that an epoch has about 40 steps.
     epochs : int
         Most epochs.
     patience : int

@@ -21,7 +21,7 @@ class Scaling:
     Attributes
     ----------
     mean, scale : ndarray, shape (k,)
-        A column that does not vary has scale 1.
+        A column that does not vary becomes 0: its value is the mean, its scale 1.
     """
 
     mean: FloatArray
@@ -33,7 +33,7 @@ class Scaling:
         mean, spread = matrix.mean(axis=0), matrix.std(axis=0)
         # Rounding leaves a spread of about 1e-16 |mean| on a constant column.
         varies = spread > 1e-12 * np.maximum(np.abs(mean), 1.0)
-        return cls(mean, np.where(varies, spread, 1.0))
+        return cls(np.where(varies, mean, matrix[0]), np.where(varies, spread, 1.0))
 
     def apply(self, matrix: FloatArray) -> FloatArray:
         """Return the standardised matrix."""

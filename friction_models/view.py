@@ -77,8 +77,8 @@ def response_curves(model: FrictionModel) -> go.Figure:
         title={"text": f"{model.name}<br><sub>{shown if len(shown) < 150 else shown[:147] + '...'}</sub>"},
         template="plotly_white",
         height=620,
-        legend={"orientation": "h", "yanchor": "bottom", "y": -0.16},
-        margin={"t": 100, "b": 80},
+        legend={"x": 0.70, "y": 0.30, "title": {"text": "Grey: outside the trained domain"}},
+        margin={"t": 110, "b": 40},
     )
     return figure
 

@@ -13,6 +13,10 @@ from ..loads import FloatArray
 if TYPE_CHECKING:
     from ..ffnn import FeedForwardFriction
 
+#: Fewest steps an epoch, where the data set has enough points for batches of the smallest size.
+STEPS = 40
+SMALLEST_BATCH = 32
+
 Sample = tuple[FloatArray, FloatArray]
 
 
@@ -67,10 +71,11 @@ def train_network(
         )
         inputs, outputs = (torch.from_numpy(np.ascontiguousarray(a)) for a in train)
         held_inputs, held_outputs = (torch.from_numpy(np.ascontiguousarray(a)) for a in held)
+        batch = min(options.batch_size, max(SMALLEST_BATCH, math.ceil(len(inputs) / STEPS)))
         best, best_epoch, kept = math.inf, 0, [p.detach().clone() for p in (*weights, *biases)]
         for epoch in range(1, options.epochs + 1):
             order = torch.from_numpy(rng.permutation(len(inputs)))
-            for rows in order.split(options.batch_size):
+            for rows in order.split(batch):
                 optimizer.zero_grad(set_to_none=True)
                 loss = torch.nn.functional.mse_loss(predict(inputs[rows]), outputs[rows])
                 loss.backward()
