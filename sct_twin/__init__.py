@@ -1,1 +1,35 @@
-"""sct_twin."""
+"""The sliding compression test: measurement records, the digital twin, a virtual laboratory."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from . import virtual_lab as virtual_lab
+    from .ingest import ingest as ingest
+    from .process import SctProcess as SctProcess
+    from .raw_campaign import RawCampaign as RawCampaign
+    from .record import SctRecord as SctRecord
+    from .twin import SctTwin as SctTwin
+    from .twin import TwinResult as TwinResult
+
+_EXPORTS = {
+    "SctTwin": "twin",
+    "TwinResult": "twin",
+    "SctRecord": "record",
+    "SctProcess": "process",
+    "RawCampaign": "raw_campaign",
+}
+
+__all__ = ["ingest", "virtual_lab", *sorted(_EXPORTS)]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _EXPORTS:
+        return getattr(importlib.import_module(f".{_EXPORTS[name]}", __name__), name)
+    if name == "virtual_lab":
+        return importlib.import_module(".virtual_lab", __name__)
+    if name == "ingest":
+        return importlib.import_module(".ingest", __name__).ingest
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

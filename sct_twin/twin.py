@@ -1,0 +1,357 @@
+"""The digital twin of the sliding compression test: from raw records to time series of loads and friction."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from forming.material import HenselSpittel, steel_16MnCr5
+from friction_models.loads import DataSet, InputError
+
+from .contact_temperature import ThermalSettings
+from .pool import Progress, map_unordered
+from .raw_campaign import RawCampaign
+from .record import SctRecord
+from .result import ASSUMPTIONS, EXTRA_UNITS, TestResult, fingerprint, read_netcdf, write_netcdf
+from .signals import TestSignals, process, resample, smooth
+from .sliding import rest, slide
+from .upsetting import geometry, upset_specimen
+
+#: Changes when the same inputs give other results.
+TWIN_VERSION = 1
+
+
+@dataclass
+class TwinResult:
+    """A campaign after the twin.
+
+    Attributes
+    ----------
+    points : pandas.DataFrame
+        Columns of the contract (`test_id, t, v_rel, T, sigma_n, sd, psi, mu`) and `EXTRA_UNITS`.
+    tests : pandas.DataFrame
+        The campaign's test table with a summary of each test.
+    info : dict
+        Provenance: ``synthetic``, assumptions, settings, versions.
+    left_out : pandas.DataFrame
+        `test_id` and `reason` of tests that could not be evaluated.
+    """
+
+    points: pd.DataFrame
+    tests: pd.DataFrame
+    info: dict[str, Any]
+    left_out: pd.DataFrame
+
+    def dataset(self) -> DataSet:
+        """Return points and tests as a data set."""
+        return DataSet(self.points, self.tests, self.info)
+
+    def frames(self) -> tuple[pd.DataFrame, pd.DataFrame]:
+        """Return the points of the training and of the held-out tests (column `role`)."""
+        return self.dataset().frames()
+
+    def averages(self) -> pd.DataFrame:
+        """Return the average-based data set beside the time series: one row a test, means over the sliding."""
+        columns = [c for c in self.points.columns if c != "test_id"]
+        return self.points.groupby("test_id", sort=False)[columns].mean().reset_index()
+
+    def save(self, folder: str | os.PathLike[str]) -> Path:
+        """Write the data set, atomically file by file; other files in the folder stay."""
+        return save_dataset(self.dataset(), Path(folder))
+
+
+@dataclass
+class SctTwin:
+    """Digital twin of the sliding compression test.
+
+    Parameters
+    ----------
+    material : HenselSpittel, optional
+        Workpiece; 16MnCr5 by default.
+    mesh_size : float
+        Elements of the upsetting run [mm].
+    thermal : ThermalSettings
+        Grid and material data of the sliding phase.
+    spacing : float
+        Distance between points [mm].
+    moving_mass : float, optional
+        Mass between force cell and contact [kg]; the campaign's own by default.
+
+    Notes
+    -----
+    A test is evaluated in two phases. Upsetting: the FE kernel, driven by the measured normal force,
+    gives contact area, pressure and surface expansion. Sliding: the 3-D thermal model, driven by the
+    measured speed, normal force and friction, gives the contact temperature. What is assumed stands
+    in `sct_twin.result.ASSUMPTIONS` and in every file.
+    """
+
+    material: HenselSpittel = field(default_factory=steel_16MnCr5)
+    mesh_size: float = 0.75
+    thermal: ThermalSettings = field(default_factory=ThermalSettings)
+    spacing: float = 0.1
+    moving_mass: float | None = None
+
+    @classmethod
+    def reference(cls) -> SctTwin:
+        """Return a twin of finer mesh and grid, to bound the error of the default one."""
+        fine = ThermalSettings(cells=48, surface_layer=0.025, growth=1.15, depth=16.0)
+        return cls(mesh_size=0.45, thermal=fine)
+
+    def evaluate(self, record: SctRecord, moving_mass: float | None = None) -> TestResult:
+        """Evaluate one record.
+
+        Parameters
+        ----------
+        record : SctRecord
+            Raw channels with metadata: `T_tool` (the plate's temperature where missing), `T_specimen`,
+            `bore`, `tip`, ...
+        moving_mass : float, optional
+            Mass between force cell and contact [kg]; the twin's own, or 0, by default.
+
+        Raises
+        ------
+        InputError
+            A phase is missing, or the specimen cannot carry the force.
+        """
+        where = record.source or f"test {record.test_id}"
+        mass = next((m for m in (self.moving_mass, moving_mass) if m is not None), 0.0)
+        signals = process(record, record.number("moving_mass", mass))
+        series = resample(signals, self.spacing)
+        T_tool = record.number("T_tool", signals.T_plate)
+        t, F_n = _loading(signals)
+        state = upset_specimen(
+            geometry(record),
+            t,
+            F_n,
+            self.material,
+            float(np.clip(np.median(series.mu[: max(10, len(series.mu) // 10)]), 0.0, 0.3)),
+            record.number("T_specimen", T_tool),
+            T_tool,
+            self.mesh_size,
+            where,
+        )
+        contact = state.sliding(float(series.v_rel.max()), signals.T_plate, T_tool, self.thermal)
+        rest(contact, _waiting(signals))
+        distance = np.concatenate([[0.0], series.sd])
+        history = slide(
+            contact,
+            np.concatenate([[0.0], series.t]),
+            distance,
+            np.concatenate([[0.0], series.friction * series.v_rel]),
+        )
+        T = history.at(series.sd)
+        columns = {
+            "t": series.t,
+            "v_rel": series.v_rel,
+            "T": T["mean"],
+            "sigma_n": state.sigma_n(series.F_n),
+            "sd": series.sd,
+            "psi": np.full(len(series.sd), state.psi),
+            "mu": series.mu,
+            "T_max": T["maximum"],
+            "T_plate_surface": T["plate"],
+            "T_specimen_surface": T["specimen"],
+            "F_n": series.F_n,
+            "F_r": series.friction,
+        }
+        summary = {
+            "contact_area": round(state.area, 4),
+            "specimen_height": round(state.height, 4),
+            "T_start": round(float(history.mean[0]), 3),
+            "sliding": round(float(series.sd[-1]), 3),
+            "mu_mean": round(float(series.mu.mean()), 6),
+            "sigma_n_mean": round(float(columns["sigma_n"].mean()), 3),
+            "psi_mean": round(state.psi, 5),
+            "T_mean": round(float(T["mean"].mean()), 3),
+            "v_mean": round(float(series.v_rel.mean()), 4),
+            "F_n_zero": round(signals.force_zero[0], 3),
+            "F_r_zero": round(signals.force_zero[1], 3),
+            "mu_noise": float(f"{_mu_noise(signals):.4g}"),
+        }
+        return TestResult(record.test_id, columns, summary)
+
+    def run(
+        self,
+        campaign: RawCampaign | str | os.PathLike[str],
+        out: str | os.PathLike[str] | None = None,
+        jobs: int | None = None,
+        progress: Progress | None = None,
+    ) -> TwinResult:
+        """Evaluate all tests of a campaign.
+
+        Parameters
+        ----------
+        campaign : RawCampaign or path-like
+            Raw records (`raw/`, `tests.csv`, `campaign.json`).
+        out : path-like, optional
+            Folder for the data set, with one netCDF file a test under `twin/`. Tests that are there
+            already, from the same record and the same settings, are not computed again.
+        jobs : int, optional
+            Processes; all cores by default.
+        progress : callable, optional
+            Called with (done, total, what).
+
+        Returns
+        -------
+        TwinResult
+            Tests that cannot be evaluated are left out with a reason.
+
+        Raises
+        ------
+        InputError
+            Not a campaign, or none of its tests can be evaluated.
+        """
+        source = campaign if isinstance(campaign, RawCampaign) else RawCampaign.load(campaign)
+        mass = source.moving_mass
+        folder = None if out is None else Path(out)
+        report = progress or (lambda done, total, what: None)
+        ids = [str(test_id) for test_id in source.tests["test_id"]]
+        prints = {test_id: self._fingerprint(source, test_id, mass) for test_id in ids}
+        attributes = {"synthetic": str(source.synthetic).lower(), "source": "SCT twin"}
+        if source.synthetic:
+            attributes["notice"] = "synthetic: made by the virtual laboratory, not measured"
+        results: dict[str, TestResult] = {}
+        failures: dict[str, str] = {}
+        if folder is not None:
+            (folder / "twin").mkdir(parents=True, exist_ok=True)
+            for test_id in ids:
+                known = read_netcdf(folder / "twin" / f"{test_id}.nc")
+                if known is not None and known.summary.get("fingerprint") == prints[test_id]:
+                    results[test_id] = known
+        if results:
+            report(len(results), len(ids), f"{len(results)} tests known")
+        open_ids = [test_id for test_id in ids if test_id not in results]
+        items = [(self, str(source.folder), source.metadata(test_id), mass) for test_id in open_ids]
+        for index, outcome in map_unordered(_evaluate_file, items, jobs):
+            test_id = open_ids[index]
+            if isinstance(outcome, str):
+                failures[test_id] = outcome
+            else:
+                summary = {**outcome.summary, "fingerprint": prints[test_id]}
+                results[test_id] = TestResult(test_id, outcome.columns, summary)
+                if folder is not None:
+                    write_netcdf(results[test_id], folder / "twin" / f"{test_id}.nc", attributes)
+            report(len(results) + len(failures), len(ids), f"twin of test {test_id}")
+        if not results:
+            raise InputError(f"none of {len(ids)} tests can be evaluated; the first: {failures[ids[0]]}")
+        result = self._assemble(source, ids, results, failures)
+        if folder is not None:
+            result.save(folder)
+        return result
+
+    def _assemble(
+        self,
+        source: RawCampaign,
+        ids: list[str],
+        results: Mapping[str, TestResult],
+        failures: Mapping[str, str],
+    ) -> TwinResult:
+        done = [test_id for test_id in ids if test_id in results]
+        points = pd.concat([results[test_id].points() for test_id in done], ignore_index=True)
+        summary = pd.DataFrame(
+            [
+                {
+                    "test_id": test_id,
+                    **{k: v for k, v in results[test_id].summary.items() if k != "fingerprint"},
+                }
+                for test_id in done
+            ]
+        )
+        tests = source.tests[source.tests["test_id"].isin(done)].merge(summary, on="test_id", how="left")
+        left_out = [{"test_id": test_id, "reason": failures[test_id]} for test_id in failures]
+        info: dict[str, Any] = {
+            "synthetic": source.synthetic,
+            "kind": "sliding compression tests, time series from the SCT twin",
+            "assumptions": list(ASSUMPTIONS),
+            "extra_units": EXTRA_UNITS,
+            "twin": {"version": TWIN_VERSION, "settings": self._settings()},
+            "software": _software(),
+            "left_out": left_out,
+        }
+        for key in ("notice", "plan", "specimen", "plate"):
+            if key in source.info:
+                info[key] = source.info[key]
+        return TwinResult(
+            points, tests.reset_index(drop=True), info, pd.DataFrame(left_out, columns=["test_id", "reason"])
+        )
+
+    def _settings(self) -> dict[str, Any]:
+        return asdict(self)
+
+    def _fingerprint(self, source: RawCampaign, test_id: str, mass: float) -> str:
+        return fingerprint(
+            TWIN_VERSION,
+            _software(),
+            self._settings(),
+            mass,
+            sorted(source.metadata(test_id).items()),
+            source.raw_file(test_id).read_bytes(),
+        )
+
+
+def save_dataset(dataset: DataSet, folder: Path) -> Path:
+    """Write the files of a data set into a folder that may hold others; each is replaced at once."""
+    folder.mkdir(parents=True, exist_ok=True)
+    import tempfile
+
+    with tempfile.TemporaryDirectory(prefix=".dataset.", dir=folder) as temporary:
+        dataset.write_into(Path(temporary))
+        for name in ("points.csv", "tests.csv", "dataset.json"):
+            if (Path(temporary) / name).is_file():
+                (Path(temporary) / name).replace(folder / name)
+    return folder
+
+
+def _evaluate_file(twin: SctTwin, folder: str, metadata: dict[str, Any], mass: float) -> TestResult | str:
+    """Evaluate one test of a campaign in a pool; a reason where it cannot be."""
+    test_id = str(metadata["test_id"])
+    try:
+        campaign = RawCampaign(Path(folder), pd.DataFrame([metadata]))
+        return twin.evaluate(campaign.record(test_id), mass)
+    except InputError as error:
+        return str(error)
+
+
+def _loading(signals: TestSignals) -> tuple[np.ndarray, np.ndarray]:
+    """Return time and smoothed normal force from the first load to the start of sliding, never negative."""
+    span = slice(max(signals.load_start - 1, 0), signals.slide_start)
+    dt = float(signals.t[1] - signals.t[0])
+    F_n = np.maximum(smooth(signals.F_n, dt, 20.0)[span], 0.0)
+    t = signals.t[span]
+    # The contact is set by the force that sliding begins with; a wobble of the last sample is not a state.
+    reached = F_n >= 0.97 * F_n.max()
+    first = int(np.argmax(reached))
+    return np.append(t[:first], t[first]), np.append(F_n[:first], float(np.median(F_n[first:])))
+
+
+def _waiting(signals: TestSignals) -> float:
+    """Return how long the specimen has lain under nearly full load before it slides [s]."""
+    before = signals.F_n[: signals.slide_start]
+    loaded = before >= 0.95 * float(np.median(signals.F_n[signals.slide_start :]))
+    start = int(np.argmax(loaded)) if loaded.any() else len(before) - 1
+    return float(signals.t[signals.slide_start] - signals.t[start])
+
+
+def _mu_noise(signals: TestSignals) -> float:
+    """Return the noise of mu from sample to sample, from second differences of the raw samples."""
+    i = signals.slide_start
+    span = slice(i + max(2, (len(signals.t) - i) // 4), None)
+    mu = signals.friction[span] / np.maximum(signals.F_n[span], 1.0)
+    return float(np.std(np.diff(mu, 2)) / np.sqrt(6.0)) if len(mu) > 4 else 0.0
+
+
+def _software() -> dict[str, str]:
+    try:
+        return {"tribofmu": version("tribofmu")}
+    except PackageNotFoundError:
+        return {"tribofmu": "unknown"}
+
+
+__all__: list[str] = ["SctTwin", "TwinResult"]

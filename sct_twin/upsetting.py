@@ -1,0 +1,181 @@
+"""The upsetting phase: what the FE kernel says about the contact when sliding begins."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from forming.material import HenselSpittel
+from forming.upsetting import PunchGeometry, UpsettingResult, upset
+from friction_models.loads import FloatArray, InputError
+
+from .contact_temperature import SlidingContact, ThermalSettings
+from .record import SctRecord
+
+
+@dataclass(frozen=True, eq=False)
+class ContactState:
+    """The contact at the end of upsetting; kept while the specimen slides.
+
+    Attributes
+    ----------
+    force : float
+        Normal force it belongs to [N].
+    area, radius : float
+        Contact area [mm2] and the radius of the circle of that area [mm].
+    height : float
+        Height of the specimen [mm].
+    psi : float
+        Area-weighted mean of the local surface expansion dA/dA0.
+    T_specimen : float
+        Temperature of the specimen near the contact [degC].
+    radius_fraction, pressure : ndarray, shape (m,)
+        Contact pressure [MPa] over r / radius.
+    """
+
+    force: float
+    area: float
+    radius: float
+    height: float
+    psi: float
+    T_specimen: float
+    radius_fraction: FloatArray
+    pressure: FloatArray
+
+    @classmethod
+    def from_result(cls, result: UpsettingResult, force: float, T_tool: float) -> ContactState:
+        """Read an upsetting run at a force.
+
+        The contact of a mesh grows node by node; area and the other figures are therefore taken from a
+        locally linear fit over forces within some 8 % instead of from the nearest increment.
+        """
+        area = local_fit(result.force, np.pi * result.contact_radius**2, force)
+        weights = _weights(result.force, force)
+        profile = np.maximum(weights @ result.sigma_n / weights.sum(), 0.0)
+        fraction = np.asarray(result.radius_fraction)
+        ring = np.gradient(fraction) * fraction
+        return cls(
+            force=float(force),
+            area=area,
+            radius=float(np.sqrt(area / np.pi)),
+            height=local_fit(result.force, result.height, force),
+            psi=local_fit(result.force, result.psi_mean, force),
+            # The run reports the mean of workpiece and tool surface; tools stay at their temperature there.
+            T_specimen=2.0 * local_fit(result.force, result.T_contact, force) - T_tool,
+            radius_fraction=fraction,
+            pressure=profile * (force / area) / float(ring @ profile / ring.sum()),
+        )
+
+    def sigma_n(self, F_n: FloatArray | float) -> FloatArray:
+        """Return the mean contact pressure [MPa] under a normal force [N]; the area stays."""
+        return np.maximum(np.asarray(F_n, dtype=np.float64), 0.0) / self.area
+
+    def sliding(
+        self, speed: float, T_plate: float, T_tool: float, settings: ThermalSettings
+    ) -> SlidingContact:
+        """Return the thermal model of the sliding phase in its start state."""
+        return SlidingContact(
+            self.radius,
+            self.height,
+            speed=speed,
+            plate_temperature=T_plate,
+            specimen_temperature=self.T_specimen,
+            punch_temperature=T_tool,
+            pressure=lambda r: np.interp(r / self.radius, self.radius_fraction, self.pressure),
+            settings=settings,
+        )
+
+
+def geometry(record: SctRecord) -> PunchGeometry:
+    """Return specimen and punch as the test table describes them.
+
+    Read are `specimen_diameter`, `specimen_height` (15 mm where missing), `bore` (none: a flat punch),
+    `tip` (none: the whole end face) and `tip_height`, all in mm.
+    """
+    bore, tip = record.number("bore", 0.0), record.number("tip", 0.0)
+    return PunchGeometry(
+        specimen_diameter=record.number("specimen_diameter", 15.0),
+        specimen_height=record.number("specimen_height", 15.0),
+        bore_diameter=bore or None,
+        tip_diameter=tip or None,
+        tip_height=record.number("tip_height", 2.5),
+    )
+
+
+def upset_specimen(
+    punch: PunchGeometry,
+    t: FloatArray,
+    F_n: FloatArray,
+    material: HenselSpittel,
+    mu: float,
+    T_specimen: float,
+    T_tool: float,
+    mesh_size: float,
+    where: str,
+) -> ContactState:
+    """Upset under a measured force history and return the contact at its end.
+
+    The punch speed is the one that makes upsetting last as long as it did: the flow stress knows the
+    history through it (with an exponent of 0.025), everything else is a function of the force.
+
+    Raises
+    ------
+    InputError
+        The force cannot be reached with this specimen.
+    """
+    highest = float(np.max(F_n))
+    # A fit at the end of the run needs some force beyond it.
+    arguments = {"material": material, "mu": mu, "T0": T_specimen, "T_tool": T_tool}
+    speed = 10.0
+    result = robust_upset(punch, BEYOND * highest, mesh_size, where, speed=speed, **arguments)
+    stroke = float(result.height[0] - local_fit(result.force, result.height, highest))
+    measured = stroke / max(float(t[-1] - t[0]), 1e-3)
+    if not 0.5 < measured / speed < 2.0:
+        speed = float(np.clip(measured, 0.1, 500.0))
+        result = robust_upset(punch, BEYOND * highest, mesh_size, where, speed=speed, **arguments)
+    return ContactState.from_result(result, float(F_n[-1]), T_tool)
+
+
+#: How far a run goes beyond the force of interest.
+BEYOND = 1.04
+
+
+def robust_upset(
+    punch: PunchGeometry, force: float, mesh_size: float, where: str, **arguments: Any
+) -> UpsettingResult:
+    """Upset up to `force`; where a fold closes badly, another mesh usually gets through.
+
+    Raises
+    ------
+    InputError
+        No mesh reaches the force.
+    """
+    message = ""
+    largest = punch.specimen_diameter / 8.0
+    for factor in (1.0, 0.9, 1.12, 0.8, 1.25):
+        result = upset(punch, force=force, mesh_size=min(factor * mesh_size, largest), **arguments)
+        if result.status == "ok":
+            return result
+        message = message or result.message
+    raise InputError(
+        f"{where}: upsetting to {force * 1e-3:.1f} kN {message}; allowed: forces the specimen can carry"
+    )
+
+
+def local_fit(x: FloatArray, y: FloatArray, at: float) -> float:
+    """Return the value at `at` of a straight line fitted to the points nearby."""
+    w = _weights(x, at)
+    d = x - at
+    s0, s1, s2 = float(w.sum()), float(w @ d), float(w @ d**2)
+    t0, t1 = float(w @ y), float(w @ (d * y))
+    determinant = s0 * s2 - s1 * s1
+    if determinant <= 1e-12 * s0 * s2:
+        return t0 / s0
+    return (s2 * t0 - s1 * t1) / determinant
+
+
+def _weights(x: FloatArray, at: float) -> FloatArray:
+    width = max(0.08 * abs(at), 1.5 * float(np.max(np.diff(x), initial=0.0)), 1e-9)
+    return np.asarray(np.exp(-0.5 * ((x - at) / width) ** 2))

@@ -1,0 +1,110 @@
+"""The friction law that holds in the virtual laboratory: linear in the five loads, plus hidden effects."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from friction_models.loads import FloatArray
+
+from .hidden import HiddenEffect, LawInput, hidden_effects
+
+#: Constant, and change of mu per mm/s, K, MPa, mm and 1; each test campaign draws its own around these.
+BASE = {"constant": 0.0770, "v_rel": -1.0e-5, "T": -2.0e-5, "sigma_n": -4.0e-6, "sd": 6.0e-5, "psi": 3.0e-3}
+#: Friction never falls below this.
+MU_MIN = 0.005
+
+
+@dataclass(frozen=True)
+class TrueLaw:
+    """Base coefficients and hidden effects with the parameters that were drawn.
+
+    Attributes
+    ----------
+    base : mapping
+        Coefficients of the linear law, keys as in `BASE`.
+    hidden : tuple of (HiddenEffect, parameters)
+        What is added to it.
+    """
+
+    base: Mapping[str, float]
+    hidden: tuple[tuple[HiddenEffect, Mapping[str, float]], ...] = field(default=())
+
+    @classmethod
+    def draw(cls, hidden: str | Sequence[str] | None, seed: int) -> TrueLaw:
+        """Draw the law of a campaign: slopes within 30 %, hidden parameters within 10 %."""
+        rng = np.random.default_rng([seed, 7001])
+        base = {
+            name: value * float(rng.uniform(0.95, 1.05) if name == "constant" else rng.uniform(0.7, 1.3))
+            for name, value in BASE.items()
+        }
+        effects = []
+        for effect in hidden_effects(hidden):
+            drawn = {name: value * float(rng.uniform(0.9, 1.1)) for name, value in effect.parameters.items()}
+            effects.append((effect, drawn))
+        return cls(base, tuple(effects))
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> TrueLaw:
+        """Rebuild from `to_dict`."""
+        effects = tuple(
+            (hidden_effects(item["name"])[0], dict(item["parameters"])) for item in content["hidden"]
+        )
+        return cls(dict(content["base"]), effects)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return a description for the truth file."""
+        return {
+            "base": dict(self.base),
+            "hidden": [
+                {"name": effect.name, "formula": effect.formula, "parameters": dict(parameters)}
+                for effect, parameters in self.hidden
+            ],
+        }
+
+    def linear(self, i: LawInput) -> FloatArray:
+        """Return the base law alone."""
+        b = self.base
+        return np.asarray(
+            b["constant"]
+            + b["v_rel"] * i.v_rel
+            + b["T"] * i.T
+            + b["sigma_n"] * i.sigma_n
+            + b["sd"] * i.sd
+            + b["psi"] * (i.psi - 1.0)
+        )
+
+    def mu(self, i: LawInput) -> FloatArray:
+        """Return the coefficient of friction without any scatter."""
+        mu = self.linear(i)
+        for effect, parameters in self.hidden:
+            mu = mu + effect.contribution(i, parameters)
+        return np.maximum(mu, MU_MIN)
+
+
+class ContactLaw:
+    """The true law at contact points that are called step after step; remembers the friction work of each.
+
+    Called as ``law(loads, t)`` with loads of shape (n, 5) in the order of the contract; the points must
+    keep their order. Work grows with the sliding distance since the last call at a later time.
+    """
+
+    def __init__(self, law: TrueLaw, context: Mapping[str, float] | None = None) -> None:
+        self.law, self.context = law, dict(context or {})
+        self._work: FloatArray | None = None
+        self._sd: FloatArray | None = None
+        self._t = -np.inf
+
+    def __call__(self, loads: FloatArray, t: float) -> FloatArray:
+        """Return mu, shape (n,)."""
+        v_rel, T, sigma_n, sd, psi = np.asarray(loads, dtype=np.float64).T
+        if self._work is None or self._sd is None or len(self._sd) != len(sd) or t < self._t:
+            self._work, self._sd = np.zeros(len(sd)), sd.copy()
+        if t > self._t:
+            mu = self.law.mu(LawInput(v_rel, T, sigma_n, sd, psi, self._work, self.context))
+            self._work = self._work + mu * sigma_n * np.maximum(sd - self._sd, 0.0)
+            self._sd, self._t = sd.copy(), float(t)
+        return self.law.mu(LawInput(v_rel, T, sigma_n, sd, psi, self._work, self.context))

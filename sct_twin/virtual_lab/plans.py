@@ -1,0 +1,140 @@
+"""Test plans: which setpoints a campaign visits, and which tests are held out."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import pandas as pd
+
+from friction_models.loads import InputError, unknown_name
+
+SIGMA_LEVELS = (500.0, 1750.0, 2750.0)
+PSI_LEVELS = (1.069, 5.0, 20.0)
+SPEED_LEVELS = (5.0, 200.0, 500.0)
+TOOL_LEVELS = (20.0, 100.0, 300.0)
+
+#: Bore of the punch's cavity [mm] by area ratio (largest contact over first contact). A wider bore lets
+#: the 15 mm specimen spread further, so that the local expansion grows too: its contact mean is about
+#: 1.05, 1.3, 1.5 and 1.7. The real rig's punches are not published.
+BORES = {1.069: 15.51, 5.0: 20.0, 10.0: 22.5, 20.0: 25.0}
+#: Area ratios between the levels that held-out tests visit besides the levels.
+PSI_BETWEEN = (10.0,)
+
+
+@dataclass(frozen=True)
+class PlanFamily:
+    """A kind of plan: how many training tests, how far they slide."""
+
+    name: str
+    count: int
+    sliding: float
+    meaning: str
+
+
+FAMILIES: dict[str, PlanFamily] = {
+    plan.name: plan
+    for plan in (
+        PlanFamily(
+            "factorial", 81, 56.0, "full factorial 3^4 of pressure, expansion, speed, tool temperature"
+        ),
+        PlanFamily("reduced", 27, 56.0, "a third of the factorial, main effects free of each other (L27)"),
+        PlanFamily("tiny", 6, 12.0, "six short tests, for quick checks only"),
+    )
+}
+PLAN_NAMES = ("factorial-81+30", "reduced-27+10", "tiny-6+3")
+
+
+def parse_plan(name: str) -> tuple[PlanFamily, int]:
+    """Return the family and the number of held-out tests of ``family-count[+heldout]``.
+
+    Raises
+    ------
+    InputError
+        Not such a name.
+    """
+    match = re.fullmatch(r"([a-z]+)(?:-(\d+))?(?:\+(\d+))?", str(name))
+    if match is None or match[1] not in FAMILIES:
+        raise unknown_name("plan", name, PLAN_NAMES)
+    family = FAMILIES[match[1]]
+    if match[2] is not None and int(match[2]) != family.count:
+        raise InputError(
+            f"plan {name!r}: {family.name} has {family.count} tests; allowed: {family.name}-{family.count}"
+        )
+    held_out = int(match[3] or 0)
+    if held_out > 300:
+        raise InputError(f"plan {name!r}: {held_out} held-out tests; allowed: 0 to 300")
+    return family, held_out
+
+
+def tip_diameter(psi_set: float) -> float | None:
+    """Return the diameter of the reduced first contact [mm]; None where the whole end face touches."""
+    return None if psi_set < 1.5 else round(BORES[psi_set] / float(np.sqrt(psi_set)), 4)
+
+
+def make_plan(name: str, seed: int) -> pd.DataFrame:
+    """Return the test table of a plan: setpoints, role, run order, batch, tool, waiting time.
+
+    Held-out tests lie at random points inside the plan (area ratio: one of the specimen shapes). The
+    normal force is the set pressure times the area of the bore, so that a specimen that does not fill
+    it is pressed harder than the set value: the loads come from the twin, set values are metadata.
+    """
+    family, held_out = parse_plan(name)
+    rng = np.random.default_rng([seed, 7002])
+    if family.name == "factorial":
+        points = list(product(SIGMA_LEVELS, PSI_LEVELS, SPEED_LEVELS, TOOL_LEVELS))
+    elif family.name == "reduced":
+        points = [
+            (SIGMA_LEVELS[a], PSI_LEVELS[b], SPEED_LEVELS[c], TOOL_LEVELS[(a + b + c) % 3])
+            for a, b, c in product(range(3), repeat=3)
+        ]
+    else:
+        points = [
+            (
+                SIGMA_LEVELS[k % 3],
+                PSI_LEVELS[k % 2],
+                (50.0, 200.0, 500.0)[(k // 2) % 3],
+                TOOL_LEVELS[(k * 2) % 3],
+            )
+            for k in range(6)
+        ]
+    rows = [(*point, "train") for point in points]
+    slowest = np.log(50.0 if family.name == "tiny" else SPEED_LEVELS[0])
+    shapes = PSI_LEVELS[:2] if family.name == "tiny" else (*PSI_LEVELS, *PSI_BETWEEN)
+    for _ in range(held_out):
+        rows.append(
+            (
+                round(float(rng.uniform(SIGMA_LEVELS[0], SIGMA_LEVELS[-1])), 1),
+                float(rng.choice(shapes)),
+                # Half evenly, half evenly in the logarithm: slow tests matter as much as fast ones.
+                round(
+                    float(
+                        np.exp(rng.uniform(slowest, np.log(SPEED_LEVELS[-1])))
+                        if rng.random() < 0.5
+                        else rng.uniform(np.exp(slowest), SPEED_LEVELS[-1])
+                    ),
+                    2,
+                ),
+                round(float(rng.uniform(TOOL_LEVELS[0], TOOL_LEVELS[-1])), 1),
+                "test",
+            )
+        )
+    table = pd.DataFrame(rows, columns=["sigma_set", "psi_set", "v_set", "T_tool", "role"])
+    count = len(table)
+    table.insert(0, "test_id", [f"sct{k + 1:03d}" for k in range(count)])
+    table["order"] = rng.permutation(count) + 1
+    table["batch"] = np.where(rng.permutation(count) < count // 2, "A", "B")
+    tools = rng.integers(1, 4, count)
+    table["tool_id"] = [f"plate{k}" for k in tools]
+    roughness = np.round(rng.uniform(0.008, 0.03, 3), 4)
+    table["Ra"] = roughness[tools - 1]
+    table["t_wait"] = np.round(rng.uniform(0.3, 0.8, count), 3)
+    table["T_specimen"] = table["T_tool"]
+    table["sd_set"] = family.sliding
+    table["bore"] = [BORES[psi] for psi in table["psi_set"]]
+    table["tip"] = [tip_diameter(psi) for psi in table["psi_set"]]
+    table["F_set"] = np.round(table["sigma_set"] * np.pi / 4.0 * table["bore"] ** 2, 0)
+    table["synthetic"] = True
+    return table
