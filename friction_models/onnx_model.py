@@ -58,8 +58,7 @@ class OnnxModel:
         self.metadata = self._read_metadata()
         self.states: list[dict[str, Any]] = self._entries("state")
         self.system_variables: list[dict[str, Any]] = self._entries("system")
-        domain = self.metadata.get("domain")
-        self.domain = None if domain is None else Domain.from_dict(domain)
+        self.domain = self._read_domain()
 
     def predict(
         self,
@@ -155,6 +154,13 @@ class OnnxModel:
                 except (ValueError, RecursionError):
                     raise InputError(f"{self.path}: metadata {key!r} is not JSON; allowed: JSON") from None
         return decoded
+
+    def _read_domain(self) -> Domain | None:
+        stored = self.metadata.get("domain")
+        try:
+            return None if stored is None else Domain.from_dict(stored)
+        except InputError as error:
+            raise InputError(f"{self.path}: metadata {error}") from None
 
     def _entries(self, kind: str) -> list[dict[str, Any]]:
         entries = self.metadata.get(kind, [])
