@@ -45,7 +45,7 @@ def points() -> pd.DataFrame:
 
 def test_order_and_units_are_the_contract() -> None:
     assert {q.name: q.unit for q in LOADS} == UNITS
-    assert LOAD_NAMES == tuple(UNITS)
+    assert tuple(UNITS) == LOAD_NAMES
 
 
 @given(arrays(np.float64, (4, 5), elements=st.floats(1e-3, 1e3)))
