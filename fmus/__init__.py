@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .packing import pack as pack
+    from .solver_fmus import pack_forming as pack_forming
 
-_EXPORTS = {"pack": "packing"}
+_EXPORTS = {"pack": "packing", "pack_forming": "solver_fmus"}
 
 __all__ = sorted(_EXPORTS)
 

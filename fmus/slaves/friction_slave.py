@@ -19,6 +19,10 @@ import numpy as np
 import onnxruntime
 from pythonfmu.fmi2slave import Fmi2Slave
 
+# PythonFMU 0.7 runs this file again for every instance and each time gives back a reference to the
+# module's dictionary that it does not own; without one more the dictionary is gone after some instances.
+ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
+
 IN_DOMAIN, CLAMP_TO_DOMAIN = 0, 1
 LOADS, SIGMA_N = 5, 2
 
