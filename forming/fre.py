@@ -116,15 +116,16 @@ class ForwardRodExtrusion:
         self.material = material or steel_16MnCr5()
         self.mesh_size = mesh_size
         self.n_points = int(n_points)
+        self._cone_end = self.die.segments(1.0)[1]
+        self._billet_bottom = self._first_touch()
         self._simulation: Simulation | None = None
 
     @property
     def max_stroke(self) -> float:
         """Largest stroke [mm]: the punch stays 1 mm above the cone."""
-        _, cone_end = self.die.segments(1.0)
-        return self._billet_start() + self.billet_length - cone_end - 1.0
+        return self._billet_bottom + self.billet_length - self._cone_end - 1.0
 
-    def _billet_start(self) -> float:
+    def _first_touch(self) -> float:
         """Return z of the billet's lower end when it touches the die shoulder [mm]."""
         segments, cone_end = self.die.segments(1.0)
         radius = self.die.container_radius - CLEARANCE
@@ -136,7 +137,7 @@ class ForwardRodExtrusion:
         """Put the billet on the die shoulder; `mu` acts until `set_mu` is called."""
         die, radius = self.die, self.die.container_radius - CLEARANCE
         segments, cone_end = die.segments(self.billet_length + 60.0)
-        bottom = self._billet_start()
+        bottom = self._billet_bottom
         top = bottom + self.billet_length
         tools = [
             Tool("die", segments, reach=0.5, temperature=self.T_tool),

@@ -289,10 +289,10 @@ def _force_history(
             )
     else:
         forces = np.atleast_1d(np.asarray(force, dtype=np.float64))
-    if forces.ndim != 1 or not np.isfinite(forces).all() or not 1e3 <= forces.max(initial=0.0) <= 1e7:
+    highest = float(forces.max(initial=-np.inf))
+    if forces.ndim != 1 or not np.isfinite(forces).all() or not 1e3 <= highest <= 1e7:
         raise InputError(
-            f"upset: highest force = {forces.max(initial=0.0):g} N; allowed: finite forces whose highest is "
-            "between 1e3 and 1e7 N"
+            f"upset: highest force = {highest:g} N; allowed: finite forces whose highest is between 1e3 and 1e7 N"
         )
     return times, forces
 

@@ -1,0 +1,202 @@
+"""Forward rod extrusion: force, energy, markers, stepping, snapshots, bad input."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from forming import ForwardRodExtrusion
+from forming.tooling import ExtrusionDie
+from friction_models.loads import InputError
+
+COARSE = {"mesh_size": 0.6, "n_points": 60}
+
+
+@pytest.fixture(scope="module")
+def reference():
+    """The reference case, long enough to pass the peak."""
+    return {mu: ForwardRodExtrusion(mesh_size=0.5).run(mu, 7.5) for mu in (0.04, 0.12)}
+
+
+def test_peak_forces_of_the_reference_case(reference):
+    """D 20 to 14.14 mm, 90 degrees, 5 mm/s, 20 degC: 241 and 384 kN with a fine mesh (own earlier study)."""
+    assert reference[0.04].max_force == pytest.approx(241.0, rel=0.015)
+    assert reference[0.12].max_force == pytest.approx(384.0, rel=0.015)
+
+
+def test_peak_forces_lie_in_the_band_of_siebel(reference):
+    """Siebel's formula with L = 25 mm of container: 246 and 314 kN; a sanity band, not an oracle."""
+    assert 0.85 < reference[0.04].max_force / 246.0 < 1.15
+    assert 0.85 < reference[0.12].max_force / 314.0 < 1.35
+
+
+@pytest.mark.parametrize("mu", [0.04, 0.12])
+def test_energy_and_volume_are_kept(reference, mu):
+    result = reference[mu]
+    assert result.status == "ok" and result.message == ""
+    assert abs(result.energy_balance) < 5e-3
+    assert abs(result.volume_change) < 1e-3
+    assert result.remeshes > 5
+    assert result.work[-1] == pytest.approx(np.trapezoid(result.force, result.stroke), rel=0.01)
+
+
+def test_friction_stress_stays_below_shear_yield(reference):
+    low, high = reference[0.04], reference[0.12]
+    assert 0.0 < low.max_tau_over_k < 0.3 and low.share_above_0_6k == 0.0
+    assert low.max_tau_over_k < high.max_tau_over_k <= 1.0
+
+
+def test_sliding_distance_grows_and_markers_keep_their_order(reference):
+    contact = reference[0.04].contact
+    sd, psi = contact.loads[:, :, 3], contact.loads[:, :, 4]
+    assert (np.diff(sd, axis=0) >= 0.0).all()
+    # A marker may leave within a step; one that is out of contact at both its ends hardly moves.
+    growth = np.diff(sd, axis=0)
+    away = ~(contact.active[1:] | contact.active[:-1])
+    assert growth[away].sum() < 1e-3 * growth.sum()
+    assert 6.0 < sd.max() < 8.5
+    # The rod is drawn to twice its length at 0.707 of its radius: psi tends to 1.41.
+    assert 1.3 < psi[-1].max() < 2.0 and psi.min() > 0.5
+    along = np.diff(contact.position[-1, 10:70], axis=0)
+    assert (np.hypot(*along.T) > 0.05).all() and (along[:, 1] > -0.2).all()
+
+
+def test_a_marker_has_slid_as_far_as_it_has_moved(reference):
+    """In the container the surface only slides along the wall: sd is the path of the marker."""
+    contact = reference[0.04].contact
+    wall = np.flatnonzero((contact.position[-1, :, 1] > 10.0) & (contact.position[-1, :, 0] > 9.9))[2:-4]
+    late = contact.stroke > 5.0
+    path = np.hypot(*np.moveaxis(np.diff(contact.position[late][:, wall], axis=0), 2, 0)).sum(axis=0)
+    slid = contact.loads[late][-1, wall, 3] - contact.loads[late][0, wall, 3]
+    assert len(wall) > 5
+    assert slid == pytest.approx(path, rel=0.02, abs=0.02)
+
+
+def test_step_by_step_equals_run():
+    def law(loads, t):
+        return 0.03 + 2e-5 * loads[:, 2]
+
+    run = ForwardRodExtrusion(**COARSE).run(law, 1.5)
+    process = ForwardRodExtrusion(**COARSE)
+    process.start(law)
+    for k in range(15):
+        assert process.advance(1.5 * (k + 1) / 15 - process.stroke)
+        assert np.array_equal(process.loads(), run.contact.loads[k])
+        assert np.array_equal(process.active, run.contact.active[k])
+        process.set_mu(law(process.loads(), process.time))
+    assert process.stroke == pytest.approx(1.5)
+    assert process.force == run.force[-1] and process.work == run.work[-1]
+
+
+def test_restored_snapshot_continues_bit_by_bit():
+    process = ForwardRodExtrusion(**COARSE)
+    process.start(0.08)
+    for _ in range(12):
+        process.advance(0.1)
+    kept = process.snapshot()
+
+    def go_on():
+        for _ in range(8):
+            process.advance(0.1)
+            process.set_mu(0.04 + 1e-3 * process.loads()[:, 3])
+        return process.loads(), process.force, process.work, process.simulation.state.remeshes
+
+    first = go_on()
+    process.restore(kept)
+    assert process.stroke == pytest.approx(1.2)
+    second = go_on()
+    assert np.array_equal(first[0], second[0])
+    assert first[1:] == second[1:]
+
+
+def test_markers_take_their_own_friction():
+    """Friction only on the upper half of the billet acts only there."""
+    process = ForwardRodExtrusion(**COARSE)
+    process.start(0.0)
+    process.advance(0.1)
+    mu = np.where(np.arange(process.n_points) < process.n_points // 2, 0.0, 0.1)
+    process.set_mu(mu)
+    for _ in range(18):
+        process.advance(0.1)
+    state = process.simulation.state
+    nodal = state.markers.at_nodes(mu, len(state.body.chain))
+    assert nodal.min() == 0.0 and nodal.max() == 0.1
+    assert (np.diff(nodal) >= 0.0).all()
+
+
+def test_warm_is_softer_and_fast_is_harder():
+    cold, warm, fast = (
+        ForwardRodExtrusion(**COARSE, **change).run(0.04, 3.0).max_force
+        for change in ({}, {"T_billet": 100.0, "T_tool": 100.0}, {"speed": 100.0})
+    )
+    assert warm / cold == pytest.approx(0.94, abs=0.02)
+    assert 1.02 < fast / cold < 1.10
+
+
+def test_small_angle_and_large_reduction_run_through():
+    for change in ({"half_angle": 20.0, "exit_diameter": 17.0}, {"half_angle": 60.0, "exit_diameter": 11.0}):
+        result = ForwardRodExtrusion(**COARSE, **change).run(0.08, 2.0)
+        assert result.status == "ok", result.message
+        assert abs(result.energy_balance) < 0.02
+
+
+def test_a_run_that_fails_keeps_what_it_has():
+    process = ForwardRodExtrusion(**COARSE)
+    process.start(0.05)
+    process.advance(0.2)
+    # A broken state stands for whatever the solver cannot cope with.
+    process.simulation.state.body.velocity[:] = np.nan
+    assert process.advance(0.1) is False
+    assert process.status == "stopped"
+    assert "stroke 0.200 mm" in process.message
+    assert process.loads().shape == (60, 5) and process.force > 0.0
+    assert process.advance(0.1) is False
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"exit_diameter": 25.0},
+        {"exit_diameter": -1.0},
+        {"diameter": -20.0},
+        {"half_angle": 95.0},
+        {"speed": 0.0},
+        {"T_billet": float("nan")},
+        {"mesh_size": 5.0},
+        {"n_points": 2},
+        {"billet_length": 1.0},
+        {"land": 0.0},
+    ],
+)
+def test_impossible_processes_are_refused(wrong):
+    name, value = next(iter(wrong.items()))
+    with pytest.raises(InputError) as caught:
+        ForwardRodExtrusion(**wrong)
+    assert f"{name} = {value!r}" in str(caught.value) and "allowed:" in str(caught.value)
+
+
+@pytest.mark.parametrize("mu", [float("nan"), -0.1, float("inf"), 99.0])
+def test_impossible_friction_is_refused(mu):
+    with pytest.raises(InputError, match=r"mu = .*marker 0.*allowed: finite, 0 to 10"):
+        ForwardRodExtrusion(**COARSE).run(mu, 1.0)
+    with pytest.raises(InputError, match="mu = "):
+        ForwardRodExtrusion(**COARSE).run(lambda loads, t: np.full(len(loads), mu if t else 0.1), 1.0)
+
+
+def test_the_punch_may_not_reach_the_cone():
+    process = ForwardRodExtrusion()
+    with pytest.raises(InputError, match=r"stroke = 40\.0 mm; allowed"):
+        process.run(0.08, 40.0)
+    with pytest.raises(InputError, match="not started"):
+        process.advance(0.1)
+
+
+def test_die_outline_is_closed_and_smooth():
+    for angle in (15.0, 45.0, 75.0):
+        die = ExtrusionDie(10.0, 7.07, angle, entry_radius=4.0)
+        segments, top = die.segments(40.0)
+        assert segments[1:, 1:3] == pytest.approx(segments[:-1, 3:5], abs=1e-9)
+        assert top > die.land
+        for s in segments[segments[:, 0] == 1.0]:
+            for end in (s[1:3], s[3:5]):
+                assert np.hypot(*(end - s[5:7])) == pytest.approx(abs(s[7]), abs=1e-9)

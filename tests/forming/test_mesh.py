@@ -1,0 +1,148 @@
+"""The remesher: whatever the loop, a valid mesh that fills it; what is transferred stays."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from forming.fe.markers import SurfaceLoads, SurfaceMarkers
+from forming.fe.mesh_kernels import qualities
+from forming.fe.mesher import grid_mesh, quad_mesh
+from forming.fe.polyline import arc_length, enclosed_volume
+from forming.fe.resample import mesh_inside, resample
+from forming.fe.shape import gauss_volumes
+from forming.fe.transfer import transfer
+from forming.tooling import plate
+
+CCW_RECTANGLE = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 12.0], [0.0, 12.0]])
+
+
+def uniform(h):
+    return lambda points: np.full(len(points), h)
+
+
+def billet(h, bulge=0.0, tip=0.0):
+    """Surface of a barrelled billet with an optional conical tip, sampled finely, then resampled to h."""
+    z = np.linspace(0.0, 12.0, 60)
+    side = np.column_stack([8.0 + bulge * np.sin(np.pi * z / 12.0), z])
+    side[:, 0] -= tip * np.maximum(0.0, 1.0 - z / 3.0)
+    chain = np.concatenate([[[0.0, 0.0]], side, [[0.0, 12.0]]])
+    return resample(chain, uniform(h), [], None).points
+
+
+@settings(max_examples=25, deadline=None, derandomize=True)
+@given(
+    h=st.floats(0.35, 1.6),
+    bulge=st.floats(-1.5, 3.0),
+    tip=st.floats(0.0, 4.0),
+    grade=st.floats(0.0, 0.25),
+)
+def test_mesh_fills_the_loop_with_sound_elements(h, bulge, tip, grade):
+    def size(points):
+        return h + grade * np.hypot(points[:, 0] - 8.0, points[:, 1])
+
+    surface = billet(h, bulge, tip)
+    mesh = mesh_inside(resample(surface, size, [], None).points, size)
+    assert mesh.quality.min() > 0.15 and np.median(mesh.quality) > 0.8
+    loop = mesh.x[mesh.loop]
+    volume = gauss_volumes(mesh.x, mesh.quads).sum()
+    assert volume == pytest.approx(enclosed_volume(loop), rel=1e-9)
+    # Every side of an element is shared by two elements or lies on the loop, once.
+    sides = np.sort(np.concatenate([mesh.quads[:, [k, (k + 1) % 4]] for k in range(4)]), axis=1)
+    unique, count = np.unique(sides, axis=0, return_counts=True)
+    border = np.sort(np.column_stack([mesh.loop, np.roll(mesh.loop, -1)]), axis=1)
+    assert count.max() == 2
+    assert set(map(tuple, unique[count == 1])) == set(map(tuple, border))
+    assert len(mesh.x) - len(unique) + len(mesh.quads) == 1
+
+
+def test_same_loop_same_mesh():
+    one, two = (mesh_inside(billet(0.8, 1.0), uniform(0.8)) for _ in range(2))
+    assert np.array_equal(one.x, two.x) and np.array_equal(one.quads, two.quads)
+
+
+def test_bandwidth_is_small():
+    mesh = mesh_inside(billet(0.5), uniform(0.5))
+    assert (mesh.quads.max(axis=1) - mesh.quads.min(axis=1)).max() < 3 * np.sqrt(len(mesh.x))
+
+
+def test_corners_and_ends_stay_and_volume_is_restored():
+    chain = billet(0.9, 2.0)
+    table = np.zeros((len(chain), 6))
+    surface = resample(chain, uniform(0.5), [plate(-5.0)], [table])
+    assert enclosed_volume(surface.points) == pytest.approx(enclosed_volume(chain), rel=1e-6)
+    assert surface.points[0] == pytest.approx([0.0, 0.0], abs=1e-12)
+    assert surface.points[-1] == pytest.approx([0.0, 12.0], abs=1e-12)
+    assert np.hypot(*(surface.points - [8.0, 0.0]).T).min() < 0.02
+    assert (np.diff(surface.old_arc) > 0).all()
+
+
+def test_contact_keeps_its_penetration_and_free_points_leave_the_tool():
+    chain = billet(0.9)
+    chain[:, 1] -= 0.005
+    on = chain[:, 1] < 0.01
+    table = np.zeros((len(chain), 6))
+    table[on, 0], table[on, 3] = 500.0, -0.005
+    surface = resample(chain, uniform(0.4), [plate(0.0)], [table]).points
+    below = surface[:, 1] < 0.0
+    assert below.sum() > 10
+    assert surface[below, 1] == pytest.approx(-0.005, abs=1e-9)
+
+
+def test_transfer_reproduces_linear_fields():
+    old = mesh_inside(billet(0.7), uniform(0.7))
+    new = mesh_inside(billet(0.7), uniform(0.45))
+    linear = [lambda x: 3.0 + 2.0 * x[:, 0] - x[:, 1], lambda x: 0.5 * x[:, 1]]
+    n_gauss = np.array([[0.25 * (1 + a * b) * (1 + c * d) for b, d in CORNERS] for a, c in GAUSS_POINTS])
+    at_gauss = [np.einsum("ga,eac->egc", n_gauss, m.x[m.quads]) for m in (old, new)]
+    gauss_old = np.stack([f(at_gauss[0].reshape(-1, 2)).reshape(-1, 4) for f in linear], axis=2)
+    nodal_old = np.stack([f(old.x) for f in linear], axis=1)
+    gauss_new, nodal_new = transfer(old.x, old.quads, gauss_old, nodal_old, new.x, new.quads)
+    inside = (new.x[new.quads].min(axis=1) > 0.0).all(axis=1)
+    for k, f in enumerate(linear):
+        assert nodal_new[:, k] == pytest.approx(f(new.x), abs=1e-8)
+        exact = f(at_gauss[1].reshape(-1, 2)).reshape(-1, 4)
+        assert np.abs(gauss_new[:, :, k] - exact)[inside].max() < 0.35
+
+
+G = 1.0 / np.sqrt(3.0)
+CORNERS = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+GAUSS_POINTS = [(-G, -G), (G, -G), (G, G), (-G, G)]
+
+
+def test_grid_mesh_is_counter_clockwise():
+    mesh = grid_mesh(np.linspace(0.0, 2.0, 5), np.linspace(0.0, 3.0, 9))
+    assert qualities(mesh.x, mesh.quads) == pytest.approx(np.ones(32))
+    assert mesh.x[mesh.loop[0]].tolist() == [0.0, 0.0]
+    assert enclosed_volume(mesh.x[mesh.loop]) == pytest.approx(np.pi * 4.0 * 3.0)
+
+
+def test_quad_mesh_of_a_bare_rectangle():
+    def even(a, b, n):
+        return np.linspace(a, b, n + 1)[:-1]
+
+    loop = np.concatenate([even(a, b, 10) for a, b in zip(CCW_RECTANGLE, np.roll(CCW_RECTANGLE, -1, axis=0))])
+    mesh = quad_mesh(loop, uniform(1.0))
+    assert mesh.x[mesh.loop] == pytest.approx(loop)
+
+
+def test_markers_follow_a_remeshing_and_measure_expansion():
+    chain = billet(0.9)
+    arc = np.linspace(0.0, arc_length(chain)[-1], 41)
+    markers = SurfaceMarkers(chain, arc, 20.0)
+    before = markers.points(chain)
+    surface = resample(chain, uniform(0.35), [], None)
+    markers.move_to(chain, surface.old_arc)
+    assert markers.points(surface.points) == pytest.approx(before, abs=0.02)
+    stretched = surface.points * np.array([2.0, 0.25])
+    n = len(stretched)
+    loads = SurfaceLoads(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n, dtype=bool))
+    markers.update(stretched, np.full(n, 20.0), loads, 0.1)
+    points = markers.points(surface.points)
+    faces = (points[:, 0] < 7.0) & (markers.psi > 0)
+    side = (np.abs(points[:, 1] - 6.0) < 5.0) & (points[:, 0] > 7.9)
+    assert markers.psi[faces] == pytest.approx(4.0, rel=1e-6)
+    assert markers.psi[side] == pytest.approx(0.5, rel=1e-3)
+    assert not markers.active.any() and (markers.sd == 0.0).all()
