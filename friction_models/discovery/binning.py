@@ -42,6 +42,10 @@ class Campaign:
         Metadata of the tests that is recorded for every test, as numbers.
     warnings : list of str
         What the user should know about the data.
+    grouped : bool
+        Whether tests are known.
+    integrated : dict
+        States of effects whose evolution does not depend on shape parameters, with the mu that drove them.
     """
 
     loads: TriboLoads
@@ -55,6 +59,8 @@ class Campaign:
     distance: FloatArray
     system: dict[str, FloatArray] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
+    grouped: bool = True
+    integrated: dict[str, tuple[FloatArray, dict[str, FloatArray]]] = field(default_factory=dict, repr=False)
 
     def average(self, values: FloatArray) -> FloatArray:
         """Return bin means of `values`, shape (n,) or (n, k)."""
@@ -105,30 +111,56 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> Campaign:
         frame, order = frame.iloc[rows].reset_index(drop=True), order[rows]
     loads = TriboLoads.from_frame(frame, tests)
     mu = check_column(frame["mu"].to_numpy(), MU, "data")
-    names_in_order = list(pd.unique(frame["test_id"]))
-    point_starts = np.flatnonzero(np.r_[True, np.diff(order) > 0])
+    campaign = campaign_of(loads, mu, loads.test_id)
+    campaign.system = _system_columns(loads)
+    campaign.warnings = warnings + _remarks(campaign, {q.name for q in absent})
+    return campaign
+
+
+def campaign_of(loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_] | None) -> Campaign:
+    """Bin points whose tests are consecutive; without `groups` every point is a bin of its own.
+
+    Parameters
+    ----------
+    loads : TriboLoads
+    mu : ndarray, shape (n,)
+    groups : ndarray of str, shape (n,), or None
+    """
+    n = len(mu)
+    if groups is None:
+        index = np.arange(n)
+        return Campaign(
+            loads, mu, ["all"], np.array([0]), index, np.ones(n), np.zeros(n, dtype=int), index,
+            np.maximum(loads.sd - loads.sd[:1], 0.0), grouped=False,
+        )  # fmt: skip
+    change = np.r_[True, groups[1:] != groups[:-1]]
+    order = np.cumsum(change) - 1
+    point_starts = np.flatnonzero(change)
     progress, distance = _progress(loads, point_starts)
     slot_of_point = np.minimum((BINS * progress ** (1.0 / FINENESS)).astype(int), BINS - 1)
     starts = np.flatnonzero(np.r_[True, (np.diff(order) > 0) | (np.diff(slot_of_point) != 0)])
-    count = np.diff(np.r_[starts, len(mu)]).astype(float)
+    count = np.diff(np.r_[starts, n]).astype(float)
     test = order[starts]
     slot = np.arange(len(starts)) - np.flatnonzero(np.r_[True, np.diff(test) > 0])[test]
-    campaign = Campaign(
-        loads, mu, names_in_order, point_starts, starts, count, test, slot, distance,
-        _system_columns(loads, warnings), warnings,
-    )  # fmt: skip
-    if count.size == len(names_in_order):
+    names = [str(g) for g in groups[point_starts]]
+    return Campaign(loads, mu, names, point_starts, starts, count, test, slot, distance)
+
+
+def _remarks(campaign: Campaign, absent: set[str]) -> list[str]:
+    """Return what the user should know about thin data."""
+    warnings, tests = [], len(campaign.tests)
+    if campaign.count.size == tests:
         warnings.append(
             "one point a test (averaged data): running-in, static peak and wear-out cannot be seen at all"
         )
-    if len(names_in_order) == 1:
+    if tests == 1:
         warnings.append("one test: the scatter between tests cannot be estimated; nothing here is confirmed")
-    elif len(names_in_order) < 6:
-        warnings.append(f"only {len(names_in_order)} tests: the scatter between tests is poorly known")
+    elif tests < 6:
+        warnings.append(f"only {tests} tests: the scatter between tests is poorly known")
     for name in LOAD_NAMES:
-        if name not in [q.name for q in absent] and not campaign.varies(name):
+        if name not in absent and not campaign.varies(name):
             warnings.append(f"{name} does not vary in the data: effects of {name} cannot be seen")
-    return campaign
+    return warnings
 
 
 def _progress(loads: TriboLoads, point_starts: npt.NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
@@ -145,7 +177,7 @@ def _progress(loads: TriboLoads, point_starts: npt.NDArray[np.intp]) -> tuple[Fl
     return progress, distance
 
 
-def _system_columns(loads: TriboLoads, warnings: list[str]) -> dict[str, FloatArray]:
+def _system_columns(loads: TriboLoads) -> dict[str, FloatArray]:
     """Return metadata as number columns; texts become their place in alphabetical order."""
     columns: dict[str, FloatArray] = {}
     if loads.context is None or loads.test_id is None:

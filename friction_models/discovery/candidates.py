@@ -135,6 +135,11 @@ def integrate(
     dict of str to ndarray, shape (n, g)
         The states at every point.
     """
+    if not effect.states_need_shapes:
+        shape = {name: effect.start_shape()[name] for name in shape}
+        known = campaign.integrated.get(effect.name)
+        if known is not None and np.array_equal(known[0], mu):
+            return known[1]
     loads = campaign.loads
     n, tests = len(loads), len(campaign.tests)
     lengths = np.diff(np.r_[campaign.point_starts, n])
@@ -153,7 +158,10 @@ def integrate(
         for k, value in enumerate(new):
             current[k][running] = value
             history[k][rows] = value
-    return {name: h for (name, _), h in zip(effect.states, history, strict=True)}
+    states = {name: h for (name, _), h in zip(effect.states, history, strict=True)}
+    if not effect.states_need_shapes:
+        campaign.integrated[effect.name] = (mu.copy(), states)
+    return states
 
 
 def time_steps(loads: TriboLoads, point_starts: Sequence[int] | np.ndarray) -> FloatArray:

@@ -24,7 +24,7 @@ def propose(campaign: Campaign, found: Round, rivals: list[Fit], mu: FloatArray)
     """
     if len(rivals) < 2:
         return []
-    proposals = []
+    proposals: list[dict[str, Any]] = []
     typical = float(np.median(mu))
     for name, loads, setpoints in _protocols(campaign):
         for rival in rivals[1:4]:
@@ -69,12 +69,14 @@ def _protocols(campaign: Campaign) -> list[tuple[str, TriboLoads, dict[str, Any]
         return TriboLoads(v, middle[1] * full, s, length, max(middle[4], 1e-3) * full, t=t)
 
     flat_v, flat_s = np.full(POINTS, max(middle[0], 1e-9)), np.full(POINTS, middle[2])
-    stepped = np.where((step > 0.33) & (step < 0.67), max(high[0], 1e-9), max(low[0], 0.02 * high[0], 1e-9))
+    slow, fast = max(low[0], 0.02 * high[0], 1e-9), max(high[0], 1e-9)
+    levels = np.array([slow, fast, np.sqrt(slow * fast), slow, fast])
+    stepped = levels[np.minimum((step * 5).astype(int), 4)]
     ramp = low[2] + (high[2] - low[2]) * step
     hold = np.zeros(POINTS)
     hold[POINTS // 2] = 60.0
     return [
-        ("speed step", test(stepped, flat_s), {"v_rel [mm/s]": [_round(stepped.min()), _round(stepped.max()), _round(stepped.min())]}),
+        ("speed step", test(stepped, flat_s), {"v_rel [mm/s]": [_round(v) for v in levels]}),
         ("pressure ramp", test(flat_v, ramp), {"sigma_n [MPa]": [_round(ramp[0]), _round(ramp[-1])]}),
         ("hold", test(flat_v, flat_s, hold), {"v_rel [mm/s]": _round(flat_v[0]), "rest [s]": 60.0}),
         ("long run", test(flat_v, flat_s, length=2.0 * sd), {"sd [mm]": _round(2.0 * distance)}),

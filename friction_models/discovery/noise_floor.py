@@ -198,7 +198,8 @@ def _interval(floor: NoiseFloor, tests: int, columns: int) -> tuple[float, float
     from scipy.stats import chi2
 
     between = max(tests - min(columns, tests // 3) - 1, 1)
-    lower, upper = between / chi2.ppf([0.975, 0.025], between)
+    lower = between / float(chi2.ppf(0.975, between))
+    upper = between / float(chi2.ppf(0.025, between))
     slow = floor.test**2 + floor.drift**2
     return (
         float(np.sqrt(floor.sensor**2 + slow * lower)),

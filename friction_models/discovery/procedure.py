@@ -163,7 +163,7 @@ def _share_outside(campaign: Campaign, base: BaseLaw) -> float:
     if isinstance(model, FrictionModel):
         if not hasattr(model, "domain_"):
             return 0.0
-        domain = model.domain_
+        domain: Any = model.domain_
     else:
         domain = getattr(model, "domain", None)
     if domain is None or not hasattr(domain, "distance"):

@@ -28,7 +28,8 @@ def text_report(diagnosis: Diagnosis) -> str:
         lines += ["", "Fitted parameters"]
         for effect, entry in d.parameters.items():
             values = ", ".join(
-                f"{k} = {v['value']:.4g}" + (f" {v['unit']}" if v["unit"] != "1" else "") for k, v in entry["values"].items()
+                f"{k} = {v['value']:.4g}" + (f" {v['unit']}" if v["unit"] != "1" else "")
+                for k, v in entry["values"].items()
             )
             lines += [f"  {effect}: {entry['equation']}", f"    {values}"]
     if d.where:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from .analysis import Round
@@ -63,7 +64,7 @@ class Evidence:
         return self.winner.gain / (self.winner.gain + self.structure.excess) < EXPLAINS
 
 
-def decide(evidence: Evidence, kinds: dict[str, str]) -> str:
+def decide(evidence: Evidence, kinds: Mapping[str, str]) -> str:
     """Return the verdict.
 
     Parameters

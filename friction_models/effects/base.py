@@ -156,6 +156,8 @@ class Effect:
     metadata_units: ClassVar[tuple[str, ...]] = ()
     #: Names and units of internal states; each obeys an ODE that `rate` gives.
     states: ClassVar[tuple[tuple[str, str], ...]] = ()
+    #: Whether the evolution of the states depends on the shape parameters (if not, it is computed once).
+    states_need_shapes: ClassVar[bool] = True
     #: Whether basis or rate use the model's own friction coefficient.
     needs_mu: ClassVar[bool] = False
 

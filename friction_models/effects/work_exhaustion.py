@@ -42,6 +42,7 @@ class WorkExhaustion(Effect):
         Shape("n", "1", "steepness", 1.0, 8.0, 3.0, values=(1.0, 2.0, 4.0)),
     )
     states = (("work", "J/mm2"),)
+    states_need_shapes = False
     needs_mu = True
 
     def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:

@@ -1,0 +1,202 @@
+"""`compare`: models against the same measurements, with intervals that treat a test as the unit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ..loads import FloatArray, InputError, TriboLoads
+from .binning import Campaign, prepare
+
+REPLICATES = 1000
+
+
+@dataclass(frozen=True)
+class ModelErrors:
+    """Errors of one model.
+
+    Attributes
+    ----------
+    mae, rmse, bias : float
+        Over all points; bias is predicted minus measured.
+    mae_interval, rmse_interval, bias_interval : tuple of float
+        95 % intervals from resampling whole tests; NaN for a single test.
+    wins : float
+        Share of the tests on which this model has the smallest RMSE.
+    """
+
+    mae: float
+    rmse: float
+    bias: float
+    mae_interval: tuple[float, float]
+    rmse_interval: tuple[float, float]
+    bias_interval: tuple[float, float]
+    wins: float
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Errors of several models on the same tests, and their order.
+
+    Attributes
+    ----------
+    errors : dict of str to ModelErrors
+    ranking : list of str
+        By RMSE, best first.
+    clear : bool
+        Whether the best beats the second in 97.5 % of the resampled sets of tests.
+    tests, points : int
+    per_test : pandas.DataFrame
+        RMSE, one row a test, one column a model.
+    """
+
+    errors: dict[str, ModelErrors]
+    ranking: list[str]
+    clear: bool
+    tests: int
+    points: int
+    per_test: pd.DataFrame
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return JSON-able data."""
+        return {
+            "tests": self.tests,
+            "points": self.points,
+            "ranking": self.ranking,
+            "clear": self.clear,
+            "models": {
+                name: {
+                    "mae": e.mae,
+                    "rmse": e.rmse,
+                    "bias": e.bias,
+                    "mae_interval": _plain(e.mae_interval),
+                    "rmse_interval": _plain(e.rmse_interval),
+                    "bias_interval": _plain(e.bias_interval),
+                    "wins": e.wins,
+                }
+                for name, e in self.errors.items()
+            },
+            "per_test": [
+                {"test_id": str(test), **{str(k): float(v) for k, v in row.items()}}
+                for test, row in self.per_test.iterrows()
+            ],
+        }
+
+    def report(self) -> str:
+        """Return a text table, best model first."""
+        best = self.ranking[0]
+        if len(self.ranking) == 1:
+            head = f"{best}: RMSE {self.errors[best].rmse:.5f} on {self.tests} tests"
+        else:
+            how = "clearly ahead of" if self.clear else "ahead, but not clearly, of"
+            head = f"{best} is {how} {self.ranking[1]} on {self.tests} tests ({self.points} points)"
+        width = max(len(n) for n in self.ranking)
+        lines = [
+            head,
+            "",
+            f"{'model':<{width}}  RMSE [95 %]                  MAE [95 %]                   bias [95 %]                    best on",
+        ]
+        for name in self.ranking:
+            e = self.errors[name]
+            lines.append(
+                f"{name:<{width}}  {e.rmse:.5f} [{e.rmse_interval[0]:.5f}, {e.rmse_interval[1]:.5f}]  "
+                f"{e.mae:.5f} [{e.mae_interval[0]:.5f}, {e.mae_interval[1]:.5f}]  "
+                f"{e.bias:+.5f} [{e.bias_interval[0]:+.5f}, {e.bias_interval[1]:+.5f}]  {100 * e.wins:3.0f} % of tests"
+            )
+        return "\n".join(lines) + "\n"
+
+
+def compare(
+    models: Mapping[str, Any], data: pd.DataFrame, tests: pd.DataFrame | None = None, seed: int = 0
+) -> Comparison:
+    """Compare models with measurements.
+
+    Parameters
+    ----------
+    models : mapping of str to model
+        Anything with ``predict_frame(data, tests)`` or ``predict(array[n, 5])``.
+    data : pandas.DataFrame
+        Points in the columns of the contract.
+    tests : pandas.DataFrame, optional
+        Metadata, for models with system variables.
+    seed : int
+        Of the resampling.
+
+    Raises
+    ------
+    InputError
+        No model, bad data, or a prediction that is not one finite value a point.
+    """
+    if not models:
+        raise InputError("compare: no model was given; allowed: at least one")
+    campaign = prepare(data, tests)
+    frame = campaign.loads.to_frame()
+    errors = {}
+    for name, model in models.items():
+        predicted = predict_points(name, model, campaign.loads, frame, tests)
+        errors[str(name)] = predicted - campaign.mu
+    return _compare(campaign, errors, np.random.default_rng(seed))
+
+
+def predict_points(
+    name: str, model: Any, loads: TriboLoads, frame: pd.DataFrame, tests: pd.DataFrame | None
+) -> FloatArray:
+    """Return predictions of anything that predicts, checked."""
+    if hasattr(model, "predict_frame"):
+        predicted = np.asarray(model.predict_frame(frame, tests), dtype=float).ravel()
+    elif hasattr(model, "predict"):
+        predicted = np.asarray(model.predict(loads.as_array()), dtype=float).ravel()
+    else:
+        raise InputError(
+            f"model {name!r}: {type(model).__name__} cannot predict; allowed: an object with predict"
+        )
+    if predicted.shape != (len(loads),) or not np.isfinite(predicted).all():
+        raise InputError(
+            f"model {name!r}: predict gave {predicted.shape} values, allowed: one finite value a point"
+        )
+    return predicted
+
+
+def _compare(campaign: Campaign, errors: Mapping[str, FloatArray], rng: np.random.Generator) -> Comparison:
+    tests = len(campaign.tests)
+    group = campaign.point_test
+    points = np.bincount(group, minlength=tests).astype(float)
+    draws = rng.multinomial(tests, np.full(tests, 1.0 / tests), REPLICATES).astype(float)
+    weight = draws @ points
+    squares, results = {}, {}
+    table = pd.DataFrame(
+        {name: np.sqrt(np.bincount(group, e**2, tests) / points) for name, e in errors.items()},
+        index=pd.Index(campaign.tests, name="test_id"),
+    )
+    best = table.to_numpy().argmin(axis=1)
+    for k, (name, error) in enumerate(errors.items()):
+        sums = [np.bincount(group, v, tests) for v in (np.abs(error), error**2, error)]
+        squares[name] = np.sqrt(draws @ sums[1] / weight)
+        results[name] = ModelErrors(
+            float(np.mean(np.abs(error))),
+            float(np.sqrt(np.mean(error**2))),
+            float(np.mean(error)),
+            _interval(draws @ sums[0] / weight, tests),
+            _interval(squares[name], tests),
+            _interval(draws @ sums[2] / weight, tests),
+            float(np.mean(best == k)),
+        )
+    ranking = sorted(results, key=lambda n: results[n].rmse)
+    clear = len(ranking) > 1 and tests > 2
+    clear = clear and float(np.mean(squares[ranking[0]] < squares[ranking[1]])) >= 0.975
+    return Comparison(results, ranking, clear, tests, len(group), table)
+
+
+def _interval(values: FloatArray, tests: int) -> tuple[float, float]:
+    if tests < 2:
+        return (float("nan"), float("nan"))
+    low, high = np.quantile(values, [0.025, 0.975])
+    return float(low), float(high)
+
+
+def _plain(interval: tuple[float, float]) -> list[float] | None:
+    return None if np.isnan(interval[0]) else list(interval)

@@ -1,0 +1,150 @@
+"""`refine`: add effects to a model, fit base and effects together, confirm on whole tests that were held out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ..effects import make_effect
+from ..effects.base import Effect
+from ..loads import FloatArray, InputError, TriboLoads
+from ..training.measures import error_measures
+from .binning import prepare
+
+FOLDS = 4
+#: An addition is refused when the held-out error rises by more than this, and clearly so (paired over tests).
+WORSE = 1.01
+
+
+def refine(
+    data: pd.DataFrame,
+    tests: pd.DataFrame | None = None,
+    model: Any = "linear",
+    add: Iterable[str | Effect] | str | Effect = (),
+    force: bool = False,
+    seed: int = 0,
+) -> Any:
+    """Return `model` with effects added, base and effects fitted together.
+
+    The result is fitted to the tests whose `role` is ``train`` (to all where no role is recorded) and
+    confirmed against the ordinary fit of `model` on whole tests that the fit did not see: those of another
+    role, else by cross-validation. The errors before and after are appended to ``error_history_``.
+
+    Parameters
+    ----------
+    data : pandas.DataFrame
+        Points with `mu`.
+    tests : pandas.DataFrame, optional
+        Metadata; column `role` marks held-out tests.
+    model : str or FrictionModel
+        Family name or model, also one that holds effects already.
+    add : iterable of str or Effect
+        What to add; nothing returns `model`, refitted.
+    force : bool
+        Keep an addition that makes held-out tests worse.
+    seed : int
+        Of the folds.
+
+    Returns
+    -------
+    FrictionModel
+        Fitted; with effects a `ComposedFriction`.
+
+    Raises
+    ------
+    InputError
+        A model that cannot be refitted, an unknown effect, or an addition that makes held-out tests worse.
+    """
+    from sklearn.base import clone
+
+    from ..base import FrictionModel
+    from ..composed import ComposedFriction
+    from ..registry import make_model
+
+    base = make_model(model) if isinstance(model, str) else model
+    if not isinstance(base, FrictionModel):
+        raise InputError(
+            f"refine: {type(base).__name__} cannot be refitted; allowed: a family name or a friction model of this project"
+        )
+    if base.family == "constant" and getattr(base, "mu", None) is not None:
+        base = type(base)()  # a given constant has nothing to refit; its level is fitted with the effect
+    added = [make_effect(e) for e in ([add] if isinstance(add, (str, Effect)) else list(add))]
+    campaign = prepare(data, tests)
+    loads, mu = campaign.loads, campaign.mu
+    held = _held_out(loads)
+    if not added:
+        rows = ~held if held is not None else np.ones(len(mu), dtype=bool)
+        return clone(base).fit(loads.take(rows), mu[rows], _names(loads, rows))
+    inner = base.base if isinstance(base, ComposedFriction) else base
+    present = list(base.effects) if isinstance(base, ComposedFriction) else []
+    refined = ComposedFriction(clone(inner), [*present, *added])
+    history = list(getattr(base, "error_history_", []))
+    folds = [held] if held is not None else _folds(campaign.point_test, len(campaign.tests), seed)
+    before, after = np.full(len(mu), np.nan), np.full(len(mu), np.nan)
+    fitted: Any = None
+    for fold in folds:
+        train = ~fold
+        names = _names(loads, train)
+        ordinary = clone(base).fit(loads.take(train), mu[train], names)
+        fitted = clone(refined).fit(loads.take(train), mu[train], names)
+        before[fold] = ordinary.predict(loads.take(fold))
+        after[fold] = fitted.predict(loads.take(fold))
+    if held is None:
+        fitted = clone(refined).fit(loads, mu, _names(loads, np.ones(len(mu), dtype=bool)))
+    by = (
+        f"{len(np.unique(campaign.point_test[held]))} held-out tests"
+        if held is not None
+        else f"{len(folds)}-fold cross-validation by whole tests"
+    )
+    if folds:
+        seen = np.isfinite(after)
+        groups = _names(loads, seen)
+        error_before, error_after = (before - mu)[seen], (after - mu)[seen]
+        entry: dict[str, Any] = {
+            "added": [e.name for e in added],
+            "judged_by": by,
+            "before": error_measures(mu[seen], before[seen], groups),
+            "after": error_measures(mu[seen], after[seen], groups),
+        }
+        if not force and _worse(error_before, error_after, campaign.point_test[seen]):
+            raise InputError(
+                f"refine: adding {', '.join(e.name for e in added)} raises the error on {by} from "
+                f"{entry['before']['rmse']:.5f} to {entry['after']['rmse']:.5f}; allowed: additions that do not, or force=True"
+            )
+        history.append(entry)
+        fitted.record_errors("held_out" if held is not None else "cross_validated", entry["after"])
+    fitted.error_history_ = history
+    return fitted
+
+
+def _names(loads: TriboLoads, rows: np.ndarray) -> Any:
+    return None if loads.test_id is None else loads.test_id[rows]
+
+
+def _held_out(loads: TriboLoads) -> np.ndarray | None:
+    """Return which points belong to tests of another role than ``train``, or None without such tests."""
+    roles = loads.context_column("role")
+    if roles is None:
+        return None
+    held = np.asarray(roles).astype(str) != "train"
+    return held if held.any() and not held.all() else None
+
+
+def _folds(point_test: np.ndarray, tests: int, seed: int) -> list[np.ndarray]:
+    if tests < 4:
+        return []
+    fold_of_test = np.random.default_rng(seed).permutation(tests) % FOLDS
+    return [fold_of_test[point_test] == k for k in range(FOLDS)]
+
+
+def _worse(before: FloatArray, after: FloatArray, group: np.ndarray) -> bool:
+    """Return whether the error rose, by more than chance over tests allows."""
+    if np.sqrt(np.mean(after**2)) <= WORSE * np.sqrt(np.mean(before**2)):
+        return False
+    _, test = np.unique(group, return_inverse=True)
+    difference = np.bincount(test, after**2 - before**2)
+    spread = float(np.std(difference, ddof=1)) * np.sqrt(len(difference)) if len(difference) > 1 else 0.0
+    return bool(difference.sum() > spread)
