@@ -93,7 +93,7 @@ class SctTwin:
     """
 
     material: HenselSpittel = field(default_factory=steel_16MnCr5)
-    mesh_size: float = 0.75
+    mesh_size: float = 0.6
     thermal: ThermalSettings = field(default_factory=ThermalSettings)
     spacing: float = 0.1
     moving_mass: float | None = None
@@ -102,7 +102,7 @@ class SctTwin:
     def reference(cls) -> SctTwin:
         """Return a twin of finer mesh and grid, to bound the error of the default one."""
         fine = ThermalSettings(cells=48, surface_layer=0.025, growth=1.15, depth=16.0)
-        return cls(mesh_size=0.45, thermal=fine)
+        return cls(mesh_size=0.4, thermal=fine)
 
     def evaluate(self, record: SctRecord, moving_mass: float | None = None) -> TestResult:
         """Evaluate one record.

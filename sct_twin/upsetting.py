@@ -49,7 +49,7 @@ class ContactState:
         """Read an upsetting run at a force.
 
         The contact of a mesh grows node by node; area and the other figures are therefore taken from a
-        locally linear fit over forces within some 8 % instead of from the nearest increment.
+        locally linear fit over forces within some 10 % instead of from the nearest increment.
         """
         area = local_fit(result.force, np.pi * result.contact_radius**2, force)
         weights = _weights(result.force, force)
@@ -139,7 +139,9 @@ def upset_specimen(
 
 
 #: How far a run goes beyond the force of interest.
-BEYOND = 1.04
+BEYOND = 1.2
+#: Width of the local fit over the force (standard deviation, relative).
+FIT_WIDTH = 0.1
 
 
 def robust_upset(
@@ -177,5 +179,6 @@ def local_fit(x: FloatArray, y: FloatArray, at: float) -> float:
 
 
 def _weights(x: FloatArray, at: float) -> FloatArray:
-    width = max(0.08 * abs(at), 1.5 * float(np.max(np.diff(x), initial=0.0)), 1e-9)
+    near = np.sort(np.abs(x - at))[: min(4, len(x))]
+    width = max(FIT_WIDTH * abs(at), float(near[-1]), 1e-9)
     return np.asarray(np.exp(-0.5 * ((x - at) / width) ** 2))

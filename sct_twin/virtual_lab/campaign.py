@@ -26,7 +26,7 @@ from .specimen import TEMPERATURES, Rig, SpecimenTable, compute_run
 
 TRUTH_JSON, TRUTH_NPZ = "truth.json", "truth.npz"
 #: Specimens are upset a little beyond the largest force, for those that are softer.
-FORCE_MARGIN = 1.05
+FORCE_MARGIN = 1.2
 
 
 @dataclass

@@ -56,9 +56,9 @@ class Rig:
         Finer grid, other conductivities, capacities and interface heat transfer.
     """
 
-    mesh_size: float = 0.5
+    mesh_size: float = 0.45
     flow_stress: float = 1.015
-    flow_stress_scatter: float = 0.008
+    flow_stress_scatter: float = 0.006
     upsetting_mu: float = 0.07
     ram_speed: float = 10.0
     compliance: float = 1.2e-6
