@@ -11,8 +11,6 @@ from typing import Any
 import numpy as np
 
 from friction_models.loads import FloatArray, InputError
-from friction_models.loads.dataset import read_table
-from friction_models.loads.tribo_loads import missing_column
 
 from .metrics import LevelSummary, Measured, ScalarError
 
@@ -21,7 +19,6 @@ from .metrics import LevelSummary, Measured, ScalarError
 WINDOW = 0.5
 #: Points of the common stroke.
 SAMPLES = 401
-_COLUMNS = {"stroke": "mm", "force": "kN"}
 
 
 @dataclass(frozen=True)
@@ -89,44 +86,17 @@ def read_press_curve(path: str | os.PathLike[str]) -> PressCurve:
     InputError
         A column is missing, a unit does not fit, a value is not finite, the stroke runs backwards.
     """
+    from forming.press import read_curves
+
     file = Path(path)
     if file.is_dir():
         raise InputError(f"{file}: is a folder, allowed: the CSV of one level (see its levels.csv)")
-    frame = read_table(file)
-    _check_units(file)
-    for name in _COLUMNS:
-        if name not in frame.columns:
-            raise missing_column(name, frame.columns, str(file))
-    import pandas as pd
-
-    numbers = frame[list(_COLUMNS)].apply(pd.to_numeric, errors="coerce")
-    bad = ~np.isfinite(numbers.to_numpy(dtype=float))
-    if bad.any():
-        row, column = map(int, np.argwhere(bad)[0])
-        raise InputError(
-            f"{file}: column {list(_COLUMNS)[column]!r}, row {row}: value {frame[list(_COLUMNS)[column]].iloc[row]!r} is not a finite number"
-        )
-    repeat = frame["repeat"] if "repeat" in frame.columns else np.zeros(len(frame))
-    try:
-        curves = tuple(
-            ForceCurve(part["stroke"].to_numpy(), part["force"].to_numpy())
-            for _, part in numbers.groupby(np.asarray(repeat), sort=True)
-        )
-    except InputError as error:
-        raise InputError(f"{file}: {error}") from None
+    frame = read_curves(file)
+    curves = tuple(
+        ForceCurve(part["stroke"].to_numpy(), part["force"].to_numpy())
+        for _, part in frame.groupby("repeat", sort=True)
+    )
     return PressCurve(curves, str(file))
-
-
-def _check_units(file: Path) -> None:
-    with file.open(encoding="utf-8") as stream:
-        header = stream.readline()
-    for cell in header.strip().split(","):
-        name, bracket, unit = cell.partition("[")
-        expected = _COLUMNS.get(name.strip())
-        if bracket and expected and unit.rstrip("] ") != expected:
-            raise InputError(
-                f"{file}: column {name.strip()!r} has unit {unit.rstrip('] ')!r}, allowed: {expected!r}"
-            )
 
 
 @dataclass(frozen=True)

@@ -78,7 +78,8 @@ def diagnose(
 
     friction = any_model(model)
     dataset = read_data(data, tests)
-    result = search(dataset.points, dataset.tests, model=friction, seed=seed)
+    part = dataset.select("train")  # tests that are held out stay unseen
+    result = search(part.points, part.tests, model=friction, seed=seed)
     if dataset.synthetic:
         say("synthetic data")
     say(result.report())
@@ -87,7 +88,7 @@ def diagnose(
     if report is not None:
         from ..report import write_diagnosis_report
 
-        write_diagnosis_report(report, friction, dataset, result, label=model)
+        write_diagnosis_report(report, friction, part, result, label=model)
         say(f"report written: {report}")
 
 
@@ -110,8 +111,7 @@ def refine(
     if Path(model).suffix == ".fmu":
         raise InputError(f"{model}: an FMU is a fixed law; allowed: a model folder or the name of a family")
     dataset = read_data(data, tests)
-    part = dataset.select("train")
-    better = improve(part.points, part.tests, model=friction, add=add)
+    better = improve(dataset.points, dataset.tests, model=friction, add=add)
     if friction.is_fitted:
         say(evaluate(friction, dataset, name=f"before: {model}").report())
     result = evaluate(better, dataset, name=f"after: {model} + {' + '.join(add)}")

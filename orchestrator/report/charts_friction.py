@@ -66,7 +66,8 @@ def response_chart(points: pd.DataFrame, models: Sequence[tuple[str, str, Any]])
     array = points[list(LOAD_NAMES)].to_numpy()
     middle = np.median(array, axis=0)
     for column, quantity in enumerate(LOADS, 1):
-        values = np.linspace(*np.quantile(array[:, column - 1], [0.01, 0.99]), 81)
+        low, high = np.quantile(array[:, column - 1], [0.01, 0.99]).tolist()
+        values = np.linspace(low, high, 81)
         loads = np.tile(middle, (len(values), 1))
         loads[:, column - 1] = values
         for label, part, model in models:

@@ -111,7 +111,7 @@ def test_press_files(tmp_path: Path) -> None:
     ("text", "pattern"),
     [
         ("stroke [mm],forse [kN]\n0,1\n", "'force' is missing.*is it 'forse'"),
-        ("stroke [mm],force [N]\n0,1\n1,2\n", "'force' has unit 'N', allowed: 'kN'"),
+        ("stroke [mm],force [lbf]\n0,1\n1,2\n", "unit of column 'force' 'lbf'; allowed: MN, N, kN"),
         ("stroke [mm],force [kN]\n0,1\n1,x\n", "'force', row 1: value 'x'"),
         ("stroke [mm],force [kN]\n0,1\n1,nan\n", "'force', row 1"),
         ("stroke [mm],force [kN]\n1,1\n0,2\n", "must not run backwards"),

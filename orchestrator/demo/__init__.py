@@ -1,0 +1,6 @@
+"""The whole loop on built-in synthetic data: from raw records to a better friction model in co-simulation."""
+
+from .loop import Demo, DemoResult
+from .printed import printed_summary
+
+__all__ = ["Demo", "DemoResult", "printed_summary"]

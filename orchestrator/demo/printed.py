@@ -1,0 +1,59 @@
+"""The demo's summary for the terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .loop import DemoResult
+
+
+def printed_summary(result: DemoResult) -> str:
+    """Return verdict, errors before and after as they came out, and where the report is."""
+    s = result.summary
+    diagnosis = s["diagnosis"]
+    effects = ", ".join(diagnosis["effects"]) or "none"
+    lines = [
+        "",
+        "All measurements are SYNTHETIC: made by the virtual laboratory, not measured.",
+        f"Verdict on the {s['base']} model: {diagnosis['verdict']}; effect to add: {effects} "
+        f"(hidden in the laboratory: {s['hidden'] or 'nothing'})",
+        "",
+        f"{'':26}{'held-out SCTs':>24}{'FRE maximum force':>24}{'FRE forming work':>22}",
+        f"{'':26}{'MAE of mu':>12}{'RMS of mu':>12}{'MARE':>24}{'MARE':>22}",
+    ]
+    lines += [_row(s, entry) for entry in s["frictions"]]
+    if any(e["part"] == "after" for e in s["frictions"]):
+        lines += ["", "Before -> after, as it came out:"]
+        lines += [_change(*item) for item in _changes(s)]
+    lines += ["", f"Report: {result.report}", f"Everything else: {result.folder}"]
+    return "\n".join(lines)
+
+
+def _row(s: dict[str, Any], entry: dict[str, Any]) -> str:
+    part = entry["part"]
+    sct, force, work = s["held_out"][part], s["forces"][part]["max_force"], s["forces"][part]["work"]
+    return (
+        f"{entry['label'][:25]:26}{sct['mae']:12.4f}{sct['rmse']:12.4f}"
+        f"{_percent(force):>24}{_percent(work):>22}"
+    )
+
+
+def _percent(summary: dict[str, float]) -> str:
+    return f"{100 * summary['mare']:.1f} +- {100 * summary['mare_std']:.1f} %"
+
+
+def _changes(s: dict[str, Any]) -> list[tuple[str, float, float, str]]:
+    sct, forces = s["held_out"], s["forces"]
+    return [
+        ("MAE of mu, held-out SCTs", sct["before"]["mae"], sct["after"]["mae"], ".4f"),
+        ("RMS of mu, held-out SCTs", sct["before"]["rmse"], sct["after"]["rmse"], ".4f"),
+        ("MARE of the maximum force", forces["before"]["max_force"]["mare"], forces["after"]["max_force"]["mare"], ".1%"),
+        ("MARE of the forming work", forces["before"]["work"]["mare"], forces["after"]["work"]["mare"], ".1%"),
+    ]  # fmt: skip
+
+
+def _change(name: str, before: float, after: float, form: str) -> str:
+    word = "falls" if after < before else "RISES" if after > before else "stays"
+    share = abs(after - before) / before if before else 0.0
+    return f"  {name:28} {before:{form}} -> {after:{form}}   {word} by {share:.0%}"

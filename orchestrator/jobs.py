@@ -1,0 +1,104 @@
+"""Many runs at once: a pool of processes; runs that are already there are taken as they are."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .runs import Run, versions
+from .system import System
+
+#: Called with (done, total, name of the run that is finished).
+RunProgress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class RunTask:
+    """A system to run into a folder."""
+
+    system: System
+    folder: Path
+    mode: str = "gauss_seidel"
+
+
+def run_all(
+    tasks: Sequence[RunTask], jobs: int | None = None, progress: RunProgress | None = None
+) -> list[Run]:
+    """Run all tasks, in parallel where there is more than one, and return their runs in order.
+
+    A folder that already holds a complete run of the same system, with the same FMUs, start values,
+    steps and versions, is not computed again.
+
+    Raises
+    ------
+    InputError, SimulationError
+        From the first task that fails; the finished ones stay.
+    """
+    tick = progress or (lambda done, total, name: None)
+    waiting = [task for task in tasks if not _same_run(task)]
+    done = len(tasks) - len(waiting)
+    tick(done, len(tasks), "")
+    workers = min(jobs or os.cpu_count() or 1, len(waiting))
+    if workers <= 1:
+        for task in waiting:
+            _run(_portable(task))
+            done += 1
+            tick(done, len(tasks), task.folder.name)
+    else:
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(workers, mp_context=context) as pool:
+            futures = {pool.submit(_run, _portable(task)): task for task in waiting}
+            try:
+                for future in as_completed(futures):
+                    future.result()
+                    done += 1
+                    tick(done, len(tasks), futures[future].folder.name)
+            except BaseException:
+                pool.shutdown(wait=False, cancel_futures=True)
+                raise
+    return [Run.load(task.folder) for task in tasks]
+
+
+def _portable(task: RunTask) -> tuple[dict[str, Any], str, str]:
+    """What a worker needs, as plain data: absolute FMU paths make the place of the YAML file irrelevant."""
+    content = task.system.model_dump(mode="json", exclude_none=True)
+    for name in task.system.components:
+        content["components"][name]["fmu"] = str(task.system.fmu_path(name))
+    return content, str(task.folder), task.mode
+
+
+def _run(plain: tuple[dict[str, Any], str, str]) -> None:
+    from .master import Master
+
+    content, folder, mode = plain
+    Master(System.from_dict(content, source=str(content["name"])), mode=mode).run(folder)
+
+
+def _same_run(task: RunTask) -> bool:
+    """Whether the folder holds a finished run of the same thing."""
+    from .fmu_files import file_hash
+
+    if not (task.folder / "manifest.json").is_file() or not (task.folder / "results.nc").is_file():
+        return False
+    try:
+        manifest = json.loads((task.folder / "manifest.json").read_text(encoding="utf-8"))
+        parts = manifest["components"]
+        system = task.system
+        return bool(
+            manifest["mode"] == task.mode
+            and manifest["steps"] == system.steps
+            and manifest["communication_step"] == system.communication_step
+            and manifest["versions"] == versions()
+            and manifest["provenance"] == system.provenance
+            and parts.keys() == system.components.keys()
+            and all(parts[n]["sha256"] == file_hash(system.fmu_path(n)) for n in parts)
+            and all(parts[n]["start"] == system.components[n].start for n in parts)
+        )
+    except (KeyError, TypeError, ValueError, OSError):
+        return False

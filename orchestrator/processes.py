@@ -1,0 +1,66 @@
+"""Ready-made systems: forward rod extrusion with friction from an FMU."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from friction_models.loads import LOAD_NAMES
+
+from .system import System
+
+#: Punch travel of one communication step [mm].
+STEP = 0.1
+#: Punch travel of a run [mm].
+STROKE = 20.0
+RECORDED = ("stroke", "force", "work", "max_tau_over_k", "active", *LOAD_NAMES, "mu")
+
+
+def extrusion_system(
+    friction: str | os.PathLike[str],
+    forming: str | os.PathLike[str],
+    speed: float,
+    stroke: float = STROKE,
+    name: str = "fre",
+    synthetic: bool = False,
+    provenance: Mapping[str, bool | int | float | str] | None = None,
+) -> System:
+    """Return forward rod extrusion, friction first: the one-step lag of the paper's user subroutine.
+
+    Parameters
+    ----------
+    friction : path-like
+        Friction FMU with as many nodes as the forming FMU has markers.
+    forming : path-like
+        Forming FMU (`fmus.pack_forming`).
+    speed : float
+        Punch speed of the forming FMU [mm/s]; a communication step is `STEP` mm of stroke.
+    stroke : float
+        Punch travel of the run [mm].
+    name, synthetic, provenance
+        Go into the manifest of the run.
+    """
+    step = STEP / speed
+    return System.from_dict(
+        {
+            "name": name,
+            "communication_step": step,
+            "stop_time": step * round(stroke / STEP),
+            "components": {
+                "friction": {"fmu": str(Path(friction).resolve())},
+                "forming": {"fmu": str(Path(forming).resolve())},
+            },
+            "connections": [
+                *(f"forming.{load} -> friction.{load}" for load in LOAD_NAMES),
+                "friction.mu -> forming.mu",
+            ],
+            "record": [
+                "friction.mu",
+                "friction.domain_distance",
+                *(f"forming.{n}" for n in RECORDED if n != "mu"),
+            ],
+            "synthetic": synthetic,
+            "provenance": dict(provenance or {}),
+        }
+    )

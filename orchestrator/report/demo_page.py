@@ -1,0 +1,228 @@
+"""The report of the demo, from the verdict down to the manifest."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from .charts_force import force_chart
+from .charts_friction import residual_chart, response_chart, worst_tests_chart
+from .evidence import budget_html, ranking_html, remarks_html, verdict_text
+from .markup import Change, cards, escape, table
+from .page import Page, figure
+from .story import Story
+
+
+def demo_page(folder: Path) -> str:
+    """Return the HTML of a finished demo folder."""
+    story = Story.read(folder)
+    page = Page(
+        title=_headline(story),
+        kicker="tribofmu demo: friction in cold forging",
+        lead=_lead(story),
+        synthetic=bool(story.summary["synthetic"]),
+    )
+    page.add("verdict", "Verdict", verdict_text(story.diagnosis), cards(changes(story)), _caveat(story))
+    page.add("budget", "What the error is made of", budget_html(story.diagnosis))
+    page.add("force", "Forming force", _force(story))
+    page.add("residual", "Residual against each load", _residual(story))
+    page.add("evidence", "Evidence", ranking_html(story.diagnosis), remarks_html(story.diagnosis))
+    page.add("tests", "Worst tests", _worst(story))
+    page.add("response", "Response curves", _response(story))
+    page.add("runs", "Runs and manifest", _runs(story))
+    versions = story.summary["versions"]
+    return page.render(
+        f"tribofmu {escape(versions['tribofmu'])}, Python {escape(versions['python'])}. "
+        "Every measurement in this report is synthetic: made by the virtual laboratory, not measured."
+    )
+
+
+def changes(story: Story) -> list[Change]:
+    """Return the errors before and after as they came out."""
+    summary = story.summary
+    sct, forces = summary["held_out"], summary["forces"]
+    after = "after" if "after" in sct else "before"
+    count = sct["before"]["tests"]
+    levels = len(summary["levels"])
+    return [
+        Change(
+            f"mu, RMS error on {count} held-out tests", sct["before"]["rmse"], sct[after]["rmse"], "", 4
+        ),
+        Change(f"mu, mean absolute error on {count} held-out tests", sct["before"]["mae"], sct[after]["mae"], "", 4),
+        Change(
+            f"maximum force, mean error over {levels} levels",
+            100 * forces["before"]["max_force"]["mare"], 100 * forces[after]["max_force"]["mare"], "%", 1,
+        ),
+        Change(
+            f"forming work, mean error over {levels} levels",
+            100 * forces["before"]["work"]["mare"], 100 * forces[after]["work"]["mare"], "%", 1,
+        ),
+    ]  # fmt: skip
+
+
+def _headline(story: Story) -> str:
+    before, effects = story.label("before"), story.diagnosis["effects"]
+    if not effects:
+        return f"The {before} model lacks nothing that this data can show"
+    named = " and ".join(e.replace("_", " ") for e in effects)
+    change = changes(story)[0].relative
+    verb = "removes" if change < 0 else "adds"
+    return f"The {before} model lacks {named}: adding it {verb} {abs(100 * change):.0f} % of its error on unseen tests"
+
+
+def _lead(story: Story) -> str:
+    summary = story.summary
+    hidden = summary["hidden"]
+    truth = (
+        f"<strong>{escape(hidden)}</strong> was hidden in the laboratory's law, in another mathematical form than the catalogue's"
+        if hidden
+        else "nothing was hidden in the laboratory's law"
+    )
+    return (
+        f"{summary['tests']['train']} virtual compression tests trained the models, {summary['tests']['test']} were held out; "
+        f"{truth}. The diagnosis saw measurements only. Every friction model then ran as an FMU in a co-simulated "
+        "forward rod extrusion."
+    )
+
+
+def _caveat(story: Story) -> str:
+    risen = [c.name for c in changes(story) if c.after > c.before]
+    if not risen:
+        return ""
+    return f'<p class="note">Not everything fell: {escape("; ".join(risen))} rose. The numbers stand as they came out.</p>'
+
+
+def _force(story: Story) -> str:
+    levels = {level["name"]: level["heading"] for level in story.summary["levels"]}
+    chart = figure(
+        "force",
+        force_chart(story.lines, levels),
+        "Top: punch force of forward rod extrusion with every friction FMU, one after the other in the same forming FMU, "
+        "against the mean of the (synthetic) press curves with their scatter. Bottom: the same as a deviation from the press.",
+        "Force over stroke for each friction model and each level of tool temperature and press speed.",
+    )
+    forces = story.summary["forces"]
+    rows, classes = [], []
+    for entry in story.summary["frictions"]:
+        result = forces[entry["part"]]
+        force, work = result["max_force"], result["work"]
+        rows.append(
+            (
+                entry["label"],
+                _percent(force["mare"], force["mare_std"]),
+                _percent(force["std"], force["std_std"]),
+                _percent(work["mare"], work["mare_std"]),
+                f"{max(c['max_force_kN']['simulated'] for c in result['levels']):.0f} kN",
+                f"{100 * entry['outside_domain']:.0f} %",
+            )
+        )
+        classes.append(entry["part"])
+    listed = table(
+        ["friction", "maximum force, MARE", "spread over levels", "forming work, MARE", "largest force", "outside domain"],
+        rows,
+        numeric=range(1, 6),
+        classes=classes,
+        caption="Mean absolute relative error over the levels; uncertainty by Gaussian propagation of the scatter between press "
+        "strokes. Outside domain: share of active contact points beyond the loads that the model was trained on.",
+    )  # fmt: skip
+    return chart + listed
+
+
+def _residual(story: Story) -> str:
+    return figure(
+        "residual",
+        residual_chart(story.held_out.points, story.predicted),
+        "Measured minus modelled mu on the held-out tests. The intervals count a whole test as one observation, so they show "
+        "what another set of tests might have given. A model that lacks nothing stays within its band around zero.",
+        "Mean residual against each of the five loads, before and after.",
+    )
+
+
+def _worst(story: Story) -> str:
+    worst = _worst_held_out(story)
+    chart = figure(
+        "worst",
+        worst_tests_chart(story.held_out.points, story.predicted, worst),
+        "The held-out tests on which the model was worst before: mu over the sliding distance.",
+        f"Friction over sliding distance in the tests {', '.join(worst)}.",
+    )
+    rows = [(w["test_id"], f"{float(w['rms']):.4f}") for w in story.diagnosis["worst_tests"][:6]]
+    listed = table(
+        ["training test", "RMS of the residual"],
+        rows,
+        numeric=(1,),
+        caption="Worst tests in the eyes of the diagnosis.",
+    )
+    return chart + listed
+
+
+def _worst_held_out(story: Story, count: int = 4) -> list[str]:
+    import numpy as np
+
+    points = story.held_out.points
+    square = (points["mu"].to_numpy() - story.predicted["before"]) ** 2
+    rms = points.assign(square=square).groupby("test_id")["square"].mean().pow(0.5)
+    order = np.argsort(-rms.to_numpy())[:count]
+    return [str(t) for t in rms.index[order]]
+
+
+def _response(story: Story) -> str:
+    models = [
+        (story.label(part), part, story.models[part])
+        for part in ("before", "other", "after")
+        if part in story.models
+    ]
+    chart = figure(
+        "response",
+        response_chart(story.held_out.points, models),
+        "mu against each load while the other loads stay at the median of the held-out data.",
+        "Response curves of the friction models.",
+    )
+    laws = table(["model", "law"], [(label, _short(model.formula_text())) for label, _, model in models])
+    return chart + laws
+
+
+def _runs(story: Story) -> str:
+    summary = story.summary
+    rows: list[tuple[Any, ...]] = []
+    for entry in summary["frictions"]:
+        for level in summary["levels"]:
+            name = entry["runs"][level["name"]]
+            facts = summary["run_facts"][name]
+            rows.append(
+                (
+                    Path(name).name,
+                    entry["label"],
+                    level["heading"],
+                    f"{facts['steps']}",
+                    f"{facts['seconds']:.1f} s",
+                    f"{100 * facts['share_master']:.1f} %",
+                    f"{facts['max_tau_over_k']:.2f}",
+                    facts["friction_sha256"][:12],
+                )
+            )
+    runs = table(
+        ["run", "friction", "level", "steps", "time", "master", "max tau/k", "friction FMU"],
+        rows,
+        numeric=(3, 4, 5, 6),
+    )
+    facts = [
+        ("seed", summary["seed"]),
+        ("plan", summary["plan"]),
+        ("hidden effect", summary["hidden"] or "none"),
+    ]
+    facts += [(f"seconds: {k}", f"{v:.1f}") for k, v in summary["seconds"].items()]
+    facts += sorted(summary["versions"].items())
+    return (
+        runs
+        + "<p>Every run has a folder of its own with the resolved system, the manifest with the hashes of its FMUs, results and log.</p>"
+        + f"<details><summary>Manifest of the demo</summary>{table(['what', 'value'], facts)}</details>"
+    )
+
+
+def _percent(value: float, uncertainty: float) -> str:
+    return f"{100 * value:.1f} ± {100 * uncertainty:.1f} %"
+
+
+def _short(text: str, limit: int = 260) -> str:
+    return text if len(text) <= limit else text[: limit - 3] + "..."
