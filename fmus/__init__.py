@@ -9,10 +9,21 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .checking import CheckReport as CheckReport
+    from .checking import check as check
     from .packing import pack as pack
+    from .reading import FmuModel as FmuModel
+    from .reading import read_friction_fmu as read_friction_fmu
     from .solver_fmus import pack_forming as pack_forming
 
-_EXPORTS = {"pack": "packing", "pack_forming": "solver_fmus"}
+_EXPORTS = {
+    "CheckReport": "checking",
+    "FmuModel": "reading",
+    "check": "checking",
+    "pack": "packing",
+    "pack_forming": "solver_fmus",
+    "read_friction_fmu": "reading",
+}
 
 __all__ = sorted(_EXPORTS)
 

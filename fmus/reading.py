@@ -1,0 +1,87 @@
+"""A friction FMU as a fixed friction model: `predict` through the FMU itself."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from friction_models.loads import LOADS, FloatArray, TriboLoads
+
+from .running import RunningFmu, UnpackedFmu
+
+
+class FmuModel:
+    """The law inside a friction FMU, ours or a foreign one with the same variables.
+
+    It cannot be refitted. Loads with time are stepped through test by test from a fresh state, so
+    that memory acts; without time every point is evaluated at the FMU's start state.
+
+    Parameters
+    ----------
+    path : path-like
+        FMI 2.0 co-simulation FMU with the inputs ``v_rel T sigma_n sd psi`` and the output ``mu``
+        (or ``v_rel[1]`` ...).
+
+    Raises
+    ------
+    InputError
+        Not an FMU, or not one with these variables and units; with the nearest name.
+    """
+
+    family = "fmu"
+    is_fitted = True
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path)
+        self._fmu = UnpackedFmu(self.path)
+        names = self._fmu.friction()
+        self.nodes = len(names["mu"])
+        self._inputs = [n for q in LOADS for n in names[q.name]]
+        self._outputs = names["mu"]
+
+    def predict(self, loads: TriboLoads | npt.ArrayLike) -> FloatArray:
+        """Return mu at `loads` (`TriboLoads` or array of shape (n, 5)), shape (n,).
+
+        Raises
+        ------
+        InputError
+            Loads that are not finite or outside the physical limits.
+        FmuError
+            The FMU refuses a value.
+        """
+        points = loads if isinstance(loads, TriboLoads) else TriboLoads.from_array(loads)
+        array = points.as_array()
+        mu = np.empty(len(array))
+        if points.t is None:
+            with RunningFmu(self._fmu) as fmu:
+                for first in range(0, len(array), self.nodes):
+                    rows = np.minimum(np.arange(first, first + self.nodes), len(array) - 1)
+                    values = self._evaluate(fmu, array[rows])
+                    count = min(self.nodes, len(array) - first)
+                    mu[first : first + count] = values[:count]
+            return mu
+        for part in points.segments():
+            time = points.t[part] - points.t[part][0] if len(array) else points.t
+            with RunningFmu(self._fmu) as fmu:
+                for k, row in enumerate(range(*part.indices(len(array)))):
+                    # The loads of a point act over the interval that ends there, then mu is read.
+                    if k:
+                        self._write(fmu, np.tile(array[row], (self.nodes, 1)))
+                        fmu.step(float(time[k - 1]), float(time[k] - time[k - 1]))
+                    mu[row] = self._evaluate(fmu, np.tile(array[row], (self.nodes, 1)))[0]
+        return mu
+
+    def _write(self, fmu: RunningFmu, rows: FloatArray) -> None:
+        fmu.set_real(self._inputs, rows.T.ravel())
+
+    def _evaluate(self, fmu: RunningFmu, rows: FloatArray) -> FloatArray:
+        self._write(fmu, rows)
+        return fmu.get_real(self._outputs)
+
+
+def read_friction_fmu(path: str | os.PathLike[str]) -> FmuModel:
+    """Open a friction FMU as a fixed model; see `FmuModel`."""
+    return FmuModel(path)
