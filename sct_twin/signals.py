@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 from scipy.signal import butter, sosfiltfilt
 
 from friction_models.loads import FloatArray, InputError
@@ -105,7 +104,7 @@ def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
     slide = _first_motion(s, where)
     rest = slice(0, max(slide - 1, 5))
     a = a - float(np.median(a[rest]))
-    v = _fuse(np.gradient(s, usual), np.asarray(cumulative_trapezoid(a, dx=usual, initial=0.0)), 1.0 / usual)
+    v = _speed(s, a, rest, usual)
     direction = 1.0 if v[slide:].mean() >= 0.0 else -1.0
     v, a, F_r = direction * v, direction * a, F_r
     noise = 1.4826 * float(np.median(np.abs(v[rest] - np.median(v[rest]))))
@@ -122,7 +121,7 @@ def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
         friction = -friction
     v = np.maximum(v, 0.0)
     v[:slide] = 0.0
-    sd = np.asarray(cumulative_trapezoid(v, dx=usual, initial=0.0))
+    sd = integral(v, usual)
     measured = direction * (s - float(np.median(s[rest])))
     lag = float(np.median((measured - sd)[-max(5, (count - slide) // 10) :]))
     if sd[-1] > 0:
@@ -154,13 +153,13 @@ def resample(signals: TestSignals, spacing: float = 0.1) -> SlidingSeries:
     edges = np.concatenate([[0.5 * spacing], grid + 0.5 * spacing])
 
     def mean(values: FloatArray) -> FloatArray:
-        integral = cumulative_trapezoid(values[moving], x, initial=0.0)
+        sums = integral(values[moving], x=x)
         # The integral bends inside a sample interval only as the trapezoid does.
         at = np.clip(np.searchsorted(x, edges) - 1, 0, len(x) - 2)
         w = (edges - x[at]) / (x[at + 1] - x[at])
         left, right = values[moving][at], values[moving][at + 1]
         inside = (edges - x[at]) * (left + 0.5 * w * (right - left))
-        return np.asarray(np.diff(integral[at] + inside) / spacing)
+        return np.asarray(np.diff(sums[at] + inside) / spacing)
 
     return SlidingSeries(
         np.interp(grid, x, time),
@@ -179,10 +178,21 @@ def smooth(values: FloatArray, dt: float, corner: float = CORNER_HZ) -> FloatArr
     return np.asarray(sosfiltfilt(sos, values, padlen=min(len(values) - 1, int(0.5 / (dt * corner)) * 6)))
 
 
-def _fuse(slow: FloatArray, fast: FloatArray, rate: float) -> FloatArray:
-    """Low frequencies of the differentiated position, high ones of the integrated acceleration."""
-    dt = 1.0 / rate
-    return np.asarray(fast + smooth(slow - fast, dt))
+def _speed(s: FloatArray, a: FloatArray, rest: slice, dt: float) -> FloatArray:
+    """Low frequencies from the position, high ones from the acceleration where the plate does accelerate."""
+    width = max(1, round(0.01 / dt))
+    mean = np.convolve(a, np.full(width, 1.0 / width), mode="same")
+    noise = 1.4826 * float(np.median(np.abs(mean[rest])))
+    moved = np.convolve((np.abs(mean) > 4.0 * noise).astype(float), np.ones(2 * width + 1), mode="same") > 0.5
+    # At constant speed the integrated noise of the acceleration would be all there is above the corner.
+    fast = integral(np.where(moved, a, 0.0), dt)
+    return fast + smooth(np.gradient(s, dt) - fast, dt)
+
+
+def integral(values: FloatArray, dx: float | None = None, x: FloatArray | None = None) -> FloatArray:
+    """Return the cumulative trapezoidal integral, 0 at the first point."""
+    steps = np.diff(x) if x is not None else np.full(len(values) - 1, 1.0 if dx is None else dx)
+    return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * steps)])
 
 
 def _force_zero(F_n: FloatArray, F_r: FloatArray) -> tuple[float, float, int]:

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 from scipy.signal import lfilter
 
 from friction_models.loads import FloatArray
 
 from ..record import SctRecord
+from ..signals import integral
 from ..sliding import rest, step_ends
 from ..upsetting import ContactState
 from .law import LawInput, TrueLaw
@@ -109,7 +109,7 @@ def run_test(
     state = table.state(force, T_tool, flow_stress)
     free, wait = round(0.12 * RATE), round(float(row["t_wait"]) * RATE)
     slide_v = _motion(float(row["v_set"]), float(row["sd_set"]), instruments, rng)
-    slide_sd = np.asarray(cumulative_trapezoid(slide_v, dx=1.0 / RATE, initial=0.0))
+    slide_sd = integral(slide_v, 1.0 / RATE)
     before = free + len(loading) + wait
     F_n = np.concatenate([np.zeros(free), loading, np.full(wait + len(slide_v), force)])
     wobble = _wander(before + len(slide_v), 0.4 * RATE, instruments.control, rng)
@@ -172,7 +172,7 @@ def _motion(v_set: float, distance: float, instruments: Instruments, rng: np.ran
         2.0 * np.pi * float(rng.uniform(3.0, 8.0)) * t + float(rng.uniform(0, 6.28))
     )
     v = v_set * 0.5 * (1.0 - np.cos(np.pi * phase)) * ripple
-    sd = cumulative_trapezoid(v, dx=1.0 / RATE, initial=0.0)
+    sd = integral(v, 1.0 / RATE)
     return np.asarray(v[: int(np.searchsorted(sd, distance)) + 1])
 
 

@@ -130,18 +130,18 @@ HIDDEN: dict[str, HiddenEffect] = {
         HiddenEffect(
             "thermal_breakdown",
             "A (1 + x/sqrt(1 + x^2)) / 2, x = (T - T_b)/w",
-            {"A": 0.040, "T_b": 260.0, "w": 15.0},
+            {"A": 0.030, "T_b": 260.0, "w": 15.0},
             _thermal_breakdown,
         ),
         HiddenEffect(
             "pressure_saturation",
             "A atan(x)/x, x = sigma/s0",
-            {"A": 0.060, "s0": 500.0},
+            {"A": 0.090, "s0": 500.0},
             _pressure_saturation,
         ),
-        HiddenEffect("pressure_power", "A s0 / (sigma + s0)", {"A": 0.090, "s0": 300.0}, _pressure_power),
+        HiddenEffect("pressure_power", "A s0 / (sigma + s0)", {"A": 0.150, "s0": 300.0}, _pressure_power),
         HiddenEffect(
-            "surface_expansion", "A x / (x + x0), x = psi - 1", {"A": 0.040, "x0": 0.2}, _surface_expansion
+            "surface_expansion", "A x / (x + x0), x = psi - 1", {"A": 0.060, "x0": 0.2}, _surface_expansion
         ),
         HiddenEffect("running_in", "A / (1 + (sd/s0)^2)", {"A": 0.030, "s0": 5.0}, _running_in),
         HiddenEffect(
@@ -170,7 +170,7 @@ HIDDEN: dict[str, HiddenEffect] = {
         HiddenEffect(
             "unlisted_ridge",
             "A / ((1 + ((T - T0)/T_w)^2) (1 + ((sigma - s0)/s_w)^2)); outside every catalogue",
-            {"A": 0.050, "T0": 170.0, "T_w": 60.0, "s0": 1750.0, "s_w": 400.0},
+            {"A": 0.040, "T0": 170.0, "T_w": 60.0, "s0": 1750.0, "s_w": 400.0},
             _unlisted_ridge,
         ),
     )
