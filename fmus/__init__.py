@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .reading import FmuModel as FmuModel
     from .reading import read_friction_fmu as read_friction_fmu
     from .solver_fmus import pack_forming as pack_forming
+    from .solver_fmus import pack_twin as pack_twin
 
 _EXPORTS = {
     "CheckReport": "checking",
@@ -22,6 +23,7 @@ _EXPORTS = {
     "check": "checking",
     "pack": "packing",
     "pack_forming": "solver_fmus",
+    "pack_twin": "solver_fmus",
     "read_friction_fmu": "reading",
 }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -53,7 +54,7 @@ def pack_forming(
         Travel in the default experiment [mm].
     **kwargs
         Parameters of `forming.ForwardRodExtrusion`; the numbers become FMI parameters that can be set
-        before initialization, `n_points` and `material` are fixed in the FMU.
+        before initialization, all else (`n_points`, `material`, switches) is fixed in the FMU.
 
     Raises
     ------
@@ -75,7 +76,8 @@ def pack_forming(
         "edge_radius": "mm",
         "land": "mm",
     }
-    process = _build(ForwardRodExtrusion, kwargs)
+    _check_names(ForwardRodExtrusion, kwargs)
+    process = ForwardRodExtrusion(**kwargs)
     if not 0.0 < communication_step <= stroke <= process.max_stroke:
         raise InputError(
             f"communication_step = {communication_step!r} mm and stroke = {stroke!r} mm, "
@@ -94,7 +96,8 @@ def pack_forming(
     ]
     inputs = [_indexed(MU, n, i) for i in range(n)]
     flags = [f"active[{i + 1}]" for i in range(n)]
-    config = {"n_points": n, "material": dataclasses.asdict(process.material)}
+    fixed = {k: v for k, v in kwargs.items() if k not in units and k != "material"}
+    config = {"fixed": fixed | {"n_points": n}, "material": dataclasses.asdict(process.material)}
     return _write(
         path,
         ("forming_slave", "FormingSlave"),
@@ -103,6 +106,90 @@ def pack_forming(
         (outputs, inputs, parameters, flags),
         config,
         (communication_step / process.speed, stroke / process.speed),
+    )
+
+
+def pack_twin(
+    path: str | os.PathLike[str], *, communication_step: float = 0.01, duration: float = 1.0, **kwargs: Any
+) -> Path:
+    """Write the twin of the sliding compression test as an FMU (co-simulation, Python).
+
+    Parameters
+    ----------
+    path : path-like
+        The FMU to write.
+    communication_step, duration : float
+        Step and end of the default experiment [s].
+    **kwargs
+        Parameters of `sct_twin.process.SctProcess`; `T_tool` becomes the start value of the input, the
+        other numbers FMI parameters, `material` and `T_specimen` are fixed in the FMU.
+
+    Raises
+    ------
+    InputError
+        Unknown parameter, or a geometry that cannot be.
+    """
+    from forming.material import steel_16MnCr5
+    from forming.upsetting import PunchGeometry
+    from sct_twin.process import SctProcess
+
+    units = {
+        "specimen_diameter": "mm",
+        "specimen_height": "mm",
+        "bore": "mm",
+        "tip": "mm",
+        "F_max": "N",
+        "upsetting_mu": "1",
+        "speed": "mm/s",
+        "mesh_size": "mm",
+    }
+    _check_names(SctProcess, kwargs, without=("thermal",))
+    values = {name: _value(SctProcess, kwargs, name) for name in (*units, "T_tool", "T_specimen")}
+    for name, value in values.items():
+        if not isinstance(value, (int, float)) and not (name == "T_specimen" and value is None):
+            raise InputError(f"{name} = {value!r}, allowed: a number")
+    PunchGeometry(
+        specimen_diameter=values["specimen_diameter"],
+        specimen_height=values["specimen_height"],
+        bore_diameter=values["bore"] or None,
+        tip_diameter=values["tip"] or None,
+    )
+    if not 0.0 < communication_step <= duration:
+        raise InputError(
+            f"communication_step = {communication_step!r} s and duration = {duration!r} s, "
+            "allowed: 0 < communication_step <= duration"
+        )
+    T = next(q for q in LOADS if q.name == "T")
+    inputs = [
+        _Signal("F_n", "N", "normal force", float(values["F_max"]), 0.0, 1e8),
+        _Signal("v_slide", "mm/s", "sliding speed of the plate", float(values["speed"]), 0.0, 1e5),
+        _Signal(
+            "T_tool",
+            "degC",
+            "temperature of punch and fresh plate",
+            float(values["T_tool"]),
+            T.lower,
+            T.upper,
+        ),
+        _Signal(MU.name, MU.unit, MU.meaning, MU.nominal, MU.lower, MU.upper),
+    ]
+    config = {
+        "material": dataclasses.asdict(kwargs.get("material") or steel_16MnCr5()),
+        "T_specimen": values["T_specimen"],
+    }
+    return _write(
+        path,
+        ("twin_slave", "TwinSlave"),
+        "sliding compression test",
+        "twin_sct",
+        (
+            [_indexed(q, 1, 0) for q in LOADS],
+            inputs,
+            {n: (u, float(values[n])) for n, u in units.items()},
+            (),
+        ),
+        config,
+        (communication_step, duration),
     )
 
 
@@ -122,19 +209,14 @@ def _indexed(quantity: Quantity, n: int, i: int) -> _Signal:
     return _Signal(name, q.unit, q.meaning, q.nominal, q.lower, q.upper)
 
 
-def _build(solver: Any, kwargs: Mapping[str, Any]) -> Any:
-    import inspect
-
-    allowed = [p for p in inspect.signature(solver).parameters if p != "self"]
+def _check_names(solver: Any, kwargs: Mapping[str, Any], without: Sequence[str] = ()) -> None:
+    allowed = [p for p in inspect.signature(solver).parameters if p not in without]
     for name in kwargs:
         if name not in allowed:
             raise unknown_name(f"parameter of {solver.__name__}", name, allowed)
-    return solver(**kwargs)
 
 
 def _value(solver: Any, kwargs: Mapping[str, Any], name: str) -> Any:
-    import inspect
-
     return kwargs.get(name, inspect.signature(solver).parameters[name].default)
 
 

@@ -19,9 +19,9 @@ class FormingSlave(SolverSlave):
     """Outputs: five loads of n markers, stroke, force, work, max_tau_over_k, active; input: mu of n markers."""
 
     def start(self) -> None:
-        n = int(self.config["n_points"])
         material = HenselSpittel(**self.config["material"])
-        self.process = ForwardRodExtrusion(n_points=n, material=material, **self.parameters())
+        given: dict[str, Any] = self.config["fixed"] | self.parameters()
+        self.process = ForwardRodExtrusion(material=material, **given)
         self.process.start()
         self.process.set_mu(self.inputs())
         self.publish()
