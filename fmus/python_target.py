@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import importlib.util
 import json
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 from friction_models.loads import LOADS, InputError
@@ -55,10 +55,13 @@ def python_fmu_files(description: Description, script: str, resources: dict[str,
         Path in the archive to content. The module's name is unique to the content: all FMUs of a
         process share one interpreter, and modules of equal names would collide.
     """
-    found = importlib.util.find_spec("pythonfmu")
-    if found is None or not found.submodule_search_locations:
-        raise InputError("pythonfmu is not installed; allowed: tribofmu installed with its dependencies")
-    package = Path(next(iter(found.submodule_search_locations)))
+    try:
+        # Not by import: in a process that runs a Python FMU the name stands for the FMU's own copy.
+        package = Path(str(distribution("pythonfmu").locate_file("pythonfmu")))
+    except PackageNotFoundError:
+        raise InputError(
+            "pythonfmu is not installed; allowed: tribofmu installed with its dependencies"
+        ) from None
     content = {f"resources/{n}": c for n, c in resources.items()}
     content |= {f"resources/pythonfmu/{f.name}": f.read_bytes() for f in sorted(package.glob("*.py"))}
     libraries = sorted(

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import functools
 import json
 import math
+import sys
 from abc import abstractmethod
 from collections.abc import Callable
 from pathlib import Path
@@ -47,6 +49,8 @@ class SolverSlave(Fmi2Slave):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
+        with contextlib.suppress(ValueError):
+            sys.path.remove(str(self.resources))  # PythonFMU has put it in front; everything is imported now
         text = (Path(str(self.resources)) / "interface.json").read_text(encoding="utf-8")
         self.config: dict[str, Any] = json.loads(text)
         self.names: list[str] = self.config["names"]

@@ -7,10 +7,12 @@ states; then the system variables. The behaviour is that of the native FMU.
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import functools
 import json
 import math
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -50,6 +52,8 @@ class FrictionSlave(Fmi2Slave):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         folder = Path(str(self.resources))
+        with contextlib.suppress(ValueError):
+            sys.path.remove(str(self.resources))  # PythonFMU has put it in front; everything is imported now
         config = json.loads((folder / "interface.json").read_text(encoding="utf-8"))
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = 1
