@@ -84,6 +84,7 @@ class Instance:
         self.name = name
         self.description = description
         self.log = log if log is not None else []
+        #: Time spent in steps, exchange of values included [s].
         self.seconds = 0.0
         unpacked = unpack(description, folder)
         raw = description.raw
@@ -136,7 +137,6 @@ class Instance:
     ) -> None:
         """Set start values and go through initialization mode."""
         slave = self._slave
-        began = time.perf_counter()
         try:
             slave.setupExperiment(startTime=0.0, stopTime=stop_time)
             for variable, value in starts:
@@ -149,7 +149,6 @@ class Instance:
             slave.exitInitializationMode()
         except Exception as error:
             raise self._failure("initialization", 0.0, error) from None
-        self.seconds += time.perf_counter() - began
 
     def step(self, inputs: Port, outputs: Port, now: float, size: float) -> None:
         """Write the inputs, advance from `now` by `size` seconds, read the outputs."""

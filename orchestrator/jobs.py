@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
-import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from sct_twin.pool import map_unordered
 
 from .runs import Run, versions
 from .system import System
@@ -44,24 +43,9 @@ def run_all(
     waiting = [task for task in tasks if not _same_run(task)]
     done = len(tasks) - len(waiting)
     tick(done, len(tasks), "")
-    workers = min(jobs or os.cpu_count() or 1, len(waiting))
-    if workers <= 1:
-        for task in waiting:
-            _run(_portable(task))
-            done += 1
-            tick(done, len(tasks), task.folder.name)
-    else:
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(workers, mp_context=context) as pool:
-            futures = {pool.submit(_run, _portable(task)): task for task in waiting}
-            try:
-                for future in as_completed(futures):
-                    future.result()
-                    done += 1
-                    tick(done, len(tasks), futures[future].folder.name)
-            except BaseException:
-                pool.shutdown(wait=False, cancel_futures=True)
-                raise
+    for index, _ in map_unordered(_run, [_portable(task) for task in waiting], jobs):
+        done += 1
+        tick(done, len(tasks), waiting[index].folder.name)
     return [Run.load(task.folder) for task in tasks]
 
 
@@ -73,10 +57,9 @@ def _portable(task: RunTask) -> tuple[dict[str, Any], str, str]:
     return content, str(task.folder), task.mode
 
 
-def _run(plain: tuple[dict[str, Any], str, str]) -> None:
+def _run(content: dict[str, Any], folder: str, mode: str) -> None:
     from .master import Master
 
-    content, folder, mode = plain
     Master(System.from_dict(content, source=str(content["name"])), mode=mode).run(folder)
 
 

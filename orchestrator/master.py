@@ -124,6 +124,8 @@ class Master:
                 timing = {name: instance.seconds for name, instance in instances.items()}
         finally:
             shutil.rmtree(work, ignore_errors=True)
+        timing["master"] = max(0.0, self.loop_seconds - sum(timing.values()))
+        timing["setup"] = time.perf_counter() - began - self.loop_seconds
         timing["total"] = time.perf_counter() - began
         return write_run(Path(folder), self, history, timing, self._log, csv)
 

@@ -174,8 +174,7 @@ def write_run(
         "seeds": {k: v for k, v in system.provenance.items() if k.endswith("seed")},
         "provenance": system.provenance,
         "components": files,
-        "timing_s": {name: round(seconds, 6) for name, seconds in timing.items()}
-        | {"loop": round(master.loop_seconds, 6)},
+        "timing_s": {name: round(seconds, 6) for name, seconds in timing.items()},
         "versions": versions(),
         "platform": platform.platform(terse=True),
         "written": datetime.now(UTC).isoformat(timespec="seconds"),

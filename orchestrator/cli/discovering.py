@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .console import progress, say, share, write_result
+from .console import progress, say, write_result
 from .options import Data, Json, OutFolder, Tests, any_model, fitted_model, read_data
 
 
@@ -21,16 +21,12 @@ def compare(
         typer.Option("--data", help="Data set (folder or file of points), or a folder of press curves."),
     ],
     tests: Tests = None,
-    system: Annotated[
-        Path | None,
-        typer.Option(help="For press curves: the system whose friction FMU is swapped (default: FRE)."),
-    ] = None,
     runs: Annotated[Path | None, typer.Option(help="For press curves: keep the run folders here.")] = None,
     json: Json = None,
 ) -> None:
     """Compare friction models, on tribometer tests or, through co-simulation, on press curves."""
     if (data / "levels.csv").is_file():
-        _compare_forces(models, data, system, runs, json)
+        _compare_forces(models, data, runs, json)
         return
     from friction_models.discovery import compare as measure
 
@@ -46,17 +42,14 @@ def compare(
         write_result(json, {"synthetic": dataset.synthetic, **result.to_dict()})
 
 
-def _compare_forces(
-    models: list[str], press: Path, system: Path | None, runs: Path | None, json: Path | None
-) -> None:
+def _compare_forces(models: list[str], press: Path, runs: Path | None, json: Path | None) -> None:
     from ..forces import levels_table
     from ..press_study import PressStudy
 
-    study = PressStudy.open(press, system)
+    study = PressStudy.open(press)
     named = {_label(name, models): name for name in models}
-    steps = 100 * len(named) * len(study.levels)
-    with progress("press levels") as tick:
-        results = study.compare(named, runs, progress=share(tick, steps, "%"))
+    with progress("runs") as tick:
+        results = study.compare(named, runs, progress=tick)
     if study.synthetic:
         say("synthetic press curves")
     say(levels_table(results))

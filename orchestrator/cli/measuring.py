@@ -10,6 +10,8 @@ import typer
 from .console import keeping, progress, say
 from .options import Jobs, OutFolder
 
+_KEPT_BY_LAB = "finished upsetting runs are kept in the cache, no campaign was written; the same command goes on from there"
+
 
 def lab(
     out: OutFolder,
@@ -27,7 +29,7 @@ def lab(
     from sct_twin import virtual_lab
 
     campaign = virtual_lab.Campaign(plan=plan, hidden=hidden, seed=seed)
-    with progress("virtual laboratory") as tick, keeping(lambda: _kept(out, "raw/*.csv")):
+    with progress("virtual laboratory") as tick, keeping(lambda: _KEPT_BY_LAB):
         campaign.run(out=out, jobs=jobs, progress=tick)
     say(f"synthetic campaign written: {out}")
 
@@ -57,7 +59,7 @@ def twin(
     """Run the digital twin of every test: adds contact pressure, surface expansion and contact temperature."""
     from sct_twin import SctTwin
 
-    with progress("twin") as tick, keeping(lambda: _kept(out, "twin/*.nc")):
+    with progress("twin") as tick, keeping(lambda: _kept(out)):
         result = SctTwin().run(campaign, out=out, jobs=jobs, progress=tick)
     data = result.dataset()
     label = "synthetic " if data.synthetic else ""
@@ -66,8 +68,8 @@ def twin(
     )
 
 
-def _kept(folder: Path, pattern: str) -> str:
-    count = len(list(folder.glob(pattern)))
+def _kept(folder: Path) -> str:
+    count = len(list((folder / "twin").glob("*.nc")))
     if not count:
         return "nothing was finished yet"
     return f"{count} finished tests are kept in {folder}; the same command goes on from there"

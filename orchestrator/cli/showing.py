@@ -7,13 +7,15 @@ from typing import Annotated
 
 import typer
 
-from .console import keeping, say
+from .console import keeping, progress, say
 from .options import Jobs, OutFolder
 
 
 def demo(
     out: OutFolder = Path("tribofmu-demo"),
-    hidden: Annotated[str, typer.Option(help="Effect hidden in the virtual laboratory.")] = "stribeck",
+    hidden: Annotated[
+        str, typer.Option(help="Effect hidden in the virtual laboratory; `none` for nothing.")
+    ] = "stribeck",
     seed: Annotated[int, typer.Option(help="Seed of the virtual campaign.")] = 7,
     jobs: Jobs = None,
 ) -> None:
@@ -22,10 +24,11 @@ def demo(
     Virtual campaign with a hidden effect, twin, two models, FMUs, co-simulated forward rod extrusion,
     virtual press, diagnosis, the effect added, errors before and after as they came out.
     """
-    from ..demo import Demo, printed_summary
+    from ..demo import Demo, Scenario, printed_summary
 
+    scenario = Scenario(hidden=None if hidden == "none" else hidden, seed=seed)
     with keeping(lambda: f"finished steps are kept in {out}; the same command goes on from there"):
-        result = Demo(out, hidden=hidden, seed=seed, jobs=jobs).run()
+        result = Demo(out, scenario, jobs, progress).run()
     say(printed_summary(result))
 
 

@@ -40,8 +40,11 @@ def simulate(
     master = Master(description, mode=mode)
     with progress(description.name) as tick:
         run = master.run(out, progress=share(tick, description.steps, "steps"), csv=csv)
-    total, loop = run.manifest["timing_s"]["total"], run.manifest["timing_s"]["loop"]
-    say(f"run written: {out} ({description.steps} steps in {total:.1f} s, stepping {loop:.1f} s)")
+    timing = run.manifest["timing_s"]
+    say(
+        f"run written: {out} ({description.steps} steps in {timing['total']:.1f} s, "
+        f"{1e6 * timing['master'] / description.steps:.0f} us of them in the master each step)"
+    )
     if measured is not None:
         say(compare_force(run.force_curve(), measured, run.name).table())
 

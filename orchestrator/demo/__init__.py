@@ -2,5 +2,6 @@
 
 from .loop import Demo, DemoResult
 from .printed import printed_summary
+from .scenario import Level, Scenario
 
-__all__ = ["Demo", "DemoResult", "printed_summary"]
+__all__ = ["Demo", "DemoResult", "Level", "Scenario", "printed_summary"]

@@ -10,6 +10,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from friction_models.loads import DataSet, write_json
 
 from ..forces import LevelsComparison, compare_force, read_press_curve
@@ -269,23 +271,24 @@ class Demo:
                 tick(1, 1, "")
 
 
-def _outside(runs: list[Run]) -> float:
-    """Share of active contact points, over all steps of all runs, outside the trained domain."""
-    outside = total = 0
-    for run in runs:
-        active = run["forming.active"] > 0.5
-        outside += int((run["friction.domain_distance"][active] > 0.0).sum())
-        total += int(active.sum())
-    return outside / total if total else 0.0
+def _outside(runs: list[Run]) -> dict[str, float]:
+    """Active contact points, over all steps of all runs, outside the trained domain: share and median distance."""
+    parts = [run["friction.domain_distance"][run["forming.active"] > 0.5] for run in runs]
+    distance = np.concatenate(parts)
+    outside = distance[distance > 0.0]
+    return {
+        "share": len(outside) / max(len(distance), 1),
+        "median_distance": float(np.median(outside)) if len(outside) else 0.0,
+    }
 
 
 def _facts(run: Run) -> dict[str, Any]:
     timing = run.manifest["timing_s"]
-    components = sum(timing[name] for name in run.manifest["components"])
     return {
         "steps": run.manifest["steps"],
         "seconds": timing["total"],
-        "share_master": max(0.0, timing["loop"] - components) / timing["total"],
+        "share_friction": timing["friction"] / timing["total"],
+        "master_us_per_step": 1e6 * timing["master"] / run.manifest["steps"],
         "max_tau_over_k": float(run["forming.max_tau_over_k"].max()),
         "friction_sha256": run.manifest["components"]["friction"]["sha256"],
     }

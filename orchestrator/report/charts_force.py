@@ -71,7 +71,7 @@ def force_chart(lines: Sequence[ForceLine], levels: Mapping[str, str]) -> Any:
             )  # fmt: skip
         chart.update_xaxes(title_text="stroke [mm]", row=2, col=column)
     dress(chart, 560)
-    chart.update_layout(margin_t=84)
+    chart.update_layout(margin_t=66)
     chart.update_yaxes(title_text="punch force [kN]", rangemode="tozero", row=1, col=1)
     chart.update_yaxes(title_text="deviation [%]", row=2, col=1)
     return chart

@@ -108,6 +108,6 @@ def worst_tests_chart(points: pd.DataFrame, predicted: Mapping[str, FloatArray],
             )  # fmt: skip
         chart.update_xaxes(title_text="sd [mm]", row=1, col=column)
     dress(chart, 330)
-    chart.update_layout(margin_t=76)
+    chart.update_layout(margin_t=62)
     chart.update_yaxes(title_text="mu", row=1, col=1)
     return chart

@@ -22,14 +22,14 @@ def demo_page(folder: Path) -> str:
         lead=_lead(story),
         synthetic=bool(story.summary["synthetic"]),
     )
-    page.add("verdict", "Verdict", verdict_text(story.diagnosis), cards(changes(story)), _caveat(story))
-    page.add("budget", "What the error is made of", budget_html(story.diagnosis))
+    page.add("verdict", "Verdict", _verdict(story), cards(changes(story)), _caveat(story))
+    page.add("budget", "Error budget", budget_html(story.diagnosis))
     page.add("force", "Forming force", _force(story))
-    page.add("residual", "Residual against each load", _residual(story))
+    page.add("residual", "Residuals", _residual(story))
     page.add("evidence", "Evidence", ranking_html(story.diagnosis), remarks_html(story.diagnosis))
     page.add("tests", "Worst tests", _worst(story))
     page.add("response", "Response curves", _response(story))
-    page.add("runs", "Runs and manifest", _runs(story))
+    page.add("runs", "Runs", _runs(story))
     versions = story.summary["versions"]
     return page.render(
         f"tribofmu {escape(versions['tribofmu'])}, Python {escape(versions['python'])}. "
@@ -67,7 +67,8 @@ def _headline(story: Story) -> str:
     named = " and ".join(e.replace("_", " ") for e in effects)
     change = changes(story)[0].relative
     verb = "removes" if change < 0 else "adds"
-    return f"The {before} model lacks {named}: adding it {verb} {abs(100 * change):.0f} % of its error on unseen tests"
+    what = f"an effect, {named} fits best" if story.diagnosis["verdict"] == "ambiguous" else named
+    return f"The {before} model lacks {what}: adding it {verb} {abs(100 * change):.0f} % of its error on unseen tests"
 
 
 def _lead(story: Story) -> str:
@@ -82,6 +83,23 @@ def _lead(story: Story) -> str:
         f"{summary['tests']['train']} virtual compression tests trained the models, {summary['tests']['test']} were held out; "
         f"{truth}. The diagnosis saw measurements only. Every friction model then ran as an FMU in a co-simulated "
         "forward rod extrusion."
+    )
+
+
+def _verdict(story: Story) -> str:
+    """The verdict in words, and which share of the error that is not noise the effect removes."""
+    text = verdict_text(story.diagnosis)
+    held_out, floor = story.summary["held_out"], float(story.diagnosis["noise_floor"]["total"])
+    if "after" not in held_out:
+        return text
+    before, after = held_out["before"]["rmse"] ** 2, held_out["after"]["rmse"] ** 2
+    if before <= floor**2:
+        return text
+    removed = 100 * (before - after) / (before - floor**2)
+    return (
+        text
+        + f"<p>On the held-out tests, the addition removes about {removed:.0f} % of the mean square error above the noise floor, "
+        "the part of the error that a better model can remove.</p>"
     )
 
 
@@ -113,7 +131,7 @@ def _force(story: Story) -> str:
                 _percent(force["std"], force["std_std"]),
                 _percent(work["mare"], work["mare_std"]),
                 f"{max(c['max_force_kN']['simulated'] for c in result['levels']):.0f} kN",
-                f"{100 * entry['outside_domain']:.0f} %",
+                _outside(entry["outside_domain"]),
             )
         )
         classes.append(entry["part"])
@@ -123,7 +141,8 @@ def _force(story: Story) -> str:
         numeric=range(1, 6),
         classes=classes,
         caption="Mean absolute relative error over the levels; uncertainty by Gaussian propagation of the scatter between press "
-        "strokes. Outside domain: share of active contact points beyond the loads that the model was trained on.",
+        "strokes. Outside domain: share of active contact points beyond the loads that the model was trained on, and how far "
+        "beyond, as a share of the trained range (median). The FMU moves such loads to the edge of the domain.",
     )  # fmt: skip
     return chart + listed
 
@@ -152,6 +171,7 @@ def _worst(story: Story) -> str:
         rows,
         numeric=(1,),
         caption="Worst tests in the eyes of the diagnosis.",
+        narrow=True,
     )
     return chart + listed
 
@@ -196,15 +216,26 @@ def _runs(story: Story) -> str:
                     level["heading"],
                     f"{facts['steps']}",
                     f"{facts['seconds']:.1f} s",
-                    f"{100 * facts['share_master']:.1f} %",
+                    f"{100 * facts['share_friction']:.1f} %",
+                    f"{facts['master_us_per_step']:.0f} us",
                     f"{facts['max_tau_over_k']:.2f}",
                     facts["friction_sha256"][:12],
                 )
             )
     runs = table(
-        ["run", "friction", "level", "steps", "time", "master", "max tau/k", "friction FMU"],
+        [
+            "run",
+            "friction",
+            "level",
+            "steps",
+            "time",
+            "friction",
+            "master a step",
+            "max tau/k",
+            "friction FMU",
+        ],
         rows,
-        numeric=(3, 4, 5, 6),
+        numeric=(3, 4, 5, 6, 7),
     )
     facts = [
         ("seed", summary["seed"]),
@@ -216,8 +247,14 @@ def _runs(story: Story) -> str:
     return (
         runs
         + "<p>Every run has a folder of its own with the resolved system, the manifest with the hashes of its FMUs, results and log.</p>"
-        + f"<details><summary>Manifest of the demo</summary>{table(['what', 'value'], facts)}</details>"
+        + f"<details><summary>Manifest of the demo</summary>{table(['what', 'value'], facts, narrow=True)}</details>"
     )
+
+
+def _outside(found: dict[str, float]) -> str:
+    if not found["share"]:
+        return "none"
+    return f"{100 * found['share']:.0f} % by {100 * found['median_distance']:.0f} %"
 
 
 def _percent(value: float, uncertainty: float) -> str:

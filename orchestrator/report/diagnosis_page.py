@@ -25,7 +25,7 @@ def diagnosis_page(model: Any, data: DataSet, diagnosis: Mapping[str, Any], labe
         synthetic=data.synthetic,
     )
     page.add("verdict", "Verdict", verdict_text(diagnosis))
-    page.add("budget", "What the error is made of", budget_html(diagnosis))
+    page.add("budget", "Error budget", budget_html(diagnosis))
     page.add("evidence", "Evidence", ranking_html(diagnosis), remarks_html(diagnosis))
     worst = [str(w["test_id"]) for w in diagnosis["worst_tests"][:4]]
     listed = table(
@@ -37,7 +37,7 @@ def diagnosis_page(model: Any, data: DataSet, diagnosis: Mapping[str, Any], labe
         mu = {"before": model.predict_frame(data.points, data.tests)}
         page.add(
             "residual",
-            "Residual against each load",
+            "Residuals",
             figure(
                 "residual",
                 residual_chart(data.points, mu),

@@ -24,7 +24,11 @@ def verdict_text(diagnosis: Mapping[str, Any]) -> str:
     verdict = str(diagnosis["verdict"])
     confidence = diagnosis.get("confidence")
     sure = f" Confidence {100 * float(confidence):.0f} %." if confidence is not None else ""
-    return f"<p><strong>{escape(verdict.replace('_', ' '))}.</strong> {escape(MEANINGS.get(verdict, ''))}{sure}</p>"
+    said = str(diagnosis.get("sentence") or MEANINGS.get(verdict, ""))
+    said = said[0].upper() + said[1:] if said else said
+    if "confidence" in said:
+        sure = ""
+    return f"<p><strong>{escape(verdict.replace('_', ' ').capitalize())}.</strong> {escape(said)}{sure}</p>"
 
 
 def budget_html(diagnosis: Mapping[str, Any]) -> str:

@@ -18,6 +18,7 @@ def table(
     numeric: Iterable[int] = (),
     classes: Sequence[str] | None = None,
     caption: str = "",
+    narrow: bool = False,
 ) -> str:
     """Return a table; the first cell of a row is its heading, columns in `numeric` align right."""
     right = set(numeric)
@@ -35,7 +36,8 @@ def table(
         )
         lines.append(f"<tr{kind}>{cells}</tr>")
     title = f"<caption>{escape(caption)}</caption>" if caption else ""
-    return f'<div class="scroll"><table>{title}<thead><tr>{head}</tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
+    kind = ' class="narrow"' if narrow else ""
+    return f'<div class="scroll"><table{kind}>{title}<thead><tr>{head}</tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
 
 
 def _number(right: bool) -> str:

@@ -79,7 +79,7 @@ def figure(name: str, chart: Any, caption: str, description: str) -> str:
         full_html=False,
         include_plotlyjs=False,
         div_id=f"chart-{name}",
-        config={"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["lasso2d", "select2d"]},
+        config={"displayModeBar": False, "responsive": True},
     )
     return (
         f'<figure><div class="plot" role="img" aria-label="{escape(description)}">{html}</div>'

@@ -10,7 +10,7 @@ from scipy import stats
 from friction_models.loads import FloatArray
 
 BINS = 9
-MIN_TESTS = 3
+MIN_TESTS = 4
 
 
 @dataclass(frozen=True)
@@ -37,21 +37,18 @@ def binned_residual(load: FloatArray, residual: FloatArray, test_id: np.ndarray)
     """Bin residuals by quantiles of a load.
 
     The mean of a bin is the mean over its tests of each test's own mean there; the interval is Student's
-    t over these test means, so that 500 points of one test do not count as 500 observations. Bins with
-    fewer than three tests are left out.
+    t over these test means, so that 500 points of one test do not count as 500 observations. There are
+    as many bins, up to nine, as leave at least four tests in each.
     """
-    edges = np.unique(np.quantile(load, np.linspace(0.0, 1.0, BINS + 1)))
-    if len(edges) < 2:
-        edges = np.array([edges[0] - 0.5, edges[0] + 0.5])
-    which = np.clip(np.searchsorted(edges, load, side="right") - 1, 0, len(edges) - 2)
     _, test = np.unique(test_id, return_inverse=True)
+    which = _bins(load, test)
     rows = []
-    for k in range(len(edges) - 1):
+    for k in range(int(which.max()) + 1):
         inside = which == k
         counts = np.bincount(test[inside], minlength=test.max() + 1)
         used = counts > 0
         n = int(used.sum())
-        if n < MIN_TESTS:
+        if n < 2:
             continue
         means = (
             np.bincount(test[inside], weights=residual[inside], minlength=len(counts))[used] / counts[used]
@@ -60,3 +57,14 @@ def binned_residual(load: FloatArray, residual: FloatArray, test_id: np.ndarray)
         rows.append((float(load[inside].mean()), float(means.mean()), half, n))
     table = np.array(rows, dtype=float).reshape(-1, 4)
     return BinnedResidual(table[:, 0], table[:, 1], table[:, 2], table[:, 3].astype(int))
+
+
+def _bins(load: FloatArray, test: np.ndarray) -> np.ndarray:
+    """Return the bin of each point: quantiles of the load, as many as leave `MIN_TESTS` tests in each."""
+    for count in range(BINS, 0, -1):
+        edges = np.unique(np.quantile(load, np.linspace(0.0, 1.0, count + 1)))
+        which = np.clip(np.searchsorted(edges, load, side="right") - 1, 0, max(len(edges) - 2, 0))
+        present = [len(np.unique(test[which == k])) for k in range(int(which.max()) + 1)]
+        if min(present) >= MIN_TESTS:
+            break
+    return which

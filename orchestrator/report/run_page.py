@@ -118,6 +118,6 @@ def _manifest(run: Run) -> str:
     log = (run.folder / "log.txt").read_text(encoding="utf-8") if (run.folder / "log.txt").is_file() else ""
     return (
         parts
-        + table(["what", "value"], facts)
+        + table(["what", "value"], facts, narrow=True)
         + f"<details><summary>Log</summary><pre>{escape(log)}</pre></details>"
     )
