@@ -37,6 +37,8 @@ class Round:
         The base in the bins.
     y : ndarray, shape (m,)
         Bin means of mu without the fixed part of the base.
+    count : ndarray, shape (m,)
+        Points in each bin.
     """
 
     floor: NoiseFloor
@@ -49,6 +51,7 @@ class Round:
     project: Projector
     columns: FloatArray
     y: FloatArray
+    count: FloatArray
 
     @property
     def winner(self) -> Fit | None:
@@ -64,11 +67,10 @@ class Round:
         return confusion_set(self.ranking, self.simulated)
 
     def change(self, fit: Fit) -> FloatArray:
-        """Return how the best prediction of mu in the bins moves when the effect comes in, shape (m,)."""
-        white = self.whiten(self.columns)
-        before = np.linalg.lstsq(white, self.whiten(self.y), rcond=1e-9)[0]
-        after = np.linalg.lstsq(white, self.whiten(self.y - fit.binned), rcond=1e-9)[0]
-        return self.columns @ (after - before) + fit.binned
+        """Return the part of an effect that the base, fitted as usual, cannot follow, shape (m,)."""
+        root = np.sqrt(self.count)[:, None]
+        follow = np.linalg.lstsq(root * self.columns, root[:, 0] * fit.binned, rcond=1e-9)[0]
+        return fit.binned - self.columns @ follow
 
 
 def flexible_mean(campaign: Campaign, base: FloatArray) -> FloatArray:
@@ -132,7 +134,17 @@ def search(
     simulated = simulate(prepared, project, len(y), len(campaign.tests), np.random.default_rng(seed))
     null = maximum_gains(prepared, simulated) if prepared else np.zeros(1)
     return Round(
-        floor, residual, prepared, rank(prepared, residual), null, simulated, whiten, project, columns, y
+        floor=floor,
+        residual=residual,
+        candidates=prepared,
+        ranking=rank(prepared, residual),
+        null=null,
+        simulated=simulated,
+        whiten=whiten,
+        project=project,
+        columns=columns,
+        y=y,
+        count=campaign.count,
     )
 
 

@@ -29,7 +29,7 @@ from .summaries import base_residual, binned_bias, unrecorded_factor, weighted_r
 from .verdict import LEAST_SHARE, LEVEL, Evidence, decide
 from .wording import sentence
 
-#: A second effect must bring this share of what the first one brings.
+#: A second effect must carry this share of the squared contribution of both.
 SECOND_SHARE = 0.1
 
 
@@ -147,10 +147,9 @@ def _second_effect(
     second = again.winner
     if second is None or again.p_value(second) >= LEVEL / 2:
         return None
-    if (
-        second.gain < SECOND_SHARE * (first.gain + second.gain)
-        or _share(campaign, again, second) <= LEAST_SHARE
-    ):
+    # the gain counts what varies within tests many times over: the sizes are compared in mu
+    size = [weighted_rms(r.change(f), campaign.count) ** 2 for r, f in ((found, first), (again, second))]
+    if size[1] < SECOND_SHARE * sum(size) or _share(campaign, again, second) <= LEAST_SHARE:
         return None
     return second
 
