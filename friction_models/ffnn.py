@@ -1,4 +1,4 @@
-"""Feed-forward neural network: trained with torch, evaluated without it."""
+"""Feed-forward neural networks: trained with torch, evaluated without it."""
 
 from __future__ import annotations
 
@@ -6,29 +6,37 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any, ClassVar
 
+import numpy as np
 import numpy.typing as npt
 
 from .base import FrictionModel, Groups
 from .loads import LOAD_NAMES, FloatArray, InputError, TriboLoads, unknown_name
-from .ops import LoadColumns, Ops, Value
+from .ops import LoadColumns, NumpyOps, Ops, Value
 from .parameters import check_integer, check_number, stored_floats
 from .scaling import Scaling
 from .training.splits import hold_out
 
 ACTIVATIONS = ("tanh", "relu", "sigmoid")
-MAX_LAYERS, MAX_WIDTH = 8, 1024
+MAX_LAYERS, MAX_WIDTH, MAX_MEMBERS = 8, 1024, 64
+#: Offsets that keep the logarithms of the inputs regular at zero loads: mm/s, MPa, mm.
+V_OFFSET, SIGMA_OFFSET, SD_OFFSET = 10.0, 200.0, 2.0
 
 
 class FeedForwardFriction(FrictionModel):
-    """mu = feed-forward network of the five standardised loads.
+    """mu = mean of a few feed-forward networks of the five loads.
 
-    Training stops when the error on whole held-out tests no longer falls, and the weights of the best
-    epoch are kept. The same seed and data give the same weights on the same machine.
+    The inputs are ``log(v_rel + 10), T, log(sigma_n + 200), log(sd + 2), log(psi)``, standardised: plans
+    step speed, pressure and expansion over decades, and between such steps a network interpolates more
+    safely on a logarithmic scale. Each network holds out tests of its own, stops when the error on them
+    no longer falls and keeps its best epoch; the mean of the networks scatters less between the levels
+    of a plan than any of them. The same seed and data give the same weights on the same machine.
 
     Parameters
     ----------
     hidden : sequence of int
         Width of each hidden layer.
+    members : int
+        Number of networks.
     activation : {"tanh", "relu", "sigmoid"}
     learning_rate : float
         Of Adam at the start; it falls along a half cosine to a hundredth.
@@ -37,41 +45,46 @@ class FeedForwardFriction(FrictionModel):
     epochs : int
         Most epochs.
     patience : int
-        Epochs without a better held-out error before training stops.
+        Epochs without a better held-out error of any network before training stops.
     weight_decay : float
         Penalty on squared weights (decoupled, as in AdamW).
     validation_fraction : float
-        Share of the tests held out; 0, or fewer than four tests, trains all epochs.
+        Share of the tests each network holds out; 0, or fewer than four tests, trains all epochs.
     seed : int
     threads : int
         Threads of torch while training; 1 makes runs repeatable and parallel studies fast.
 
     Attributes
     ----------
-    weights_, biases_ : list of ndarray
-        Shapes (in, out) and (out,), float64; scaling of mu is in the last layer.
+    networks_ : list of list of (ndarray, ndarray)
+        Weights (in, out) and biases (out,) of every layer of every network, float64; scaling of mu is in
+        the last layer.
     scaling_ : Scaling
-    epochs_ : int
-        Epochs until the best weights.
+        Of the five inputs.
+    epochs_ : list of int
+        Epochs until the weights that were kept.
     validation_tests_ : list of str
+        Tests that at least one network held out.
     """
 
     family: ClassVar[str] = "ffnn"
 
     def __init__(
         self,
-        hidden: Sequence[int] = (32, 32),
+        hidden: Sequence[int] = (16, 16),
+        members: int = 4,
         activation: str = "tanh",
         learning_rate: float = 5e-3,
         batch_size: int = 512,
-        epochs: int = 200,
-        patience: int = 30,
-        weight_decay: float = 1e-3,
+        epochs: int = 80,
+        patience: int = 20,
+        weight_decay: float = 1.0,
         validation_fraction: float = 0.2,
         seed: int = 0,
         threads: int = 1,
     ) -> None:
         self.hidden = hidden
+        self.members = members
         self.activation = activation
         self.learning_rate = learning_rate
         self.batch_size = batch_size
@@ -87,8 +100,9 @@ class FeedForwardFriction(FrictionModel):
         if self.activation not in ACTIVATIONS:
             raise unknown_name("activation", self.activation, ACTIVATIONS, self.family)
         check_number(self.family, "learning_rate", self.learning_rate, 1e-7, 1.0)
-        check_number(self.family, "weight_decay", self.weight_decay, 0.0, 1.0)
+        check_number(self.family, "weight_decay", self.weight_decay, 0.0, 100.0)
         check_number(self.family, "validation_fraction", self.validation_fraction, 0.0, 0.9)
+        check_integer(self.family, "members", self.members, 1, MAX_MEMBERS)
         check_integer(self.family, "batch_size", self.batch_size, 1, 10**7)
         check_integer(self.family, "epochs", self.epochs, 1, 10**6)
         check_integer(self.family, "patience", self.patience, 1, 10**6)
@@ -102,21 +116,23 @@ class FeedForwardFriction(FrictionModel):
         return [len(LOAD_NAMES), *widths, 1]
 
     def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> None:
-        from .training.network import train_network
+        from .training.network import train_networks
 
         widths = self._check_params()
-        matrix = loads.as_array()
-        train, held = hold_out(groups, len(mu), self.validation_fraction, self.seed)
-        self.validation_tests_ = [] if groups is None else sorted(set(groups[held].tolist()))
-        self.scaling_ = Scaling.of(matrix[train])
-        target = Scaling.of(mu[train, None])
-        inputs, outputs = self.scaling_.apply(matrix), target.apply(mu[:, None])
-        weights, biases, self.epochs_ = train_network(
-            (inputs[train], outputs[train]), (inputs[held], outputs[held]), widths, self
+        x = NumpyOps()
+        features = x.concat(_inputs(x, LoadColumns(*(c[:, None] for c in loads.as_array().T))))
+        self.scaling_, target = Scaling.of(features), Scaling.of(mu[:, None])
+        held = [
+            hold_out(groups, len(mu), self.validation_fraction, self.seed + k)[1] for k in range(self.members)
+        ]
+        self.validation_tests_ = (
+            [] if groups is None else sorted(set(groups[np.logical_or.reduce(held)].tolist()))
         )
-        weights[-1] = weights[-1] * target.scale
-        biases[-1] = biases[-1] * target.scale + target.mean
-        self.weights_, self.biases_ = weights, biases
+        inputs, outputs = self.scaling_.apply(features), target.apply(mu[:, None])
+        self.networks_, self.epochs_ = train_networks(inputs, outputs, held, widths, self)
+        for network in self.networks_:
+            weights, bias = network[-1]
+            network[-1] = (weights * target.scale, bias * target.scale + target.mean)
 
     def formula(
         self,
@@ -126,32 +142,53 @@ class FeedForwardFriction(FrictionModel):
         system: Mapping[str, Value] | None = None,
     ) -> Value:
         activation = {"tanh": x.tanh, "relu": x.relu, "sigmoid": x.sigmoid}[self.activation]
-        # Standardisation is folded into the first layer.
-        first = self.weights_[0] / self.scaling_.scale[:, None]
-        value = x.matmul(x.concat(L.columns()) - self.scaling_.mean[None, :], first, self.biases_[0])
-        for weights, bias in zip(self.weights_[1:], self.biases_[1:]):
-            value = x.matmul(activation(value), weights, bias)
-        return value
+        inputs = x.concat(self.scaling_.columns(x, _inputs(x, L)))
+        total: Value = 0.0
+        for network in self.networks_:
+            value = x.matmul(inputs, *network[0])
+            for layer in network[1:]:
+                value = x.matmul(activation(value), *layer)
+            total = total + value
+        return total * (1.0 / len(self.networks_))
 
     def formula_text(self) -> str:
-        count = sum(w.size + b.size for w, b in zip(self.weights_, self.biases_))
+        count = sum(w.size + b.size for network in self.networks_ for w, b in network)
         layers = "-".join(str(w) for w in (len(LOAD_NAMES), *self.hidden, 1))
-        return f"mu = network {layers} ({self.activation}, {count} weights) of the standardised loads"
+        many = len(self.networks_)
+        what = "network" if many == 1 else f"mean of {many} networks"
+        return f"mu = {what} {layers} ({self.activation}, {count} weights) of the loads"
 
     def _learned(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
-        layers = {f"weights{i}": w for i, w in enumerate(self.weights_)}
-        layers |= {f"biases{i}": b for i, b in enumerate(self.biases_)}
-        values = {"epochs": self.epochs_, "validation_tests": self.validation_tests_}
-        return values, layers | self.scaling_.arrays()
+        arrays = self.scaling_.arrays()
+        for k, network in enumerate(self.networks_):
+            for i, (weights, bias) in enumerate(network):
+                arrays |= {f"weights{k}_{i}": weights, f"biases{k}_{i}": bias}
+        return {"epochs": self.epochs_, "validation_tests": self.validation_tests_}, arrays
 
     def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
         self.hidden = tuple(self.hidden) if isinstance(self.hidden, list) else self.hidden
-        widths = self._check_params()
-        shapes = list(pairwise(widths))
-        self.weights_ = [stored_floats(self.family, arrays, f"weights{i}", s) for i, s in enumerate(shapes)]
-        self.biases_ = [
-            stored_floats(self.family, arrays, f"biases{i}", (s[1],)) for i, s in enumerate(shapes)
+        shapes = list(pairwise(self._check_params()))
+        self.networks_ = [
+            [
+                (
+                    stored_floats(self.family, arrays, f"weights{k}_{i}", shape),
+                    stored_floats(self.family, arrays, f"biases{k}_{i}", shape[1:]),
+                )
+                for i, shape in enumerate(shapes)
+            ]
+            for k in range(self.members)
         ]
         self.scaling_ = Scaling.restore(self.family, arrays, len(LOAD_NAMES))
-        self.epochs_ = check_integer(self.family, "epochs", values["epochs"], 0, 10**6)
+        self.epochs_ = [check_integer(self.family, "epochs", e, 0, 10**6) for e in values["epochs"]]
         self.validation_tests_ = [str(t) for t in values.get("validation_tests", [])]
+
+
+def _inputs(x: Ops, L: LoadColumns) -> list[Value]:
+    """Return the five inputs of the networks, before standardisation."""
+    return [
+        x.log(L.v_rel + V_OFFSET),
+        L.T,
+        x.log(L.sigma_n + SIGMA_OFFSET),
+        x.log(L.sd + SD_OFFSET),
+        x.log(L.psi),
+    ]

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 
 from .domain import Domain
 from .loads import LOAD_NAMES, FloatArray, InputError, TriboLoads
@@ -94,6 +95,51 @@ class OnnxModel:
         feed = self._feed(loads, state, system) | {"dt": np.array([float(dt)])}
         mu, following = self._session.run(["mu", "state_next"], feed)
         return mu[:, 0], following
+
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
+        """Return mu for a table of points, shape (n,).
+
+        With memory the states run through every test in the order of its points: they advance over the
+        time since the previous point (without `t`: over distance by speed), then mu is taken; the first
+        point of a test sees the start state. System variables come from the numeric columns of `tests`
+        with their names; what is not there keeps its start value.
+        """
+        loads = TriboLoads.from_frame(data, tests)
+        if not self.states and not self.system_variables:
+            return self.predict(loads)
+        if loads.t is None:
+            travelled = np.maximum(np.diff(loads.sd, prepend=loads.sd[:1]), 0.0)
+            dt = travelled / np.maximum(loads.v_rel, 1e-9)
+        else:
+            dt = np.diff(loads.t, prepend=loads.t[:1])
+        mu, matrix, system = np.empty(len(loads)), loads.as_array(), self._system_of(loads)
+        for part in loads.segments():
+            if part.stop > part.start:
+                own = matrix[part]
+                mu[part] = self.predict(own, self._history(own, dt[part], system[part][0]), system[part][0])
+        return mu
+
+    def _history(self, loads: FloatArray, dt: FloatArray, system: FloatArray) -> FloatArray | None:
+        """Return the states at each point of one test, shape (n, k); None without memory."""
+        if not self.states:
+            return None
+        states = self.start_state(len(loads))
+        feed = {"system": system[None, :]} if self.system_variables else {}
+        for i in range(1, len(loads)):
+            feed |= {"loads": loads[i : i + 1], "state": states[i - 1 : i], "dt": dt[i : i + 1]}
+            states[i] = self._session.run(["state_next"], feed)[0][0]
+        return states
+
+    def _system_of(self, loads: TriboLoads) -> FloatArray:
+        """Return the system variables of every point, shape (n, m)."""
+        start = np.array([v["start"] for v in self.system_variables], dtype=np.float64)
+        values = np.tile(start, (len(loads), 1))
+        for j, variable in enumerate(self.system_variables):
+            column = loads.context_column(str(variable.get("name")))
+            if column is not None:
+                numbers = pd.to_numeric(pd.Series(column), errors="coerce").to_numpy(dtype=np.float64)
+                values[:, j] = np.where(np.isfinite(numbers), numbers, start[j])
+        return values
 
     def start_state(self, points: int) -> FloatArray:
         """Return the states of fresh contact points, shape (points, k)."""

@@ -22,7 +22,7 @@ from ..friction_models.made_up import EDGES, anywhere, campaign
 from ..friction_models.test_ops import ALLOWED
 
 SMALL: dict[str, dict[str, Any]] = {
-    "ffnn": {"hidden": (12, 8), "epochs": 15},
+    "ffnn": {"hidden": (12, 8), "members": 2, "epochs": 20},
     "gradient_boosting": {"trees": 30, "min_points": 10},
 }
 FRAME = campaign(40, 20)

@@ -47,6 +47,6 @@ def test_a_given_constant_has_a_card_without_training() -> None:
 
 def test_tests_held_out_in_training_are_listed() -> None:
     card = FeedForwardFriction(hidden=(4,), epochs=1).fit_frame(FRAME).card
-    assert len(card["splits"]["validation"]) == 1
-    assert card["splits"]["validation"][0] in card["splits"]["train"]
+    assert 1 <= len(card["splits"]["validation"]) <= 4
+    assert set(card["splits"]["validation"]) < set(card["splits"]["train"])
     assert "held out to stop the training: t0" in card_text(card)

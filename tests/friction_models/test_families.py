@@ -175,7 +175,7 @@ def test_number_of_trees_is_chosen_on_whole_tests() -> None:
 def test_network_learns_the_law_on_tests_it_has_not_seen() -> None:
     frame = campaign(60, 40)
     unseen = campaign(10, 40, noise=0.0, seed=77)
-    model = FeedForwardFriction(hidden=(16, 16), epochs=60, patience=60).fit_frame(frame)
+    model = FeedForwardFriction(epochs=40).fit_frame(frame)
     error = model.predict_frame(unseen) - unseen["mu"]
     assert np.sqrt(np.mean(error**2)) < 0.004
     linear = LinearFriction().fit_frame(frame)
@@ -186,7 +186,7 @@ def test_network_is_the_same_for_the_same_seed_only() -> None:
     frame = campaign(8, 20)
 
     def weights(seed: int) -> np.ndarray:
-        return FeedForwardFriction(hidden=(6,), epochs=3, seed=seed).fit_frame(frame).weights_[0]
+        return FeedForwardFriction(hidden=(6,), epochs=3, seed=seed).fit_frame(frame).networks_[1][0][0]
 
     np.testing.assert_array_equal(weights(1), weights(1))
     assert not np.array_equal(weights(1), weights(2))
@@ -196,8 +196,36 @@ def test_network_stops_early_and_keeps_the_best_epoch() -> None:
     frame = campaign(8, 30)
     frame["mu"] = np.random.default_rng(0).uniform(0, 0.2, len(frame))
     model = FeedForwardFriction(hidden=(32,), epochs=400, patience=5, batch_size=32).fit_frame(frame)
-    assert 0 < model.epochs_ < 300
-    assert len(model.validation_tests_) == 2
+    assert len(model.epochs_) == 4 and max(model.epochs_) < 300
+    # Each network has held out two tests of its own.
+    assert 2 < len(model.validation_tests_) <= 8
+
+
+def test_a_network_never_learns_from_the_tests_it_holds_out() -> None:
+    """With one network, what stands in the held-out tests can only change when training stops."""
+    frame = campaign(8, 20)
+    options = {"hidden": (6,), "members": 1, "epochs": 1}
+    first = FeedForwardFriction(**options).fit_frame(frame)
+    spoilt = frame.copy()
+    held = spoilt["test_id"].isin(first.validation_tests_)
+    # In reverse they keep mean and spread, so that the scaling of mu stays the same.
+    spoilt.loc[held, "mu"] = spoilt.loc[held, "mu"].to_numpy()[::-1]
+    second = FeedForwardFriction(**options).fit_frame(spoilt)
+    assert first.validation_tests_ == second.validation_tests_ and len(first.validation_tests_) == 2
+    for (w1, b1), (w2, b2) in zip(first.networks_[0], second.networks_[0]):
+        np.testing.assert_allclose(w1, w2, rtol=1e-9)
+        np.testing.assert_allclose(b1, b2, rtol=1e-9)
+
+
+def test_the_mean_of_networks_is_their_mean() -> None:
+    frame = campaign(8, 20)
+    model = FeedForwardFriction(hidden=(5,), members=3, epochs=2).fit_frame(frame)
+    whole, networks = model.predict_frame(frame), model.networks_
+    parts = []
+    for network in networks:
+        model.networks_ = [network]
+        parts.append(model.predict_frame(frame))
+    np.testing.assert_allclose(np.mean(parts, axis=0), whole, rtol=1e-12)
 
 
 def test_training_does_not_change_the_threads_of_torch() -> None:
@@ -223,6 +251,7 @@ def test_training_does_not_change_the_threads_of_torch() -> None:
         (FeedForwardFriction(activation="gelu"), "unknown activation 'gelu'; allowed: relu, sigmoid, tanh"),
         (FeedForwardFriction(hidden=()), r"hidden is \(\), allowed: 1 to 8 widths"),
         (FeedForwardFriction(hidden=(4, 0)), "hidden is 0"),
+        (FeedForwardFriction(members=0), "members is 0, allowed: a whole number from 1 to 64"),
         (FeedForwardFriction(hidden=5), "hidden is 5"),  # type: ignore[arg-type]
         (FeedForwardFriction(learning_rate=float("nan")), "learning_rate is nan"),
     ],

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 import onnx
+import pandas as pd
 import pytest
 from onnx import TensorProto, helper
 
@@ -117,6 +118,26 @@ def test_memory_steps_as_the_formula_says(wear: OnnxModel) -> None:
     np.testing.assert_allclose(
         wear.predict(loads, state, system=[0.03]), 0.08 + 1e-6 * state[:, 0], rtol=1e-14
     )
+
+
+def test_memory_runs_through_every_test_of_a_frame(wear: OnnxModel) -> None:
+    frame = FRAME[FRAME["test_id"].isin(["t00", "t01"])].reset_index(drop=True)
+    mu = wear.predict_frame(frame)
+    for _, part in frame.groupby("test_id"):
+        work, expected = 2.0, []
+        for i, row in enumerate(part.itertuples()):
+            before = 0.06 + 1e-6 * work
+            if i:
+                dt = row.t - part["t"].iloc[i - 1]
+                work += before * row.sigma_n * row.v_rel * dt
+            expected.append(0.06 + 1e-6 * work)
+        np.testing.assert_allclose(mu[part.index], expected, rtol=1e-12)
+    assert len(wear.predict_frame(frame.iloc[:0])) == 0
+    tests = pd.DataFrame({"test_id": ["t00", "t01"], "Ra": [0.03, None]})
+    rough = wear.predict_frame(frame, tests)
+    first = (frame["test_id"] == "t00").to_numpy()
+    assert rough[0] == pytest.approx(0.08 + 2e-6)
+    np.testing.assert_array_equal(rough[~first], mu[~first])
 
 
 def test_memory_metadata_and_derivative(wear: OnnxModel) -> None:

@@ -21,7 +21,7 @@ from .made_up import anywhere, campaign
 
 FRAME = campaign(6, 20)
 SMALL: dict[str, dict[str, Any]] = {
-    "ffnn": {"hidden": (4, 3), "epochs": 2},
+    "ffnn": {"hidden": (4, 3), "members": 2, "epochs": 2},
     "gradient_boosting": {"trees": 6, "min_points": 5, "leaves": 8},
 }
 
@@ -225,7 +225,7 @@ def test_a_broken_archive(linear: Path) -> None:
 def test_network_shapes_must_fit(folders: dict[str, Path], tmp_path: Path) -> None:
     folder = copied(folders["ffnn"], tmp_path)
     edit_card(folder, lambda c: c["model"]["params"].update(hidden=[4, 4]))
-    refused(folder, "array 'weights1'")
+    refused(folder, "array 'weights0_1'")
     edit_card(folder, lambda c: c["model"]["params"].update(hidden=[10**9]))
     refused(folder, "hidden is 1000000000, allowed: a whole number from 1 to 1024")
     edit_card(folder, lambda c: c["model"]["params"].update(hidden="abc"))
