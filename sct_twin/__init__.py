@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from . import virtual_lab as virtual_lab
-    from .ingest import ingest as ingest
     from .process import SctProcess as SctProcess
     from .raw_campaign import RawCampaign as RawCampaign
     from .record import SctRecord as SctRecord
@@ -22,7 +21,7 @@ _EXPORTS = {
     "RawCampaign": "raw_campaign",
 }
 
-__all__ = ["ingest", "virtual_lab", *sorted(_EXPORTS)]
+__all__ = ["virtual_lab", *sorted(_EXPORTS)]
 
 
 def __getattr__(name: str) -> Any:
@@ -30,6 +29,4 @@ def __getattr__(name: str) -> Any:
         return getattr(importlib.import_module(f".{_EXPORTS[name]}", __name__), name)
     if name == "virtual_lab":
         return importlib.import_module(".virtual_lab", __name__)
-    if name == "ingest":
-        return importlib.import_module(".ingest", __name__).ingest
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

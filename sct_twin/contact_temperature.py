@@ -126,9 +126,10 @@ class SlidingContact:
             margin = float(np.clip(3.0 * settings.plate.diffusivity / max(speed, 1e-9), 2.0 * dx, radius))
         before = round(margin / dx)
         after = max(before, 4) if margin > 0 else 0
-        x = (np.arange(settings.cells + before + after) - before + 0.5) * dx - radius
+        index = np.arange(settings.cells + before + after, dtype=np.float64) - before
+        x: FloatArray = np.asarray((index + 0.5) * dx - radius)
         widths = np.array([1.0]) if band else _half_width(radius, settings.cells, margin)
-        y_edges: FloatArray = np.concatenate([[0.0], np.cumsum(widths)]).astype(np.float64)
+        y_edges: FloatArray = np.concatenate([np.zeros(1), np.cumsum(widths)])
         fraction = _covered(x, dx, y_edges, radius, band)
         self._dy = widths
         self._fraction = fraction

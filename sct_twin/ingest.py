@@ -90,7 +90,9 @@ def ingest(
         info = read_json(home / "campaign.json")
     if mapping.moving_mass is not None:
         info["moving_mass_kg"] = mapping.moving_mass
-    rows, quality, left_out = [], [], []
+    rows: list[dict[str, Any]] = []
+    quality: list[dict[str, Any]] = []
+    left_out: list[dict[str, str]] = []
     with atomic_folder(out) as temporary:
         (temporary / "raw").mkdir()
         for number, file in enumerate(files):
@@ -98,7 +100,8 @@ def ingest(
             metadata: dict[str, Any] = dict(mapping.metadata)
             if table is not None:
                 hits = table[table["test_id"] == test_id]
-                metadata |= {} if hits.empty else hits.iloc[0].dropna().to_dict()
+                if not hits.empty:
+                    metadata |= {str(k): v for k, v in hits.iloc[0].dropna().items()}
             try:
                 record = mapping.record(read_csv(file), test_id, metadata)
                 if test_id in {row["test_id"] for row in rows}:

@@ -94,9 +94,9 @@ def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
             f"{where}: column 't' spans {float(np.ptp(record.t)):g} s in {len(record)} rows at {usual:g} s; "
             "allowed: gaps of less than 20 times the record"
         )
-    t = np.arange(count) * usual
+    t: FloatArray = (np.arange(count) * usual).astype(np.float64)
     F_n, F_r, s, a = (
-        np.interp(t, record.t - record.t[0], column)
+        np.interp(t, record.t - record.t[0], column).astype(np.float64)
         for column in (record.F_n, record.F_r, record.s, record.a)
     )
     zero_n, zero_r, load_start = _force_zero(F_n, F_r)
@@ -106,7 +106,7 @@ def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
     a = a - float(np.median(a[rest]))
     v = _speed(s, a, rest, usual)
     direction = 1.0 if v[slide:].mean() >= 0.0 else -1.0
-    v, a, F_r = direction * v, direction * a, F_r
+    v = direction * v
     noise = 1.4826 * float(np.median(np.abs(v[rest] - np.median(v[rest]))))
     threshold = max(5.0 * noise, 0.003 * float(v.max()))
     while slide > 1 and v[slide - 1] > threshold:
@@ -115,7 +115,7 @@ def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
         raise InputError(
             f"{where}: sliding begins at {t[slide]:g} s, before the load; allowed: upsetting first"
         )
-    friction = F_r - direction * moving_mass * 1e-3 * a
+    friction = F_r - moving_mass * 1e-3 * a
     if np.median(friction[slide:]) < 0.0:
         # The cell counts pull as negative; friction opposes the sliding whatever the sign.
         friction = -friction
@@ -147,7 +147,7 @@ def resample(signals: TestSignals, spacing: float = 0.1) -> SlidingSeries:
     count = int(np.floor(last / spacing - 0.5 + 1e-9))
     if count < 10:
         raise InputError(f"the test slides {last:g} mm; allowed: at least {10.5 * spacing:g} mm")
-    grid = spacing * np.arange(1, count + 1)
+    grid: FloatArray = (spacing * np.arange(1, count + 1)).astype(np.float64)
     moving = np.concatenate([[True], np.diff(sd) > 1e-9])
     x, time = sd[moving], t[moving]
     edges = np.concatenate([[0.5 * spacing], grid + 0.5 * spacing])

@@ -145,9 +145,9 @@ def compute_run(
     if file.is_file():
         try:
             with np.load(file, allow_pickle=False) as stored:
-                return UpsettingResult(
-                    **{n: (str(stored[n]) if n in {"status", "message"} else stored[n]) for n in names}
-                )
+                values: dict[str, Any] = {name: stored[name] for name in names}
+            values |= {name: str(values[name]) for name in ("status", "message")}
+            return UpsettingResult(**values)
         except (OSError, ValueError, KeyError):
             file.unlink(missing_ok=True)
     run = robust_upset(punch, force, rig.mesh_size, "virtual laboratory", **arguments)
