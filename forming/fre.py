@@ -16,11 +16,12 @@ from .fe.contact import gap_and_normal
 from .fe.polyline import distance_to_segment
 from .fe.resample import mesh_inside, resample
 from .fe.shape import FloatArray
-from .fe.simulation import Simulation, State, StepControl
+from .fe.simulation import Simulation
+from .fe.state import State, StepControl
 from .friction_input import Friction, checked_mu, start_mu
 from .material import HenselSpittel, steel_16MnCr5
 from .result import ContactHistory, FormingResult
-from .tooling import ExtrusionDie, Tool, flat_punch
+from .tooling import ExtrusionDie, Tool, block_field, flat_punch
 
 #: Gap between billet and container, so that the first touch is at the die shoulder [mm].
 CLEARANCE = 0.05
@@ -49,7 +50,7 @@ class _DieSize:
 
 
 class ForwardRodExtrusion:
-    """Axisymmetric forward rod extrusion with rigid tools of constant temperature.
+    """Axisymmetric forward rod extrusion with rigid tools that take up heat.
 
     Parameters
     ----------
@@ -62,8 +63,8 @@ class ForwardRodExtrusion:
     speed : float
         Punch speed [mm/s].
     T_billet, T_tool : float
-        Start temperature of the billet, constant temperature of the tools [degC]. A contact temperature is
-        the mean of the workpiece surface and the tool surface, the latter at `T_tool`.
+        Temperatures of billet and tools at the start [degC]. The contact temperature at a marker is the mean
+        of the workpiece and the tool surface.
     material : HenselSpittel, optional
         Billet; 16MnCr5 by default.
     mesh_size : float
@@ -72,6 +73,8 @@ class ForwardRodExtrusion:
         Number of material markers on the billet surface.
     entry_radius, edge_radius, land : float
         Roundings and land of the die [mm].
+    tool_heating : bool
+        Conduct heat in the tools; False holds their surfaces at `T_tool`.
 
     Raises
     ------
@@ -94,6 +97,7 @@ class ForwardRodExtrusion:
         entry_radius: float = 2.0,
         edge_radius: float = 1.5,
         land: float = 2.0,
+        tool_heating: bool = True,
     ) -> None:
         _check("diameter", diameter, 2.0, 200.0, "mm")
         _check("exit_diameter", exit_diameter, 0.2 * diameter, 0.97 * diameter, "mm")
@@ -116,6 +120,7 @@ class ForwardRodExtrusion:
         self.material = material or steel_16MnCr5()
         self.mesh_size = mesh_size
         self.n_points = int(n_points)
+        self.tool_heating = bool(tool_heating)
         self._cone_end = self.die.segments(1.0)[1]
         self._billet_bottom = self._first_touch()
         self._simulation: Simulation | None = None
@@ -146,6 +151,10 @@ class ForwardRodExtrusion:
         base = min(self.mesh_size, die.exit_radius / 7.0)
         finest = max(0.375 * self.mesh_size, min(base, 0.35 * die.edge_radius))
         size = _DieSize(finest, base, die, cone_end)
+        if self.tool_heating:
+            tools[0].heat_field = die.heat_field(top + 2.0, size, self.T_tool)
+            depth = 1.5 * die.container_radius
+            tools[1].heat_field = block_field(die.container_radius, top, depth, size, self.T_tool)
         outline = np.array([[0.0, bottom], [radius, bottom], [radius, top], [0.0, top]])
         surface = resample(outline, size, tools, None).points
         mesh = mesh_inside(surface, size)

@@ -9,7 +9,9 @@ import numpy as np
 
 from friction_models.loads import InputError
 
+from .fe.polyline import SizeField
 from .fe.shape import FloatArray
+from .fe.tool_heat import ToolField, ToolSteel
 
 Point = tuple[float, float]
 
@@ -44,7 +46,9 @@ class Tool:
     reach : float
         Deepest penetration that still counts as contact [mm]; deeper points are on another side.
     temperature : float
-        Surface temperature [degC], constant.
+        Temperature at the start and, without a `heat_field`, always [degC].
+    heat_field : ToolField or None
+        Temperature field; its frame is the tool's.
     """
 
     name: str
@@ -53,11 +57,18 @@ class Tool:
     offset: FloatArray = field(default_factory=lambda: np.zeros(2))
     reach: float = 1.0
     temperature: float = 20.0
+    heat_field: ToolField | None = None
 
     @property
     def speed(self) -> float:
         """Magnitude of the velocity [mm/s]."""
         return float(np.hypot(*self.velocity))
+
+    def surface_temperature(self, points: FloatArray) -> FloatArray:
+        """Return the tool surface temperature next to points of shape (n, 2) [degC]."""
+        if self.heat_field is None:
+            return np.full(len(points), self.temperature)
+        return self.heat_field.surface_temperature(points - self.offset)
 
 
 def plate(z: float = 0.0, temperature: float = 20.0) -> Tool:
@@ -75,6 +86,31 @@ def sleeve(radius: float, height: float, speed: float = 0.0, temperature: float 
     """Return the cylindrical bore around the workpiece, moving with the punch (a cup) or at rest."""
     segments = np.array([line((radius, -BEYOND), (radius, height + BEYOND))])
     return Tool("sleeve", segments, np.array([0.0, -speed]), reach=1.0, temperature=temperature)
+
+
+def polylines(segments: FloatArray) -> list[FloatArray]:
+    """Return each segment as a polyline, arcs in steps of 5 degrees."""
+    pieces = []
+    for kind, r0, z0, r1, z1, rc, zc, radius in segments:
+        if kind == 0.0:
+            pieces.append(np.array([[r0, z0], [r1, z1]]))
+            continue
+        start, end = math.atan2(z0 - zc, r0 - rc), math.atan2(z1 - zc, r1 - rc)
+        turn = (end - start + math.pi) % (2.0 * math.pi) - math.pi
+        angle = start + np.linspace(0.0, turn, max(2, math.ceil(abs(turn) / math.radians(5.0)) + 1))
+        pieces.append(np.array([rc, zc]) + abs(radius) * np.column_stack([np.cos(angle), np.sin(angle)]))
+    return pieces
+
+
+def block_field(
+    radius: float, z: float, depth: float, size: SizeField, T: float, steel: ToolSteel | None = None
+) -> ToolField:
+    """Return the heat field of a cylindrical tool: working face at `z`, its body above (below: depth < 0)."""
+    face = np.array([[0.0, z], [radius, z]])
+    back = np.array([[radius, z], [radius, z + depth], [0.0, z + depth], [0.0, z]])
+    if depth < 0.0:
+        face, back = face[::-1], back[::-1]
+    return ToolField.build([face], back, size, T, steel)
 
 
 @dataclass(frozen=True)
@@ -138,3 +174,13 @@ class ExtrusionDie:
             line((r0, z_entry), (r0, z_entry + container_length)),
         ]
         return np.array(rows), z_entry
+
+    def heat_field(self, top: float, size: SizeField, T: float, steel: ToolSteel | None = None) -> ToolField:
+        """Return the heat field of the die with its container up to z = `top`."""
+        segments, z_entry = self.segments(1.0)
+        inner = [piece[::-1] for piece in polylines(segments)[:0:-1]]
+        inner[0] = np.array([[self.container_radius, top], [self.container_radius, z_entry]])
+        start, end = inner[0][0], inner[-1][-1]
+        outside = self.container_radius + max(1.5 * self.container_radius, 12.0)
+        back = np.array([end, [outside, end[1]], [outside, top], start])
+        return ToolField.build(inner, back, size, T, steel)

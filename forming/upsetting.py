@@ -14,7 +14,8 @@ from .fe.body import Body
 from .fe.polyline import arc_length
 from .fe.resample import mesh_inside, resample
 from .fe.shape import FloatArray
-from .fe.simulation import RemeshPolicy, Simulation, StepControl
+from .fe.simulation import Simulation
+from .fe.state import RemeshPolicy, StepControl
 from .friction_input import Friction, checked_mu, start_mu
 from .material import HenselSpittel, steel_16MnCr5
 from .tooling import Tool, flat_punch, plate, sleeve

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..material import HenselSpittel
 from ..tooling import Tool
 from .body import Body
+from .heat_exchange import HeatExchange, exchange_heat
 from .increment import Attempt, Settings, Step, StepError, Workspace, solve_increment
 from .markers import SurfaceLoads, SurfaceMarkers
 from .mesh_kernels import qualities
@@ -18,105 +18,8 @@ from .mesher import MeshError
 from .polyline import SizeField
 from .resample import mesh_inside, resample
 from .shape import FloatArray, gauss_volumes
-from .thermal import HeatExchange, heat_step
+from .state import SCALES, OldMesh, Record, RemeshPolicy, State, StepControl
 from .transfer import transfer
-
-
-@dataclass(frozen=True)
-class StepControl:
-    """Limits of the increments, in mm of tool travel.
-
-    Attributes
-    ----------
-    first, largest : float
-        First and largest increment.
-    smallest : float
-        Below this the run stops.
-    slip : float
-        Largest sliding of a contact node in one increment.
-    after_remesh : float
-        Share of the largest increment allowed after a remeshing.
-    force_change : float
-        Largest change of the force in one increment [N]; larger ones are repeated in halves.
-    """
-
-    first: float = 0.02
-    largest: float = 0.1
-    smallest: float = 0.1 / 256.0
-    slip: float = 0.2
-    after_remesh: float = 0.3
-    force_change: float = np.inf
-
-
-@dataclass(frozen=True)
-class RemeshPolicy:
-    """When to remesh: after so many increments, at this element quality, at this plastic strain since."""
-
-    every: int = 10
-    quality: float = 0.3
-    strain: float = 0.4
-
-
-@dataclass
-class Energy:
-    """Energy account [N mm]."""
-
-    external: float = 0.0
-    plastic: float = 0.0
-    friction: float = 0.0
-    elastic: float = 0.0
-
-    @property
-    def imbalance(self) -> float:
-        """(plastic + friction + elastic) / external - 1."""
-        if self.external <= 0.0:
-            return 0.0
-        return (self.plastic + self.friction + self.elastic) / self.external - 1.0
-
-
-@dataclass
-class Record:
-    """One increment in the history of a run."""
-
-    stroke: float
-    time: float
-    force: float
-    iterations: int
-    residual: float
-    T_max: float
-    strain_max: float
-    volume_change: float
-    max_tau_over_k: float
-    share_above_0_6k: float
-    contact_area: float
-    nodes: int
-
-
-@dataclass
-class State:
-    """All that changes during a run; a deep copy of it is a snapshot."""
-
-    body: Body
-    tools: list[Tool]
-    markers: SurfaceMarkers
-    mu: FloatArray
-    strain_at_remesh: FloatArray
-    next_dt: float
-    stroke: float = 0.0
-    time: float = 0.0
-    increments: int = 0
-    iterations: int = 0
-    failures: int = 0
-    failures_in_row: int = 0
-    remeshes: int = 0
-    since_remesh: int = 0
-    tables: list[FloatArray] | None = None
-    forces: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
-    weights: FloatArray = field(default_factory=lambda: np.zeros(0))
-    energy: Energy = field(default_factory=Energy)
-    history: list[Record] = field(default_factory=list)
-    status: str = "ok"
-    message: str = ""
 
 
 class Simulation:
@@ -252,19 +155,34 @@ class Simulation:
         return step
 
     def _recover(self, dt: float, reason: str) -> None:
-        """Halve the increment, on a fresh mesh if there is one to be had."""
+        """Halve the increment, on a fresh mesh; a fresh mesh that fails twice is replaced by another one."""
         state = self.state
         state.failures += 1
         state.failures_in_row += 1
         state.next_dt = 0.5 * dt
         if state.since_remesh > 0:
             self.remesh()
+        elif state.old_mesh is not None and state.failures_in_row in (2, 4, 6):
+            self._try_another_mesh(state.old_mesh)
+            state.next_dt = self.control.after_remesh * self.control.largest / self.speed
         if state.next_dt * self.speed < self.control.smallest:
             state.status = "stopped"
             state.message = (
                 f"stopped at stroke {state.stroke:.3f} mm: no increment converged down to "
                 f"{dt * self.speed:.1e} mm; last reason: {reason}"
             )
+
+    def _try_another_mesh(self, old: OldMesh) -> None:
+        """Go back to the mesh before the last remeshing, and remesh finer from there if that is left to try."""
+        state = self.state
+        state.body, state.tables = old.body, old.tables
+        state.markers.position = old.marker_position
+        state.strain_at_remesh = old.strain_at_remesh
+        state.old_mesh = None
+        state.since_remesh = self.policy.every - 2
+        self._space = Workspace(state.body)
+        if old.trial + 1 < len(SCALES):
+            self.remesh(old.trial + 1)
 
     def _accept(self, step: Step, dt: float) -> None:
         state, body = self.state, self.state.body
@@ -282,6 +200,7 @@ class Simulation:
         state.iterations += step.iterations
         state.since_remesh += 1
         state.failures_in_row = 0
+        state.old_mesh = None
         volumes = gauss_volumes(body.x, body.quads)
         energy = state.energy
         energy.external += 0.5 * float((before + self._resistance(step.forces)).sum()) * self.speed * dt
@@ -292,32 +211,22 @@ class Simulation:
             energy.friction += 2.0 * np.pi * float(power.sum()) * dt
         if self.heat is not None:
             body.T = self._heat(step, dt)
-        loads = surface_loads(step.tables, state.tools)
+        loads = surface_loads(body.surface, step.tables, state.tools)
         state.markers.update(body.surface, body.T, loads, dt)
         state.history.append(self._record(step, loads))
 
     def _heat(self, step: Step, dt: float) -> FloatArray:
         assert self.heat is not None
         body, material = self.state.body, self.material
-        nodes, conductance, outside, power = [], [], [], []
-        for table, tool in zip(step.tables, self.state.tools):
-            on = table[:, 0] > 0.0
-            nodes.append(body.chain[on])
-            conductance.append(step.weights[on] * self.heat.htc)
-            outside.append(np.full(on.sum(), tool.temperature))
-            friction = np.abs(table[on, 1] * table[on, 2]) * step.weights[on]
-            power.append(self.heat.friction_share * friction)
-        at = np.concatenate(nodes)
-        return heat_step(
-            body.x,
-            body.quads,
-            body.T,
+        return exchange_heat(
+            body,
+            self.state.tools,
+            step.tables,
+            step.weights,
             step.work * material.taylor_quinney,
-            material.heat_capacity,
-            material.conductivity,
+            material,
+            self.heat,
             dt,
-            (at, np.concatenate(conductance), np.concatenate(outside)),
-            (at, np.concatenate(power)),
         )
 
     def _record(self, step: Step, loads: SurfaceLoads) -> Record:
@@ -363,15 +272,15 @@ class Simulation:
             or float(qualities(state.body.x, state.body.quads).min()) < policy.quality
         )
 
-    def remesh(self) -> bool:
-        """Replace the mesh over the same body; return whether that was possible."""
+    def remesh(self, trial: int = 0) -> bool:
+        """Replace the mesh over the same body, at scale ``SCALES[trial]`` or finer; return whether it worked."""
         if self.size is None:
             return False
         state, body, size = self.state, self.state.body, self.size
         old_surface = body.surface
-        for scale in (1.0, 0.85, 0.7):
+        for k in range(trial, len(SCALES)):
 
-            def scaled(points: FloatArray, scale: float = scale) -> FloatArray:
+            def scaled(points: FloatArray, scale: float = SCALES[k]) -> FloatArray:
                 return scale * size(points)
 
             try:
@@ -385,6 +294,7 @@ class Simulation:
         gauss = np.concatenate([body.stress, body.strain[:, :, None], body.rate[:, :, None]], axis=2)
         nodal = np.column_stack([body.T, body.velocity])
         gauss, nodal = transfer(body.x, body.quads, gauss, nodal, mesh.x, mesh.quads)
+        state.old_mesh = OldMesh(body, state.tables, state.markers.position.copy(), state.strain_at_remesh, k)
         state.markers.move_to(old_surface, surface.old_arc)
         state.body = Body(
             mesh.x,
@@ -405,17 +315,17 @@ class Simulation:
         return True
 
 
-def surface_loads(tables: list[FloatArray], tools: list[Tool]) -> SurfaceLoads:
+def surface_loads(surface: FloatArray, tables: list[FloatArray], tools: list[Tool]) -> SurfaceLoads:
     """Join the contact tables: at each node the tool that presses hardest counts."""
     pressures = np.array([table[:, 0] for table in tables])
     hardest = pressures.argmax(axis=0)
     nodes = np.arange(pressures.shape[1])
-    stacked = np.array(tables)[hardest, nodes]
-    temperature = np.array([tool.temperature for tool in tools])[hardest]
+    joined = np.array(tables)[hardest, nodes]
+    temperatures = np.array([tool.surface_temperature(surface) for tool in tools])
     return SurfaceLoads(
-        pressure=np.maximum(stacked[:, 0], 0.0),
-        shear=stacked[:, 1],
-        slip=stacked[:, 2],
-        tool_T=temperature,
-        active=stacked[:, 0] > 0.0,
+        pressure=np.maximum(joined[:, 0], 0.0),
+        shear=joined[:, 1],
+        slip=joined[:, 2],
+        tool_T=temperatures[hardest, nodes],
+        active=joined[:, 0] > 0.0,
     )

@@ -1,30 +1,12 @@
-"""Heat in the workpiece: plastic work, friction, conduction, and transfer to the tools."""
+"""Heat conduction in an axisymmetric mesh: implicit Euler, lumped capacity."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 from scipy.linalg.lapack import dpbsv
 
 from .shape import FAST, N_GAUSS, FloatArray, IntArray, gradients
-
-
-@dataclass(frozen=True)
-class HeatExchange:
-    """Transfer between workpiece and tools.
-
-    Attributes
-    ----------
-    htc : float
-        Heat transfer coefficient of the contact [N/(mm s K)], the number in kW/(m2 K).
-    friction_share : float
-        Share of the frictional power that enters the workpiece.
-    """
-
-    htc: float = 35.0
-    friction_share: float = 0.5
 
 
 @njit(cache=True, fastmath=FAST)

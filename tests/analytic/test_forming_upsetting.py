@@ -9,12 +9,15 @@ import pytest
 from scipy.special import erfc
 
 from forming.fe.body import Body
+from forming.fe.contact import surface_weights
+from forming.fe.heat_exchange import HeatExchange, exchange_heat
 from forming.fe.increment import Settings
 from forming.fe.mesher import grid_mesh
-from forming.fe.simulation import Simulation, StepControl
+from forming.fe.simulation import Simulation
+from forming.fe.state import StepControl
 from forming.fe.thermal import heat_step
 from forming.material import steel_16MnCr5
-from forming.tooling import flat_punch, plate
+from forming.tooling import block_field, flat_punch, plate
 from forming.upsetting import PunchGeometry, upset
 
 
@@ -125,3 +128,29 @@ def test_heat_released_stays_in_an_insulated_body():
         T = heat_step(mesh.x, mesh.quads, T, source * (k == 0), 3.69, 42.0, 0.05)
     volume = np.pi * (4.0**2 - 3.0**2) * 1.0
     assert pytest.approx(20.0 + 10.0 * volume / (np.pi * 25.0 * 4.0), abs=1e-3) == T
+
+
+def test_workpiece_and_tool_exchange_heat_like_two_half_spaces():
+    """120 and 20 degC, 35 000 W/m2K, 1.2379 below 16MnCr5 (k 42): surfaces at 0.1 s and 1 s in closed form."""
+    steel = replace(steel_16MnCr5(), conductivity=42.0, cp=470.0)
+    z = np.concatenate([[0.0], np.cumsum(0.05 * 1.1 ** np.arange(40))])
+    mesh = grid_mesh(np.linspace(0.0, 3.0, 4), z[z < 20.0])
+    body = Body.at_rest(mesh.x, mesh.quads, np.ascontiguousarray(mesh.loop[:8]), 120.0)
+    tool = plate(0.0, 20.0)
+    tool.heat_field = block_field(3.0, 0.0, -20.0, lambda p: np.full(len(p), 0.1), 20.0)
+    weights = np.zeros(8)
+    surface_weights(body.x, body.chain, weights)
+    weights[4:] = 0.0
+    table = np.zeros((8, 6))
+    table[:4, 0] = 1000.0
+    weights[3] -= weights[:4].sum() - 4.5
+    source = np.zeros((len(body.quads), 4))
+    expected = {0.1: (89.15, 65.63), 1.0: (82.89, 74.88)}
+    for k in range(1, 501):
+        dt = 0.002
+        body.T = exchange_heat(body, [tool], [table], weights, source, steel, HeatExchange(), dt)
+        for t, (workpiece, cold) in expected.items():
+            if k == round(t / dt):
+                at = body.surface[:4]
+                assert body.T[body.chain[:4]] == pytest.approx(workpiece, abs=1.0)
+                assert tool.surface_temperature(at) == pytest.approx(cold, abs=1.0)

@@ -15,11 +15,11 @@ COARSE = {"mesh_size": 0.6, "n_points": 60}
 @pytest.fixture(scope="module")
 def reference():
     """The reference case, long enough to pass the peak."""
-    return {mu: ForwardRodExtrusion(mesh_size=0.5).run(mu, 7.5) for mu in (0.04, 0.12)}
+    return {mu: ForwardRodExtrusion(mesh_size=0.5, tool_heating=False).run(mu, 7.5) for mu in (0.04, 0.12)}
 
 
 def test_peak_forces_of_the_reference_case(reference):
-    """D 20 to 14.14 mm, 90 degrees, 5 mm/s, 20 degC: 241 and 384 kN with a fine mesh (own earlier study)."""
+    """D 20 to 14.14 mm, 90 degrees, 5 mm/s, tools held at 20 degC: 241 and 384 kN (own earlier study)."""
     assert reference[0.04].max_force == pytest.approx(241.0, rel=0.015)
     assert reference[0.12].max_force == pytest.approx(384.0, rel=0.015)
 
@@ -131,6 +131,14 @@ def test_warm_is_softer_and_fast_is_harder():
     )
     assert warm / cold == pytest.approx(0.94, abs=0.02)
     assert 1.02 < fast / cold < 1.10
+
+
+def test_tools_that_take_up_heat_raise_the_contact_temperature():
+    hot, cold = (ForwardRodExtrusion(**COARSE, tool_heating=on).run(0.06, 3.0) for on in (True, False))
+    T_hot, T_cold = (r.contact.loads[-1, r.contact.active[-1], 1] for r in (hot, cold))
+    assert T_hot.max() > T_cold.max() + 10.0
+    assert T_hot.min() > 15.0 and T_hot.max() < 250.0
+    assert hot.max_force < cold.max_force
 
 
 def test_small_angle_and_large_reduction_run_through():

@@ -1,0 +1,124 @@
+"""What a simulation is told, and what changes while it runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..tooling import Tool
+from .body import Body
+from .markers import SurfaceMarkers
+from .shape import FloatArray
+
+#: Scales of the size field that a remeshing tries, one after the other.
+SCALES = (1.0, 0.85, 0.7)
+
+
+@dataclass(frozen=True)
+class StepControl:
+    """Limits of the increments, in mm of tool travel.
+
+    Attributes
+    ----------
+    first, largest : float
+        First and largest increment.
+    smallest : float
+        Below this the run stops.
+    slip : float
+        Largest sliding of a contact node in one increment.
+    after_remesh : float
+        Share of the largest increment allowed after a remeshing.
+    force_change : float
+        Largest change of the force in one increment [N]; larger ones are repeated in halves.
+    """
+
+    first: float = 0.02
+    largest: float = 0.1
+    smallest: float = 0.1 / 256.0
+    slip: float = 0.2
+    after_remesh: float = 0.3
+    force_change: float = np.inf
+
+
+@dataclass(frozen=True)
+class RemeshPolicy:
+    """When to remesh: after so many increments, at this element quality, at this plastic strain since."""
+
+    every: int = 10
+    quality: float = 0.3
+    strain: float = 0.4
+
+
+@dataclass
+class Energy:
+    """Energy account [N mm]."""
+
+    external: float = 0.0
+    plastic: float = 0.0
+    friction: float = 0.0
+    elastic: float = 0.0
+
+    @property
+    def imbalance(self) -> float:
+        """(plastic + friction + elastic) / external - 1."""
+        if self.external <= 0.0:
+            return 0.0
+        return (self.plastic + self.friction + self.elastic) / self.external - 1.0
+
+
+@dataclass
+class Record:
+    """One increment in the history of a run."""
+
+    stroke: float
+    time: float
+    force: float
+    iterations: int
+    residual: float
+    T_max: float
+    strain_max: float
+    volume_change: float
+    max_tau_over_k: float
+    share_above_0_6k: float
+    contact_area: float
+    nodes: int
+
+
+@dataclass
+class OldMesh:
+    """The body before a remeshing, kept until the new mesh has carried an increment."""
+
+    body: Body
+    tables: list[FloatArray] | None
+    marker_position: FloatArray
+    strain_at_remesh: FloatArray
+    trial: int
+
+
+@dataclass
+class State:
+    """All that changes during a run; a deep copy of it is a snapshot."""
+
+    body: Body
+    tools: list[Tool]
+    markers: SurfaceMarkers
+    mu: FloatArray
+    strain_at_remesh: FloatArray
+    next_dt: float
+    stroke: float = 0.0
+    time: float = 0.0
+    increments: int = 0
+    iterations: int = 0
+    failures: int = 0
+    failures_in_row: int = 0
+    remeshes: int = 0
+    since_remesh: int = 0
+    old_mesh: OldMesh | None = None
+    tables: list[FloatArray] | None = None
+    forces: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    weights: FloatArray = field(default_factory=lambda: np.zeros(0))
+    energy: Energy = field(default_factory=Energy)
+    history: list[Record] = field(default_factory=list)
+    status: str = "ok"
+    message: str = ""

@@ -1,0 +1,180 @@
+"""Temperature field of a rigid tool, on a mesh of its own, coupled to the workpiece through the contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+
+from .contact import surface_weights
+from .mesher import quad_mesh
+from .polyline import SizeField, arc_length, at_arc_length, spaced
+from .shape import FAST, FloatArray, IntArray
+from .thermal import heat_step
+
+#: A tool point further from the workpiece than this has no contact [mm].
+NEAR = 0.3
+
+
+@dataclass(frozen=True)
+class ToolSteel:
+    """Heat data of a tool steel; by default 1.2379 (handbook values).
+
+    Attributes
+    ----------
+    conductivity : float
+        [W/(m K)].
+    rho : float
+        [kg/m3].
+    cp : float
+        [J/(kg K)].
+    """
+
+    conductivity: float = 20.0
+    rho: float = 7700.0
+    cp: float = 460.0
+
+    @property
+    def capacity(self) -> float:
+        """Heat capacity of a volume [N/(mm2 K)]."""
+        return self.rho * self.cp * 1e-6
+
+
+@njit(cache=True, fastmath=FAST)
+def nearest_on_chain(points: FloatArray, chain: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return for each point the nearest edge of a polyline, the fraction along it, and the distance."""
+    edge = np.zeros(points.shape[0], np.int64)
+    fraction = np.zeros(points.shape[0])
+    distance = np.zeros(points.shape[0])
+    for p in range(points.shape[0]):
+        best = 1e30
+        for k in range(chain.shape[0] - 1):
+            er = chain[k + 1, 0] - chain[k, 0]
+            ez = chain[k + 1, 1] - chain[k, 1]
+            pr = points[p, 0] - chain[k, 0]
+            pz = points[p, 1] - chain[k, 1]
+            t = min(1.0, max(0.0, (pr * er + pz * ez) / (er * er + ez * ez + 1e-30)))
+            d = (pr - t * er) ** 2 + (pz - t * ez) ** 2
+            if d < best:
+                best = d
+                edge[p] = k
+                fraction[p] = t
+        distance[p] = np.sqrt(best)
+    return edge, fraction, distance
+
+
+@dataclass
+class ToolField:
+    """Temperatures of one tool, in the tool's own frame.
+
+    Attributes
+    ----------
+    x, quads : ndarray
+        Mesh.
+    surface : ndarray, shape (n_s,)
+        Nodes along the working surface.
+    far : ndarray
+        Nodes on the outside, held at `far_T`.
+    T : ndarray, shape (n,)
+        Temperature [degC].
+    """
+
+    x: FloatArray
+    quads: IntArray
+    surface: IntArray
+    far: IntArray
+    far_T: float
+    T: FloatArray
+    steel: ToolSteel = field(default_factory=ToolSteel)
+
+    @classmethod
+    def build(
+        cls,
+        working: list[FloatArray],
+        back: FloatArray,
+        size: SizeField,
+        T: float,
+        steel: ToolSteel | None = None,
+    ) -> ToolField:
+        """Mesh a tool between its working surface and its back.
+
+        Parameters
+        ----------
+        working : list of ndarray, shape (n, 2)
+            Polylines of the working surface, one behind the other; corners stand between them.
+        back : ndarray, shape (m, 2)
+            Corners from the end of the working surface to its start, counter-clockwise all in all. The
+            first and the last side are insulated, those between keep `T`.
+        size : callable
+            Wanted size at the working surface; it grows by 0.4 per mm of depth.
+        """
+        face = np.concatenate([piece[:-1] for piece in working] + [working[-1][-1:]])
+
+        def graded(points: FloatArray) -> FloatArray:
+            return np.minimum(size(points) + 0.4 * nearest_on_chain(points, face)[2], 6.0)
+
+        def nodes(piece: FloatArray) -> FloatArray:
+            return at_arc_length(spaced(piece, graded), arc_length(piece), piece)[:-1]
+
+        front = [nodes(piece) for piece in working]
+        rear = [nodes(back[k : k + 2]) for k in range(len(back) - 1)]
+        mesh = quad_mesh(np.concatenate(front + rear), graded)
+        n_front, n_first = sum(map(len, front)), len(rear[0])
+        return cls(
+            mesh.x,
+            mesh.quads,
+            np.ascontiguousarray(mesh.loop[: n_front + 1]),
+            np.ascontiguousarray(mesh.loop[n_front + n_first : len(mesh.loop) - len(rear[-1]) + 1]),
+            float(T),
+            np.full(len(mesh.x), float(T)),
+            steel or ToolSteel(),
+        )
+
+    def surface_temperature(self, points: FloatArray) -> FloatArray:
+        """Return the temperature of the working surface closest to each point, shape (n,) [degC]."""
+        edge, fraction, _ = nearest_on_chain(points, self.x[self.surface])
+        T = self.T[self.surface]
+        return (1.0 - fraction) * T[edge] + fraction * T[edge + 1]
+
+    def step(
+        self, dt: float, body: FloatArray, touching: np.ndarray, T: FloatArray, power: FloatArray, htc: float
+    ) -> None:
+        """Advance by `dt` [s] in contact with a workpiece surface.
+
+        Parameters
+        ----------
+        body : ndarray, shape (n, 2)
+            Workpiece surface nodes in the tool's frame.
+        touching : ndarray of bool, shape (n,)
+            Which of them are in contact with this tool.
+        T, power : ndarray, shape (n,)
+            Their temperature [degC] and the frictional heat that enters the tool [N/(mm s)].
+        htc : float
+            Heat transfer coefficient [N/(mm s K)].
+        """
+        points = self.x[self.surface]
+        edge, u, distance = nearest_on_chain(points, body)
+        covered = (distance < NEAR) & touching[edge] & touching[edge + 1]
+        weights = np.zeros(len(points))
+        surface_weights(self.x, self.surface, weights)
+        k, u, weights = edge[covered], u[covered], weights[covered]
+        opposite = (1.0 - u) * T[k] + u * T[k + 1]
+        heat = (1.0 - u) * power[k] + u * power[k + 1]
+        nodes = self.surface[covered]
+        held = np.full(len(self.far), 1e6)
+        self.T = heat_step(
+            self.x,
+            self.quads,
+            self.T,
+            np.zeros((len(self.quads), 4)),
+            self.steel.capacity,
+            self.steel.conductivity,
+            dt,
+            film=(
+                np.concatenate([nodes, self.far]),
+                np.concatenate([weights * htc, held]),
+                np.concatenate([opposite, np.full(len(self.far), self.far_T)]),
+            ),
+            flux=(nodes, weights * heat),
+        )
