@@ -29,18 +29,26 @@ FRAME = campaign(40, 20)
 BEYOND = np.abs(anywhere(200, seed=4)) * np.array([20.0, 3.0, 10.0, 50.0, 10.0])
 
 
-def fresh(family: str) -> FrictionModel:
-    return make_model(family, **SMALL.get(family, {}))
+#: Compositions stand for all: without memory, and with.
+COMPOSED = ("linear + stribeck", "linear + work_exhaustion")
 
 
-@pytest.fixture(scope="module", params=sorted(FAMILIES))
+def fresh(name: str) -> FrictionModel:
+    family, *effects = name.split(" + ")
+    model = make_model(family, **SMALL.get(family, {}))
+    for effect in effects:
+        model = model + effect
+    return model
+
+
+@pytest.fixture(scope="module", params=[*sorted(FAMILIES), *COMPOSED])
 def model(request: pytest.FixtureRequest) -> FrictionModel:
     return fresh(request.param).fit_frame(FRAME)
 
 
 @pytest.fixture(scope="module")
 def folder(model: FrictionModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return model.save(tmp_path_factory.mktemp("saved") / model.family)
+    return model.save(tmp_path_factory.mktemp("saved") / "model")
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +62,7 @@ def assert_valid(mu: FloatArray, points: int) -> None:
 
 
 def test_fit_returns_self_and_learned_attributes_end_in_an_underscore(model: FrictionModel) -> None:
-    other = fresh(model.family)
+    other = fresh(model.name)
     before = set(vars(other))
     assert other.fit(TriboLoads.from_frame(FRAME), FRAME["mu"]) is other
     assert all(name.endswith("_") for name in set(vars(other)) - before)
@@ -63,7 +71,7 @@ def test_fit_returns_self_and_learned_attributes_end_in_an_underscore(model: Fri
 
 def test_clone_is_unfitted_and_keeps_parameters(model: FrictionModel) -> None:
     twin = clone(model)
-    assert twin.get_params() == model.get_params()
+    assert twin._plain_params() == model._plain_params()
     assert not twin.is_fitted and model.is_fitted
 
 
@@ -119,7 +127,7 @@ def test_prediction_leaves_its_input_alone(model: FrictionModel) -> None:
 def test_save_and_load_is_identical(model: FrictionModel, folder: Path) -> None:
     same = load_model(folder)
     assert type(same) is type(model)
-    assert same.get_params() == model.get_params()
+    assert same._plain_params() == model._plain_params()
     for loads in (anywhere(500), EDGES):
         np.testing.assert_array_equal(same.predict(loads), model.predict(loads))
     assert same.card == model.card
