@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
@@ -14,15 +15,15 @@ import numpy as np
 import pandas as pd
 
 from forming.upsetting import PunchGeometry, UpsettingResult
-from friction_models.loads import FloatArray, InputError, atomic_folder, write_json
+from friction_models.loads import FloatArray, InputError, atomic_folder, atomic_path, write_json, write_text
 
 from ..pool import Progress, map_unordered
 from ..raw_campaign import RawCampaign, write_tables
-from ..record import write_csv
+from ..result import fingerprint
 from .experiment import Instruments, run_test
 from .law import TrueLaw
 from .plans import SIGMA_LEVELS, make_plan, parse_plan
-from .specimen import TEMPERATURES, Rig, SpecimenTable, compute_run
+from .specimen import TEMPERATURES, Rig, SpecimenTable, compute_run, solver_fingerprint
 
 TRUTH_JSON, TRUTH_NPZ = "truth.json", "truth.npz"
 #: Specimens are upset a little beyond the largest force, for those that are softer.
@@ -76,7 +77,7 @@ class Campaign:
         jobs: int | None = None,
         progress: Progress | None = None,
     ) -> RawCampaign:
-        """Carry out all tests and write the campaign folder.
+        """Carry out all tests and write the campaign folder; an interrupted run goes on where it was.
 
         Parameters
         ----------
@@ -95,46 +96,71 @@ class Campaign:
         temporary = tempfile.TemporaryDirectory(prefix="tribofmu-lab-") if out is None else None
         target = Path(temporary.name) / "campaign" if temporary is not None else Path(out or "")
         tests = self.tests
-        total = len(tests)
+        rows = tests.to_dict("records")
         report = progress or (lambda done, of, what: None)
-        tables = self._tables(tests, jobs, report, total)
-        with atomic_folder(target) as folder:
-            (folder / "raw").mkdir()
-            rows = tests.to_dict("records")
-            items = [
-                (
-                    row,
-                    self.law.to_dict(),
-                    tables[_shape(row)],
-                    self.rig,
-                    self.instruments,
-                    int(self.seed),
-                    str(folder),
-                )
-                for row in rows
-            ]
-            truth: dict[str, FloatArray] = {}
-            scatter: dict[str, dict[str, float]] = {}
-            for done, (index, (arrays, drawn)) in enumerate(map_unordered(_test_to_file, items, jobs)):
-                test_id = str(rows[index]["test_id"])
-                truth |= {f"{test_id}/{name}": values for name, values in arrays.items()}
-                scatter[test_id] = drawn
-                report(done + 1, total, f"virtual test {test_id}")
-            write_tables(folder, tests, self._info())
-            np.savez_compressed(folder / TRUTH_NPZ, **dict(sorted(truth.items())))  # type: ignore[arg-type]
-            write_json(
-                folder / TRUTH_JSON,
-                {
-                    "synthetic": True,
-                    "law": self.law.to_dict(),
-                    "rig": asdict(self.rig),
-                    "instruments": asdict(self.instruments),
-                    "tests": dict(sorted(scatter.items())),
-                },
+        partial = self._partial(target)
+        known = {row["test_id"] for row in rows if (partial / "truth" / f"{row['test_id']}.npz").is_file()}
+        tables = self._tables(tests, jobs, report, len(rows))
+        if known:
+            report(len(known), len(rows), f"{len(known)} tests known")
+        open_rows = [row for row in rows if row["test_id"] not in known]
+        items = [
+            (
+                row,
+                self.law.to_dict(),
+                tables[_shape(row)],
+                self.rig,
+                self.instruments,
+                int(self.seed),
+                str(partial),
             )
+            for row in open_rows
+        ]
+        for done, (index, _) in enumerate(map_unordered(_test_to_files, items, jobs)):
+            test_id = open_rows[index]["test_id"]
+            report(len(known) + done + 1, len(rows), f"virtual test {test_id}")
+        with atomic_folder(target) as folder:
+            (partial / "raw").rename(folder / "raw")
+            self._write_truth(partial / "truth", folder, [str(row["test_id"]) for row in rows])
+            write_tables(folder, tests, self._info())
+        shutil.rmtree(partial, ignore_errors=True)
         campaign = RawCampaign.load(target)
         campaign._temporary = temporary
         return campaign
+
+    def _partial(self, target: Path) -> Path:
+        """Return the folder beside `target` in which finished tests wait; emptied if it is another campaign's."""
+        partial = target.parent / f".{target.name}.partial"
+        key = fingerprint(
+            self.plan, self.law.to_dict(), int(self.seed), self.rig, self.instruments, solver_fingerprint()
+        )
+        mark = partial / "key"
+        whole = mark.is_file() and (partial / "raw").is_dir() and (partial / "truth").is_dir()
+        if not whole or mark.read_text(encoding="utf-8") != key:
+            shutil.rmtree(partial, ignore_errors=True)
+            (partial / "raw").mkdir(parents=True)
+            (partial / "truth").mkdir()
+            write_text(mark, key)
+        return partial
+
+    def _write_truth(self, source: Path, folder: Path, ids: list[str]) -> None:
+        truth: dict[str, FloatArray] = {}
+        scatter: dict[str, dict[str, float]] = {}
+        for test_id in ids:
+            with np.load(source / f"{test_id}.npz", allow_pickle=False) as stored:
+                scatter[test_id] = {n[8:]: float(stored[n]) for n in stored.files if n.startswith("scatter/")}
+                truth |= {f"{test_id}/{n}": stored[n] for n in stored.files if not n.startswith("scatter/")}
+        np.savez_compressed(folder / TRUTH_NPZ, **truth)  # type: ignore[arg-type]
+        write_json(
+            folder / TRUTH_JSON,
+            {
+                "synthetic": True,
+                "law": self.law.to_dict(),
+                "rig": asdict(self.rig),
+                "instruments": asdict(self.instruments),
+                "tests": scatter,
+            },
+        )
 
     def _tables(
         self, tests: pd.DataFrame, jobs: int | None, report: Progress, total: int
@@ -214,7 +240,7 @@ def _shape(row: dict[Any, Any]) -> float:
     return 0.0 if tip is None or np.isnan(tip) else float(tip)
 
 
-def _test_to_file(
+def _test_to_files(
     row: dict[str, Any],
     law: dict[str, Any],
     table: SpecimenTable,
@@ -222,7 +248,11 @@ def _test_to_file(
     instruments: Instruments,
     seed: int,
     folder: str,
-) -> tuple[dict[str, FloatArray], dict[str, float]]:
+) -> None:
+    """Carry out one test in a pool; its truth, written last, says that it is finished."""
     test = run_test(row, TrueLaw.from_dict(law), table, rig, instruments, seed)
-    write_csv(Path(folder) / "raw" / f"{test.record.test_id}.csv", test.record)
-    return test.truth, test.scatter
+    test_id = test.record.test_id
+    test.record.save(Path(folder) / "raw" / f"{test_id}.csv")
+    content = {**test.truth, **{f"scatter/{name}": np.array(value) for name, value in test.scatter.items()}}
+    with atomic_path(Path(folder) / "truth" / f"{test_id}.npz") as temporary, temporary.open("wb") as stream:
+        np.savez(stream, **content)  # type: ignore[arg-type]

@@ -138,7 +138,7 @@ def compute_run(
     }
     folder = Path(cache) if cache else cache_folder()
     key = hashlib.sha256(
-        (repr((punch, force, rig.mesh_size, sorted(arguments.items()))) + _sources()).encode()
+        (repr((punch, force, rig.mesh_size, sorted(arguments.items()))) + solver_fingerprint()).encode()
     ).hexdigest()[:24]
     file = folder / f"upsetting-{key}.npz"
     names = [f.name for f in fields(UpsettingResult)]
@@ -165,7 +165,7 @@ def cache_folder() -> Path:
     return Path(base) / "tribofmu"
 
 
-def _sources() -> str:
+def solver_fingerprint() -> str:
     """Return a fingerprint of the solver: its results are only as good as its code was."""
     digest = hashlib.sha256()
     for file in sorted(Path(str(forming.__file__)).parent.rglob("*.py")):
