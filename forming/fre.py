@@ -1,15 +1,10 @@
-"""Forward rod extrusion: a run with given friction, or step by step for a co-simulation."""
+"""Forward rod extrusion."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
-
-from friction_models.loads import InputError
 
 from .fe.body import Body
 from .fe.contact import gap_and_normal
@@ -17,10 +12,9 @@ from .fe.polyline import distance_to_segment
 from .fe.resample import mesh_inside, resample
 from .fe.shape import FloatArray
 from .fe.simulation import Simulation
-from .fe.state import State, StepControl
-from .friction_input import Friction, checked_mu, start_mu
+from .fe.state import StepControl
 from .material import HenselSpittel, steel_16MnCr5
-from .result import ContactHistory, FormingResult
+from .process import FormingProcess, check_range
 from .tooling import ExtrusionDie, Tool, block_field, flat_punch
 
 #: Gap between billet and container, so that the first touch is at the die shoulder [mm].
@@ -49,7 +43,7 @@ class _DieSize:
         return np.minimum(np.minimum(along, near_edge), np.where(points[:, 1] < die.land, rod, largest))
 
 
-class ForwardRodExtrusion:
+class ForwardRodExtrusion(FormingProcess):
     """Axisymmetric forward rod extrusion with rigid tools that take up heat.
 
     Parameters
@@ -82,6 +76,8 @@ class ForwardRodExtrusion:
         A dimension, speed or temperature that cannot be; the message names it, its value and what is allowed.
     """
 
+    name = "forward rod extrusion"
+
     def __init__(
         self,
         diameter: float = 20.0,
@@ -99,18 +95,18 @@ class ForwardRodExtrusion:
         land: float = 2.0,
         tool_heating: bool = True,
     ) -> None:
-        _check("diameter", diameter, 2.0, 200.0, "mm")
-        _check("exit_diameter", exit_diameter, 0.2 * diameter, 0.97 * diameter, "mm")
-        _check("half_angle", half_angle, 10.0, 80.0, "degrees")
-        _check("billet_length", billet_length, 0.5 * diameter, 10.0 * diameter, "mm")
-        _check("speed", speed, 0.01, 2000.0, "mm/s")
-        _check("T_billet", T_billet, -50.0, 700.0, "degC")
-        _check("T_tool", T_tool, -50.0, 700.0, "degC")
-        _check("mesh_size", mesh_size, 0.005 * diameter, 0.05 * diameter, "mm")
-        _check("n_points", n_points, 8, 2000, "")
-        _check("entry_radius", entry_radius, 0.05, 0.5 * diameter, "mm")
-        _check("edge_radius", edge_radius, 0.05, 0.5 * diameter, "mm")
-        _check("land", land, 0.1, diameter, "mm")
+        check_range(self.name, "diameter", diameter, 2.0, 200.0, "mm")
+        check_range(self.name, "exit_diameter", exit_diameter, 0.2 * diameter, 0.97 * diameter, "mm")
+        check_range(self.name, "half_angle", half_angle, 10.0, 80.0, "degrees")
+        check_range(self.name, "billet_length", billet_length, 0.5 * diameter, 10.0 * diameter, "mm")
+        check_range(self.name, "speed", speed, 0.01, 2000.0, "mm/s")
+        check_range(self.name, "T_billet", T_billet, -50.0, 700.0, "degC")
+        check_range(self.name, "T_tool", T_tool, -50.0, 700.0, "degC")
+        check_range(self.name, "mesh_size", mesh_size, 0.005 * diameter, 0.05 * diameter, "mm")
+        check_range(self.name, "n_points", n_points, 8, 2000, "")
+        check_range(self.name, "entry_radius", entry_radius, 0.05, 0.5 * diameter, "mm")
+        check_range(self.name, "edge_radius", edge_radius, 0.05, 0.5 * diameter, "mm")
+        check_range(self.name, "land", land, 0.1, diameter, "mm")
         self.die = ExtrusionDie(
             0.5 * diameter, 0.5 * exit_diameter, half_angle, entry_radius, edge_radius, land
         )
@@ -123,7 +119,6 @@ class ForwardRodExtrusion:
         self.tool_heating = bool(tool_heating)
         self._cone_end = self.die.segments(1.0)[1]
         self._billet_bottom = self._first_touch()
-        self._simulation: Simulation | None = None
 
     @property
     def max_stroke(self) -> float:
@@ -138,8 +133,8 @@ class ForwardRodExtrusion:
         gaps = np.array([gap_and_normal(radius, z, segments, 0.0, 0.0)[0] for z in heights])
         return float(heights[np.flatnonzero(gaps <= 0.0).max()])
 
-    def start(self, mu: Friction = 0.08) -> None:
-        """Put the billet on the die shoulder; `mu` acts until `set_mu` is called."""
+    def _build(self) -> Simulation:
+        """Put the billet on the die shoulder."""
         die, radius = self.die, self.die.container_radius - CLEARANCE
         segments, cone_end = die.segments(self.billet_length + 60.0)
         bottom = self._billet_bottom
@@ -164,212 +159,10 @@ class ForwardRodExtrusion:
         body.velocity[:, 1] = -self.speed
         control = StepControl(slip=0.5 * base)
         arc = self._marker_arc(radius)
-        self._simulation = Simulation(body, tools, self.material, arc, size=size, control=control)
-        self._simulation.state.mu = start_mu(mu, self.n_points, self.T_billet)
+        return Simulation(body, tools, self.material, arc, size=lambda stroke: size, control=control)
 
     def _marker_arc(self, radius: float) -> FloatArray:
         """Return where the markers start: densest on the side, which the die works on."""
         corners = np.cumsum([0.0, radius, self.billet_length, radius])
         counted = np.cumsum([0.0, 0.5 * radius, self.billet_length, 0.25 * radius])
         return np.interp(np.linspace(0.0, counted[-1], self.n_points), counted, corners)
-
-    @property
-    def simulation(self) -> Simulation:
-        """The running simulation.
-
-        Raises
-        ------
-        InputError
-            `start` has not been called.
-        """
-        if self._simulation is None:
-            raise InputError("forward rod extrusion: not started; call start() before anything else")
-        return self._simulation
-
-    def advance(self, communication_step: float = 0.1) -> bool:
-        """Move the punch by `communication_step` [mm] with the friction set last.
-
-        Returns
-        -------
-        bool
-            False when the run has stopped; `status` and `message` say why, and nothing moves any more.
-        """
-        _check("communication_step", communication_step, 1e-4, 10.0, "mm")
-        target = self.stroke + communication_step
-        if target > self.max_stroke + 1e-6:
-            raise InputError(
-                f"forward rod extrusion: stroke {target:.3f} mm; allowed: at most {self.max_stroke:.3f} mm, "
-                "where the punch would reach the die cone"
-            )
-        return self.simulation.advance_to(target)
-
-    def loads(self) -> FloatArray:
-        """Return v_rel, T, sigma_n, sd, psi of the material markers, shape (n_points, 5).
-
-        Markers out of contact keep v_rel, T and sigma_n of their last contact (start: 0, T_billet, 0).
-        """
-        return self.simulation.state.markers.loads()
-
-    @property
-    def active(self) -> npt.NDArray[np.bool_]:
-        """Which markers are in contact, shape (n_points,)."""
-        return self.simulation.state.markers.active.copy()
-
-    @property
-    def marker_position(self) -> FloatArray:
-        """r, z of the markers [mm], shape (n_points, 2)."""
-        state = self.simulation.state
-        return state.markers.points(state.body.surface)
-
-    def set_mu(self, mu: npt.ArrayLike) -> None:
-        """Set the coefficients of friction at the markers, shape (n_points,) or one number.
-
-        Raises
-        ------
-        InputError
-            NaN, negative, too large, or of another shape.
-        """
-        self.simulation.state.mu = checked_mu(mu, self.n_points, self.stroke)
-
-    @property
-    def stroke(self) -> float:
-        """Punch travel [mm]."""
-        return self.simulation.state.stroke
-
-    @property
-    def time(self) -> float:
-        """Time since the start [s]."""
-        return self.simulation.state.time
-
-    @property
-    def force(self) -> float:
-        """Punch force [kN]."""
-        return self.simulation.force * 1e-3
-
-    @property
-    def work(self) -> float:
-        """Work of the punch so far [J]."""
-        return self.simulation.state.energy.external * 1e-3
-
-    @property
-    def max_tau_over_k(self) -> float:
-        """Highest friction stress over shear yield stress in the last increment."""
-        history = self.simulation.state.history
-        return history[-1].max_tau_over_k if history else 0.0
-
-    @property
-    def status(self) -> str:
-        """``"ok"`` or ``"stopped"``."""
-        return self.simulation.state.status
-
-    @property
-    def message(self) -> str:
-        """Where and why the run stopped, or empty."""
-        return self.simulation.state.message
-
-    def snapshot(self) -> State:
-        """Return the complete state; `restore` continues from it exactly."""
-        return self.simulation.snapshot()
-
-    def restore(self, snapshot: State) -> None:
-        """Go back to a snapshot of this process."""
-        self.simulation.restore(snapshot)
-
-    def run(
-        self,
-        friction: Friction = 0.08,
-        stroke: float = 20.0,
-        progress: Callable[[float], None] | None = None,
-        communication_step: float = 0.1,
-    ) -> FormingResult:
-        """Extrude by `stroke` [mm] from a fresh billet.
-
-        Parameters
-        ----------
-        friction : float or callable
-            Coefficient of friction, or ``friction(loads[n, 5], t) -> mu[n]``, evaluated after each
-            communication step and used in the next: a lag of one step.
-        progress : callable, optional
-            Called with the share of the stroke done.
-        communication_step : float
-            Travel between two evaluations of the friction [mm].
-
-        Raises
-        ------
-        InputError
-            An impossible stroke, or friction that is NaN or negative.
-        """
-        _check("stroke", stroke, 1e-3, self.max_stroke, "mm")
-        self.start(friction)
-        steps = max(1, math.ceil(stroke / communication_step - 1e-9))
-        log = _Log(self)
-        for k in range(steps):
-            mu = self.simulation.state.mu
-            going = self.advance(stroke * (k + 1) / steps - self.stroke)
-            log.add(mu)
-            if not going:
-                break
-            if callable(friction):
-                self.set_mu(friction(self.loads(), self.time))
-            if progress is not None:
-                progress((k + 1) / steps)
-        return log.result()
-
-
-class _Log:
-    """Collects a run step by step."""
-
-    def __init__(self, process: ForwardRodExtrusion) -> None:
-        self.process = process
-        self.scalars: list[tuple[float, float, float]] = [(0.0, 0.0, 0.0)]
-        self.loads: list[FloatArray] = []
-        self.active: list[npt.NDArray[np.bool_]] = []
-        self.mu: list[FloatArray] = []
-        self.position: list[FloatArray] = []
-
-    def add(self, mu: FloatArray) -> None:
-        p = self.process
-        if p.stroke <= self.scalars[-1][0]:
-            return
-        self.scalars.append((p.stroke, p.force, p.work))
-        self.loads.append(p.loads())
-        self.active.append(p.active)
-        self.mu.append(mu.copy())
-        self.position.append(p.marker_position)
-
-    def result(self) -> FormingResult:
-        state, n = self.process.simulation.state, self.process.n_points
-        stroke, force, work = np.array(self.scalars).T
-        history = state.history
-        travel = np.diff([0.0, *(h.stroke for h in history)])
-        area = np.array([h.contact_area for h in history]) * travel
-        share = np.array([h.share_above_0_6k for h in history])
-        return FormingResult(
-            stroke=stroke,
-            force=force,
-            work=work,
-            max_tau_over_k=max((h.max_tau_over_k for h in history), default=0.0),
-            share_above_0_6k=float(area @ share / area.sum()) if area.sum() > 0.0 else 0.0,
-            energy_balance=state.energy.imbalance,
-            volume_change=history[-1].volume_change if history else 0.0,
-            increments=state.increments,
-            remeshes=state.remeshes,
-            failed_increments=state.failures,
-            contact=ContactHistory(
-                stroke=stroke[1:],
-                loads=np.array(self.loads).reshape(-1, n, 5),
-                active=np.array(self.active).reshape(-1, n),
-                mu=np.array(self.mu).reshape(-1, n),
-                position=np.array(self.position).reshape(-1, n, 2),
-            ),
-            status=state.status,
-            message=state.message,
-        )
-
-
-def _check(name: str, value: float, low: float, high: float, unit: str) -> None:
-    """Raise when a parameter is not a finite number in its range."""
-    if not (isinstance(value, (int, float, np.floating, np.integer)) and low <= value <= high):
-        raise InputError(
-            f"forward rod extrusion: {name} = {value!r} {unit}; allowed: {low:g} to {high:g} {unit}"
-        )

@@ -240,7 +240,7 @@ def upset(
             f"upset: mesh_size = {mesh_size!r} mm; allowed: 0.1 to {punch.specimen_diameter / 8.0:g} mm"
         )
     highest = float(forces.max())
-    simulation = _build(punch, material or steel_16MnCr5(), T0, T_tool, mesh_size, speed, highest)
+    simulation, size = _build(punch, material or steel_16MnCr5(), T0, T_tool, mesh_size, speed, highest)
     n_markers = len(simulation.state.markers)
     simulation.state.mu = start_mu(mu, n_markers, T0)
     fraction = np.linspace(0.0, 1.0, n_radii)
@@ -251,8 +251,7 @@ def upset(
         if callable(mu):
             state.mu = checked_mu(mu(state.markers.loads(), state.time), n_markers, state.stroke)
         rows.append(_contact(sim, punch, fraction))
-        assert isinstance(sim.size, ContactEdgeSize)
-        sim.size.edge = float(rows[-1]["contact_radius"])
+        size.edge = float(rows[-1]["contact_radius"])
         return sim.force >= highest
 
     def force_step(sim: Simulation) -> float:
@@ -306,7 +305,7 @@ def _build(
     mesh_size: float,
     speed: float,
     highest: float,
-) -> Simulation:
+) -> tuple[Simulation, ContactEdgeSize]:
     height = punch.specimen_height
     size = ContactEdgeSize(mesh_size, math.sqrt(punch.first_contact_area / math.pi))
     tools: list[Tool] = [plate(0.0, T_tool), flat_punch(height, speed, T_tool)]
@@ -325,7 +324,10 @@ def _build(
         first=0.005, largest=min(0.2, 0.4 * mesh_size), slip=0.5 * size.finest, force_change=highest / 15.0
     )
     policy = RemeshPolicy(every=15, quality=0.35, strain=0.4)
-    return Simulation(body, tools, material, arc, size=size, control=control, policy=policy)
+    simulation = Simulation(
+        body, tools, material, arc, size=lambda stroke: size, control=control, policy=policy
+    )
+    return simulation, size
 
 
 def _profile(r: FloatArray, at: FloatArray, values: FloatArray) -> FloatArray:

@@ -38,7 +38,7 @@ class Simulation:
     mu : float
         Coefficient of friction until `set_mu` is called.
     size : callable or None
-        Size field for remeshing; None: never remesh.
+        Returns the size field for remeshing at a stroke [mm]; None: never remesh.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class Simulation:
         material: HenselSpittel,
         marker_arc: FloatArray,
         mu: float = 0.08,
-        size: SizeField | None = None,
+        size: Callable[[float], SizeField] | None = None,
         settings: Settings | None = None,
         control: StepControl | None = None,
         policy: RemeshPolicy | None = None,
@@ -276,7 +276,8 @@ class Simulation:
         """Replace the mesh over the same body, at scale ``SCALES[trial]`` or finer; return whether it worked."""
         if self.size is None:
             return False
-        state, body, size = self.state, self.state.body, self.size
+        state, body = self.state, self.state.body
+        size = self.size(state.stroke)
         old_surface = body.surface
         for k in range(trial, len(SCALES)):
 

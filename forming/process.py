@@ -1,0 +1,260 @@
+"""What every forming process offers: a run with given friction, or step by step for a co-simulation."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from friction_models.loads import InputError
+
+from .fe.shape import FloatArray
+from .fe.simulation import Simulation
+from .fe.state import State
+from .friction_input import Friction, checked_mu, start_mu
+from .result import ContactHistory, FormingResult
+
+
+class FormingProcess(ABC):
+    """A forming process with material markers on the workpiece surface.
+
+    A subclass sets `n_points` and `T_billet` and says how the simulation is built.
+
+    Attributes
+    ----------
+    name : str
+        For messages.
+    n_points : int
+        Number of material markers.
+    T_billet : float
+        Start temperature of the billet [degC].
+    """
+
+    name: str
+    n_points: int
+    T_billet: float
+    _simulation: Simulation | None = None
+
+    @abstractmethod
+    def _build(self) -> Simulation:
+        """Return the simulation at stroke 0."""
+
+    @property
+    @abstractmethod
+    def max_stroke(self) -> float:
+        """Largest stroke [mm]."""
+
+    def start(self, mu: Friction = 0.08) -> None:
+        """Put the billet between the tools; `mu` acts until `set_mu` is called."""
+        first = start_mu(mu, self.n_points, self.T_billet)
+        self._simulation = self._build()
+        self._simulation.state.mu = first
+
+    @property
+    def simulation(self) -> Simulation:
+        """The running simulation.
+
+        Raises
+        ------
+        InputError
+            `start` has not been called.
+        """
+        if self._simulation is None:
+            raise InputError(f"{self.name}: not started; call start() before anything else")
+        return self._simulation
+
+    def advance(self, communication_step: float = 0.1) -> bool:
+        """Move the punch by `communication_step` [mm] with the friction set last.
+
+        Returns
+        -------
+        bool
+            False when the run has stopped; `status` and `message` say why, and nothing moves any more.
+        """
+        check_range(self.name, "communication_step", communication_step, 1e-4, 10.0, "mm")
+        target = self.stroke + communication_step
+        if target > self.max_stroke + 1e-6:
+            raise InputError(
+                f"{self.name}: stroke {target:.3f} mm; allowed: at most {self.max_stroke:.3f} mm, "
+                "where the punch would come too close to the die"
+            )
+        return self.simulation.advance_to(target)
+
+    def loads(self) -> FloatArray:
+        """Return v_rel, T, sigma_n, sd, psi of the material markers, shape (n_points, 5).
+
+        Markers out of contact keep v_rel, T and sigma_n of their last contact (start: 0, T_billet, 0).
+        """
+        return self.simulation.state.markers.loads()
+
+    @property
+    def active(self) -> npt.NDArray[np.bool_]:
+        """Which markers are in contact, shape (n_points,)."""
+        return self.simulation.state.markers.active.copy()
+
+    @property
+    def marker_position(self) -> FloatArray:
+        """r, z of the markers [mm], shape (n_points, 2)."""
+        state = self.simulation.state
+        return state.markers.points(state.body.surface)
+
+    def set_mu(self, mu: npt.ArrayLike) -> None:
+        """Set the coefficients of friction at the markers, shape (n_points,) or one number.
+
+        Raises
+        ------
+        InputError
+            NaN, negative, too large, or of another shape.
+        """
+        self.simulation.state.mu = checked_mu(mu, self.n_points, self.stroke)
+
+    @property
+    def stroke(self) -> float:
+        """Punch travel [mm]."""
+        return self.simulation.state.stroke
+
+    @property
+    def time(self) -> float:
+        """Time since the start [s]."""
+        return self.simulation.state.time
+
+    @property
+    def force(self) -> float:
+        """Punch force [kN]."""
+        return self.simulation.force * 1e-3
+
+    @property
+    def work(self) -> float:
+        """Work of the punch so far [J]."""
+        return self.simulation.state.energy.external * 1e-3
+
+    @property
+    def max_tau_over_k(self) -> float:
+        """Highest friction stress over shear yield stress in the last increment."""
+        history = self.simulation.state.history
+        return history[-1].max_tau_over_k if history else 0.0
+
+    @property
+    def status(self) -> str:
+        """``"ok"`` or ``"stopped"``."""
+        return self.simulation.state.status
+
+    @property
+    def message(self) -> str:
+        """Where and why the run stopped, or empty."""
+        return self.simulation.state.message
+
+    def snapshot(self) -> State:
+        """Return the complete state; `restore` continues from it exactly."""
+        return self.simulation.snapshot()
+
+    def restore(self, snapshot: State) -> None:
+        """Go back to a snapshot of this process."""
+        self.simulation.restore(snapshot)
+
+    def run(
+        self,
+        friction: Friction = 0.08,
+        stroke: float = 20.0,
+        progress: Callable[[float], None] | None = None,
+        communication_step: float = 0.1,
+    ) -> FormingResult:
+        """Extrude by `stroke` [mm] from a fresh billet.
+
+        Parameters
+        ----------
+        friction : float or callable
+            Coefficient of friction, or ``friction(loads[n, 5], t) -> mu[n]``, evaluated after each
+            communication step and used in the next: a lag of one step.
+        progress : callable, optional
+            Called with the share of the stroke done.
+        communication_step : float
+            Travel between two evaluations of the friction [mm].
+
+        Raises
+        ------
+        InputError
+            An impossible stroke, or friction that is NaN or negative.
+        """
+        check_range(self.name, "stroke", stroke, 1e-3, self.max_stroke, "mm")
+        self.start(friction)
+        steps = max(1, math.ceil(stroke / communication_step - 1e-9))
+        log = _Log(self)
+        for k in range(steps):
+            mu = self.simulation.state.mu
+            going = self.advance(stroke * (k + 1) / steps - self.stroke)
+            log.add(mu)
+            if not going:
+                break
+            if callable(friction):
+                self.set_mu(friction(self.loads(), self.time))
+            if progress is not None:
+                progress((k + 1) / steps)
+        return log.result()
+
+
+class _Log:
+    """Collects a run step by step."""
+
+    def __init__(self, process: FormingProcess) -> None:
+        self.process = process
+        self.scalars: list[tuple[float, float, float]] = [(0.0, 0.0, 0.0)]
+        self.loads: list[FloatArray] = []
+        self.active: list[npt.NDArray[np.bool_]] = []
+        self.mu: list[FloatArray] = []
+        self.position: list[FloatArray] = []
+
+    def add(self, mu: FloatArray) -> None:
+        p = self.process
+        if p.stroke <= self.scalars[-1][0]:
+            return
+        self.scalars.append((p.stroke, p.force, p.work))
+        self.loads.append(p.loads())
+        self.active.append(p.active)
+        self.mu.append(mu.copy())
+        self.position.append(p.marker_position)
+
+    def result(self) -> FormingResult:
+        state, n = self.process.simulation.state, self.process.n_points
+        stroke, force, work = np.array(self.scalars).T
+        history = state.history
+        travel = np.diff([0.0, *(h.stroke for h in history)])
+        area = np.array([h.contact_area for h in history]) * travel
+        share = np.array([h.share_above_0_6k for h in history])
+        return FormingResult(
+            stroke=stroke,
+            force=force,
+            work=work,
+            max_tau_over_k=max((h.max_tau_over_k for h in history), default=0.0),
+            share_above_0_6k=float(area @ share / area.sum()) if area.sum() > 0.0 else 0.0,
+            energy_balance=state.energy.imbalance,
+            volume_change=history[-1].volume_change if history else 0.0,
+            increments=state.increments,
+            remeshes=state.remeshes,
+            failed_increments=state.failures,
+            contact=ContactHistory(
+                stroke=stroke[1:],
+                loads=np.array(self.loads).reshape(-1, n, 5),
+                active=np.array(self.active).reshape(-1, n),
+                mu=np.array(self.mu).reshape(-1, n),
+                position=np.array(self.position).reshape(-1, n, 2),
+            ),
+            status=state.status,
+            message=state.message,
+        )
+
+
+def check_range(where: str, name: str, value: float, low: float, high: float, unit: str) -> None:
+    """Raise when a parameter is not a finite number in its range.
+
+    Raises
+    ------
+    InputError
+        Names process, parameter, value and allowed range.
+    """
+    number = isinstance(value, (int, float, np.floating, np.integer)) and not isinstance(value, bool)
+    if not (number and low <= value <= high):
+        raise InputError(f"{where}: {name} = {value!r} {unit}; allowed: {low:g} to {high:g} {unit}")
