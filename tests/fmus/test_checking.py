@@ -1,0 +1,205 @@
+"""Hostile, damaged and foreign archives; `check`; friction FMUs read as fixed models."""
+
+from __future__ import annotations
+
+import struct
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmus import check, pack, read_friction_fmu
+from fmus.archive import write_archive
+from friction_models.loads import InputError, TriboLoads
+from tests.fmus.graphs import graph_bytes, node, random_loads, runtime, save
+
+Pack = Callable[..., Path]
+
+
+def content_of(fmu: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(fmu) as archive:
+        return {n: archive.read(n) for n in archive.namelist()}
+
+
+def test_good_fmus_pass(packed: Pack, linear_onnx: Path, memory_onnx: Path) -> None:
+    report = check(packed(linear_onnx, "native", 4))
+    assert report.ok, str(report)
+    report = check(packed(memory_onnx, "python"))
+    assert report.ok, str(report)
+    text = str(report)
+    for words in (
+        "schema and semantics",
+        "second instance",
+        "exact replay",
+        "ONNX Runtime",
+        "memory over 10 steps",
+    ):
+        assert words in text
+
+
+def test_a_binary_that_does_not_fit_the_packed_model_is_found(
+    packed: Pack, linear_onnx: Path, tmp_path: Path
+) -> None:
+    files = content_of(packed(linear_onnx))
+    other = graph_bytes([node("Gemm", "loads w", "mu")], {"w": np.full((5, 1), 1e-5)})
+    files["resources/model.onnx"] = other
+    report = check(write_archive(tmp_path / "swapped.fmu", files))
+    assert not report.ok
+    assert any(m.startswith("failed: mu against ONNX Runtime") for m in report.messages)
+
+
+def test_wrong_unit_and_missing_platform_are_found(packed: Pack, linear_onnx: Path, tmp_path: Path) -> None:
+    files = content_of(packed(linear_onnx))
+    xml = (
+        files["modelDescription.xml"]
+        .replace(b'unit="degC"', b'unit="K"')
+        .replace(b'<Unit name="degC">', b'<Unit name="K">')
+    )
+    files["modelDescription.xml"] = xml
+    files = {n: c for n, c in files.items() if not n.startswith("binaries/")}
+    report = check(write_archive(tmp_path / "unit.fmu", files))
+    text = str(report)
+    assert not report.ok
+    assert "unit of 'T' is 'K', allowed: 'degC'" in text
+    assert "failed: platforms" in text
+
+
+def bad_archives(good: Path, folder: Path) -> dict[str, tuple[Path, str]]:
+    files = content_of(good)
+    made: dict[str, tuple[Path, str]] = {}
+
+    def make(name: str, words: str, content: bytes | dict[str, bytes]) -> None:
+        path = folder / f"{name}.fmu"
+        if isinstance(content, bytes):
+            path.write_bytes(content)
+        else:
+            with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+                for member, data in content.items():
+                    archive.writestr(member, data)
+        made[name] = (path, words)
+
+    whole = good.read_bytes()
+    xml = files["modelDescription.xml"]
+    make("text", "not a readable ZIP archive", b"not an FMU at all")
+    make("empty", "not a readable ZIP archive", b"")
+    make("truncated", "not a readable ZIP archive", whole[: len(whole) // 2])
+    make("no_description", "there is no modelDescription.xml", {"readme.txt": b"hello"})
+    make("not_xml", "not readable XML", files | {"modelDescription.xml": b"<fmi"})
+    make("other_xml", "holds 'svg'", files | {"modelDescription.xml": b"<svg/>"})
+    make("escape", "points outside the archive", files | {"../escaped.txt": b"gotcha"})
+    make("absolute", "points outside the archive", files | {"/tmp/escaped.txt": b"gotcha"})
+    entities = b'<!DOCTYPE x [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>'
+    make(
+        "entities",
+        "document type",
+        files | {"modelDescription.xml": xml.replace(b"<fmiModel", entities + b"<fmiModel", 1)},
+    )
+    # The header of the central directory claims more than a gigabyte for the first member.
+    bomb = bytearray(whole)
+    start = bomb.index(b"PK\x01\x02")
+    bomb[start + 24 : start + 28] = struct.pack("<I", 0xFFFFFFF0)
+    make("bomb", "unpacks to", bytes(bomb))
+    damaged = bytearray(whole)
+    damaged[60:400] = bytes(340)
+    make("damaged", "modelDescription.xml", bytes(damaged))
+    return made
+
+
+NAMES = (
+    "text",
+    "empty",
+    "truncated",
+    "no_description",
+    "not_xml",
+    "other_xml",
+    "escape",
+    "absolute",
+    "entities",
+    "bomb",
+    "damaged",
+)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_bad_archives_are_refused_with_one_sentence(
+    name: str, packed: Pack, linear_onnx: Path, tmp_path: Path
+) -> None:
+    path, words = bad_archives(packed(linear_onnx), tmp_path)[name]
+    before = sorted(p.name for p in tmp_path.rglob("*"))
+    for act in (check, read_friction_fmu):
+        with pytest.raises(InputError, match=words) as caught:
+            act(path)
+        assert str(path) in str(caught.value)
+        assert "\n" not in str(caught.value)
+    assert sorted(p.name for p in tmp_path.rglob("*")) == before
+    assert not (tmp_path.parent / "escaped.txt").exists()
+
+
+def test_an_fmu_that_is_no_friction_model_is_named(packed: Pack, linear_onnx: Path, tmp_path: Path) -> None:
+    files = content_of(packed(linear_onnx))
+    xml = files["modelDescription.xml"]
+    files["modelDescription.xml"] = xml.replace(b'name="sigma_n"', b'name="sigmaN"')
+    with pytest.raises(InputError, match=r"unknown variable 'sigma_n'.*did you mean 'sigmaN'"):
+        read_friction_fmu(write_archive(tmp_path / "renamed.fmu", files))
+    files["modelDescription.xml"] = xml.replace(b'unit="MPa"', b'unit="Pa"')
+    with pytest.raises(InputError, match="variable 'sigma_n' has unit 'Pa', allowed: 'MPa'"):
+        read_friction_fmu(write_archive(tmp_path / "pascal.fmu", files))
+    files["modelDescription.xml"] = xml.replace(b'fmiVersion="2.0"', b'fmiVersion="1.0"')
+    with pytest.raises(InputError, match=r"FMI version '1\.0', allowed"):
+        read_friction_fmu(write_archive(tmp_path / "old.fmu", files))
+    with pytest.raises(InputError, match="no such FMU"):
+        read_friction_fmu(tmp_path / "none.fmu")
+
+
+@pytest.mark.parametrize("nodes", [1, 4])
+def test_a_friction_fmu_predicts(packed: Pack, linear_onnx: Path, nodes: int) -> None:
+    loads = random_loads(7, seed=2, outside=False)
+    model = read_friction_fmu(packed(linear_onnx, "native", nodes))
+    np.testing.assert_allclose(model.predict(loads), runtime(linear_onnx.read_bytes(), loads), rtol=1e-12)
+
+
+def test_memory_acts_where_the_data_has_time(packed: Pack, memory_onnx: Path) -> None:
+    array = np.tile([100.0, 100.0, 1000.0, 0.0, 2.0], (6, 1))
+    t = np.array([0.0, 0.5, 1.0, 0.0, 1.0, 3.0])
+    loads = TriboLoads(*array.T, t=t, test_id=np.array(["a", "a", "a", "b", "b", "b"]))
+    mu = read_friction_fmu(packed(memory_onnx)).predict(loads)
+    np.testing.assert_allclose(mu, 0.05 + 0.02 + 0.01 * (1.0 + t), rtol=1e-12)
+
+
+def test_the_names_of_the_package_are_functions(linear_onnx: Path, tmp_path: Path) -> None:
+    import fmus.checking
+    import fmus.packing
+
+    assert callable(fmus.pack)
+    assert callable(fmus.check)
+    assert fmus.pack is pack
+
+
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [
+        ("nowhere.onnx", "no such file or folder"),
+        ("folder", "no model.onnx in this folder"),
+        ("text.onnx", "not an ONNX"),
+        ("six.onnx", r"allowed: \(n, 5\)"),
+    ],
+)
+def test_models_that_cannot_be_packed(source: str, words: str, tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "text.onnx").write_text("hello, this is no model")
+    from onnx import TensorProto, helper
+
+    wide = helper.make_graph(
+        [node("ReduceSum", "x", "mu")],
+        "g",
+        [helper.make_tensor_value_info("x", TensorProto.DOUBLE, ["n", 6])],
+        [helper.make_tensor_value_info("mu", TensorProto.DOUBLE, ["n", 1])],
+    )
+    save(helper.make_model(wide).SerializeToString(), tmp_path / "six.onnx")
+    with pytest.raises(InputError, match=words):
+        pack(tmp_path / source, tmp_path / "out.fmu")
+    with pytest.raises(InputError, match=r"model is a dict; allowed"):
+        pack({}, tmp_path / "out.fmu")
+    assert not (tmp_path / "out.fmu").exists()

@@ -1,0 +1,152 @@
+"""What PythonFMU would get wrong by itself: names, references, states; the solvers as slaves."""
+
+from __future__ import annotations
+
+import gc
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmpy.validation import validate_fmu
+
+from fmus import pack, pack_forming, pack_twin
+from fmus.running import FmuError, RunningFmu, UnpackedFmu
+from friction_models import ConstantFriction
+from friction_models.loads import LOAD_NAMES, InputError
+
+Pack = Callable[..., Path]
+N = 40
+
+
+def test_many_instances_and_refused_calls_leave_the_interpreter_whole(packed: Pack) -> None:
+    unpacked = UnpackedFmu(packed(0.07, "python"))
+    path_before = list(sys.path)
+    for k in range(30):  # PythonFMU alone loses the module after about 20 instances
+        with RunningFmu(unpacked) as fmu:
+            with pytest.raises(FmuError):
+                fmu.set({"T": float("nan")})
+            assert fmu.get_real(["mu"])[0] == 0.07
+        if k % 10 == 9:
+            gc.collect()
+    assert sys.path == path_before
+
+
+def test_packing_still_works_after_a_python_fmu_ran(packed: Pack, tmp_path: Path) -> None:
+    with RunningFmu(UnpackedFmu(packed(0.07, "python"))):
+        path = pack(ConstantFriction(0.09), tmp_path / "later.fmu", target="python")
+    with RunningFmu(UnpackedFmu(path)) as fmu:
+        assert fmu.get_real(["mu"])[0] == 0.09
+
+
+def test_same_model_gives_the_same_bytes(tmp_path: Path) -> None:
+    paths = [pack(ConstantFriction(0.09), tmp_path / n, target="python") for n in ("a.fmu", "b.fmu")]
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+
+
+@pytest.fixture(scope="module")
+def forming(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return pack_forming(tmp_path_factory.mktemp("forming") / "fre.fmu", n_points=N, mesh_size=0.6)
+
+
+@pytest.fixture(scope="module")
+def twin(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return pack_twin(tmp_path_factory.mktemp("twin") / "twin.fmu")
+
+
+def test_solver_fmus_are_valid_and_publish_without_direct_dependence(forming: Path, twin: Path) -> None:
+    for path in (forming, twin):
+        assert validate_fmu(str(path)) == []
+        fmu = UnpackedFmu(path)
+        assert all(list(o.dependencies) == [] for o in fmu.description.outputs)
+        assert fmu.description.coSimulation.canGetAndSetFMUstate
+    fmu = UnpackedFmu(forming)
+    assert fmu.unit("force") == "kN"
+    assert fmu.variables["half_angle"].causality == "parameter"
+    assert len(fmu.elements("mu")) == len(fmu.elements("active")) == N
+
+
+def test_forming_fmu_is_the_solver(forming: Path) -> None:
+    from forming.fre import ForwardRodExtrusion
+
+    process = ForwardRodExtrusion(n_points=N, mesh_size=0.6, half_angle=50.0)
+    process.start()
+    unpacked = UnpackedFmu(forming)
+    mu, force = unpacked.elements("mu"), ["force", "stroke", "work"]
+    with RunningFmu(unpacked, start={"half_angle": 50.0}) as fmu:
+        fmu.step(0.0, 0.0)  # zero-length steps move nothing
+        assert fmu.get_real(["stroke"])[0] == 0.0
+        for k in range(6):
+            given = np.full(N, 0.05 + 0.01 * k)
+            fmu.set_real(mu, given)
+            fmu.step(0.02 * k, 0.02)
+            process.set_mu(given)
+            process.advance(5.0 * 0.02 * (k + 1) - process.stroke)
+            assert fmu.get_real(force) == pytest.approx(
+                [process.force, process.stroke, process.work], rel=1e-9
+            )
+        active = process.active
+        assert 0 < active.sum() < N
+        loads = np.array([fmu.get_real(unpacked.elements(n)) for n in LOAD_NAMES]).T
+        np.testing.assert_allclose(loads[active], process.loads()[active], rtol=1e-9)
+        assert (loads[~active, 2] == 0.0).all()  # no contact, no pressure: friction keeps its memory
+        with pytest.raises(FmuError, match="half_angle cannot be set after initialization"):
+            fmu.set({"half_angle": 30.0})
+        with pytest.raises(FmuError, match=r"mu = -0\.5 at marker 0"):
+            fmu.set({"mu[1]": -0.5})
+            fmu.step(0.12, 0.02)
+
+
+def test_forming_fmu_goes_back_exactly(forming: Path) -> None:
+    unpacked = UnpackedFmu(forming)
+    outputs = [n for name in (*LOAD_NAMES, "force", "work") for n in unpacked.elements(name)]
+    with RunningFmu(unpacked) as fmu:
+        fmu.step(0.0, 0.02)
+        state, seen = fmu.save(), []
+        for friction in (0.05, 0.15, 0.05):
+            fmu.restore(state)
+            fmu.set_real(unpacked.elements("mu"), np.full(N, friction))
+            fmu.step(0.02, 0.02)
+            fmu.step(0.04, 0.02)
+            seen.append(fmu.get_real(outputs))
+        assert np.array_equal(seen[0], seen[2])
+        assert not np.array_equal(seen[0], seen[1])
+
+
+def test_twin_fmu_is_the_process(twin: Path) -> None:
+    from sct_twin.process import SctProcess
+
+    process = SctProcess(T_tool=100.0)
+    expected = process.advance(0.0, 200e3, 100.0, 100.0, 0.1)
+    start = {"F_n": 200e3, "v_slide": 100.0, "T_tool": 100.0, "mu": 0.1}
+    with RunningFmu(UnpackedFmu(twin), start=start) as fmu:
+        np.testing.assert_allclose(fmu.get_real(LOAD_NAMES), expected, rtol=1e-12)
+        for k in range(5):
+            fmu.step(0.01 * k, 0.01)
+            expected = process.advance(0.01, 200e3, 100.0, 100.0, 0.1)
+            np.testing.assert_allclose(fmu.get_real(LOAD_NAMES), expected, rtol=1e-12)
+        assert expected.sd == pytest.approx(5.0)
+        assert expected.T > 100.0
+        with pytest.raises(FmuError, match=r"F_n = -1\.0"):
+            fmu.set({"F_n": -1.0})
+            fmu.step(0.05, 0.01)
+
+
+@pytest.mark.parametrize(
+    ("packer", "arguments", "words"),
+    [
+        (pack_forming, {"halfangle": 40.0}, "did you mean 'half_angle'"),
+        (pack_forming, {"half_angle": 4.0}, "half_angle = 4.0 degrees; allowed"),
+        (pack_forming, {"stroke": 500.0}, "stroke = 500.0 mm"),
+        (pack_twin, {"bor": 4.0}, "did you mean 'bore'"),
+        (pack_twin, {"bore": -1.0}, "bore_diameter = -1.0 mm"),
+        (pack_twin, {"F_max": "much"}, "F_max = 'much', allowed: a number"),
+    ],
+)
+def test_bad_solver_parameters(
+    packer: Callable[..., Path], arguments: dict[str, object], words: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=words):
+        packer(tmp_path / "x.fmu", **arguments)
+    assert list(tmp_path.iterdir()) == []
