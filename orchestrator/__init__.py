@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .errors import SimulationError as SimulationError
-    from .fmu_friction import FmuFriction as FmuFriction
     from .forces import ForceComparison as ForceComparison
     from .forces import compare_force as compare_force
     from .master import Master as Master
@@ -18,7 +17,6 @@ if TYPE_CHECKING:
     from .system import System as System
 
 _EXPORTS = {
-    "FmuFriction": "fmu_friction",
     "ForceComparison": "forces",
     "Master": "master",
     "Run": "runs",

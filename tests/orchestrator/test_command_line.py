@@ -1,0 +1,247 @@
+"""The command line: help, exit codes, one sentence for every kind of bad input, nothing half-written."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from friction_models import LinearFriction
+from friction_models.loads import DataSet, InputError
+from orchestrator.cli.console import keeping, plain
+from orchestrator.cli.main import run, spread
+
+COMMANDS = [
+    "demo",
+    "lab",
+    "ingest",
+    "twin",
+    "train",
+    "evaluate",
+    "predict",
+    "pack",
+    "check",
+    "simulate",
+    "compare",
+    "diagnose",
+    "refine",
+    "report",
+]
+Check = Callable[..., str]
+
+
+def points(tests: int = 6, n: int = 30, seed: int = 0) -> pd.DataFrame:
+    rng = np.random.default_rng(seed)
+    parts = []
+    for k in range(tests):
+        sd = np.linspace(0.1, 20.0, n)
+        v, T, sigma = rng.uniform(5, 500), rng.uniform(20, 300), rng.uniform(500, 2500)
+        mu = 0.09 - 4e-5 * v - 2e-5 * T - 5e-6 * sigma + 1e-4 * sd + 0.002 * rng.standard_normal()
+        parts.append(
+            pd.DataFrame(
+                {
+                    "test_id": f"t{k}", "t": sd / v, "v_rel": v, "T": T + sd, "sigma_n": sigma, "sd": sd,
+                    "psi": rng.uniform(1.0, 1.8), "mu": mu + 3e-4 * rng.standard_normal(n),
+                }
+            )
+        )  # fmt: skip
+    return pd.concat(parts, ignore_index=True)
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a data set and a trained model."""
+    folder = tmp_path_factory.mktemp("cli")
+    frame = points()
+    roles = pd.DataFrame({"test_id": [f"t{k}" for k in range(6)], "role": ["train"] * 4 + ["test"] * 2})
+    DataSet(frame, roles, {"synthetic": True}).save(folder / "data")
+    LinearFriction().fit_frame(frame).save(folder / "linear")
+    return folder
+
+
+@pytest.fixture
+def refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Check:
+    """Run a command that must fail with exit code 2 and one sentence, writing nothing."""
+
+    def check(*arguments: object) -> str:
+        before = sorted(tmp_path.rglob("*"))
+        code = run([str(a) for a in arguments])
+        error = capsys.readouterr().err
+        assert code == 2, error
+        assert "Traceback" not in error
+        assert error.startswith("tribofmu: error: ")
+        assert len(error.strip().splitlines()) == 1, error
+        assert sorted(tmp_path.rglob("*")) == before
+        return error
+
+    return check
+
+
+def broken(tmp_path: Path, change: Callable[[pd.DataFrame], pd.DataFrame]) -> Path:
+    path = tmp_path / "points.csv"
+    change(points(2)).to_csv(path, index=False)
+    return path
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_has_an_example(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([command, "--help"]) == 0
+    assert f"tribofmu {command}" in capsys.readouterr().out.replace("\n", " ")
+
+
+def test_help_loads_nothing_heavy() -> None:
+    code = (
+        "import sys; from orchestrator.cli.main import run; run(['--help']);"
+        "heavy = {'numpy', 'pandas', 'torch', 'sklearn', 'xarray', 'plotly', 'numba', 'fmpy', 'onnxruntime'};"
+        "print(sorted(heavy & set(sys.modules)), file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stderr.strip() == "[]"
+    assert all(command in done.stdout for command in COMMANDS)
+
+
+def test_several_values_of_one_option() -> None:
+    assert spread(["compare", "--models", "a", "b", "--data", "d"]) == [
+        "compare", "--models", "a", "--models", "b", "--data", "d",
+    ]  # fmt: skip
+    assert spread(["train", "linear", "--data", "d"]) == ["train", "linear", "--data", "d"]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda f: f.drop(columns="sigma_n"), ["points.csv", "'sigma_n'", "missing"]),
+        (lambda f: f.rename(columns={"sigma_n": "sigma"}), ["'sigma_n'", "is it 'sigma'"]),
+        (lambda f: f.rename(columns={"T": "T [K]"}), ["'T'", "'K'", "allowed: 'degC'"]),
+        (lambda f: f.assign(mu=f["mu"].where(f.index != 7)), ["'mu'", "row 7", "nan"]),
+        (lambda f: f.assign(t=f["t"].iloc[::-1].to_numpy()), ["'t'", "row 1", "must not run backwards"]),
+        (lambda f: f.assign(v_rel=-f["v_rel"]), ["'v_rel'", "row 0", "0 to 100000 mm/s"]),
+        (lambda f: f.assign(psi="much"), ["'psi'", "'much'", "not a number"]),
+    ],
+)  # fmt: skip
+def test_bad_tables(
+    refused: Check,
+    tmp_path: Path,
+    change: Callable[[pd.DataFrame], pd.DataFrame],
+    words: list[str],
+) -> None:
+    path = broken(tmp_path, change)
+    said = refused("train", "linear", "--data", path, "-o", tmp_path / "model")
+    assert all(word in said for word in words), said
+
+
+def test_an_empty_file_and_no_file(refused: Check, tmp_path: Path) -> None:
+    empty = tmp_path / "points.csv"
+    empty.write_text("")
+    assert "empty" in refused("train", "linear", "--data", empty, "-o", tmp_path / "model")
+    assert "no such file" in refused("train", "linear", "--data", tmp_path / "no.csv", "-o", tmp_path / "m")
+    assert "no points.csv" in refused("diagnose", "--data", tmp_path / "..", "--model", "linear")
+
+
+def test_misspelt_names_get_the_nearest(refused: Check, place: Path, tmp_path: Path) -> None:
+    data = place / "data"
+    assert "did you mean 'linear'" in refused("train", "liner", "--data", data, "-o", tmp_path / "m")
+    assert "did you mean 'polynomial'" in refused("diagnose", "--data", data, "--model", "polynomal")
+    said = refused(
+        "refine", "--data", data, "--model", place / "linear", "--add", "stribek", "-o", tmp_path / "m"
+    )
+    assert "did you mean 'stribeck'" in said
+    assert "did you mean 'stribeck'" in refused("lab", "--hidden", "stribbeck", "-o", tmp_path / "c")
+    assert "factorial-81" in refused("lab", "--plan", "factorial-80", "-o", tmp_path / "c")
+    said = refused("train", "polynomial", "--data", data, "--set", "degre=2", "-o", tmp_path / "m")
+    assert "did you mean 'degree'" in said
+    assert "did you mean 'native'" in refused(
+        "pack", place / "linear", "--target", "nativ", "-o", tmp_path / "f.fmu"
+    )
+    assert "no such model" in refused("evaluate", tmp_path / "gone", "--data", data)
+    assert "name of a family" in refused("evaluate", "linear", "--data", data)
+
+
+def test_files_that_are_no_fmus(refused: Check, place: Path, tmp_path: Path, tiny: dict[str, Path]) -> None:
+    garbage = tmp_path / "garbage.fmu"
+    garbage.write_bytes(b"not an archive")
+    data = place / "data"
+    assert "not an FMU" in refused("evaluate", garbage, "--data", data)
+    assert "'v_rel'" in refused("evaluate", tiny["law"], "--data", data)  # a foreign FMU
+    assert "garbage.fmu" in refused("compare", "--models", garbage, "0.08", "--data", data)
+    assert "suffix" in refused("pack", place / "linear", "-o", tmp_path / "friction.zip")
+
+
+def test_systems_that_do_not_hold(refused: Check, tmp_path: Path, tiny: dict[str, Path]) -> None:
+    system = tmp_path / "system.yaml"
+    system.write_text(
+        "communication_step: 0.1\nstop_time: 1.0\ncomponents:\n"
+        f"  friction: {{fmu: {tiny['law']}}}\n  forming: {{fmu: {tiny['process']}}}\n"
+        "connections: ['forming.load -> friction.load']\n"
+    )
+    said = refused("simulate", system, "-o", tmp_path / "run")
+    assert "forming.mu is not connected" in said and "friction.mu -> forming.mu" in said
+    swap = ["--swap", f"fricton={tiny['law']}"]
+    assert "did you mean 'friction'" in refused("simulate", system, *swap, "-o", tmp_path / "run")
+    assert "component=FILE.fmu" in refused("simulate", system, "--swap", "friction", "-o", tmp_path / "r")
+    assert "no such file" in refused("simulate", tmp_path / "no.yaml", "-o", tmp_path / "run")
+
+
+def test_a_component_that_fails_is_a_failure_not_bad_input(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, tiny: dict[str, Path]
+) -> None:
+    system = tmp_path / "system.yaml"
+    system.write_text(
+        "communication_step: 0.1\nstop_time: 1.0\ncomponents:\n"
+        f"  friction: {{fmu: {tiny['fragile_law']}}}\n  forming: {{fmu: {tiny['process']}}}\n"
+        "connections: ['forming.load -> friction.load', 'friction.mu -> forming.mu']\n"
+    )
+    assert run(["simulate", str(system), "-o", str(tmp_path / "run")]) == 1
+    assert "component 'friction' failed at t = " in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
+
+
+def test_train_evaluate_predict(place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    data, model = str(place / "data"), str(tmp_path / "model")
+    assert run(["train", "polynomial", "--data", data, "--set", "degree=1", "-o", model]) == 0
+    assert "synthetic" in capsys.readouterr().out
+    assert run(["evaluate", model, "--data", data, "--json", str(tmp_path / "errors.json")]) == 0
+    content = json.loads((tmp_path / "errors.json").read_text())
+    assert content["synthetic"] is True
+    assert content["roles"].keys() == {"train", "test"}
+    card = json.loads((tmp_path / "model" / "card.json").read_text())
+    assert "'test'" in str(card) or '"test"' in json.dumps(card)
+    for name in ("out.csv", "out.parquet"):
+        assert run(["predict", model, "--data", data, "-o", str(tmp_path / name)]) == 0
+    table = pd.read_csv(tmp_path / "out.csv")
+    assert len(table) == len(pd.read_parquet(tmp_path / "out.parquet")) == 180
+    assert (table["mu_model"] - table["mu"]).abs().mean() < 0.01
+
+
+def test_interrupts_say_what_was_kept(capsys: pytest.CaptureFixture[str]) -> None:
+    from orchestrator.cli.console import Interrupted
+
+    with pytest.raises(Interrupted, match="3 tests are kept"), keeping(lambda: "3 tests are kept"):
+        raise KeyboardInterrupt
+
+
+def test_json_holds_no_nan() -> None:
+    content = plain(
+        {"a": np.float64(np.nan), "b": np.array([1.0, np.inf]), "c": np.int64(3), "d": Path("x/y")}
+    )
+    assert content == {"a": None, "b": [1.0, None], "c": 3, "d": "x/y"}
+    json.dumps(content, allow_nan=False)
+
+
+def test_every_error_of_the_package_is_an_input_error_or_says_its_type(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], place: Path
+) -> None:
+    def fails(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr(DataSet, "load", fails)
+    assert run(["evaluate", "0.08", "--data", str(place / "data")]) == 1
+    assert capsys.readouterr().err == "tribofmu: error: ZeroDivisionError: division by zero\n"
+    monkeypatch.setattr(DataSet, "load", lambda *_, **__: (_ for _ in ()).throw(InputError("x: no")))
+    assert run(["evaluate", "0.08", "--data", str(place / "data")]) == 2
