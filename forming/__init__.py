@@ -15,6 +15,7 @@ _EXPORTS = {
     "UpsettingResult": "upsetting",
     "upset": "upsetting",
     "ForwardRodExtrusion": "fre",
+    "BackwardCupExtrusion": "bce",
     "FormingResult": "result",
     "ContactHistory": "result",
     "PressCurves": "press",

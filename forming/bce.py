@@ -1,0 +1,206 @@
+"""Backward cup extrusion."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .fe.body import Body
+from .fe.resample import mesh_inside, resample
+from .fe.shape import FloatArray
+from .fe.simulation import Simulation
+from .fe.state import StepControl
+from .fe.tool_heat import ToolField
+from .material import HenselSpittel, steel_16MnCr5
+from .process import FormingProcess, check_range
+from .tooling import Tool, arc, line, plate, polylines
+
+#: Angle over which the punch shaft steps back behind the land, and its rounding [degrees, mm].
+RELIEF_ANGLE, RELIEF_RADIUS = 25.0, 3.0
+
+
+@dataclass(frozen=True)
+class CupPunch:
+    """Punch with a flat nose, a rounded edge, a land and a relieved shaft; z = 0 is the nose.
+
+    Attributes
+    ----------
+    radius, edge_radius, land : float
+        [mm].
+    """
+
+    radius: float
+    edge_radius: float
+    land: float
+
+    def segments(self, shaft: float) -> FloatArray:
+        """Return the chain from the shaft down to the axis, with `shaft` mm above the relief."""
+        rp, edge = self.radius, self.edge_radius
+        top = edge + self.land
+        a = math.radians(RELIEF_ANGLE)
+        back = (rp - RELIEF_RADIUS * (1.0 - math.cos(a)), top + RELIEF_RADIUS * math.sin(a))
+        rows = [
+            line((back[0], back[1] + shaft), back),
+            arc(back, (rp, top), (rp - RELIEF_RADIUS, top), RELIEF_RADIUS),
+            line((rp, top), (rp, edge)),
+            arc((rp, edge), (rp - edge, 0.0), (rp - edge, edge), edge),
+            line((rp - edge, 0.0), (-1.0, 0.0)),
+        ]
+        return np.array(rows)
+
+    def heat_field(self, shaft: float, size: _CupSize, T: float) -> ToolField:
+        """Return the heat field of the punch with `shaft` mm above the relief."""
+        face = [piece[::-1] for piece in polylines(self.segments(shaft))[::-1]]
+        face[0] = np.array([[0.0, 0.0], face[0][1]])
+        top = face[-1][-1]
+        back = np.array([top, [0.0, top[1]], [0.0, 0.0]])
+        return ToolField.build(face, back, lambda p: size(p + np.array([0.0, size.nose])), T)
+
+
+@dataclass(frozen=True)
+class _CupSize:
+    """Element size: finest at the punch edge, a few elements through wall and base."""
+
+    finest: float
+    nose: float
+    punch: CupPunch
+    wall: float
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        rp, edge = self.punch.radius, self.punch.edge_radius
+        distance = np.hypot(points[:, 0] - (rp - 0.3 * edge), points[:, 1] - (self.nose + 0.5 * edge))
+        growth = 0.15 * np.maximum(0.0, distance - 1.2 - edge)
+        size = np.minimum(self.finest + growth, 2.6 * self.finest)
+        above = points[:, 1] > self.nose + edge
+        through_wall = max(self.wall / 4.0, self.finest)
+        through_base = max(max(self.nose, 0.3) / 4.0, 0.6 * self.finest)
+        return np.minimum(size, np.where(above, through_wall, through_base))
+
+
+class BackwardCupExtrusion(FormingProcess):
+    """Axisymmetric backward cup extrusion: a punch presses into a billet in a closed container.
+
+    Parameters
+    ----------
+    diameter, punch_diameter : float
+        Container and punch diameter [mm].
+    billet_length : float
+        Height of the billet [mm].
+    speed : float
+        Punch speed [mm/s].
+    T_billet, T_tool : float
+        Temperatures of billet and tools at the start [degC].
+    material : HenselSpittel, optional
+        Billet; 16MnCr5 by default.
+    mesh_size : float
+        Element size at the punch edge [mm]; smaller where wall or rounding ask for it.
+    n_points : int
+        Number of material markers, densest on the face under the punch, which becomes the inner wall.
+    edge_radius, land : float
+        Rounding and land of the punch [mm].
+    tool_heating : bool
+        Conduct heat in the tools; False holds their surfaces at `T_tool`.
+
+    Raises
+    ------
+    InputError
+        A dimension, speed or temperature that cannot be.
+    """
+
+    name = "backward cup extrusion"
+
+    def __init__(
+        self,
+        diameter: float = 20.0,
+        punch_diameter: float = 14.14,
+        billet_length: float = 20.0,
+        speed: float = 5.0,
+        T_billet: float = 20.0,
+        T_tool: float = 20.0,
+        material: HenselSpittel | None = None,
+        mesh_size: float = 0.35,
+        n_points: int = 100,
+        edge_radius: float = 1.5,
+        land: float = 2.0,
+        tool_heating: bool = True,
+    ) -> None:
+        check_range(self.name, "diameter", diameter, 2.0, 200.0, "mm")
+        check_range(self.name, "punch_diameter", punch_diameter, 0.4 * diameter, 0.92 * diameter, "mm")
+        check_range(self.name, "billet_length", billet_length, 0.3 * diameter, 5.0 * diameter, "mm")
+        check_range(self.name, "speed", speed, 0.01, 2000.0, "mm/s")
+        check_range(self.name, "T_billet", T_billet, -50.0, 700.0, "degC")
+        check_range(self.name, "T_tool", T_tool, -50.0, 700.0, "degC")
+        check_range(self.name, "mesh_size", mesh_size, 0.005 * diameter, 0.05 * diameter, "mm")
+        check_range(self.name, "n_points", n_points, 8, 2000, "")
+        check_range(self.name, "edge_radius", edge_radius, 0.01 * diameter, 0.4 * punch_diameter, "mm")
+        check_range(self.name, "land", land, 0.1, diameter, "mm")
+        self.container_radius = 0.5 * diameter
+        self.punch = CupPunch(0.5 * punch_diameter, edge_radius, land)
+        self.billet_length = billet_length
+        self.speed = speed
+        self.T_billet, self.T_tool = T_billet, T_tool
+        self.material = material or steel_16MnCr5()
+        self.mesh_size = mesh_size
+        self.n_points = int(n_points)
+        self.tool_heating = bool(tool_heating)
+
+    @property
+    def max_stroke(self) -> float:
+        """Largest stroke [mm]: a base of a tenth of the billet, at least 1 mm, stays."""
+        return self.billet_length - max(1.0, 0.1 * self.billet_length)
+
+    def _build(self) -> Simulation:
+        """Put the billet into the container, the punch on top of it."""
+        radius, height, rp = self.container_radius, self.billet_length, self.punch.radius
+        wall = radius - rp
+        finest = min(self.mesh_size, wall / 5.0, max(0.57 * self.mesh_size, 0.35 * self.punch.edge_radius))
+
+        def size(stroke: float) -> _CupSize:
+            return _CupSize(finest, height - stroke, self.punch, wall)
+
+        shaft = height + 40.0
+        punch = Tool(
+            "punch",
+            self.punch.segments(shaft),
+            np.array([0.0, -self.speed]),
+            np.array([0.0, height - 1e-8]),
+            temperature=self.T_tool,
+        )
+        bore = np.array([line((radius, -5.0), (radius, 10.0 * height + 60.0))])
+        container = Tool("container", bore, temperature=self.T_tool)
+        base = plate(0.0, self.T_tool)
+        if self.tool_heating:
+            punch.heat_field = self.punch.heat_field(height, size(0.0), self.T_tool)
+            container.heat_field, base.heat_field = self._outer_fields(size(0.5 * height))
+        outline = np.array([[0.0, 0.0], [radius, 0.0], [radius, height], [0.0, height]])
+        tools = [container, punch, base]
+        surface = resample(outline, size(0.0), tools, None).points
+        mesh = mesh_inside(surface, size(0.0))
+        body = Body.at_rest(
+            mesh.x, mesh.quads, np.ascontiguousarray(mesh.loop[: len(surface)]), self.T_billet
+        )
+        under = body.x[:, 0] < rp
+        body.velocity[:, 1] = -self.speed * np.clip(body.x[:, 1] / height, 0.0, 1.0) * under
+        corners = np.cumsum([0.0, radius, height, radius])
+        counted = np.cumsum([0.0, 0.3 * radius, 0.5 * height, 3.0 * radius])
+        markers = np.interp(np.linspace(0.0, counted[-1], self.n_points), counted, corners)
+        control = StepControl(slip=0.5 * finest)
+        return Simulation(body, tools, self.material, markers, size=size, control=control)
+
+    def _outer_fields(self, size: _CupSize) -> tuple[ToolField, ToolField]:
+        """Return the heat fields of container and base plate."""
+        radius, depth = self.container_radius, 1.5 * self.container_radius
+        coarse = 2.6 * self.mesh_size
+        top = 3.0 * self.billet_length
+        bore = np.array([[radius, top], [radius, 0.0]])
+        back = np.array([[radius, 0.0], [radius + depth, 0.0], [radius + depth, top], [radius, top]])
+
+        def even(points: FloatArray) -> FloatArray:
+            return np.full(len(points), coarse)
+
+        container = ToolField.build([bore], back, even, self.T_tool)
+        face = np.array([[radius, 0.0], [0.0, 0.0]])
+        below = np.array([[0.0, 0.0], [0.0, -depth], [radius, -depth], [radius, 0.0]])
+        return container, ToolField.build([face], below, even, self.T_tool)
