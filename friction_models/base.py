@@ -23,15 +23,17 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
 
 Groups: TypeAlias = npt.NDArray[np.str_] | None
-#: What `predict` takes: `TriboLoads`, or an array of shape (n, 5) in the order of the contract.
-LoadsLike: TypeAlias = TriboLoads | npt.ArrayLike
+#: What `predict` takes: `TriboLoads`, a table with the contract's columns, or an array of shape (n, 5).
+LoadsLike: TypeAlias = TriboLoads | pd.DataFrame | npt.ArrayLike
 #: Most test names that a card lists; above that it only counts them.
 LISTED_TESTS = 1000
 
 
 def as_loads(loads: LoadsLike) -> TriboLoads:
-    """Return checked loads from `TriboLoads` or an array of shape (n, 5)."""
-    return loads if isinstance(loads, TriboLoads) else TriboLoads.from_array(loads)
+    """Return checked loads from `TriboLoads`, a table (by column names) or an array of shape (n, 5)."""
+    if isinstance(loads, TriboLoads):
+        return loads
+    return TriboLoads.from_frame(loads) if isinstance(loads, pd.DataFrame) else TriboLoads.from_array(loads)
 
 
 class FrictionModel(BaseEstimator):
@@ -244,7 +246,10 @@ class FrictionModel(BaseEstimator):
         from sklearn.base import clone
 
         from .composed import ComposedFriction
+        from .effects import make_effect
 
+        # A misspelt effect is refused here, not at the fit.
+        make_effect(effect)
         return ComposedFriction(clone(self), [effect])
 
     def parts(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:

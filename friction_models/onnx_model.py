@@ -13,9 +13,16 @@ import pandas as pd
 
 from .domain import Domain
 from .loads import LOAD_NAMES, FloatArray, InputError, TriboLoads
+from .parameters import first_line
 
 #: Larger files are refused; real models are below a few megabytes.
 MAX_ONNX_BYTES = 256 * 1024**2
+#: Operators that run without end, grow without bound or give other numbers at every call.
+REFUSED_OPERATORS = frozenset(
+    ("Bernoulli", "ConstantOfShape", "Expand", "If", "Loop", "Multinomial", "OneHot", "Pad", "RandomNormal")
+    + ("RandomNormalLike", "RandomUniform", "RandomUniformLike", "Range", "Resize", "Scan", "SequenceMap")
+    + ("Tile", "Upsample")
+)
 
 
 class OnnxModel:
@@ -52,9 +59,7 @@ class OnnxModel:
         try:
             self._session = onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
         except Exception as error:  # ONNX Runtime's error classes are not public
-            raise InputError(
-                f"{self.path}: ONNX Runtime refuses the graph ({str(error).splitlines()[0][:160]})"
-            ) from None
+            raise InputError(f"{self.path}: ONNX Runtime refuses the graph ({first_line(error)})") from None
         self._check_signature()
         self.metadata = self._read_metadata()
         self.states: list[dict[str, Any]] = self._entries("state")
@@ -245,8 +250,12 @@ def read_onnx(path: Path) -> bytes:
                 f"{path}: weights {', '.join(external)!r:.60} are stored in other files; allowed: one file"
             )
         onnx.checker.check_model(model)
+        used = {n.op_type for n in model.graph.node} & REFUSED_OPERATORS
+        if used or model.functions:
+            what = f"operator {min(used)!r}" if used else "function of its own"
+            raise InputError(f"{path}: the graph uses the {what}; allowed: a closed formula of the loads")
     except (DecodeError, onnx.checker.ValidationError, ValueError, TypeError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{path}: not a valid ONNX file ({str(error).splitlines()[0][:120]})") from None
+        raise InputError(f"{path}: not a valid ONNX file ({first_line(error)})") from None
     return content

@@ -13,6 +13,12 @@ import numpy.typing as npt
 from .loads import FloatArray, InputError
 
 
+def first_line(error: BaseException) -> str:
+    """Return the first line of an error's text, shortened, or its type where it has none."""
+    lines = str(error).strip().splitlines()
+    return lines[0][:120] if lines else type(error).__name__
+
+
 def check_number(family: str, name: str, value: Any, lower: float, upper: float) -> float:
     """Return `value` as a float within [lower, upper], or raise `InputError`."""
     good = isinstance(value, Real) and not isinstance(value, (bool, np.bool_)) and math.isfinite(value)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import lzma
 import os
+import struct
 import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +17,7 @@ import numpy.typing as npt
 from .base import FrictionModel
 from .loads import InputError, atomic_folder, write_json, write_text
 from .model_card import build_card, card_text
+from .parameters import first_line
 from .registry import model_class
 
 CARD, TEXT, ARRAYS, ONNX = "card.json", "card.md", "parameters.npz", "model.onnx"
@@ -21,6 +25,11 @@ CARD, TEXT, ARRAYS, ONNX = "card.json", "card.md", "parameters.npz", "model.onnx
 MAX_CARD_BYTES = 16 * 1024**2
 MAX_ARRAY_BYTES = 256 * 1024**2
 MAX_ARRAYS = 1000
+#: What the standard library and NumPy raise on damaged archives.
+DAMAGED = (
+    *(zipfile.BadZipFile, zlib.error, struct.error, lzma.LZMAError, EOFError, OSError),
+    *(ValueError, TypeError, SyntaxError, OverflowError, MemoryError, NotImplementedError, RuntimeError),
+)
 
 
 def save_model(model: FrictionModel, folder: str | os.PathLike[str]) -> Path:
@@ -69,7 +78,7 @@ def load_model(folder: str | os.PathLike[str]) -> FrictionModel:
         raise InputError(f"{source}: {error}") from None
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError) as error:
         raise InputError(
-            f"{source / CARD}: does not describe a model ({type(error).__name__}: {str(error)[:100]})"
+            f"{source / CARD}: does not describe a model ({type(error).__name__}: {first_line(error)})"
         ) from None
 
 
@@ -79,7 +88,7 @@ def read_card(file: Path) -> dict[str, Any]:
     try:
         card = json.loads(file.read_text(encoding="utf-8"))
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{file}: not JSON ({str(error)[:100]})") from None
+        raise InputError(f"{file}: not JSON ({first_line(error)})") from None
     if not isinstance(card, dict) or card.get("format") != "tribofmu-model":
         raise InputError(f"{file}: not the card of a friction model; allowed: a file written by save()")
     if card.get("format_version") != 1:
@@ -104,8 +113,8 @@ def read_arrays(file: Path) -> dict[str, npt.NDArray[Any]]:
             return {m.filename.removesuffix(".npy"): _read_array(archive, m) for m in members}
     except InputError:
         raise
-    except (zipfile.BadZipFile, ValueError, OSError, EOFError, NotImplementedError, RuntimeError) as error:
-        raise InputError(f"{file}: not an archive of arrays ({str(error).splitlines()[0][:100]})") from None
+    except DAMAGED as error:
+        raise InputError(f"{file}: not an archive of arrays ({first_line(error)})") from None
 
 
 def _read_array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> npt.NDArray[Any]:

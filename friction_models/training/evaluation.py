@@ -138,6 +138,11 @@ def train(model: FrictionModel, data: DataSet) -> Evaluation:
     that column all are. The errors of each role stand in the card under its name.
     """
     chosen = data.select("train")
+    if chosen.points.empty and data.tests is not None:
+        found = ", ".join(sorted(map(repr, set(data.tests["role"].astype(str)))))
+        raise InputError(
+            f"train: no test has the role 'train', the table holds {found}; allowed: train, test"
+        )
     model.fit_frame(chosen.points, chosen.tests, chosen.info)
     evaluation = evaluate(model, data)
     for role, measures in evaluation.roles.items():

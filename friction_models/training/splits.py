@@ -25,7 +25,7 @@ def hold_out(
         Test of each point. Without tests, or with fewer than four, nothing is held out.
     points : int
     fraction : float
-        Share of the tests to hold out; at least one test unless it is 0.
+        Share of the tests to hold out; at least one test (unless it is 0), never all.
     seed : int
         Chooses the tests; the same tests whatever the order of the points.
     """
@@ -33,7 +33,7 @@ def hold_out(
     if groups is not None and fraction > 0:
         tests = np.unique(groups)
         if len(tests) >= FEWEST_TESTS:
-            count = max(1, round(fraction * len(tests)))
+            count = min(max(1, round(fraction * len(tests))), len(tests) - 1)
             chosen = np.random.default_rng(seed).choice(tests, count, replace=False)
             held = np.isin(groups, chosen)
     return ~held, held

@@ -57,6 +57,7 @@ def test_array_loads_and_frame_give_the_same() -> None:
     model = LinearFriction().fit_frame(frame)
     array = frame[list(LOAD_NAMES)].to_numpy()
     np.testing.assert_array_equal(model.predict(array), model.predict_frame(frame))
+    np.testing.assert_array_equal(model.predict(frame[frame.columns[::-1]]), model.predict_frame(frame))
     np.testing.assert_array_equal(model.predict(TriboLoads.from_array(array)), model.predict_frame(frame))
 
 
@@ -108,6 +109,13 @@ def test_names_are_guessed() -> None:
     with pytest.raises(InputError, match=r"unknown parameter of polynomial 'degre'.*did you mean 'degree'"):
         make_model("polynomial", degre=3)
     assert make_model("polynomial", degree=3).degree == 3
+
+
+def test_a_misspelt_effect_is_refused_where_it_is_added() -> None:
+    with pytest.raises(InputError, match="did you mean 'stribeck'"):
+        LinearFriction() + "stribek"
+    with pytest.raises(InputError):
+        LinearFriction() + 5
 
 
 def test_provenance_reaches_the_card_from_info_or_the_frame() -> None:

@@ -226,6 +226,23 @@ def test_other_signatures_are_refused(tmp_path: Path) -> None:
         refused(path, "allowed: loads double [n, 5]")
 
 
+def test_graphs_that_could_run_forever_or_fill_the_memory_are_refused(tmp_path: Path) -> None:
+    model = graph_of(
+        [("loads", TensorProto.DOUBLE, ["n", 5])],
+        [("mu", TensorProto.DOUBLE, ["n", 1])],
+        [
+            helper.make_node("ConstantOfShape", ["shape"], ["big"]),
+            helper.make_node("ReduceSum", ["big", "axis"], ["one"], keepdims=1),
+            helper.make_node("Cast", ["one"], ["mu"], to=TensorProto.DOUBLE),
+        ],
+    )
+    model.graph.initializer.append(helper.make_tensor("axis", TensorProto.INT64, [1], [1]))
+    model.graph.initializer.append(helper.make_tensor("shape", TensorProto.INT64, [2], [1, 10**13]))
+    path = tmp_path / "m.onnx"
+    path.write_bytes(model.SerializeToString())
+    refused(path, "operator 'ConstantOfShape'")
+
+
 def test_metadata_that_lies_is_refused(tmp_path: Path, polynomial: Path) -> None:
     path = tmp_path / "m.onnx"
     for key, value, words in [

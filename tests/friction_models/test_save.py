@@ -257,6 +257,28 @@ def test_trees_must_be_trees(
     refused(folder, words)
 
 
+@pytest.mark.parametrize("name", ["card.json", "parameters.npz"])
+def test_flipped_bytes_load_or_are_refused(folders: dict[str, Path], tmp_path: Path, name: str) -> None:
+    rng = np.random.default_rng(0)
+    folder = copied(folders["gradient_boosting"], tmp_path)
+    content = (folder / name).read_bytes()
+    outcomes = set()
+    for _ in range(60):
+        broken = bytearray(content)
+        for place in rng.integers(0, len(content), 3):
+            broken[place] = rng.integers(256)
+        (folder / name).write_bytes(bytes(broken))
+        try:
+            mu = load_model(folder).predict(anywhere(4))
+        except InputError as error:
+            assert "\n" not in str(error)
+            outcomes.add("refused")
+        else:
+            assert np.isfinite(mu).all() and (mu >= 0).all()
+            outcomes.add("loaded")
+    assert "refused" in outcomes
+
+
 def test_any_single_edit_of_a_number_loads_or_is_refused(folders: dict[str, Path], tmp_path: Path) -> None:
     """Whatever stands in one field of the card: a working model or one sentence, never a traceback."""
     nonsense: list[Any] = [None, True, -1, 1e308, "x", [], {}, [[1]], {"a": 1}]

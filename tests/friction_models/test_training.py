@@ -37,14 +37,14 @@ def test_measures_are_what_their_names_say() -> None:
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.lists(st.integers(0, 12), min_size=4, max_size=80), st.floats(0.05, 0.8), st.integers(0, 99))
+@given(st.lists(st.integers(0, 12), min_size=4, max_size=80), st.floats(0.05, 0.9), st.integers(0, 99))
 def test_hold_out_keeps_tests_whole_whatever_their_order(ids: list[int], fraction: float, seed: int) -> None:
     groups = np.array([f"t{i}" for i in ids])
     kept, held = hold_out(groups, len(groups), fraction, seed)
     assert not (kept & held).any() and (kept | held).all()
     assert not set(groups[kept]) & set(groups[held])
     tests = len(set(ids))
-    assert len(set(groups[held])) == (0 if tests < 4 else max(1, round(fraction * tests)))
+    assert len(set(groups[held])) == (0 if tests < 4 else min(max(1, round(fraction * tests)), tests - 1))
     turned = hold_out(groups[::-1], len(groups), fraction, seed)[1]
     assert set(groups[::-1][turned]) == set(groups[held])
 
@@ -123,6 +123,13 @@ def test_train_uses_training_tests_only_and_records_all_errors() -> None:
     assert "t09" not in model.card["splits"]["train"]
     assert model.card["data"]["synthetic"] is True and result.synthetic is True
     assert "synthetic" in result.report()
+
+
+def test_train_refuses_a_data_set_without_training_tests() -> None:
+    frame = campaign(4, 10)
+    tests = roles(frame, 1).assign(role="held out")
+    with pytest.raises(InputError, match=r"role.*'held out'.*allowed: train"):
+        train(LinearFriction(), DataSet(frame, tests))
 
 
 def test_cross_validation_predicts_every_test_unseen() -> None:
