@@ -186,7 +186,14 @@ def _speed(s: FloatArray, a: FloatArray, rest: slice, dt: float) -> FloatArray:
     moved = np.convolve((np.abs(mean) > 4.0 * noise).astype(float), np.ones(2 * width + 1), mode="same") > 0.5
     # At constant speed the integrated noise of the acceleration would be all there is above the corner.
     fast = integral(np.where(moved, a, 0.0), dt)
-    return fast + smooth(np.gradient(s, dt) - fast, dt)
+    slow = s - integral(fast, dt)
+    # The record ends while the plate moves: go on along a line through its last 60 ms, not from one sample.
+    tail = min(len(s), max(8, round(0.06 / dt)))
+    count = round(0.4 / dt)
+    slope, level = np.polyfit(np.arange(tail) - (tail - 1.0), slow[-tail:], 1)
+    before = np.full(count, float(np.median(slow[:tail])))
+    extended = np.concatenate([before, slow, level + slope * np.arange(1, count + 1)])
+    return fast + np.gradient(smooth(extended, dt), dt)[count:-count]
 
 
 def integral(values: FloatArray, dx: float | None = None, x: FloatArray | None = None) -> FloatArray:

@@ -41,8 +41,9 @@ def test_loads_and_friction_meet_the_truth(tiny: RawCampaign, twinned: tuple[Twi
         assert abs(np.mean(p["mu"] - t["mu"])) < 4e-4
         assert np.abs(p["v_rel"][20:] / t["v_rel"][20:] - 1.0).max() < 0.03
     error = np.array(worst)
-    assert (error[:, 0] < 0.045).all() and error[:, 0].mean() < 0.03
-    assert (error[:, 1] < 0.045).all() and error[:, 1].mean() < 0.02
+    assert (error[:, 0] < 0.06).all() and error[:, 0].mean() < 0.025
+    # A contact that has not filled the bore is known to a node of the mesh.
+    assert (error[:, 1] < 0.07).all() and error[:, 1].mean() < 0.025
     assert (error[:, 2] < 0.03).all()
 
 
