@@ -157,6 +157,9 @@ def testable(
         absent = [m for m in effect.metadata if m not in campaign.system]
         if effect.name in taken:
             continue
+        if effect.needs_state and campaign.count.size == len(campaign.tests):
+            notes.append(f"{effect.name} was not tested: memory needs more than one point a test")
+            continue
         if absent:
             notes.append(f"{effect.name} was not tested: the test table has no {', '.join(absent)}")
         else:

@@ -10,7 +10,9 @@ import pandas as pd
 
 from ..loads import LOAD_NAMES, LOADS, MU, FloatArray, InputError, TriboLoads, check_column, missing_column
 
-BINS = 19  # a test
+BINS = 19  # a test, with many tests
+MOST_BINS = 120  # a test, with few tests
+ALL_BINS = 2100  # of a campaign, about
 FINENESS = 1.7  # exponent of the bin edges: the first bin covers about 0.7 % of the distance
 
 
@@ -136,8 +138,9 @@ def campaign_of(loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_] 
     change = np.r_[True, groups[1:] != groups[:-1]]
     order = np.cumsum(change) - 1
     point_starts = np.flatnonzero(change)
-    progress, distance = _progress(loads, point_starts)
-    slot_of_point = np.minimum((BINS * progress ** (1.0 / FINENESS)).astype(int), BINS - 1)
+    bins = int(np.clip(ALL_BINS // len(point_starts), BINS, MOST_BINS))
+    progress, distance = _progress(loads, point_starts, bins)
+    slot_of_point = np.minimum((bins * progress ** (1.0 / FINENESS)).astype(int), bins - 1)
     starts = np.flatnonzero(np.r_[True, (np.diff(order) > 0) | (np.diff(slot_of_point) != 0)])
     count = np.diff(np.r_[starts, n]).astype(float)
     test = order[starts]
@@ -163,7 +166,9 @@ def _remarks(campaign: Campaign, absent: set[str]) -> list[str]:
     return warnings
 
 
-def _progress(loads: TriboLoads, point_starts: npt.NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+def _progress(
+    loads: TriboLoads, point_starts: npt.NDArray[np.intp], bins: int
+) -> tuple[FloatArray, FloatArray]:
     """Return how far each point is within its test, 0 to 1, and its distance since the start."""
     progress, distance = np.empty(len(loads)), np.empty(len(loads))
     for a, b in zip(point_starts, np.r_[point_starts[1:], len(loads)], strict=True):
@@ -171,9 +176,10 @@ def _progress(loads: TriboLoads, point_starts: npt.NDArray[np.intp]) -> tuple[Fl
         if not sd[-1] > 0:
             sd = np.arange(b - a, dtype=float)
         distance[a:b] = sd
-        progress[a:b] = sd / max(float(sd[-1]), 1e-300) if b - a > BINS else np.arange(b - a) / max(b - a, 1)
-        if b - a <= BINS:  # every point is its own bin: aim at the middle of successive slots
-            progress[a:b] = ((np.arange(b - a) + 0.5) / BINS) ** FINENESS
+        if b - a > bins:
+            progress[a:b] = sd / float(sd[-1])
+        else:  # every point is its own bin: aim at the middle of successive slots
+            progress[a:b] = ((np.arange(b - a) + 0.5) / bins) ** FINENESS
     return progress, distance
 
 

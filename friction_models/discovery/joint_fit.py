@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.optimize import lsq_linear, minimize
+from scipy.optimize import least_squares, lsq_linear
 from sklearn.base import clone
 
 from ..base import FrictionModel, Groups
@@ -68,10 +68,11 @@ def fit_jointly(
     law = _surrogate(base, campaign)
     problem = _Problem(campaign, law, list(effects))
     problem.weigh()
+    problem.optimise()
     for _ in range(ROUNDS if any(e.needs_mu for e in effects) else 1):
-        problem.optimise()
         problem.weigh()
         problem.update_own_mu()
+        problem.optimise()
     coefficients, amplitudes = problem.solve(problem.shapes)
     fitted = clone(base)
     if base.family in LINEAR_FAMILIES and not law.fixed:
@@ -153,7 +154,8 @@ class _Problem:
         coefficients, amplitudes, _ = self._solve(self.columns(shapes) if blocks is None else blocks)
         return coefficients, amplitudes
 
-    def _solve(self, blocks: list[FloatArray]) -> tuple[FloatArray, list[FloatArray], float]:
+    def _solve(self, blocks: list[FloatArray]) -> tuple[FloatArray, list[FloatArray], FloatArray]:
+        """As `solve`, with the weighted residual behind."""
         p = self.base.shape[1]
         matrix = self.whiten(np.column_stack([self.base, *blocks]))
         target = self.whiten(self.y)
@@ -170,7 +172,7 @@ class _Problem:
         x = x / scale
         sizes = np.cumsum([0, *(len(e.amplitudes) for e in self.effects)])
         amplitudes = [x[p + a : p + b] for a, b in pairwise(sizes)]
-        return x[:p], amplitudes, float(rest @ rest)
+        return x[:p], amplitudes, rest
 
     def optimise(self) -> None:
         """Move the shape parameters: first over their scan grids, one effect at a time, then locally."""
@@ -181,26 +183,28 @@ class _Problem:
         if not free:
             return
         start = np.array([_inner(self.shapes[k][s.name], s.lower) for k, s in free])
-        steps = np.array(
-            [0.25 if s.lower > 0 else 0.1 * max(abs(self.shapes[k][s.name]), 1e-3) for k, s in free]
-        )
+        lows, highs = [], []
+        for k, s in free:
+            grid = self.grids[k][s.name]
+            low, high = max(s.lower, 0.5 * grid.min()), min(s.upper, 2.0 * grid.max())
+            lows.append(_inner(low, s.lower))
+            highs.append(max(_inner(high, s.lower), lows[-1] + 1e-9))
 
         def at(theta: FloatArray) -> list[dict[str, float]]:
             shapes = [dict(s) for s in self.shapes]
             for (k, s), value in zip(free, theta, strict=True):
-                grid = self.grids[k][s.name]
-                low, high = max(s.lower, 0.5 * grid.min()), min(s.upper, 2.0 * grid.max())
-                shapes[k][s.name] = float(np.clip(_outer(value, s.lower), low, max(high, low)))
+                shapes[k][s.name] = float(np.clip(_outer(value, s.lower), s.lower, s.upper))
             return shapes
 
-        simplex = np.vstack([start, *(start + np.eye(len(start)) * steps)])
-        options: Any = {"initial_simplex": simplex, "maxfev": 40 * len(start), "xatol": 1e-4, "fatol": 1e-8}
-        search: Any = minimize
-        result = search(
+        solver: Any = least_squares
+        result = solver(
             lambda theta: self._solve(self.columns(at(theta)))[2],
-            start,
-            method="Nelder-Mead",
-            options=options,
+            np.clip(start, lows, highs),
+            bounds=(lows, highs),
+            diff_step=1e-4,
+            max_nfev=30,
+            xtol=1e-7,
+            ftol=1e-9,
         )
         self.shapes = at(result.x)
 
@@ -212,11 +216,11 @@ class _Problem:
         for _ in range(2 if len(candidates) > 1 else 1):
             for k, candidate in enumerate(candidates):
                 sets = candidate.columns.shape[1]
-                costs = [
+                rests = [
                     self._solve([*blocks[:k], candidate.columns[:, g], *blocks[k + 1 :]])[2]
                     for g in range(sets)
                 ]
-                best = int(np.argmin(costs))
+                best = int(np.argmin([r @ r for r in rests]))
                 blocks[k], self.shapes[k] = candidate.columns[:, best], candidate.shape_at(best)
 
     def contribution(self, amplitudes: Sequence[FloatArray]) -> FloatArray:

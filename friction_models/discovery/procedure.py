@@ -139,7 +139,7 @@ def _second_effect(
 ) -> Fit | None:
     """Return a second effect with another driver, judged with the driver of the first one freed as a spline."""
     drivers = first.prepared.candidate.effect.driver
-    others = [c for c in candidates if not set(c.effect.driver) & set(drivers)]
+    others = [c for c in candidates if c.effect.driver[0] != drivers[0] and c.effect.name != first.name]
     if not others:
         return None
     freed = np.column_stack([_columns(first), spline_columns(campaign, drivers)])

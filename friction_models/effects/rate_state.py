@@ -26,7 +26,7 @@ class RateState(Effect):
     driver = ("v_rel", "sd")
     amplitudes = (
         Amplitude("a", "1", "direct effect of speed", 1, 0.004),
-        Amplitude("b", "1", "effect of the age of the contact", 1, 0.006),
+        Amplitude("b", "1", "effect of the age of the contact (below 0 in some clays)", 0, 0.006),
     )
     shapes = (
         Shape("v_0", "mm/s", "reference speed", 1e-9, 1e5, 5.0, follows="v_rel_low", points=1),

@@ -113,9 +113,9 @@ def test_names_are_guessed() -> None:
 
 def test_a_misspelt_effect_is_refused_where_it_is_added() -> None:
     with pytest.raises(InputError, match="did you mean 'stribeck'"):
-        LinearFriction() + "stribek"
+        _ = LinearFriction() + "stribek"
     with pytest.raises(InputError):
-        LinearFriction() + 5
+        _ = LinearFriction() + 5
 
 
 def test_provenance_reaches_the_card_from_info_or_the_frame() -> None:

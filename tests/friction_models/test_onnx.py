@@ -243,6 +243,43 @@ def test_graphs_that_could_run_forever_or_fill_the_memory_are_refused(tmp_path: 
     refused(path, "operator 'ConstantOfShape'")
 
 
+def test_a_graph_that_cannot_run_or_gives_nan_is_refused_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "m.onnx"
+    loads, mu = ("loads", TensorProto.DOUBLE, ["n", 5]), ("mu", TensorProto.DOUBLE, ["n", 1])
+    gather = helper.make_node("Gather", ["loads", "place"], ["one"], axis=1)
+    for place, last, words in [
+        (9, "Identity", "ONNX Runtime refuses the graph"),
+        (0, "Log", "output 'mu' is [nan nan]"),
+    ]:
+        nodes = [
+            gather,
+            helper.make_node("Neg", ["one"], ["minus"]),
+            helper.make_node(last, ["minus"], ["mu"]),
+        ]
+        model = graph_of([loads], [mu], nodes)
+        model.graph.initializer.append(helper.make_tensor("place", TensorProto.INT64, [1], [place]))
+        path.write_bytes(model.SerializeToString())
+        refused(path, words)
+
+
+def test_flipped_bytes_run_or_are_refused(tmp_path: Path, polynomial: Path) -> None:
+    rng = np.random.default_rng(0)
+    content, path, outcomes = polynomial.read_bytes(), tmp_path / "m.onnx", set()
+    for _ in range(80):
+        broken = bytearray(content)
+        for place in rng.integers(0, len(content), 3):
+            broken[place] = rng.integers(256)
+        path.write_bytes(bytes(broken))
+        try:
+            OnnxModel(path).predict(anywhere(3))
+        except InputError as error:
+            assert "\n" not in str(error)
+            outcomes.add("refused")
+        else:
+            outcomes.add("ran")
+    assert outcomes == {"ran", "refused"}
+
+
 def test_metadata_that_lies_is_refused(tmp_path: Path, polynomial: Path) -> None:
     path = tmp_path / "m.onnx"
     for key, value, words in [
