@@ -19,6 +19,7 @@ from .polyline import SizeField
 from .resample import mesh_inside, resample
 from .shape import FloatArray, gauss_volumes
 from .state import SCALES, OldMesh, Record, RemeshPolicy, State, StepControl
+from .threads import one_blas_thread
 from .transfer import transfer
 
 
@@ -114,6 +115,16 @@ class Simulation:
         bool
             False when the run has stopped; `state.status` and `state.message` then say why.
         """
+        with one_blas_thread():
+            self._advance(stroke, on_increment, limit)
+        return self.state.status == "ok"
+
+    def _advance(
+        self,
+        stroke: float,
+        on_increment: Callable[[Simulation], bool] | None,
+        limit: Callable[[Simulation], float] | None,
+    ) -> None:
         state = self.state
         while state.status == "ok" and state.stroke < stroke - 1e-9:
             dt = state.next_dt
@@ -128,7 +139,6 @@ class Simulation:
             self._choose_next(step, dt)
             if done:
                 break
-        return state.status == "ok"
 
     def _increment(self, dt: float) -> Step | None:
         state = self.state
