@@ -12,16 +12,16 @@ import numpy.typing as npt
 import pandas as pd
 
 from .domain import Domain
-from .loads import LOAD_NAMES, FloatArray, InputError, TriboLoads
+from .loads import LOAD_NAMES, LOADS, FloatArray, InputError, TriboLoads
 from .parameters import first_line
 
 #: Larger files are refused; real models are below a few megabytes.
 MAX_ONNX_BYTES = 256 * 1024**2
 #: Operators that run without end, grow without bound or give other numbers at every call.
 REFUSED_OPERATORS = frozenset(
-    ("Bernoulli", "ConstantOfShape", "Expand", "If", "Loop", "Multinomial", "OneHot", "Pad", "RandomNormal")
-    + ("RandomNormalLike", "RandomUniform", "RandomUniformLike", "Range", "Resize", "Scan", "SequenceMap")
-    + ("Tile", "Upsample")
+    {"Bernoulli", "ConstantOfShape", "Expand", "If", "Loop", "Multinomial", "OneHot", "Pad", "RandomNormal"}
+    | {"RandomNormalLike", "RandomUniform", "RandomUniformLike", "Range", "Resize", "Scan", "SequenceMap"}
+    | {"Tile", "Upsample"}
 )
 
 
@@ -58,13 +58,30 @@ class OnnxModel:
         options.log_severity_level = 4
         try:
             self._session = onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
+            self._check_signature()
+            self.metadata = self._read_metadata()
+            self.states: list[dict[str, Any]] = self._entries("state")
+            self.system_variables: list[dict[str, Any]] = self._entries("system")
+            self.domain = self._read_domain()
+            self._try()
+        except InputError:
+            raise
         except Exception as error:  # ONNX Runtime's error classes are not public
             raise InputError(f"{self.path}: ONNX Runtime refuses the graph ({first_line(error)})") from None
-        self._check_signature()
-        self.metadata = self._read_metadata()
-        self.states: list[dict[str, Any]] = self._entries("state")
-        self.system_variables: list[dict[str, Any]] = self._entries("system")
-        self.domain = self._read_domain()
+
+    def _try(self) -> None:
+        """Run two points, so that a graph that cannot run is refused here and not in the middle of a simulation."""
+        feed = self._feed(np.tile([q.nominal for q in LOADS], (2, 1)), None, None)
+        if "dt" in self._session_inputs:
+            feed["dt"] = np.full(1, 1e-3)
+        names = sorted(self._session_outputs & {"mu", "state_next", "state_der"})
+        for name, result in zip(names, self._session.run(names, feed)):
+            columns = 1 if name == "mu" else len(self.states)
+            if result.shape != (2, columns) or not np.isfinite(result).all():
+                raise InputError(
+                    f"{self.path}: output {name!r} is {np.ravel(result)[:2]} of shape {result.shape} for two points at "
+                    f"nominal loads; allowed: finite numbers of shape (2, {columns})"
+                )
 
     def predict(
         self,
@@ -77,7 +94,7 @@ class OnnxModel:
         `state` of shape (n, k) is by default its start value, `system` of shape (m,) likewise.
         """
         feed = self._feed(loads, state, system)
-        if self._session_inputs & {"dt"}:
+        if "dt" in self._session_inputs:
             feed["dt"] = np.zeros(1)
         return self._session.run(["mu"], feed)[0][:, 0]
 
