@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
+from numbers import Integral
 from pathlib import Path
 
 from friction_models.loads import LOADS, InputError, unknown_name
@@ -62,12 +63,12 @@ def pack(
     version = "2.0" if str(fmi) == "2" else str(fmi)
     if version not in FMI_VERSIONS:
         raise unknown_name("FMI version", fmi, FMI_VERSIONS)
-    if isinstance(nodes, bool) or not isinstance(nodes, int) or not 1 <= nodes <= MAX_NODES:
+    if isinstance(nodes, bool) or not isinstance(nodes, Integral) or not 1 <= nodes <= MAX_NODES:
         raise InputError(f"nodes = {nodes!r}, allowed: a whole number from 1 to {MAX_NODES}")
     if Path(path).suffix != ".fmu":
         raise InputError(f"{path}: suffix {Path(path).suffix!r}, allowed: '.fmu'")
     source = read_source(model)
-    interface = source.interface(nodes)
+    interface = source.interface(int(nodes))
     _check_names(source)
     if target == "native":
         files = _native(source, interface, platforms)

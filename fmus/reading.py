@@ -7,10 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 
+from friction_models.domain import Domain
 from friction_models.loads import LOADS, FloatArray, TriboLoads
 
 from .running import RunningFmu, UnpackedFmu
+from .source import parse_source
 
 
 class FmuModel:
@@ -41,6 +44,25 @@ class FmuModel:
         self.nodes = len(names["mu"])
         self._inputs = [n for q in LOADS for n in names[q.name]]
         self._outputs = names["mu"]
+        packed = self._fmu.folder / "resources" / "model.onnx"
+        self.source = parse_source(packed.read_bytes(), str(self.path)) if packed.is_file() else None
+
+    @property
+    def domain(self) -> Domain:
+        """The trained domain that the FMU's ONNX model records; the physical limits without one."""
+        recorded = self.source.domain if self.source is not None else {}
+        limits = [recorded.get(q.name, (q.lower, q.upper)) for q in LOADS]
+        return Domain(tuple(a for a, _ in limits), tuple(b for _, b in limits))
+
+    def formula_text(self) -> str:
+        """Return the law as the packed model states it, or the name of the FMU."""
+        if self.source is not None and self.source.formula:
+            return self.source.formula
+        return f"{self._fmu.description.modelName} ({self.path.name})"
+
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
+        """Return mu for a table with the columns of the contract."""
+        return self.predict(TriboLoads.from_frame(data, tests))
 
     def predict(self, loads: TriboLoads | npt.ArrayLike) -> FloatArray:
         """Return mu at `loads` (`TriboLoads` or array of shape (n, 5)), shape (n,).

@@ -62,6 +62,8 @@ class FrictionSlave(Fmi2Slave):
         )
         self.graph_inputs = [i.name for i in self.session.get_inputs()]
         self.loads_input = self.graph_inputs[0] if len(self.graph_inputs) == 1 else "loads"
+        kinds = {i.name: i.type for i in self.session.get_inputs()}
+        self.precision = np.float32 if kinds[self.loads_input] == "tensor(float)" else np.float64
         outputs = [o.name for o in self.session.get_outputs()]
         self.mu_output = "mu" if "mu" in outputs else outputs[0]
         self.nodes = int(config["nodes"])
@@ -91,7 +93,7 @@ class FrictionSlave(Fmi2Slave):
 
     def run(self, output: str, loads: Any, dt: float) -> Any:
         n, k = self.nodes, self.states
-        given = {self.loads_input: loads}
+        given = {self.loads_input: loads.astype(self.precision, copy=False)}
         if "state" in self.graph_inputs:
             held = self.values[self.first_state : self.first_system].reshape(k, n).T
             given["state"] = np.ascontiguousarray(held)

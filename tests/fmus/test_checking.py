@@ -13,7 +13,7 @@ import pytest
 from fmus import check, pack, read_friction_fmu
 from fmus.archive import write_archive
 from friction_models.loads import InputError, TriboLoads
-from tests.fmus.graphs import graph_bytes, node, random_loads, runtime, save
+from tests.fmus.graphs import BOX, graph_bytes, node, random_loads, runtime, save
 
 Pack = Callable[..., Path]
 
@@ -158,6 +158,39 @@ def test_a_friction_fmu_predicts(packed: Pack, linear_onnx: Path, nodes: int) ->
     loads = random_loads(7, seed=2, outside=False)
     model = read_friction_fmu(packed(linear_onnx, "native", nodes))
     np.testing.assert_allclose(model.predict(loads), runtime(linear_onnx.read_bytes(), loads), rtol=1e-12)
+    assert model.domain.to_dict() == BOX
+    assert model.formula_text() == "line"
+
+
+@pytest.mark.parametrize("target", ["native", "python"])
+def test_a_network_from_elsewhere_can_be_packed(target: str, tmp_path: Path) -> None:
+    """Single precision, names of its own, no metadata: five inputs in the order of the contract."""
+    from onnx import TensorProto, helper, numpy_helper
+
+    rng = np.random.default_rng(1)
+    weights = {
+        "w": rng.normal(size=(5, 8)) * 1e-3,
+        "b": rng.normal(size=8),
+        "v": rng.normal(size=(8, 1)) * 0.02,
+    }
+    graph = helper.make_graph(
+        [
+            node("Gemm", "x w b", "h"),
+            node("Relu", "h", "r"),
+            node("MatMul", "r v", "a"),
+            node("Abs", "a", "y"),
+        ],
+        "net",
+        [helper.make_tensor_value_info("x", TensorProto.FLOAT, ["batch", 5])],
+        [helper.make_tensor_value_info("y", TensorProto.FLOAT, ["batch", 1])],
+        [numpy_helper.from_array(w.astype(np.float32), n) for n, w in weights.items()],
+    )
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 20)], ir_version=10)
+    path = pack(save(model.SerializeToString(), tmp_path / "net.onnx"), tmp_path / "net.fmu", target=target)
+    loads = random_loads(5)
+    hidden = np.maximum(loads @ weights["w"] + weights["b"], 0.0)
+    expected = np.abs(hidden @ weights["v"])[:, 0]
+    np.testing.assert_allclose(read_friction_fmu(path).predict(loads), expected, rtol=1e-4)
 
 
 def test_memory_acts_where_the_data_has_time(packed: Pack, memory_onnx: Path) -> None:
