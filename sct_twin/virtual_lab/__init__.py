@@ -10,12 +10,14 @@ if TYPE_CHECKING:
     from .campaign import load_truth as load_truth
     from .hidden import HIDDEN as HIDDEN
     from .plans import PLAN_NAMES as PLAN_NAMES
+    from .press import press_curves as press_curves
 
 _EXPORTS = {
     "Campaign": "campaign",
     "load_truth": "campaign",
     "HIDDEN": "hidden",
     "PLAN_NAMES": "plans",
+    "press_curves": "press",
 }
 
 __all__ = sorted(_EXPORTS)

@@ -89,7 +89,8 @@ class ContactLaw:
     """The true law at contact points that are called step after step; remembers the friction work of each.
 
     Called as ``law(loads, t)`` with loads of shape (n, 5) in the order of the contract; the points must
-    keep their order. Work grows with the sliding distance since the last call at a later time.
+    keep their order. Work grows with the sliding distance since the last call, once an instant; at time
+    zero it starts anew.
     """
 
     def __init__(self, law: TrueLaw, context: Mapping[str, float] | None = None) -> None:
@@ -101,8 +102,8 @@ class ContactLaw:
     def __call__(self, loads: FloatArray, t: float) -> FloatArray:
         """Return mu, shape (n,)."""
         v_rel, T, sigma_n, sd, psi = np.asarray(loads, dtype=np.float64).T
-        if self._work is None or self._sd is None or len(self._sd) != len(sd) or t < self._t:
-            self._work, self._sd = np.zeros(len(sd)), sd.copy()
+        if self._work is None or self._sd is None or len(self._sd) != len(sd) or t <= 0.0:
+            self._work, self._sd, self._t = np.zeros(len(sd)), sd.copy(), -np.inf
         if t > self._t:
             mu = self.law.mu(LawInput(v_rel, T, sigma_n, sd, psi, self._work, self.context))
             self._work = self._work + mu * sigma_n * np.maximum(sd - self._sd, 0.0)
