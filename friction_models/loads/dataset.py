@@ -153,6 +153,10 @@ class DataSet:
     tests: pd.DataFrame | None = None
     info: dict[str, Any] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        # The points carry their provenance, so that a model fitted on them says whether they are synthetic.
+        self.points.attrs.update(self.info)
+
     @classmethod
     def load(
         cls,

@@ -96,6 +96,7 @@ def test_data_set_round_trip(points: pd.DataFrame, tmp_path: Path) -> None:
     pd.testing.assert_frame_equal(again.points, points, check_dtype=False)
     assert again.synthetic
     train, held_out = again.frames()
+    assert train.attrs["synthetic"] is True
     assert train["test_id"].unique().tolist() == ["a"] and held_out["test_id"].unique().tolist() == ["b"]
 
 
