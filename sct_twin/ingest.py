@@ -14,7 +14,7 @@ from friction_models.loads import InputError, atomic_folder
 
 from .channel_map import ChannelMap
 from .quality import quality_row
-from .raw_campaign import RawCampaign, read_json, read_tests, write_tables
+from .raw_campaign import RawCampaign, check_test_id, read_json, read_tests, write_tables
 from .readers import read_csv
 from .record import write_csv
 
@@ -103,6 +103,7 @@ def ingest(
                 if not hits.empty:
                     metadata |= {str(k): v for k, v in hits.iloc[0].dropna().items()}
             try:
+                check_test_id(test_id, str(file))
                 record = mapping.record(read_csv(file), test_id, metadata)
                 if test_id in {row["test_id"] for row in rows}:
                     raise InputError(f"{file}: a second file of test {test_id!r}; allowed: one file a test")

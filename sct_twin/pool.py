@@ -12,6 +12,8 @@ from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import Any, TypeVar
 
+from friction_models.loads import InputError
+
 Result = TypeVar("Result")
 #: Called with (done, total, what was done last).
 Progress = Callable[[int, int, str], None]
@@ -31,7 +33,14 @@ def map_unordered(
 
     One job runs in this process. More run in spawned processes, so `function` must be importable. An
     error or an interrupt ends the pool and is raised here.
+
+    Raises
+    ------
+    InputError
+        Less than one job.
     """
+    if jobs is not None and jobs < 1:
+        raise InputError(f"jobs = {jobs}; allowed: at least 1 process")
     jobs = min(jobs or default_jobs(), len(items))
     if jobs <= 1:
         for index, item in enumerate(items):

@@ -129,10 +129,29 @@ def read_tests(path: Path) -> pd.DataFrame:
     if frame["test_id"].isna().any():
         raise InputError(f"{path}: a row has no test_id; allowed: a name in every row")
     frame["test_id"] = frame["test_id"].astype(str)
+    for test_id in frame["test_id"]:
+        check_test_id(test_id, str(path))
     if frame["test_id"].duplicated().any():
         twice = frame["test_id"][frame["test_id"].duplicated()].iloc[0]
         raise InputError(f"{path}: test_id {twice!r} stands in two rows; allowed: one row a test")
     return frame
+
+
+def check_test_id(test_id: str, where: str) -> str:
+    """Return the name of a test, which also names its files, or refuse what cannot be a file name.
+
+    Raises
+    ------
+    InputError
+        Empty, hidden, or with characters that lead out of the folder.
+    """
+    if (
+        not test_id
+        or test_id.startswith(".")
+        or any(c in '/\\:*?"<>|' or not c.isprintable() for c in test_id)
+    ):
+        raise InputError(f"{where}: test_id {test_id!r}; allowed: a name that can be a file name")
+    return test_id
 
 
 def write_tables(folder: Path, tests: pd.DataFrame, info: dict[str, Any]) -> None:

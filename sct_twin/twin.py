@@ -82,7 +82,13 @@ class SctTwin:
     spacing : float
         Distance between points [mm].
     moving_mass : float, optional
-        Mass between force cell and contact [kg]; the campaign's own by default.
+        Mass between force cell and contact [kg]; the campaign's own by default, unless a column
+        `moving_mass` of the test table names one for a test.
+
+    Raises
+    ------
+    InputError
+        A setting outside its limits.
 
     Notes
     -----
@@ -97,6 +103,15 @@ class SctTwin:
     thermal: ThermalSettings = field(default_factory=ThermalSettings)
     spacing: float = 0.1
     moving_mass: float | None = None
+
+    def __post_init__(self) -> None:
+        limits = {"mesh_size": (0.2, 1.5, "mm"), "spacing": (0.01, 10.0, "mm")}
+        if self.moving_mass is not None:
+            limits["moving_mass"] = (0.0, 1e5, "kg")
+        for name, (low, high, unit) in limits.items():
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise InputError(f"SCT twin: {name} = {value!r}; allowed: {low:g} to {high:g} {unit}")
 
     @classmethod
     def reference(cls) -> SctTwin:

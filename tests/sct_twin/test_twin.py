@@ -128,3 +128,13 @@ def test_not_a_campaign(tmp_path: Path) -> None:
     (tmp_path / "tests.csv").write_text("test_id\nx\n")
     with pytest.raises(InputError, match=r"test 'x' has no file raw/x.csv"):
         SctTwin().run(tmp_path)
+
+
+def test_names_and_settings_that_cannot_be(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"spacing = 0.0; allowed: 0.01 to 10 mm"):
+        SctTwin(spacing=0.0)
+    (tmp_path / "raw").mkdir()
+    (tmp_path / "campaign.json").write_text("{}")
+    (tmp_path / "tests.csv").write_text("test_id,T_tool\n../x,20\n")
+    with pytest.raises(InputError, match=r"test_id '../x'; allowed: a name that can be a file name"):
+        RawCampaign.load(tmp_path)
