@@ -119,13 +119,14 @@ def qualities(x: FloatArray, quads: IntArray) -> FloatArray:
 
 
 @njit(cache=True)
-def pair_triangles(
-    x: FloatArray, triangles: IntArray, neighbours: IntArray, threshold: float
-) -> tuple[IntArray, np.ndarray]:
-    """Merge pairs of triangles to quadrilaterals, best first; return them and which triangles were used."""
+def candidate_pairs(
+    x: FloatArray, triangles: IntArray, neighbours: IntArray
+) -> tuple[FloatArray, IntArray, IntArray]:
+    """Return for each inner side the quality, the corners and the two triangles of the merged quadrilateral."""
     n_t = triangles.shape[0]
-    pairs = np.empty((3 * n_t, 3))
+    quality = np.empty(3 * n_t)
     corners = np.empty((3 * n_t, 4), np.int64)
+    members = np.empty((3 * n_t, 2), np.int64)
     m = 0
     for t in range(n_t):
         for k in range(3):
@@ -138,25 +139,26 @@ def pair_triangles(
                 corners[m, 1] = b
                 corners[m, 2] = d
                 corners[m, 3] = c
-                pairs[m, 0] = corner_quality(x, triangles[t, k], b, d, c)
-                pairs[m, 1] = t
-                pairs[m, 2] = u
+                members[m, 0] = t
+                members[m, 1] = u
+                quality[m] = corner_quality(x, triangles[t, k], b, d, c)
                 m += 1
-    order = np.argsort(-pairs[:m, 0], kind="mergesort")
-    used = np.zeros(n_t, np.bool_)
-    quads = np.empty((n_t, 4), np.int64)
-    n_q = 0
+    return quality[:m], corners[:m], members[:m]
+
+
+@njit(cache=True)
+def choose_pairs(order: IntArray, members: IntArray, n_triangles: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return which pairs to merge, taken in `order` while both triangles are free, and which are used."""
+    used = np.zeros(n_triangles, np.bool_)
+    chosen = np.zeros(members.shape[0], np.bool_)
     for i in order:
-        if pairs[i, 0] < threshold:
-            break
-        t = int(pairs[i, 1])
-        u = int(pairs[i, 2])
+        t = members[i, 0]
+        u = members[i, 1]
         if not used[t] and not used[u]:
             used[t] = True
             used[u] = True
-            quads[n_q] = corners[i]
-            n_q += 1
-    return quads[:n_q], used
+            chosen[i] = True
+    return chosen, used
 
 
 @njit(cache=True)

@@ -14,11 +14,22 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scipy.spatial import Delaunay
 
-from .mesh_kernels import pack_points, pair_triangles, qualities, relax_edges, smooth_guarded
+from .mesh_kernels import (
+    candidate_pairs,
+    choose_pairs,
+    pack_points,
+    qualities,
+    relax_edges,
+    smooth_guarded,
+)
 from .polyline import SizeField, distance_to_polygon, inside
 from .shape import FloatArray, IntArray
 
 BoolArray = npt.NDArray[np.bool_]
+
+
+#: Triangles are merged where the quadrilateral has at least this scaled Jacobian.
+WORST_PAIR = 0.35
 
 
 class MeshError(Exception):
@@ -50,7 +61,7 @@ def quad_mesh(loop: FloatArray, size: SizeField) -> Mesh:
     MeshError
         The triangulation misses a boundary edge, or an element is folded.
     """
-    coarse = loop[::2]
+    coarse = np.ascontiguousarray(loop[::2])
     points, triangles, edges = _triangulate(coarse, size)
     n_points, n_coarse = len(points), len(coarse)
     sides = np.sort(edges, axis=1) @ np.array([n_points, 1])
@@ -61,7 +72,7 @@ def quad_mesh(loop: FloatArray, size: SizeField) -> Mesh:
     if not np.isin(boundary, unique).all() or count.max() > 2 or (count == 1).sum() != n_coarse:
         raise MeshError(f"{(~np.isin(boundary, unique)).sum()} boundary edges are missing")
     neighbours = _neighbours(side_of.reshape(3, -1).T, len(unique))
-    quads, used = pair_triangles(points, triangles, neighbours, 0.35)
+    quads, used = _pair(points, triangles, neighbours)
     on_boundary = np.searchsorted(unique, boundary)
     middles = 0.5 * (points[unique // n_points] + points[unique % n_points])
     middles[on_boundary] = loop[1::2]
@@ -155,6 +166,15 @@ def _neighbours(sides: IntArray, n_sides: int) -> IntArray:
     first[flat[order][first_of_side]] = owner[order][first_of_side]
     second[flat[order][~first_of_side]] = owner[order][~first_of_side]
     return np.where(first[opposite] == np.arange(n_t)[:, None], second[opposite], first[opposite])
+
+
+def _pair(points: FloatArray, triangles: IntArray, neighbours: IntArray) -> tuple[IntArray, BoolArray]:
+    """Merge pairs of triangles, best first; return the quadrilaterals and which triangles were used."""
+    quality, corners, members = candidate_pairs(points, triangles, neighbours)
+    order = np.argsort(-quality, kind="stable")
+    order = order[quality[order] >= WORST_PAIR]
+    chosen, used = choose_pairs(order, members, len(triangles))
+    return corners[chosen], used
 
 
 def _subdivide(

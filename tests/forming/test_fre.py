@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from forming import ForwardRodExtrusion
 from forming.tooling import ExtrusionDie
-from friction_models.loads import InputError
+from friction_models.loads import InputError, TriboLoads
 
 COARSE = {"mesh_size": 0.6, "n_points": 60}
 
@@ -208,3 +210,36 @@ def test_die_outline_is_closed_and_smooth():
         for s in segments[segments[:, 0] == 1.0]:
             for end in (s[1:3], s[3:5]):
                 assert np.hypot(*(end - s[5:7])) == pytest.approx(abs(s[7]), abs=1e-9)
+
+
+@settings(max_examples=6, deadline=None, derandomize=True)
+@given(
+    reduction=st.floats(0.2, 0.7),
+    half_angle=st.floats(15.0, 70.0),
+    mu=st.floats(0.0, 0.18),
+    speed=st.floats(1.0, 200.0),
+    T=st.floats(20.0, 200.0),
+)
+def test_any_sensible_process_runs_and_publishes_valid_loads(reduction, half_angle, mu, speed, T):
+    exit_diameter = 20.0 * np.sqrt(1.0 - reduction)
+    process = ForwardRodExtrusion(
+        **COARSE, exit_diameter=exit_diameter, half_angle=half_angle, speed=speed, T_billet=T, T_tool=T
+    )
+    result = process.run(mu, 1.2)
+    assert result.status == "ok", result.message
+    loads = TriboLoads.from_array(process.loads())
+    assert len(loads) == 60
+    assert (loads.v_rel <= 3.0 * speed / (1.0 - reduction)).all()
+    assert abs(result.volume_change) < 1e-3
+    assert 0.0 <= result.max_tau_over_k <= 1.0 + 1e-9
+
+
+def test_progress_is_told_and_results_become_tables():
+    told: list[float] = []
+    result = ForwardRodExtrusion(**COARSE).run(0.05, 0.5, progress=told.append)
+    assert told == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])
+    assert list(result.to_frame().columns) == ["stroke", "force", "work"]
+    frame = result.contact.to_frame()
+    assert len(frame) == result.contact.active.sum()
+    assert {"stroke", "point", "v_rel", "T", "sigma_n", "sd", "psi", "mu"} <= set(frame.columns)
+    assert frame["mu"].to_numpy() == pytest.approx(0.05)
