@@ -34,10 +34,14 @@ def friction_files(source: FrictionSource, interface: FrictionInterface) -> dict
     }
     script = (Path(__file__).parent / "slaves" / "friction_slave.py").read_text(encoding="utf-8")
     resources = {"interface.json": (json.dumps(config) + "\n").encode(), "model.onnx": source.onnx}
-    return python_fmu_files(friction_description(source, interface, "python", ""), script, resources)
+    return python_fmu_files(
+        friction_description(source, interface, "python", ""), script, resources, alone=True
+    )
 
 
-def python_fmu_files(description: Description, script: str, resources: dict[str, bytes]) -> dict[str, bytes]:
+def python_fmu_files(
+    description: Description, script: str, resources: dict[str, bytes], alone: bool = False
+) -> dict[str, bytes]:
     """Put a slave script, its resources and PythonFMU together.
 
     Parameters
@@ -48,6 +52,9 @@ def python_fmu_files(description: Description, script: str, resources: dict[str,
         Module with one class whose statement ends in ``(Fmi2Slave):``, as PythonFMU looks for it.
     resources : dict of str to bytes
         Files beside the script.
+    alone : bool
+        Whether the FMU carries the Python part of PythonFMU in ``resources/fallback``, for interpreters
+        where it is not installed.
 
     Returns
     -------
@@ -63,7 +70,11 @@ def python_fmu_files(description: Description, script: str, resources: dict[str,
             "pythonfmu is not installed; allowed: tribofmu installed with its dependencies"
         ) from None
     content = {f"resources/{n}": c for n, c in resources.items()}
-    content |= {f"resources/pythonfmu/{f.name}": f.read_bytes() for f in sorted(package.glob("*.py"))}
+    if alone:
+        # Not beside the script, where PythonFMU's builder puts it: there it would stand before the installed
+        # package, also for the rest of the process, and be gone with the unpacked FMU.
+        files = sorted(package.glob("*.py"))
+        content |= {f"resources/fallback/pythonfmu/{f.name}": f.read_bytes() for f in files}
     libraries = sorted(
         p for p in (package / "resources" / "binaries").rglob("*") if p.suffix in {".so", ".dll", ".dylib"}
     )

@@ -19,7 +19,12 @@ from typing import Any
 
 import numpy as np
 import onnxruntime
-from pythonfmu.fmi2slave import Fmi2Slave
+
+try:
+    from pythonfmu.fmi2slave import Fmi2Slave
+except ModuleNotFoundError:
+    sys.path.append(str(Path(__file__).parent / "fallback"))
+    from pythonfmu.fmi2slave import Fmi2Slave
 
 # PythonFMU 0.7 runs this file again for every instance and each time gives back a reference to the
 # module's dictionary that it does not own; without one more the dictionary is gone after some instances.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -150,3 +151,29 @@ def test_bad_solver_parameters(
     with pytest.raises(InputError, match=words):
         packer(tmp_path / "x.fmu", **arguments)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("installed", [True, False])
+def test_pythonfmu_is_the_installed_one_or_the_one_in_the_fmu(packed: Pack, installed: bool) -> None:
+    """A copy that comes with an FMU must not stand in for the installed package in the rest of the process."""
+    code = f"""
+import sys
+from importlib.machinery import PathFinder
+if not {installed}:
+    class Hidden:
+        def find_spec(self, name, path=None, target=None):
+            if name == "pythonfmu":
+                spec = PathFinder.find_spec(name, [p for p in sys.path if "fallback" in p])
+                if spec is None:
+                    raise ModuleNotFoundError(name, name=name)
+                return spec
+    sys.meta_path.insert(0, Hidden())
+from fmus.running import RunningFmu, UnpackedFmu
+with RunningFmu(UnpackedFmu({str(packed(0.07, "python"))!r})) as fmu:
+    assert fmu.get_real(["mu"])[0] == 0.07
+import pythonfmu
+print(pythonfmu.__file__)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert ("fallback" not in done.stdout) is installed
