@@ -102,6 +102,8 @@ def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
     zero_n, zero_r, load_start = _force_zero(F_n, F_r)
     F_n, F_r = F_n - zero_n, F_r - zero_r
     slide = _first_motion(s, where)
+    end = _end_of_sliding(s, F_n, slide)
+    t, F_n, F_r, s, a = (column[:end] for column in (t, F_n, F_r, s, a))
     rest = slice(0, max(slide - 1, 5))
     a = a - float(np.median(a[rest]))
     v = _speed(s, a, rest, usual)
@@ -123,11 +125,18 @@ def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
     v[:slide] = 0.0
     sd = integral(v, usual)
     measured = direction * (s - float(np.median(s[rest])))
-    lag = float(np.median((measured - sd)[-max(5, (count - slide) // 10) :]))
+    lag = float(np.median((measured - sd)[-max(5, (end - slide) // 10) :]))
     if sd[-1] > 0:
         sd = sd * max(0.0, 1.0 + lag / sd[-1])
     plate = float(np.median(record.T_plate[: max(5, round(slide * len(record) / count))]))
     return TestSignals(t, F_n, friction, v, sd, load_start, slide, plate, (zero_n, zero_r))
+
+
+def _end_of_sliding(s: FloatArray, F_n: FloatArray, slide: int) -> int:
+    """Return the number of samples up to the farthest point, or up to where the load is taken off before."""
+    far = int(np.argmax(np.abs(s - s[:slide].mean()))) + 1
+    unloaded = F_n[slide:far] < 0.3 * float(np.median(F_n[slide:far]))
+    return slide + int(np.argmax(unloaded)) if unloaded.any() and not unloaded[0] else far
 
 
 def resample(signals: TestSignals, spacing: float = 0.1) -> SlidingSeries:

@@ -49,6 +49,18 @@ def test_zero_of_the_force_cells_comes_from_the_unloaded_part(record_maker: Make
     assert signals.force_zero == pytest.approx((25.0, -40.0), abs=1.0)
 
 
+def test_what_comes_after_sliding_is_cut_off(record_maker: Maker) -> None:
+    r = record_maker(0.07)
+    back = np.linspace(r.s[-1], r.s[0], 800)
+    after = {"F_n": np.full(800, 25.0), "F_r": np.full(800, -40.0), "s": back, "a": np.zeros(800)}
+    columns = {name: np.concatenate([getattr(r, name), values]) for name, values in after.items()}
+    t = np.arange(len(r) + 800) * 1e-3
+    whole = SctRecord("whole", t, **columns, T_plate=np.full(len(t), 20.0))
+    series = resample(process(whole, 25.0))
+    assert series.sd[-1] == pytest.approx(np.ptp(r.s), abs=0.2)
+    assert series.mu[5:-3] == pytest.approx(0.07, abs=4e-4)
+
+
 def test_a_plate_that_never_moves(record_maker: Maker) -> None:
     record = record_maker(sliding=12.0)
     still = SctRecord(
