@@ -32,7 +32,7 @@ class PressStudy:
     folder : Path
         Folder with ``levels.csv``.
     press : PressCurves
-        Its content; ``press.json`` may hold parameters of the process under the key ``forming``.
+        Its content; ``press.json`` may hold parameters of the process under ``process`` and ``T_billet_degC``.
     """
 
     folder: Path
@@ -110,9 +110,11 @@ class PressStudy:
     def _forming_fmu(self, level: PressLevel, place: Path) -> Path:
         from fmus import pack_forming
 
-        geometry = dict(self.press.info.get("forming", {}))
+        values = dict(self.press.info.get("process", {}))
+        if "T_billet_degC" in self.press.info:
+            values["T_billet"] = float(self.press.info["T_billet_degC"])
         target = place / f"{Path(level.file).stem}.fmu"
-        return pack_forming(target, **{**geometry, "speed": level.speed, "T_tool": level.T_tool})
+        return pack_forming(target, **{**values, "speed": level.speed, "T_tool": level.T_tool})
 
     def _system(self, friction: Path, forming: Path, level: PressLevel, label: str) -> System:
         recorded = float(level.curves["stroke"].max())

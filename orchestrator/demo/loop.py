@@ -110,7 +110,19 @@ class Demo:
         )
 
     def _press(self, tick: Tick) -> None:
-        raise RuntimeError
+        from sct_twin.virtual_lab.press import press_curves
+
+        s = self.scenario
+        press_curves(
+            self.out / "campaign",
+            [(level.T_tool, level.speed) for level in s.levels],
+            self.out / "press",
+            stroke=s.stroke,
+            repeats=s.repeats,
+            seed=s.seed,
+            jobs=self.jobs,
+            progress=tick,
+        )
 
     def _twin(self, tick: Tick) -> None:
         from sct_twin import SctTwin

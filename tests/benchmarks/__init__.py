@@ -1,0 +1,1 @@
+"""Measurements that `make bench` runs; none is asserted as wall time by a test."""
