@@ -11,9 +11,13 @@ from ..loads import FloatArray
 from .base_law import BaseLaw, polynomial_columns
 from .binning import Campaign
 from .candidates import Candidate
-from .noise_floor import Layout, NoiseFloor, Whitener, estimate
+from .noise_floor import Layout, NoiseFloor, Whitener, estimate, independent_columns
 from .scan import Fit, Prepared, Projector, prepare_candidate, rank
 from .significance import Simulated, confusion_set, maximum_gains, p_value, simulate
+
+#: Standard deviations from the rest of its test beyond which a bin is an outlier.
+OUTLYING = 8.0
+MOST_OUTLIERS = 0.02
 
 
 @dataclass
@@ -92,13 +96,44 @@ def flexible_mean(campaign: Campaign, base: FloatArray) -> FloatArray:
     return np.column_stack(columns)
 
 
+def distrust_outliers(campaign: Campaign, base: BaseLaw) -> NoiseFloor | None:
+    """Take the weight from bins that lie far off the other bins of their test (two passes).
+
+    Returns a first estimate of the noise floor, None where there are too few bins to judge.
+
+    Nothing is done where more than one bin in fifty does: that is structure, not outliers.
+    """
+    y = campaign.average(campaign.mu - base.offset)
+    mean = independent_columns(campaign.average(flexible_mean(campaign, base.columns)))
+    if len(y) < 3 * len(campaign.tests) or len(y) < 2 * mean.shape[1]:
+        return None
+    floor = None
+    for _ in range(2):
+        layout = Layout.of(campaign)
+        floor = estimate(campaign, layout, y, mean, floor)
+        whiten = Whitener(layout, floor, float(np.std(y)) or 1e-6)
+        white = whiten(mean)
+        residual = y - mean @ np.linalg.lstsq(white, whiten(y), rcond=1e-9)[0]
+        far = np.abs(whiten.isolation(residual))
+        known = campaign.distrusted if campaign.distrusted is not None else np.zeros(len(y), dtype=bool)
+        flagged = known | (far > OUTLYING * max(1.4826 * float(np.median(far)), 1e-12))
+        if flagged.sum() == known.sum() or flagged.mean() > MOST_OUTLIERS:
+            break
+        campaign.distrusted = flagged
+    if campaign.distrusted is not None:
+        campaign.warnings.append(
+            f"{int(campaign.distrusted.sum())} of {len(y)} averages lie far off the rest of their test and carry no weight"
+        )
+    return floor
+
+
 def search(
     campaign: Campaign,
     base: BaseLaw,
     terms: FloatArray | None,
     candidates: list[Candidate],
     seed: int,
-    floor: NoiseFloor | None = None,
+    start: NoiseFloor | None = None,
     also_in_mean: FloatArray | None = None,
 ) -> Round:
     """Scan all candidates beyond the base and further terms.
@@ -111,8 +146,8 @@ def search(
         Further columns in the bins that belong to the base by now (effects found, freed drivers).
     candidates : list of Candidate
     seed : int
-    floor : NoiseFloor, optional
-        Use this one instead of estimating.
+    start : NoiseFloor, optional
+        An earlier estimate of the floor, to start from.
     also_in_mean : ndarray, shape (m, k), optional
         Columns that only the estimation of the floor uses (the winner of an earlier round).
     """
@@ -121,10 +156,9 @@ def search(
     columns = campaign.average(base.columns)
     if terms is not None:
         columns = np.column_stack([columns, terms])
-    if floor is None:
-        mean = campaign.average(flexible_mean(campaign, base.columns))
-        extra = [e for e in (terms, also_in_mean) if e is not None]
-        floor = estimate(campaign, layout, y, np.column_stack([mean, *extra]))
+    mean = campaign.average(flexible_mean(campaign, base.columns))
+    extra = [e for e in (terms, also_in_mean) if e is not None]
+    floor = estimate(campaign, layout, y, np.column_stack([mean, *extra]), start)
     scale = float(np.std(y)) or 1e-6
     whiten = Whitener(layout, floor, scale)
     project = Projector(whiten(columns))

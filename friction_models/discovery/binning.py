@@ -13,6 +13,8 @@ from ..loads import LOAD_NAMES, LOADS, MU, FloatArray, InputError, TriboLoads, c
 BINS = 19  # a test, with many tests
 MOST_BINS = 120  # a test, with few tests
 ALL_BINS = 2100  # of a campaign, about
+MOST_POINTS = 150_000
+SPIKE = 0.005  # least distance in mu of a point from its neighbours that counts as a spike
 FINENESS = 1.7  # exponent of the bin edges: the first bin covers about 0.7 % of the distance
 
 
@@ -46,6 +48,8 @@ class Campaign:
         What the user should know about the data.
     grouped : bool
         Whether tests are known.
+    distrusted : ndarray of bool, shape (m,), or None
+        Bins that lie far off their neighbours; they carry no weight.
     integrated : dict
         States of effects whose evolution does not depend on shape parameters, with the mu that drove them.
     """
@@ -62,6 +66,7 @@ class Campaign:
     system: dict[str, FloatArray] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
     grouped: bool = True
+    distrusted: npt.NDArray[np.bool_] | None = None
     integrated: dict[str, tuple[FloatArray, dict[str, FloatArray]]] = field(default_factory=dict, repr=False)
 
     def average(self, values: FloatArray) -> FloatArray:
@@ -111,8 +116,9 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> Campaign:
     if np.any(np.diff(order) < 0):
         rows = np.argsort(order, kind="stable")
         frame, order = frame.iloc[rows].reset_index(drop=True), order[rows]
+    frame = _thinned(frame, warnings)
     loads = TriboLoads.from_frame(frame, tests)
-    mu = check_column(frame["mu"].to_numpy(), MU, "data")
+    mu = _without_spikes(check_column(frame["mu"].to_numpy(), MU, "data"), frame["test_id"], warnings)
     campaign = campaign_of(loads, mu, loads.test_id)
     campaign.system = _system_columns(loads)
     campaign.warnings = warnings + _remarks(campaign, {q.name for q in absent})
@@ -147,6 +153,41 @@ def campaign_of(loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_] 
     slot = np.arange(len(starts)) - np.flatnonzero(np.r_[True, np.diff(test) > 0])[test]
     names = [str(g) for g in groups[point_starts]]
     return Campaign(loads, mu, names, point_starts, starts, count, test, slot, distance)
+
+
+def _thinned(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
+    """Return every k-th point of each test where there are far more than the bins need."""
+    step = len(frame) // MOST_POINTS + 1
+    if step == 1:
+        return frame
+    place = frame.groupby("test_id", sort=False).cumcount()
+    size = frame.groupby("test_id", sort=False)["mu"].transform("size")
+    kept = frame[(place % step == 0) | (size <= 4 * BINS)]
+    warnings.append(f"every {step}. point was used ({len(kept)} of {len(frame)})")
+    return kept.reset_index(drop=True)
+
+
+def _without_spikes(mu: FloatArray, test: pd.Series, warnings: list[str]) -> FloatArray:
+    """Return mu with single points far off their neighbours replaced by the median of five around them.
+
+    Monotone stretches pass unchanged, also steep ones: break-away and running-in are not spikes.
+    """
+    if len(mu) < 10:
+        return mu
+    windows = np.lib.stride_tricks.sliding_window_view(mu, 5)
+    middle = np.median(windows, axis=1)
+    names = test.to_numpy()
+    same = names[4:] == names[:-4]
+    distance = np.where(same, np.abs(mu[2:-2] - middle), 0.0)
+    second = np.where(names[2:] == names[:-2], np.abs(np.diff(mu, 2)), np.nan)
+    noise = 1.4826 / np.sqrt(6.0) * pd.Series(second).groupby(names[1:-1]).transform("median").to_numpy()
+    spike = distance > np.fmax(12.0 * noise[1:-1], SPIKE)
+    if not spike.any():
+        return mu
+    warnings.append(f"{int(spike.sum())} single points lie far off their neighbours and were left out")
+    cleaned = mu.copy()
+    cleaned[2:-2][spike] = middle[spike]
+    return cleaned
 
 
 def _remarks(campaign: Campaign, absent: set[str]) -> list[str]:

@@ -23,7 +23,7 @@ from .analysis import flexible_mean
 from .base_law import BaseLaw, base_law, polynomial_columns
 from .binning import Campaign, campaign_of
 from .candidates import evaluate, evaluate_points, spans_of
-from .noise_floor import Layout, Whitener, estimate
+from .noise_floor import Layout, NoiseFloor, Whitener, estimate
 
 #: Families whose formula is linear in its coefficients: base and effects are solved in one step.
 LINEAR_FAMILIES = ("constant", "linear", "polynomial")
@@ -114,6 +114,7 @@ class _Problem:
         self.whiten: Any = lambda values: values
         self.floor: dict[str, Any] = {}
         self.scanned = False
+        self.estimated: NoiseFloor | None = None
 
     def weigh(self) -> None:
         """Estimate the noise floor around base and effects, and weigh by it."""
@@ -121,7 +122,8 @@ class _Problem:
             return
         columns = [flexible_mean(self.campaign, self.base_points), *self.columns(self.shapes, points=True)]
         mean = self.campaign.average(np.column_stack(columns))
-        floor = estimate(self.campaign, self.layout, self.y, mean)
+        floor = estimate(self.campaign, self.layout, self.y, mean, self.estimated)
+        self.estimated = floor
         self.whiten = Whitener(self.layout, floor, float(np.std(self.y)) or 1e-6)
         self.floor = {
             "sensor": floor.sensor,

@@ -18,6 +18,10 @@ from .binning import Campaign
 
 #: Relative to the scatter of the data; keeps the covariance regular on noise-free input.
 FLOOR = 1e-4
+#: Enough tests for an estimate; of more, as many are taken evenly.
+MOST_TESTS = 160
+#: Factor on the variance of a bin that is left out.
+NO_WEIGHT = 1e6
 
 
 @dataclass(frozen=True)
@@ -88,8 +92,18 @@ class Layout:
         distance, weight = np.zeros(shape), np.zeros(shape)
         distance[at] = campaign.average(campaign.distance)
         weight[at] = 1.0 / campaign.count
+        if campaign.distrusted is not None:
+            weight[at] *= np.where(campaign.distrusted, NO_WEIGHT, 1.0)
         present = weight > 0
         return cls(*at, shape, np.abs(distance[:, :, None] - distance[:, None, :]), weight, present)
+
+    def subset(self, tests: npt.NDArray[np.intp]) -> tuple[Layout, npt.NDArray[np.bool_]]:
+        """Return the layout of some tests, and which bins belong to it."""
+        rows = np.isin(self.test, tests)
+        test = np.searchsorted(tests, self.test[rows])
+        shape = (len(tests), self.shape[1])
+        part = Layout(test, self.slot[rows], shape, self.gaps[tests], self.weight[tests], self.present[tests])
+        return part, rows
 
     def pad(self, values: FloatArray) -> FloatArray:
         """Return [tests, slots, k] from [m, k]."""
@@ -118,6 +132,12 @@ class Whitener:
         )
         self.inverse = np.linalg.inv(np.linalg.cholesky(S))
 
+    def isolation(self, residual: FloatArray) -> FloatArray:
+        """Return how far each bin lies off what the other bins of its test predict, in standard deviations."""
+        precision = np.swapaxes(self.inverse, 1, 2) @ self.inverse
+        pulled = (precision @ self.layout.pad(residual[:, None]))[self.layout.test, self.layout.slot, 0]
+        return pulled / np.sqrt(np.einsum("tii->ti", precision)[self.layout.test, self.layout.slot])
+
     def __call__(self, values: FloatArray) -> FloatArray:
         """Return whitened `values`, shape (m,) or (m, k)."""
         flat = values.reshape(len(values), -1)
@@ -125,7 +145,9 @@ class Whitener:
         return white.reshape(values.shape)
 
 
-def estimate(campaign: Campaign, layout: Layout, y: FloatArray, mean: FloatArray) -> NoiseFloor:
+def estimate(
+    campaign: Campaign, layout: Layout, y: FloatArray, mean: FloatArray, start: NoiseFloor | None = None
+) -> NoiseFloor:
     """Estimate the noise floor by REML around a mean in the span of `mean`.
 
     Parameters
@@ -136,11 +158,18 @@ def estimate(campaign: Campaign, layout: Layout, y: FloatArray, mean: FloatArray
         Bin means of mu (or of a residual).
     mean : ndarray, shape (m, p)
         Columns that the mean may use.
+    start : NoiseFloor, optional
+        An earlier estimate to start from.
     """
+    if len(campaign.tests) > MOST_TESTS:
+        some = np.unique(np.linspace(0, len(campaign.tests) - 1, MOST_TESTS).astype(int))
+        layout, rows = layout.subset(some)
+        y, mean = y[rows], mean[rows]
     mean = independent_columns(mean)
     residual = y - mean @ np.linalg.lstsq(mean, y, rcond=None)[0]
     scale = max(float(np.std(residual)), 1e-9)
-    known = len(campaign.tests) >= 3
+    tests = len(layout.present)
+    known = tests >= 3
     length = float(np.median([g[p].max() for g, p in zip(layout.gaps, layout.present, strict=True)]))
     stacked = layout.pad(np.column_stack([y, mean]))
     many = layout.shape[1] > 2
@@ -157,26 +186,31 @@ def estimate(campaign: Campaign, layout: Layout, y: FloatArray, mean: FloatArray
         except np.linalg.LinAlgError:
             return 1e12
         white = np.linalg.solve(root, stacked).reshape(-1, stacked.shape[2])
-        q, r = np.linalg.qr(white[:, 1:])
-        rest = white[:, 0] - q @ (q.T @ white[:, 0])
+        gram = white.T @ white
+        try:
+            inner = np.linalg.cholesky(gram[1:, 1:])
+        except np.linalg.LinAlgError:
+            return 1e12
+        along = np.linalg.solve(inner, gram[1:, 0])
+        rest = float(gram[0, 0] - along @ along)
         log_det = 2.0 * np.sum(np.log(np.einsum("tii->ti", root)))
         prior = 0.05 * (np.log(relative / 0.15)) ** 2  # keeps the length finite where there is no drift
-        return float(0.5 * (log_det + rest @ rest) + np.sum(np.log(np.abs(np.diag(r)))) + prior)
+        return float(0.5 * (log_det + rest) + np.sum(np.log(np.diag(inner))) + prior)
 
     within = np.log(max(_first_differences(campaign) / scale, 0.02))
-    starts = [np.array([np.log(0.8), np.log(0.3), np.log(0.15), within])]
-    best = min(
-        (
-            minimize(
-                criterion,
-                s,
-                method="L-BFGS-B",
-                bounds=[(-9, 3), (-9, 3), (-4, 2), (-7, 4)],
-                options={"maxiter": 60},
-            )
-            for s in starts
-        ),
-        key=lambda r: float(r.fun),
+    begin = np.array([np.log(0.8), np.log(0.3), np.log(0.15), within])
+    if start is not None:
+        known_sizes = np.array([start.test, start.drift, 0.0, start.bin_sensor]) / scale
+        known_sizes[2] = start.drift_length / max(length, 1e-9)
+        begin = np.log(np.maximum(known_sizes, 1e-3))
+    bounds = [(-9, 3), (-9, 3), (-4, 2), (-7, 4)]
+    low, high = np.array(bounds, dtype=float).T
+    best = minimize(
+        criterion,
+        np.clip(begin, low, high),
+        method="L-BFGS-B",
+        bounds=bounds,
+        options={"maxiter": 60, "ftol": 1e-8},
     )
     s_b, s_d, relative, s_w = np.exp(best.x) * np.array([scale, scale, 1.0, scale])
     s_b, s_d = (s_b if known else 0.0), (s_d if many else 0.0)
@@ -190,7 +224,7 @@ def estimate(campaign: Campaign, layout: Layout, y: FloatArray, mean: FloatArray
         float(s_w),
         known,
     )
-    return replace(floor, interval=_interval(floor, len(campaign.tests), mean.shape[1]))
+    return replace(floor, interval=_interval(floor, tests, mean.shape[1]))
 
 
 def _interval(floor: NoiseFloor, tests: int, columns: int) -> tuple[float, float]:

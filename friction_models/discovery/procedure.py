@@ -16,12 +16,14 @@ import pandas as pd
 from ..effects import CATALOGUE, make_effect
 from ..effects.base import Effect
 from ..loads import FloatArray
-from .analysis import Round, search, testable
+from .analysis import Round, distrust_outliers, search, testable
 from .base_law import BaseLaw, base_law
 from .binning import Campaign, prepare
 from .candidates import Candidate, evaluate, spans_of
 from .diagnosis import Diagnosis
+from .identifiability import limits
 from .next_tests import propose
+from .noise_floor import NoiseFloor
 from .scan import Fit
 from .significance import stays_first
 from .structure import Structure, find_structure, spline_columns
@@ -67,12 +69,13 @@ def diagnose(
     """
     campaign = prepare(data, tests)
     base = base_law(model, campaign, seed)
+    floor = distrust_outliers(campaign, base)
     effects = [make_effect(e) for e in (CATALOGUE if catalogue is None else catalogue)]
     usable, notes = testable(effects, campaign, base.effects)
     mu = _base_prediction(campaign, base)
     spans = spans_of(campaign, mu)
     candidates = [evaluate(e, campaign, mu, e.grids(spans)) for e in usable]
-    found = _search_twice(campaign, base, None, candidates, seed)
+    found = _search_twice(campaign, base, candidates, seed, floor)
     evidence, effects_found, final = _weigh(campaign, base, found, candidates, seed)
     kinds = {e.name: e.kind for e in usable}
     verdict = decide(evidence, kinds)
@@ -86,14 +89,14 @@ def _base_prediction(campaign: Campaign, base: BaseLaw) -> FloatArray:
 
 
 def _search_twice(
-    campaign: Campaign, base: BaseLaw, terms: FloatArray | None, candidates: list[Candidate], seed: int
+    campaign: Campaign, base: BaseLaw, candidates: list[Candidate], seed: int, floor: NoiseFloor | None
 ) -> Round:
     """Search, then once more with a floor that knows the winner: a sharp effect inflates the first floor."""
-    found = search(campaign, base, terms, candidates, seed)
+    found = search(campaign, base, None, candidates, seed, floor)
     winner = found.winner
     if winner is None or found.p_value(winner) >= 0.2:
         return found
-    return search(campaign, base, terms, candidates, seed, also_in_mean=_columns(winner))
+    return search(campaign, base, None, candidates, seed, found.floor, also_in_mean=_columns(winner))
 
 
 def _columns(fit: Fit) -> FloatArray:
@@ -143,7 +146,7 @@ def _second_effect(
     if not others:
         return None
     freed = np.column_stack([_columns(first), spline_columns(campaign, drivers)])
-    again = search(campaign, base, freed, others, seed)
+    again = search(campaign, base, freed, others, seed, found.floor)
     second = again.winner
     if second is None or again.p_value(second) >= LEVEL / 2:
         return None
@@ -200,7 +203,7 @@ def _assemble(
             if verdict == "unknown_structure"
             else 0.9
         )
-    warnings = [*campaign.warnings, *notes]
+    warnings = [*campaign.warnings, *limits(campaign, base, evidence), *notes]
     if not floor.known:
         confidence = min(confidence, 0.5)
     rivals = [f for n in evidence.confusion_set for f in found.ranking if f.name == n]

@@ -10,7 +10,10 @@ from .verdict import Evidence
 def sentence(verdict: str, base: BaseLaw, evidence: Evidence, chosen: list[Fit], confidence: float) -> str:
     """Return the verdict as a user reads it."""
     model = f"the {base.name} model"
-    sure = f"(confidence {confidence:.2f})"
+    sure = f"(confidence {confidence:.2f}"
+    if not evidence.found.floor.known:
+        sure += "; so few tests cannot show the scatter between tests"
+    sure += ")"
     names = " and ".join(f"{f.name} ({f.prepared.candidate.effect.title})" for f in chosen)
     p = evidence.p_value
     if verdict == "explained":

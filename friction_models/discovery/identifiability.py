@@ -1,0 +1,55 @@
+"""What limits an answer: loads that do not vary within tests, bases that absorb effects, weak visibility."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..loads import LOAD_NAMES
+from .base_law import BaseLaw
+from .binning import Campaign
+from .verdict import Evidence
+
+#: Families that can follow part of an effect.
+FLEXIBLE = ("polynomial", "gradient_boosting", "ffnn")
+#: A load varies within tests when this share of its variance lies within them.
+WITHIN = 1e-3
+#: Below this share of its own variation beside the base, an amplitude is poorly known.
+WEAK = 0.02
+
+
+def within_share(campaign: Campaign, name: str) -> float:
+    """Return the share of the variance of a load that lies within tests."""
+    values = campaign.average(getattr(campaign.loads, name))
+    totals = np.bincount(campaign.test, campaign.count)
+    means = np.bincount(campaign.test, campaign.count * values) / totals
+    around = values - np.average(values, weights=campaign.count)
+    whole = float(campaign.count @ around**2)
+    inside = float(campaign.count @ (values - means[campaign.test]) ** 2)
+    return inside / whole if whole > 0 else 0.0
+
+
+def limits(campaign: Campaign, base: BaseLaw, evidence: Evidence) -> list[str]:
+    """Return warnings that a reader of the verdict should know."""
+    notes = []
+    tests = len(campaign.tests)
+    averaged = campaign.count.size == tests
+    if tests > 1 and not averaged:
+        flat = [n for n in LOAD_NAMES if campaign.varies(n) and within_share(campaign, n) < WITHIN]
+        if flat:
+            notes.append(
+                f"{' and '.join(flat)} hardly varies within tests: the shape of such an effect rests on its levels alone"
+            )
+    if base.name.split("+")[0] in FLEXIBLE:
+        notes.append(
+            f"a {base.name} base absorbs part of an effect: 'nothing missing' would speak of the error, not of the physics"
+        )
+    winner = evidence.winner
+    if winner is not None and evidence.present:
+        whole = evidence.found.whiten(winner.binned - winner.binned.mean())
+        share = float(winner.signal @ winner.signal) / max(float(whole @ whole), 1e-300)
+        if share < WEAK:
+            notes.append(
+                f"only {100 * share:.1f} % of the variation of {winner.name} shows beside the base: "
+                "its form is seen, its amplitude is poorly known"
+            )
+    return notes
