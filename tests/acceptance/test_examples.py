@@ -4,17 +4,32 @@ from __future__ import annotations
 
 import importlib.util
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
-def test_whole_loop_through_python(tmp_path: Path, capsys) -> None:
-    spec = importlib.util.spec_from_file_location("whole_loop", EXAMPLES / "whole_loop.py")
+def load(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
     assert spec is not None and spec.loader is not None
-    example = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(example)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_own_model_and_effect(tmp_path: Path) -> None:
+    example = load("own_model_and_effect")
+    points = example.made_up_points()
+    plain, composed, fmu = example.main(tmp_path)
+    errors = [np.abs(m.predict_frame(points) - points["mu"]).mean() for m in (plain, composed)]
+    assert errors[1] < 1e-3 < 5e-3 < errors[0]
+    assert fmu.is_file()
+
+
+def test_whole_loop_through_python(tmp_path: Path, capsys) -> None:
+    example = load("whole_loop")
     before, after = example.main(tmp_path, plan="tiny-6+3", stroke=1.0)
     said = capsys.readouterr().out
     assert "synthetic" in said.lower() and before.synthetic
