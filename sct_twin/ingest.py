@@ -14,7 +14,7 @@ from friction_models.loads import InputError, atomic_folder
 
 from .channel_map import ChannelMap
 from .quality import quality_row
-from .raw_campaign import RawCampaign, check_test_id, read_json, read_tests, write_tables
+from .raw_campaign import RawCampaign, check_target, check_test_id, read_json, read_tests, write_tables
 from .readers import read_csv
 from .record import write_csv
 
@@ -74,10 +74,12 @@ def ingest(
     Raises
     ------
     InputError
-        No files, a bad channel map or test table, or no file that can be used.
+        No files, a bad channel map or test table, no file that can be used, or `out` holds something
+        else than a campaign.
     """
     if out is None:
         raise InputError("ingest: out is missing; allowed: the folder to write")
+    check_target(Path(out))
     mapping = ChannelMap.load(channel_map)
     files, home = _files(source)
     table = None

@@ -154,6 +154,20 @@ def check_test_id(test_id: str, where: str) -> str:
     return test_id
 
 
+def check_target(folder: Path) -> None:
+    """Refuse to replace a folder that holds something else than a campaign.
+
+    Raises
+    ------
+    InputError
+        The folder exists, is not empty and is no raw campaign, or is a file.
+    """
+    if folder.is_file():
+        raise InputError(f"{folder}: is a file; allowed: a folder to write a campaign to")
+    if folder.is_dir() and any(folder.iterdir()) and not (folder / "campaign.json").is_file():
+        raise InputError(f"{folder}: holds other files; allowed: a new folder, or a campaign to replace")
+
+
 def write_tables(folder: Path, tests: pd.DataFrame, info: dict[str, Any]) -> None:
     """Write `tests.csv` and `campaign.json` into a campaign folder that is being made."""
     tests.to_csv(folder / "tests.csv", index=False, lineterminator="\n")

@@ -18,7 +18,7 @@ from forming.upsetting import PunchGeometry, UpsettingResult
 from friction_models.loads import FloatArray, InputError, atomic_folder, atomic_path, write_json, write_text
 
 from ..pool import Progress, map_unordered
-from ..raw_campaign import RawCampaign, write_tables
+from ..raw_campaign import RawCampaign, check_target, write_tables
 from ..result import fingerprint
 from .experiment import Instruments, run_test
 from .law import TrueLaw
@@ -92,9 +92,15 @@ class Campaign:
         -------
         RawCampaign
             Raw records and test table, labelled synthetic.
+
+        Raises
+        ------
+        InputError
+            `out` holds something else than a campaign.
         """
         temporary = tempfile.TemporaryDirectory(prefix="tribofmu-lab-") if out is None else None
         target = Path(temporary.name) / "campaign" if temporary is not None else Path(out or "")
+        check_target(target)
         tests = self.tests
         rows = tests.to_dict("records")
         report = progress or (lambda done, of, what: None)

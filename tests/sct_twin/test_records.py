@@ -163,6 +163,9 @@ def test_ingest_writes_nothing_when_nothing_can_be_used(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="none of 1 files can be used"):
         ingest(tmp_path, None, tmp_path / "out")
     assert not (tmp_path / "out").exists()
+    with pytest.raises(InputError, match="holds other files; allowed: a new folder"):
+        ingest(tmp_path, None, tmp_path)
+    assert (tmp_path / "x.csv").is_file()
 
 
 @pytest.mark.parametrize(
