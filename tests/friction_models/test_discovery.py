@@ -153,7 +153,7 @@ def test_refine_removes_the_avoidable_error(worn: tuple[pd.DataFrame, pd.DataFra
 
 
 def test_an_addition_that_hurts_is_refused(worn: tuple[pd.DataFrame, pd.DataFrame]) -> None:
-    points, tests = worn
+    points, tests = worn[0].iloc[::4], worn[1]
     train = tests["test_id"].iloc[:14].tolist()
     few = tests.assign(role=np.where(tests["test_id"].isin(train), "train", "test"))
     worse = points.copy()
@@ -166,7 +166,7 @@ def test_an_addition_that_hurts_is_refused(worn: tuple[pd.DataFrame, pd.DataFram
 
 
 def test_flexible_and_fixed_bases(worn: tuple[pd.DataFrame, pd.DataFrame]) -> None:
-    points, tests = worn
+    points, tests = worn[0].iloc[::3], worn[1]
     assert diagnose(points, tests, model=PolynomialFriction()).ranking[0]["effect"] == "wear_out"
     trees = diagnose(points, tests, model=GradientBoostingFriction())
     assert trees.model == "gradient_boosting" and trees.verdict in {
