@@ -70,11 +70,15 @@ class Round:
         """Effects that cannot be told from the winner."""
         return confusion_set(self.ranking, self.simulated)
 
-    def change(self, fit: Fit) -> FloatArray:
-        """Return the part of an effect that the base, fitted as usual, cannot follow, shape (m,)."""
+    def beyond_base(self, values: FloatArray) -> FloatArray:
+        """Return the part of a contribution to mu in the bins that the base, fitted as usual, cannot follow."""
         root = np.sqrt(self.count)[:, None]
-        follow = np.linalg.lstsq(root * self.columns, root[:, 0] * fit.binned, rcond=1e-9)[0]
-        return fit.binned - self.columns @ follow
+        follow = np.linalg.lstsq(root * self.columns, root[:, 0] * values, rcond=1e-9)[0]
+        return values - self.columns @ follow
+
+    def change(self, fit: Fit) -> FloatArray:
+        """Return what an effect brings that the base cannot follow, shape (m,)."""
+        return self.beyond_base(fit.binned)
 
 
 def flexible_mean(campaign: Campaign, base: FloatArray) -> FloatArray:

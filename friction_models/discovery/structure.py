@@ -124,7 +124,7 @@ def find_structure(campaign: Campaign, found: Round, signal: FloatArray, seed: i
 def _rms(campaign: Campaign, found: Round, q: FloatArray, residual: FloatArray, excess: float) -> float:
     """Return the rms in mu of a whitened fit, shrunk to the part that is not noise."""
     fit = np.linalg.inv(found.whiten.inverse) @ found.whiten.layout.pad((q @ (q.T @ residual))[:, None])
-    values = fit[campaign.test, campaign.slot, 0]
+    values = found.beyond_base(fit[campaign.test, campaign.slot, 0])
     mean_square = float(campaign.count @ values**2 / campaign.count.sum())
     power = float(np.sum((q.T @ residual) ** 2))
     return float(np.sqrt(max(mean_square * max(excess, 0.0) / max(power, 1e-300), 0.0)))

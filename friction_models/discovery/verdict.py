@@ -14,8 +14,9 @@ LEVEL = 0.03
 #: Least share of the squared error (floor included) that an effect must carry: smaller ones are within the
 #: errors of a twin's loads and of no use to a model.
 LEAST_SHARE = 0.012
-#: An effect must explain this share of all structure, else something else is missing.
-EXPLAINS = 0.85
+#: An effect must explain this share of all structure, else something else is missing. Right effects whose
+#: true form differs from the catalogue's reach 0.79 or more, the best of wrong ones 0.70 or less.
+EXPLAINS = 0.75
 #: Level for structure beyond the catalogue.
 STRUCTURE_LEVEL = 0.02
 
