@@ -87,6 +87,29 @@ def locate(
     return nearest
 
 
+@njit(cache=True)
+def patch_range(quads: IntArray, gauss: FloatArray, n_nodes: int) -> tuple[FloatArray, FloatArray]:
+    """Return the smallest and largest value of each field in each element and its neighbours, [e, c]."""
+    n_c = gauss.shape[2]
+    node_low = np.full((n_nodes, n_c), np.inf)
+    node_high = np.full((n_nodes, n_c), -np.inf)
+    for e in range(quads.shape[0]):
+        for a in range(4):
+            n = quads[e, a]
+            for g in range(4):
+                for c in range(n_c):
+                    node_low[n, c] = min(node_low[n, c], gauss[e, g, c])
+                    node_high[n, c] = max(node_high[n, c], gauss[e, g, c])
+    low = np.full((quads.shape[0], n_c), np.inf)
+    high = np.full((quads.shape[0], n_c), -np.inf)
+    for e in range(quads.shape[0]):
+        for a in range(4):
+            for c in range(n_c):
+                low[e, c] = min(low[e, c], node_low[quads[e, a], c])
+                high[e, c] = max(high[e, c], node_high[quads[e, a], c])
+    return low, high
+
+
 @njit(cache=True, fastmath=FAST)
 def interpolate_state(
     x_old: FloatArray,
@@ -106,8 +129,11 @@ def interpolate_state(
     """Return the fields of Gauss points [e, g, c] and nodes [n, c] on the new mesh.
 
     Gauss point fields are taken bilinearly from the points of the owner element alone: averaging over
-    nodes first would smear the shear layer at the surface.
+    nodes first would smear the shear layer at the surface. Towards the element's edge this extrapolates, so
+    the value is kept within the range of the element and its neighbours: otherwise the many remeshings
+    of a long run amplify a peak without bound.
     """
+    low, high = patch_range(quads_old, gauss_old, x_old.shape[0])
     gauss_new = np.zeros((quads_new.shape[0], 4, gauss_old.shape[2]))
     nodal_new = np.zeros((x_new.shape[0], nodal_old.shape[1]))
     local = np.zeros(2)
@@ -124,6 +150,8 @@ def interpolate_state(
                 weight = 0.25 * (1.0 + XI[a] * local[0] * stretch) * (1.0 + ETA[a] * local[1] * stretch)
                 for c in range(gauss_old.shape[2]):
                     gauss_new[e, g, c] += weight * gauss_old[k, a, c]
+            for c in range(gauss_old.shape[2]):
+                gauss_new[e, g, c] = min(high[k, c], max(low[k, c], gauss_new[e, g, c]))
     for n in range(x_new.shape[0]):
         k = locate(
             x_new[n, 0], x_new[n, 1], x_old, quads_old, low_r, low_z, cell, n_r, n_z, start, members, local

@@ -112,6 +112,20 @@ CORNERS = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
 GAUSS_POINTS = [(-G, -G), (G, -G), (G, G), (-G, G)]
 
 
+def test_many_transfers_do_not_amplify_a_peak():
+    """A peak at the surface that is handed from mesh to mesh stays within what was there."""
+    meshes = [mesh_inside(billet(h), uniform(h)) for h in (0.62, 0.7)]
+    x = meshes[0].x[meshes[0].quads].mean(axis=1)
+    peak = np.exp(-((x[:, 0] - 8.0) ** 2 + (x[:, 1] - 6.0) ** 2))
+    gauss = np.repeat(peak[:, None, None], 4, axis=1)
+    for k in range(20):
+        old, new = meshes[k % 2], meshes[1 - k % 2]
+        nodal = np.zeros((len(old.x), 1))
+        gauss, _ = transfer(old.x, old.quads, gauss, nodal, new.x, new.quads)
+        assert gauss.max() <= peak.max() + 1e-12 and gauss.min() >= peak.min() - 1e-12
+    assert gauss.max() > 0.4
+
+
 def test_grid_mesh_is_counter_clockwise():
     mesh = grid_mesh(np.linspace(0.0, 2.0, 5), np.linspace(0.0, 3.0, 9))
     assert qualities(mesh.x, mesh.quads) == pytest.approx(np.ones(32))
