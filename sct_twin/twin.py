@@ -35,7 +35,8 @@ class TwinResult:
     Attributes
     ----------
     points : pandas.DataFrame
-        Columns of the contract (`test_id, t, v_rel, T, sigma_n, sd, psi, mu`) and `EXTRA_UNITS`.
+        Columns of the contract (`test_id, t, v_rel, T, sigma_n, sd, psi, mu`) and `EXTRA_UNITS`; `t`
+        counts from the start of sliding.
     tests : pandas.DataFrame
         The campaign's test table with a summary of each test.
     info : dict
