@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..effects.base import Effect, Memory, Spans
+from ..effects.base import Effect, Memory
 from ..loads import FloatArray, TriboLoads
 from ..ops import LoadColumns, NumpyOps
 from .binning import Campaign
@@ -175,8 +175,3 @@ def time_steps(loads: TriboLoads, point_starts: Sequence[int] | np.ndarray) -> F
         dt = np.maximum(np.diff(loads.sd, prepend=loads.sd[:1]), 0.0) / np.maximum(loads.v_rel, 1e-9)
     dt[np.asarray(point_starts)] = 0.0
     return dt
-
-
-def catalogue_grids(effect: Effect, spans: Spans) -> dict[str, FloatArray]:
-    """Return the scan values of an effect for data with these spans."""
-    return effect.grids(spans)

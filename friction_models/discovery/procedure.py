@@ -70,7 +70,8 @@ def diagnose(
     campaign = prepare(data, tests)
     base = base_law(model, campaign, seed)
     floor = distrust_outliers(campaign, base)
-    effects = [make_effect(e) for e in (CATALOGUE if catalogue is None else catalogue)]
+    chosen = CATALOGUE if catalogue is None else catalogue
+    effects = [make_effect(e) for e in (chosen.values() if isinstance(chosen, Mapping) else chosen)]
     usable, notes = testable(effects, campaign, base.effects)
     mu = _base_prediction(campaign, base)
     spans = spans_of(campaign, mu)

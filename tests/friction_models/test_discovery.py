@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -202,6 +203,35 @@ def test_thin_data_get_a_careful_answer(worn: tuple[pd.DataFrame, pd.DataFrame])
         diagnose(points.drop(columns="mu"))
     with pytest.raises(InputError, match="unknown effect 'wearout'"):
         diagnose(points, tests, catalogue=["wearout"])
+
+
+def test_spikes_are_left_out() -> None:
+    points, tests, _ = campaign(None, seed=3, thin=5)
+    rng = np.random.default_rng(1)
+    rows = rng.choice(len(points), 120, replace=False)
+    points.loc[rows, "mu"] += rng.exponential(0.2, len(rows))
+    answer = diagnose(points, tests)
+    assert answer.verdict == "nothing_missing"
+    assert any("far off" in w for w in answer.warnings)
+
+
+def test_an_effect_of_the_users_own_is_found(worn: tuple[pd.DataFrame, pd.DataFrame]) -> None:
+    class Chatter(effects.Effect):
+        name = "chatter"
+        title = "a wave along the distance"
+        equation = "mu += c sin(2 pi sd/18)"
+        latex = "c"
+        citation = "none"
+        where_it_shows = "along the distance"
+        driver = ("sd",)
+        amplitudes = (effects.Amplitude("c", "1", "height", 0, 0.01),)
+
+        def basis(self, x: Any, L: Any, p: Any, memory: Any) -> tuple[Any, ...]:
+            return (np.sin(L.sd * 2 * np.pi / 18.0),)
+
+    points, tests, _ = campaign(None, seed=91, strength=1.2, thin=8, shape=lambda r, g: np.sin(r.sd / 2.8))
+    answer = diagnose(points, tests, catalogue={**effects.CATALOGUE, "chatter": Chatter})
+    assert answer.verdict == "explained" and answer.effects == ["chatter"]
 
 
 def test_compare_ranks_with_intervals_by_test(worn: tuple[pd.DataFrame, pd.DataFrame]) -> None:
