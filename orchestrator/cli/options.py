@@ -49,9 +49,9 @@ def any_model(name: str) -> Any:
     """
     path = Path(name)
     if path.suffix == ".fmu":
-        from ..fmu_friction import FmuFriction
+        from fmus import FmuModel
 
-        return FmuFriction(path)
+        return FmuModel(path)
     if path.is_dir():
         from friction_models import load_model
 

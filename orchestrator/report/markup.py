@@ -46,26 +46,33 @@ def _number(right: bool) -> str:
 
 @dataclass(frozen=True)
 class Change:
-    """A number before and after, with its unit and how many decimals to show."""
+    """A number before and after (None where nothing was changed), with its unit and decimals to show."""
 
     name: str
     before: float
-    after: float
+    after: float | None
     unit: str = ""
     decimals: int = 4
 
     @property
     def relative(self) -> float:
         """Change relative to the value before; negative where it fell."""
-        return (self.after - self.before) / self.before if self.before else 0.0
+        return (self.after - self.before) / self.before if self.before and self.after is not None else 0.0
+
+    @property
+    def rose(self) -> bool:
+        """Whether the number is larger than before."""
+        return self.after is not None and self.after > self.before
 
     def card(self) -> str:
         """Return the card that shows it; it also says so when the number rose."""
-        word, kind = ("fell", "fell") if self.after < self.before else ("rose", "rose")
-        change = "unchanged" if self.after == self.before else f"{word} by {abs(100 * self.relative):.0f} %"
         unit = f' <span class="unit">{escape(self.unit)}</span>' if self.unit else ""
-        return (
-            f'<div class="card"><p class="name">{escape(self.name)}</p><p class="numbers">'
+        head = f'<div class="card"><p class="name">{escape(self.name)}</p><p class="numbers">'
+        if self.after is None:
+            return head + f"{self.before:.{self.decimals}f}{unit}</p></div>"
+        kind = "rose" if self.rose else "fell"
+        change = "unchanged" if self.after == self.before else f"{kind} by {abs(100 * self.relative):.0f} %"
+        return head + (
             f'<span class="before">{self.before:.{self.decimals}f}</span><span class="arrow" aria-label="then">&rarr;</span>'
             f'<span class="after">{self.after:.{self.decimals}f}</span>{unit}</p>'
             f'<p class="change {kind}">{change}</p></div>'

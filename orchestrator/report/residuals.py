@@ -10,7 +10,7 @@ from scipy import stats
 from friction_models.loads import FloatArray
 
 BINS = 9
-MIN_TESTS = 4
+MIN_TESTS = 3
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ def binned_residual(load: FloatArray, residual: FloatArray, test_id: np.ndarray)
 
     The mean of a bin is the mean over its tests of each test's own mean there; the interval is Student's
     t over these test means, so that 500 points of one test do not count as 500 observations. There are
-    as many bins, up to nine, as leave at least four tests in each.
+    as many bins, up to nine, as leave at least three tests in each.
     """
     _, test = np.unique(test_id, return_inverse=True)
     which = _bins(load, test)

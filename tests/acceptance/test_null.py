@@ -1,0 +1,19 @@
+"""A campaign in which nothing is hidden, from raw records to the verdict."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+Tribofmu = Callable[..., str]
+
+
+def test_nothing_is_accused_where_nothing_is_hidden(tmp_path: Path, tribofmu: Tribofmu) -> None:
+    tribofmu("lab", "--plan", "reduced-27", "--seed", 11, "--jobs", 1, "-o", tmp_path / "lab")
+    tribofmu("twin", tmp_path / "lab", "-o", tmp_path / "data", "--jobs", 1)
+    out = ["--json", tmp_path / "diagnosis.json"]
+    tribofmu("diagnose", "--data", tmp_path / "data", "--model", "linear", *out)
+    found = json.loads((tmp_path / "diagnosis.json").read_text(encoding="utf-8"))
+    assert found["verdict"] == "nothing_missing"
+    assert found["effects"] == []
