@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Iterable
 from ctypes import POINTER, c_double, c_int, c_uint, c_void_p
@@ -101,7 +102,7 @@ class Instance:
                 f"{description.path}: the binary cannot be loaded ({' '.join(str(error).split())})"
             ) from None
         try:
-            self._slave.instantiate(callbacks=self._callbacks)
+            self._slave.instantiate(callbacks=self._callbacks, loggingOn=True)
         except Exception as error:
             self._slave.freeLibrary()
             raise self._failure("instantiate", 0.0, error) from None
@@ -130,6 +131,9 @@ class Instance:
     def _failure(self, call: str, at: float, error: BaseException) -> SimulationError:
         own = [line for line in self.log if line.startswith(f"{self.name}: error: ")]
         cause = own[-1].removeprefix(f"{self.name}: error: ") if own else " ".join(str(error).split())
+        # PythonFMU wraps what was said into a line of its own.
+        python = re.search(r"PyObject_CallMethod\s+\w+\((['\"])(?P<said>.*)\1\)$", cause)
+        cause = python["said"] if python else cause
         return SimulationError(f"component {self.name!r} failed at t = {at:g} s in {call}: {cause}")
 
     def initialize(
