@@ -248,7 +248,7 @@ def test_every_error_of_the_package_is_an_input_error_or_says_its_type(
 
 
 def test_a_solver_that_refuses_a_value_is_heard(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert run(["pack", "forming", "--set", "n_points=2", "-o", str(tmp_path / "forming.fmu")]) == 0
+    assert run(["pack", "forming", "--set", "n_points=20", "-o", str(tmp_path / "forming.fmu")]) == 0
     (tmp_path / "fre.yaml").write_text(
         "communication_step: 0.02\nstop_time: 0.04\ncomponents:\n"
         "  forming: {fmu: forming.fmu, start: {half_angle: 89.0, mu: 0.08}}\n"
