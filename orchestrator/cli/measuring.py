@@ -10,7 +10,7 @@ import typer
 from .console import keeping, progress, say
 from .options import Jobs, OutFolder
 
-_KEPT_BY_LAB = "finished upsetting runs are kept in the cache, no campaign was written; the same command goes on from there"
+_KEPT_BY_LAB = "what is finished is kept beside the campaign folder; the same command goes on from there"
 
 
 def lab(

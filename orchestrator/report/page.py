@@ -41,7 +41,7 @@ class Page:
 
         style = files(__package__).joinpath("style.css").read_text(encoding="utf-8")
         badge = ' <span class="badge">synthetic data</span>' if self.synthetic else ""
-        links = "".join(f'<a href="#{a}">{escape(h)}</a>' for a, h, _ in self.sections)
+        links = " ".join(f'<a href="#{a}">{escape(h)}</a>' for a, h, _ in self.sections)
         body = "\n".join(
             f'<section id="{a}" aria-labelledby="{a}-h"><h2 id="{a}-h">{escape(h)}</h2>\n{content}\n</section>'
             for a, h, content in self.sections
