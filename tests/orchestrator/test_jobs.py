@@ -1,0 +1,42 @@
+"""Runs in a pool: the same results as one by one, and nothing is computed twice."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from orchestrator import Master, SimulationError, System
+from orchestrator.jobs import RunTask, run_all
+from tests.orchestrator.tiny_fmus import system_content
+
+
+def test_a_pool_gives_the_same_runs_and_keeps_them(tiny: dict[str, Path], tmp_path: Path) -> None:
+    system = System.from_dict(system_content(tiny["law"], tiny["process"]))
+    other = system.swap("friction", tiny["other_law"])
+    tasks = [RunTask(system, tmp_path / "a"), RunTask(other, tmp_path / "b")]
+    runs = run_all(tasks, jobs=2)
+    alone = Master(other).run(tmp_path / "alone")
+    np.testing.assert_array_equal(runs[1]["forming.load"], alone["forming.load"])
+
+    before = {name: (tmp_path / name / "results.nc").stat().st_mtime_ns for name in ("a", "b")}
+    ticks: list[tuple[int, int, str]] = []
+    run_all(tasks, jobs=1, progress=lambda *tick: ticks.append(tick))
+    assert ticks == [(2, 2, "")]
+    assert {n: (tmp_path / n / "results.nc").stat().st_mtime_ns for n in before} == before
+
+    changed = system.model_copy(deep=True)
+    changed.components["friction"].start["offset"] = 0.2
+    run_all([RunTask(changed, tmp_path / "a"), RunTask(other, tmp_path / "b", "jacobi")], jobs=1)
+    after = {name: (tmp_path / name / "results.nc").stat().st_mtime_ns for name in ("a", "b")}
+    assert all(after[name] > before[name] for name in before)
+
+
+def test_a_failing_run_is_heard_and_finished_ones_stay(tiny: dict[str, Path], tmp_path: Path) -> None:
+    system = System.from_dict(system_content(tiny["law"], tiny["process"]))
+    fragile = system.swap("friction", tiny["fragile_law"])
+    with pytest.raises(SimulationError, match="component 'friction' failed"):
+        run_all([RunTask(system, tmp_path / "a"), RunTask(fragile, tmp_path / "b")], jobs=1)
+    assert (tmp_path / "a" / "manifest.json").is_file()
+    assert not (tmp_path / "b").exists()
