@@ -16,7 +16,7 @@ demo: $(STAMP)
 	$(BIN)/tribofmu demo -o build/demo
 
 test: $(STAMP)
-	$(BIN)/python -m pytest -n 2 tests
+	$(BIN)/python -m pytest -n 2 --dist loadscope tests
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -52,6 +52,8 @@ class Comparison:
     tests, points : int
     per_test : pandas.DataFrame
         RMSE, one row a test, one column a model.
+    synthetic : bool
+        Whether the data says of itself that it is synthetic (``data.attrs["synthetic"]``).
     """
 
     errors: dict[str, ModelErrors]
@@ -60,6 +62,7 @@ class Comparison:
     tests: int
     points: int
     per_test: pd.DataFrame
+    synthetic: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """Return JSON-able data."""
@@ -97,6 +100,7 @@ class Comparison:
         width = max(len(n) for n in self.ranking)
         lines = [
             head,
+            *(["(synthetic data)"] if self.synthetic else []),
             "",
             f"{'model':<{width}}  RMSE [95 %]                  MAE [95 %]                   bias [95 %]                    best on",
         ]
@@ -139,7 +143,8 @@ def compare(
     for name, model in models.items():
         predicted = predict_points(name, model, campaign.loads, frame, tests)
         errors[str(name)] = predicted - campaign.mu
-    return _compare(campaign, errors, np.random.default_rng(seed))
+    result = _compare(campaign, errors, np.random.default_rng(seed))
+    return replace(result, synthetic=bool(data.attrs.get("synthetic", False)))
 
 
 def predict_points(

@@ -47,6 +47,8 @@ class Diagnosis:
         Binned residual against each load: ``load``, ``low``, ``high``, ``bias``, ``interval``, ``tests``.
     parameters : dict
         Fitted parameters of the effects named, with units.
+    synthetic : bool
+        Whether the data says of itself that it is synthetic (``data.attrs["synthetic"]``).
     """
 
     verdict: str
@@ -65,6 +67,7 @@ class Diagnosis:
     model: str = ""
     bias: list[dict[str, Any]] = field(default_factory=list)
     parameters: dict[str, dict[str, Any]] = field(default_factory=dict)
+    synthetic: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """Return what ``diagnose --json`` writes."""

@@ -80,7 +80,9 @@ def diagnose(
     evidence, effects_found, final = _weigh(campaign, base, found, candidates, seed)
     kinds = {e.name: e.kind for e in usable}
     verdict = decide(evidence, kinds)
-    return _assemble(campaign, base, found, final, evidence, verdict, effects_found, notes, mu, seed)
+    answer = _assemble(campaign, base, found, final, evidence, verdict, effects_found, notes, mu, seed)
+    answer.synthetic = bool(data.attrs.get("synthetic", False))
+    return answer
 
 
 def _base_prediction(campaign: Campaign, base: BaseLaw) -> FloatArray:

@@ -8,7 +8,7 @@ from .diagnosis import Diagnosis
 def text_report(diagnosis: Diagnosis) -> str:
     """Return a diagnosis as text, the verdict in one sentence first."""
     d = diagnosis
-    lines = [f"{d.verdict.upper()}: {d.sentence}", ""]
+    lines = [f"{d.verdict.upper()}: {d.sentence}", *(["(synthetic data)"] if d.synthetic else []), ""]
     floor, budget = d.noise_floor, d.error_budget
     low, high = floor["interval"]
     lines += [

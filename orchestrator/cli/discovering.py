@@ -35,8 +35,6 @@ def compare(
     held_out = dataset.select("test")
     used = held_out if len(held_out.points) else dataset
     result = measure(named, used.points, used.tests)
-    if dataset.synthetic:
-        say("synthetic data")
     say(result.report())
     if json is not None:
         write_result(json, {"synthetic": dataset.synthetic, **result.to_dict()})
@@ -73,8 +71,6 @@ def diagnose(
     dataset = read_data(data, tests)
     part = dataset.select("train")  # tests that are held out stay unseen
     result = search(part.points, part.tests, model=friction, seed=seed)
-    if dataset.synthetic:
-        say("synthetic data")
     say(result.report())
     if json is not None:
         write_result(json, result.to_dict())
