@@ -14,20 +14,24 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from friction_models.loads import InputError, unknown_name
+from friction_models.loads import LOADS, MU, InputError, unknown_name
 
 _INDEXED = re.compile(r"^(?P<base>.*)\[(?P<index>\d+)\]$")
 
 
 @dataclass(frozen=True)
 class Variable:
-    """One scalar variable of an FMU, as far as a master needs it."""
+    """One scalar variable of an FMU, as far as a master needs it.
+
+    `point` is the contact point whose instance holds it, where an FMU runs once a point.
+    """
 
     name: str
     reference: int
     type: str
     causality: str
     unit: str
+    point: int = 0
 
 
 @dataclass(frozen=True)
@@ -74,6 +78,15 @@ class FmuDescription:
     def state_can_be_saved(self) -> bool:
         """Whether the FMU can be rolled back (needed by the iterated mode)."""
         return bool(self.raw.coSimulation.canGetAndSetFMUstate)
+
+    @property
+    def is_scalar_friction(self) -> bool:
+        """Whether this is a friction FMU of one contact point: five scalar loads in, mu out."""
+        wanted = [*((q.name, "input") for q in LOADS), (MU.name, "output")]
+        return all(
+            name in self.variables and self.variables[name].causality == causality
+            for name, causality in wanted
+        )
 
     @property
     def sha256(self) -> str:

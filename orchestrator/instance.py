@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Iterable
-from ctypes import POINTER, c_double, c_int, c_uint, c_void_p
+from ctypes import POINTER, c_double, c_int, c_uint
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -15,7 +15,7 @@ import numpy as np
 from friction_models.loads import FloatArray, InputError
 
 from .errors import SimulationError
-from .fmu_files import FmuDescription, Variable, unpack
+from .fmu_files import FmuDescription, Variable
 
 #: FMI 2.0 base type by the type of the variable; enumerations are exchanged as integers.
 _BASE = {"Real": "Real", "Integer": "Integer", "Enumeration": "Integer", "Boolean": "Boolean"}
@@ -71,14 +71,14 @@ class Instance:
         Name of the component.
     description : FmuDescription
         From `describe`.
-    folder : Path
-        Empty folder for the unpacked archive; removed by its owner.
+    unpacked : Path
+        Folder of the unpacked archive; removed by its owner.
     log : list of str, optional
         Receives what the FMU logs.
     """
 
     def __init__(
-        self, name: str, description: FmuDescription, folder: Path, log: list[str] | None = None
+        self, name: str, description: FmuDescription, unpacked: Path, log: list[str] | None = None
     ) -> None:
         from fmpy.fmi2 import FMU2Slave
 
@@ -87,7 +87,6 @@ class Instance:
         self.log = log if log is not None else []
         #: Time spent in steps, exchange of values included [s].
         self.seconds = 0.0
-        unpacked = unpack(description, folder)
         raw = description.raw
         self._callbacks = self._make_callbacks()
         try:
@@ -181,16 +180,15 @@ class Instance:
         except Exception as error:
             raise self._failure("reading outputs", now, error) from None
 
-    def save_state(self) -> c_void_p:
+    def save_state(self) -> Any:
         """Return a handle to the FMU's complete state; give it to `free_state` in the end."""
-        state: c_void_p = self._slave.getFMUState()
-        return state
+        return self._slave.getFMUState()
 
-    def restore_state(self, state: c_void_p) -> None:
+    def restore_state(self, state: Any) -> None:
         """Go back to a saved state."""
         self._slave.setFMUState(state)
 
-    def free_state(self, state: c_void_p) -> None:
+    def free_state(self, state: Any) -> None:
         """Give up a saved state."""
         self._slave.freeFMUState(state)
 

@@ -23,6 +23,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -30,7 +31,9 @@ import numpy.typing as npt
 from friction_models.loads import FloatArray, InputError, unknown_name
 
 from .errors import SimulationError
+from .fmu_files import unpack
 from .instance import Instance, Port
+from .points import PointInstances
 from .runs import Run, write_run
 from .system import System
 from .wiring import Wiring
@@ -41,6 +44,7 @@ ITERATION_TOLERANCE = 1e-8
 MAX_ITERATIONS = 50
 
 Progress = Callable[[float], None]
+AnyInstance: TypeAlias = Instance | PointInstances
 _Index = npt.NDArray[np.intp]
 
 
@@ -116,10 +120,10 @@ class Master:
         work = Path(tempfile.mkdtemp(prefix="tribofmu-"))
         try:
             with ExitStack() as stack:
-                instances = {
-                    name: stack.enter_context(Instance(name, description, _made(work / name), self._log))
-                    for name, description in self.wiring.descriptions.items()
-                }
+                instances: dict[str, AnyInstance] = {}
+                for name in self.wiring.descriptions:
+                    instances[name] = self._open(name, _made(work / name))
+                    stack.callback(instances[name].close)
                 history = self._integrate(instances, progress)
                 timing = {name: instance.seconds for name, instance in instances.items()}
         finally:
@@ -129,7 +133,16 @@ class Master:
         timing["total"] = time.perf_counter() - began
         return write_run(Path(folder), self, history, timing, self._log, csv)
 
-    def _integrate(self, instances: dict[str, Instance], progress: Progress | None) -> dict[str, FloatArray]:
+    def _open(self, name: str, folder: Path) -> AnyInstance:
+        description = self.wiring.descriptions[name]
+        unpacked = unpack(description, folder)
+        if name in self.wiring.points:
+            return PointInstances(name, description, unpacked, self.wiring.points[name], self._log)
+        return Instance(name, description, unpacked, self._log)
+
+    def _integrate(
+        self, instances: dict[str, AnyInstance], progress: Progress | None
+    ) -> dict[str, FloatArray]:
         system, wiring = self.system, self.wiring
         inputs, outputs, transfers = self._ports()
         for name, instance in instances.items():
@@ -182,7 +195,7 @@ class Master:
         ]
         return inputs, outputs, transfers
 
-    def _start_inputs(self, instance: Instance, port: Port) -> None:
+    def _start_inputs(self, instance: AnyInstance, port: Port) -> None:
         """Let the input buffers begin at the FMU's own start values, where it lets them be read."""
         try:
             instance.read(port)
@@ -191,7 +204,7 @@ class Master:
 
     def _iterated(
         self,
-        instances: dict[str, Instance],
+        instances: dict[str, AnyInstance],
         order: list[str],
         incoming: dict[str, list[_Transfer]],
         inputs: dict[str, Port],
@@ -233,7 +246,7 @@ def _transfer(transfers: list[_Transfer], inputs: dict[str, Port], outputs: dict
 
 
 def _gauss_seidel(
-    instances: dict[str, Instance],
+    instances: dict[str, AnyInstance],
     order: list[str],
     incoming: dict[str, list[_Transfer]],
     inputs: dict[str, Port],
@@ -247,7 +260,7 @@ def _gauss_seidel(
 
 
 def _jacobi(
-    instances: dict[str, Instance],
+    instances: dict[str, AnyInstance],
     order: list[str],
     incoming: dict[str, list[_Transfer]],
     inputs: dict[str, Port],

@@ -161,6 +161,7 @@ def write_run(
             "guid": description.raw.guid,
             "generator": description.raw.generationTool or "",
             "start": dict(system.components[name].start),
+            "instances": wiring.points.get(name, 1),
         }
         for name, description in wiring.descriptions.items()
     }

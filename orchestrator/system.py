@@ -37,7 +37,8 @@ class System(BaseModel):
     components : dict of str to Component
         FMU files and start values; file names are relative to the YAML file.
     connections : list of str
-        ``"forming.v_rel -> friction.v_rel"``; structured variables connect element by element.
+        ``"forming.v_rel -> friction.v_rel"``; structured variables connect element by element, and a scalar friction
+        FMU fed by a vector runs once a contact point.
     order : list of str or None
         Order of evaluation in the mode ``gauss_seidel``; None: a component named ``friction`` first,
         the others as they stand in the file.

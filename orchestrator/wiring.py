@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from friction_models.loads import InputError, unknown_name
@@ -13,6 +13,9 @@ from .fmu_files import FmuDescription, Variable, describe
 
 if TYPE_CHECKING:
     from .system import StartValue, System
+
+#: A component and the elements of one of its variables.
+_End = tuple[str, list[Variable]]
 
 NUMBERS = ("Real", "Integer", "Enumeration", "Boolean")
 
@@ -55,12 +58,15 @@ class Wiring:
         By component: pairs of variable and start value.
     recorded : list of Recorded
         What the run keeps.
+    points : dict of str to int
+        Scalar friction FMUs that are fed by a vector, and its length: they run once a contact point.
     """
 
     descriptions: dict[str, FmuDescription]
     links: list[Link] = field(default_factory=list)
     starts: dict[str, list[tuple[Variable, bool | int | float | str]]] = field(default_factory=dict)
     recorded: list[Recorded] = field(default_factory=list)
+    points: dict[str, int] = field(default_factory=dict)
 
     @classmethod
     def of(cls, system: System) -> Wiring:
@@ -88,8 +94,13 @@ class Wiring:
             )
         wiring = cls(descriptions)
         broken = set(system.components) - set(descriptions)
-        for connection in system.connections:
-            problems += wiring._connect(connection, broken)
+        ends = [wiring._ends(connection, broken, problems) for connection in system.connections]
+        for pair in ends:
+            if pair is not None:
+                wiring._count_points(*pair)
+        for connection, pair in zip(system.connections, ends):
+            if pair is not None:
+                problems += wiring._connect(connection, *pair)
         for name, description in descriptions.items():
             problems += wiring._start(name, description, system.components[name].start)
         if not problems:
@@ -112,24 +123,46 @@ class Wiring:
             )
         return component, elements
 
-    def _connect(self, connection: str, broken: set[str]) -> list[str]:
+    def _ends(self, connection: str, broken: set[str], problems: list[str]) -> tuple[_End, _End] | None:
         left, arrow, right = connection.partition("->")
         if not arrow:
-            return [f"connection {connection!r} is not of the form 'component.output -> component.input'"]
+            problems.append(
+                f"connection {connection!r} is not of the form 'component.output -> component.input'"
+            )
+            return None
         if {left.strip().partition(".")[0], right.strip().partition(".")[0]} & broken:
-            return []
-        problems, ends = [], []
+            return None
+        ends = []
         for text, causality in ((left, "output"), (right, "input")):
             try:
                 ends.append(self._endpoint(text, causality, connection))
             except InputError as error:
                 problems.append(str(error))
-        if problems:
-            return problems
-        (source, sources), (target, targets) = ends
+        return (ends[0], ends[1]) if len(ends) == 2 else None
+
+    def _count_points(self, source: _End, target: _End) -> None:
+        """Let a scalar friction FMU that a vector feeds run once a point of the vector."""
+        name, elements = target
+        if len(elements) == 1 and len(source[1]) > 1 and self.descriptions[name].is_scalar_friction:
+            self.points.setdefault(name, len(source[1]))
+
+    def _at_points(self, end: _End) -> _End:
+        """Return one variable an instance where the component runs once a point."""
+        name, elements = end
+        if name not in self.points:
+            return end
+        (one,) = elements
+        return name, [replace(one, name=f"{one.name}[{k + 1}]", point=k) for k in range(self.points[name])]
+
+    def _connect(self, connection: str, left: _End, right: _End) -> list[str]:
+        source, sources = self._at_points(left)
+        target, targets = self._at_points(right)
+        if target in self.points and source not in self.points and len(sources) == 1:
+            sources = sources * len(targets)  # one value for all points
         if len(sources) != len(targets):
+            names = [part.strip() for part in connection.split("->")]
             return [
-                f"connection {connection!r}: {left.strip()} has {len(sources)} elements, {right.strip()} has {len(targets)}; "
+                f"connection {connection!r}: {names[0]} has {len(sources)} elements, {names[1]} has {len(targets)}; "
                 f"allowed: equal numbers (a friction FMU is packed with --nodes {len(sources) if source != 'friction' else len(targets)})"
             ]
         for a, b in zip(sources, targets):
@@ -178,6 +211,7 @@ class Wiring:
 
     def _unconnected(self) -> list[str]:
         fed = {(link.target, v.name) for link in self.links for v in link.targets}
+        fed |= {(name, q) for name in self.points for q in self._fed_points(name)}
         fed |= {(name, v.name) for name, pairs in self.starts.items() for v, _ in pairs}
         problems = []
         for name, description in self.descriptions.items():
@@ -193,6 +227,9 @@ class Wiring:
                 )
         return problems
 
+    def _fed_points(self, name: str) -> set[str]:
+        return {v.name.rpartition("[")[0] for link in self.links if link.target == name for v in link.targets}
+
     def _source_like(self, base: str, target: str) -> str | None:
         for name, description in self.descriptions.items():
             found = description.arrays.get(base)
@@ -204,7 +241,7 @@ class Wiring:
         if record is None:
             for name, description in self.descriptions.items():
                 self.recorded += [
-                    Recorded(name, base, tuple(elements))
+                    Recorded(name, base, tuple(self._at_points((name, elements))[1]))
                     for base, elements in description.arrays.items()
                     if elements[0].causality == "output" and elements[0].type in NUMBERS
                 ]
@@ -221,7 +258,7 @@ class Wiring:
             except InputError as error:
                 problems.append(str(error))
                 continue
-            self.recorded.append(Recorded(component, name, tuple(elements)))
+            self.recorded.append(Recorded(component, name, tuple(self._at_points((component, elements))[1])))
         return problems
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from fmus import pack
 from friction_models import OnnxModel
 from friction_models.loads import LOADS
-from orchestrator.fmu_files import describe
+from orchestrator.fmu_files import describe, unpack
 from orchestrator.instance import Instance, Port
 
 from .common import Section, Table, seconds, section
@@ -46,8 +46,7 @@ def _step(model: object, target: str, nodes: int) -> float:
     with tempfile.TemporaryDirectory() as place:
         path = pack(model, Path(place) / "friction.fmu", target=target, nodes=nodes)
         description = describe(path)
-        unpacked = Path(place) / "unpacked"
-        unpacked.mkdir()
+        unpacked = unpack(description, Path(place) / "unpacked")
         with Instance("friction", description, unpacked) as instance:
             instance.initialize([], stop_time=1e6)
             inputs = Port([v for q in LOADS for v in description.resolve(q.name)])
