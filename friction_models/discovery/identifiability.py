@@ -37,7 +37,7 @@ def limits(campaign: Campaign, base: BaseLaw, evidence: Evidence) -> list[str]:
         flat = [n for n in LOAD_NAMES if campaign.varies(n) and within_share(campaign, n) < WITHIN]
         if flat:
             notes.append(
-                f"{' and '.join(flat)} hardly varies within tests: the shape of such an effect rests on its levels alone"
+                f"{' and '.join(flat)} hardly {'varies' if len(flat) == 1 else 'vary'} within tests: the shape of such an effect rests on its levels alone"
             )
     if base.name.split("+")[0] in FLEXIBLE:
         notes.append(

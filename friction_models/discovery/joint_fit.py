@@ -201,7 +201,9 @@ class _Problem:
             low = np.r_[np.full(p, -np.inf), np.where(signs > 0, 0.0, -np.inf)]
             high = np.r_[np.full(p, np.inf), np.where(signs < 0, 0.0, np.inf)]
             q, r = np.linalg.qr(matrix / scale)
-            x = lsq_linear(r, q.T @ target, (low, high), lsmr_tol="auto").x
+            # The base is unbounded: scipy multiplies infinite steps to its bounds by zero, and discards the result.
+            with np.errstate(invalid="ignore"):
+                x = lsq_linear(r, q.T @ target, (low, high), lsmr_tol="auto").x
             x[p:] = np.where(np.abs(x[p:]) < 1e-12 * np.max(np.abs(x)), 0.0, x[p:])
         rest = target - (matrix / scale) @ x
         x = x / scale

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 from .diagnosis import Diagnosis
 
 
@@ -42,8 +45,7 @@ def text_report(diagnosis: Diagnosis) -> str:
     if d.bias:
         lines += ["", "Residual of the base against each load (mean, 95 % interval over tests)"]
         lines += [
-            f"  {b['load']:<8} {b['low']:10.4g} to {b['high']:10.4g}: {b['bias']:+.5f} "
-            f"[{b['interval'][0]:+.5f}, {b['interval'][1]:+.5f}]  ({b['tests']} tests)"
+            f"  {b['load']:<8} {b['low']:10.4g} to {b['high']:10.4g}: {b['bias']:+.5f} {_over_tests(b)}"
             for b in d.bias
         ]
     if d.unrecorded_factor:
@@ -56,6 +58,13 @@ def text_report(diagnosis: Diagnosis) -> str:
     if d.warnings:
         lines += ["", "Note"] + [f"  - {w}" for w in d.warnings]
     return "\n".join(lines) + "\n"
+
+
+def _over_tests(entry: dict[str, Any]) -> str:
+    low, high = entry["interval"]
+    if not math.isfinite(low + high):
+        return "(one test: no interval)"
+    return f"[{low:+.5f}, {high:+.5f}]  ({entry['tests']} tests)"
 
 
 def _setpoints(setpoints: dict[str, object]) -> str:
