@@ -127,6 +127,13 @@ class Simulation:
     ) -> None:
         state = self.state
         while state.status == "ok" and state.stroke < stroke - 1e-9:
+            if state.increments + state.failures >= self.control.attempts:
+                state.status = "stopped"
+                state.message = (
+                    f"stopped at stroke {state.stroke:.3f} mm: {state.increments} increments and "
+                    f"{state.failures} failed ones; allowed: {self.control.attempts} in all"
+                )
+                break
             dt = state.next_dt
             if limit is not None:
                 dt = min(dt, limit(self) / self.speed)

@@ -31,6 +31,8 @@ class StepControl:
         Share of the largest increment allowed after a remeshing.
     force_change : float
         Largest change of the force in one increment [N]; larger ones are repeated in halves.
+    attempts : int
+        Increments, failed ones included, after which a run stops: a run that creeps must end, too.
     """
 
     first: float = 0.02
@@ -39,6 +41,7 @@ class StepControl:
     slip: float = 0.2
     after_remesh: float = 0.3
     force_change: float = np.inf
+    attempts: int = 5000
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -243,3 +245,13 @@ def test_progress_is_told_and_results_become_tables():
     assert len(frame) == result.contact.active.sum()
     assert {"stroke", "point", "v_rel", "T", "sigma_n", "sd", "psi", "mu"} <= set(frame.columns)
     assert frame["mu"].to_numpy() == pytest.approx(0.05)
+
+
+def test_a_run_that_creeps_ends_and_keeps_what_it_has() -> None:
+    process = ForwardRodExtrusion(**COARSE)
+    process.start(0.05)
+    simulation = process.simulation
+    simulation.control = replace(simulation.control, attempts=6)
+    assert not process.advance(1.0)
+    assert process.status == "stopped" and "allowed: 6 in all" in process.message
+    assert 0.0 < process.stroke < 1.0 and process.force > 0.0
