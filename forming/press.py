@@ -18,6 +18,7 @@ from friction_models.loads import (
     Quantity,
     atomic_folder,
     check_column,
+    header_units,
     missing_column,
     unknown_name,
     write_json,
@@ -223,18 +224,8 @@ def _table(file: Path) -> tuple[pd.DataFrame, dict[str, str]]:
         raise InputError(f"{file}: the file is empty; allowed: a header and rows") from None
     except (ValueError, OSError) as error:
         raise InputError(f"{file}: not a readable CSV ({str(error).splitlines()[0]})") from None
-    units: dict[str, str] = {}
-    names = []
-    for column in map(str, frame.columns):
-        name, bracket, unit = column.partition("[")
-        names.append(name.strip())
-        if bracket:
-            units[name.strip()] = unit.rstrip("] ").strip()
-    frame.columns = pd.Index(names)
-    if frame.columns.duplicated().any():
-        twice = frame.columns[frame.columns.duplicated()][0]
-        raise InputError(f"{file}: column {twice!r} stands twice in the header; allowed: once")
-    numeric: list[str] = [n for n in ("stroke", "force", "T_tool", "speed") if n in names]
+    units = header_units(frame, str(file))
+    numeric: list[str] = [n for n in ("stroke", "force", "T_tool", "speed") if n in frame.columns]
     if len(frame) and numeric:
         first = {n: str(frame[n].iloc[0]).strip("[] ") for n in numeric}
         texts = [v for v in first.values() if re.match(r"[A-Za-z°]", v) and v.lower() not in {"nan", "inf"}]

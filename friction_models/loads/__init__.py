@@ -1,7 +1,7 @@
 """The loads contract and the data sets that keep it; imports no other part of the project."""
 
 from .contract import LOAD_NAMES, LOADS, MU, POINT_COLUMNS, POINT_UNITS, QUANTITIES, TIME, Quantity
-from .dataset import DataSet, read_points
+from .dataset import DataSet, header_units, read_points
 from .errors import InputError, nearest, unknown_name
 from .files import atomic_folder, atomic_path, write_json, write_text
 from .tribo_loads import FloatArray, TriboLoads, check_column, missing_column
@@ -22,6 +22,7 @@ __all__ = [
     "atomic_folder",
     "atomic_path",
     "check_column",
+    "header_units",
     "missing_column",
     "nearest",
     "read_points",

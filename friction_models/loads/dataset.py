@@ -63,7 +63,23 @@ def read_table(path: str | os.PathLike[str]) -> pd.DataFrame:
         raise InputError(f"{file}: not a readable table ({str(error).splitlines()[0]})") from None
     if frame.columns.empty or frame.empty:
         raise InputError(f"{file}: the table has no rows")
-    units = dict(row_units)
+    units = {**row_units, **header_units(frame, str(file))}
+    for name, unit in units.items():
+        expected = POINT_UNITS.get(name)
+        if expected is not None and unit not in {expected, "-" if expected == "1" else expected, ""}:
+            raise InputError(f"{file}: column {name!r} has unit {unit!r}, allowed: {expected!r}")
+    return frame
+
+
+def header_units(frame: pd.DataFrame, where: str) -> dict[str, str]:
+    """Take the units out of the column names (``"T [degC]"`` becomes ``"T"``) and return them by column.
+
+    Raises
+    ------
+    InputError
+        A column stands twice.
+    """
+    units: dict[str, str] = {}
     names = []
     for column in map(str, frame.columns):
         name, bracket, unit = column.partition("[")
@@ -73,12 +89,8 @@ def read_table(path: str | os.PathLike[str]) -> pd.DataFrame:
     frame.columns = pd.Index(names)
     if frame.columns.duplicated().any():
         twice = frame.columns[frame.columns.duplicated()][0]
-        raise InputError(f"{file}: column {twice!r} stands twice in the header; allowed: once")
-    for name, unit in units.items():
-        expected = POINT_UNITS.get(name)
-        if expected is not None and unit not in {expected, "-" if expected == "1" else expected, ""}:
-            raise InputError(f"{file}: column {name!r} has unit {unit!r}, allowed: {expected!r}")
-    return frame
+        raise InputError(f"{where}: column {twice!r} stands twice in the header; allowed: once")
+    return units
 
 
 def units_row(file: Path, encoding: str = "utf-8") -> dict[str, str]:
