@@ -17,7 +17,7 @@ from .source import FrictionSource
 
 def friction_files(source: FrictionSource, interface: FrictionInterface) -> dict[str, bytes]:
     """Return the files of a friction FMU that runs ONNX Runtime in the simulator's Python."""
-    from .packing import friction_description
+    from .native_target import friction_description
 
     reals = [v for v in interface.variables() if v.type == "Real"]
     box = [interface.domain.get(q.name, (q.lower, q.upper)) for q in LOADS]
