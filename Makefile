@@ -2,29 +2,36 @@
 PY ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 STAMP := $(VENV)/.installed
+# Tests need more: their own tools, and the simulators of others in which our FMUs must run.
+TESTING := $(VENV)/.installed-testing
 
 .PHONY: install demo test lint bench clean
-install: $(STAMP)
+install: $(TESTING)
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PY) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[cross,dev]'
+	$(PIP) -e '.[cross]'
+	touch $@
+
+$(TESTING): $(STAMP)
+	$(PIP) -e '.[cross,dev,interop]'
 	touch $@
 
 demo: $(STAMP)
 	$(BIN)/tribofmu demo -o build/demo
 
-test: $(STAMP)
+test: $(TESTING)
 	$(BIN)/python -m pytest -n 2 --dist loadscope tests
 
-lint: $(STAMP)
+lint: $(TESTING)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-bench: $(STAMP)
+bench: $(TESTING)
 	$(BIN)/python -m tests.benchmarks -o docs/benchmarks.md
 
 clean:
