@@ -61,7 +61,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
     tf_instance *m = (tf_instance *)c;
     const unsigned first_system = (TF_FIRST_STATE + TF_STATES) * TF_NODES;
     double *dL = (double *)calloc(TF_NODES * TF_LOADS, sizeof(double));
-    double dP[TF_AT_LEAST_ONE(TF_SYSTEM)] = {0.0};
+    double dP[TF_AT_LEAST_ONE(TF_SYSTEM)] = {0.0}, dS[TF_AT_LEAST_ONE(TF_STATES)] = {0.0};
     fmi2Status status = fmi2OK;
     if (!dL) return fail(m, "out of memory");
     for (size_t k = 0; k < nKnown && status == fmi2OK; ++k) {
@@ -84,7 +84,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
             tf_loads_of(m, (int)node, m->data.clamp, loads);
             for (int l = 0; l < TF_LOADS; ++l) /* a clamped load does not move */
                 direction[l] = loads[l] == x[l] ? dL[node * TF_LOADS + l] : 0.0;
-            tf_model_mu_d(loads, m->data.state + node * TF_STATES, m->data.system, direction, dP, &mu, &dmu);
+            tf_model_mu_d(loads, m->data.state + node * TF_STATES, m->data.system, direction, dS, dP, &mu, &dmu);
             result[k] = mu > 0.0 ? dmu : 0.0;
             if (!isfinite(result[k])) status = fail(m, "the derivative of mu is not a finite number");
         } else {

@@ -19,14 +19,34 @@ _INPUTS = {"loads": "L", "state": "S", "system": "P"}
 #: Columns of a matrix product that are summed at a time: 16 doubles fill half the vector registers of x86-64.
 _BLOCK = 16
 
+_UNUSED = """\
+#if defined(__GNUC__)
+#define TF_UNUSED __attribute__((unused)) /* a program need not use everything */
+#else
+#define TF_UNUSED
+#endif
+"""
+
+_MU_BLOCK = """\
+TF_UNUSED static void tf_model_mu_block(const double *L, const double *S, const double *P, double *out) {
+    for (int i = 0; i < TF_BLOCK; ++i) {
+        double l[5], s[TF_STATES + 1];
+        for (int k = 0; k < 5; ++k) l[k] = L[k * TF_BLOCK + i];
+        for (int k = 0; k < TF_STATES; ++k) s[k] = S[k * TF_BLOCK + i];
+        tf_model_mu(l, s, P, out + i);
+    }
+    (void)S;
+}
+"""
+
 _PRELUDE = """\
-static double tf_max(double a, double b) { return (a != a || a > b) ? a : b; }
-static double tf_min(double a, double b) { return (a != a || a < b) ? a : b; }
-static double tf_pow(double a, double b) { return b == 2.0 ? a * a : b == 1.0 ? a : pow(a, b); }
-static double tf_pow_da(double a, double b) {
+TF_UNUSED static double tf_max(double a, double b) { return (a != a || a > b) ? a : b; }
+TF_UNUSED static double tf_min(double a, double b) { return (a != a || a < b) ? a : b; }
+TF_UNUSED static double tf_pow(double a, double b) { return b == 2.0 ? a * a : b == 1.0 ? a : pow(a, b); }
+TF_UNUSED static double tf_pow_da(double a, double b) {
     return a == 0.0 ? (b == 1.0 ? 1.0 : 0.0) : b * tf_pow(a, b - 1.0);
 }
-static double tf_pow_db(double a, double y) { return a > 0.0 ? y * log(a) : 0.0; }
+TF_UNUSED static double tf_pow_db(double a, double y) { return a > 0.0 ? y * log(a) : 0.0; }
 """
 
 
@@ -44,7 +64,7 @@ def table(name: str, values: Sequence[float] | Array, kind: str = "double") -> s
     """Return the definition of a constant array, about eight values a line."""
     texts = [literal(v) if kind == "double" else str(int(v)) for v in np.ravel(values)]
     rows = [", ".join(texts[i : i + 8]) for i in range(0, len(texts), 8)]
-    return f"static const {kind} {name}[{len(texts)}] = {{\n    " + ",\n    ".join(rows) + "};\n"
+    return f"TF_UNUSED static const {kind} {name}[{len(texts)}] = {{\n    " + ",\n    ".join(rows) + "};\n"
 
 
 class _Writer:
@@ -59,7 +79,7 @@ class _Writer:
         self.lines: list[str] = []
         for role, tensor in graph.inputs.items():
             self.values[id(tensor)] = "dt" if role == "dt" else _INPUTS[role]
-            if seeded and role in {"loads", "system"}:
+            if seeded and role != "dt":
                 self.seeds[id(tensor)] = f"d{_INPUTS[role]}"
 
     def constant(self, values: Array, kind: str = "double") -> str:
@@ -243,11 +263,12 @@ def _function(
     tensor = graph.outputs[role]
     writer.lines.append(f"for (int i = 0; i < {tensor.size}; ++i) out[i] = {writer.element(tensor, 'i')};")
     if seeded:
-        writer.lines.append(f"dout[0] = {writer.seed_of(tensor, '0') or '0.0'};")
+        seed = writer.seed_of(tensor, "i") or "0.0"
+        writer.lines.append(f"for (int i = 0; i < {tensor.size}; ++i) dout[i] = {seed};")
     unused = "(void)L; (void)S; (void)P;" + (" (void)dt;" if "dt" in head else "")
-    unused += " (void)dL; (void)dP;" if seeded else ""
+    unused += " (void)dL; (void)dS; (void)dP;" if seeded else ""
     body = "\n    ".join([unused, *writer.lines])
-    return f"static void {head} {{\n    {body}\n}}\n"
+    return f"TF_UNUSED static void {head} {{\n    {body}\n}}\n"
 
 
 def generate(source: FrictionSource, interface: FrictionInterface) -> str:
@@ -261,20 +282,21 @@ def generate(source: FrictionSource, interface: FrictionInterface) -> str:
     graph = read_graph(source.onnx, source.where, len(source.states), len(source.system))
     tables: dict[str, str] = {}
     arguments = "const double *L, const double *S, const double *P"
+    seeds = "const double *dL, const double *dS, const double *dP, double *out, double *dout"
+    ode = "state_der" in graph.outputs
     functions = [
         _function(graph, "mu", f"tf_model_mu({arguments}, double *out)", source.where, tables),
-        _function(
-            graph,
-            "mu",
-            f"tf_model_mu_d({arguments}, const double *dL, const double *dP, double *out, double *dout)",
-            source.where,
-            tables,
-            seeded=True,
-        ),
+        _function(graph, "mu", f"tf_model_mu_d({arguments}, {seeds})", source.where, tables, seeded=True),
+        _MU_BLOCK,
     ]
     if source.states:
         head = f"tf_model_step({arguments}, double dt, double *out)"
         functions.append(_function(graph, "state_next", head, source.where, tables))
+    if ode:
+        head = f"tf_model_der({arguments}, double *out)"
+        functions.append(_function(graph, "state_der", head, source.where, tables))
+        head = f"tf_model_der_d({arguments}, {seeds})"
+        functions.append(_function(graph, "state_der", head, source.where, tables, seeded=True))
     lower = [interface.domain.get(q.name, (-np.inf, np.inf))[0] for q in LOADS]
     upper = [interface.domain.get(q.name, (-np.inf, np.inf))[1] for q in LOADS]
     # As friction_models.domain.Domain: the width of the range; for a load that never varied its size, at least 1.
@@ -286,6 +308,9 @@ def generate(source: FrictionSource, interface: FrictionInterface) -> str:
         f"#define TF_STATES {len(source.states)}",
         f"#define TF_SYSTEM {len(source.system)}",
         f"#define TF_HAS_DOMAIN {int(bool(interface.domain))}",
+        f"#define TF_ODE {int(ode)}",
+        "#define TF_BLOCK 16",
+        _UNUSED,
         _names("tf_load_names", [q.name for q in LOADS]),
         _names("tf_state_names", [s.name for s in source.states]),
         _names("tf_system_names", [p.name for p in source.system]),
@@ -297,6 +322,8 @@ def generate(source: FrictionSource, interface: FrictionInterface) -> str:
         table("tf_domain_scale", scale),
         table("tf_state_start", [s.start for s in source.states] or [0.0]),
         table("tf_system_start", [p.start for p in source.system] or [0.0]),
+        table("tf_system_lower", [-np.inf if p.lower is None else p.lower for p in source.system] or [0.0]),
+        table("tf_system_upper", [np.inf if p.upper is None else p.upper for p in source.system] or [0.0]),
         _PRELUDE,
     ]
     constants = [d.replace(" @[", f" {name}[", 1) for d, name in tables.items()]
@@ -305,4 +332,4 @@ def generate(source: FrictionSource, interface: FrictionInterface) -> str:
 
 def _names(name: str, texts: list[str]) -> str:
     quoted = ", ".join(f'"{"".join(c for c in t if c.isalnum() or c in "_.[]")}"' for t in texts) or '""'
-    return f"static const char *const {name}[] = {{{quoted}}};"
+    return f"TF_UNUSED static const char *const {name}[] = {{{quoted}}};"
