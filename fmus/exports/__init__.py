@@ -1,0 +1,71 @@
+"""Friction models for forming codes that take subroutines or tables instead of FMUs.
+
+==========  ==============================================================================
+``c``       one header and one C99 source with the FMU's own formulas
+``ufric``   user subroutine UFRIC of Marc / Simufact Forming: Fortran around that C
+``vfric``   user subroutines VFRIC and VFRICTION of Abaqus/Explicit: Fortran around that C
+``table``   mu over a grid of loads, with its measured interpolation error
+==========  ==============================================================================
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+from friction_models.loads import unknown_name
+
+from ..source import FrictionSource
+
+TARGETS = ("c", "ufric", "vfric", "table")
+
+__all__ = ["TARGETS", "export"]
+
+
+def export(source: FrictionSource, path: str | os.PathLike[str], target: str, **options: Any) -> Path:
+    """Write a friction model for a code that does not load FMUs.
+
+    Parameters
+    ----------
+    source : FrictionSource
+        What `fmus.source.read_source` returns.
+    path : path-like
+        Folder to write; one written by an earlier export is replaced, any other that holds files is refused.
+    target : {"c", "ufric", "vfric", "table"}
+        See the module.
+    **options
+        `name` (all targets but ``table``): first part of the C names, from the model's name by default.
+        For ``table`` see `fmus.exports.table_target.table_files`.
+
+    Returns
+    -------
+    Path
+        `path`. The same model gives the same files.
+
+    Raises
+    ------
+    InputError
+        An unknown target or option, a folder with other files, a graph that is not translated, a model
+        that cannot be tabulated.
+    """
+    if target not in TARGETS:
+        raise unknown_name("export target", target, TARGETS)
+    from .common import checked_options, write_folder
+
+    if target == "table":
+        from .table_target import OPTIONS, table_files
+
+        return write_folder(path, target, table_files(source, **checked_options(target, options, OPTIONS)))
+    given = checked_options(target, options, ("name",))
+    if target == "c":
+        from .c_target import c_files
+
+        return write_folder(path, target, c_files(source, **given))
+    if target == "ufric":
+        from .ufric_target import ufric_files
+
+        return write_folder(path, target, ufric_files(source, **given))
+    from .vfric_target import vfric_files
+
+    return write_folder(path, target, vfric_files(source, **given))

@@ -1,0 +1,172 @@
+"""``--target c``: one header and one source file around the text that the FMU is compiled from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from friction_models.loads import LOADS, FloatArray
+
+from ..native.generate import generate
+from ..source import FrictionSource
+from .common import Trial, c_prefix, description, documents, one_line, template, trial
+
+#: Agreement of a compiled export with ONNX Runtime, relative and absolute.
+RELATIVE, ABSOLUTE = 1e-12, 1e-14
+_BUILD = """\
+  cc -std=c99 -O2 -ffp-contract=off -c {P}.c       (any C99 compiler; never with -ffast-math)
+  cc -std=c99 -O2 -ffp-contract=off selftest.c {P}.c -lm -o selftest && ./selftest
+"""
+
+
+def c_number(value: float) -> str:
+    """Return a C constant that is exactly `value`."""
+    if math.isinf(value):
+        return "INFINITY" if value > 0 else "-INFINITY"
+    return float(value).hex()
+
+
+def c_values(source: FrictionSource, prefix: str) -> dict[str, str]:
+    """Return what the C templates need, but for the model itself."""
+    states, system = len(source.states), len(source.system)
+    infinite = (-math.inf, math.inf)
+    loads = [
+        _row(q.name, q.unit, q.meaning, (q.lower, q.upper), source.domain.get(q.name, infinite), start)
+        for q, start in zip(LOADS, (source.interface(1).start(q) for q in LOADS))
+    ]
+    memory = [
+        _row(s.name, s.unit, "memory of the contact point", infinite, infinite, s.start)
+        for s in source.states
+    ]
+    variables = [
+        _row(
+            p.name,
+            p.unit,
+            "system variable",
+            (-math.inf if p.lower is None else p.lower, math.inf if p.upper is None else p.upper),
+            infinite,
+            p.start,
+        )
+        for p in source.system
+    ]
+    empty = [_row("", "", "", infinite, infinite, 0.0)]
+    step = _STEP if states else _NO_STEP
+    values = description(source) | {
+        "P": prefix,
+        "UP": prefix.upper(),
+        "STATES": str(states),
+        "SYSTEM": str(system),
+        "STATES_OR_1": str(max(states, 1)),
+        "SYSTEM_OR_1": str(max(system, 1)),
+        "MOST": str(max(states, system, 1)),
+        "LOAD_TABLE": "".join(loads),
+        "STATE_TABLE": "".join(memory or empty),
+        "SYSTEM_TABLE": "".join(variables or empty),
+    }
+    values["STEP"] = step.replace("@UP@", values["UP"]).replace("@N@", values["STATES_OR_1"])
+    return values
+
+
+def _row(
+    name: str, unit: str, meaning: str, limits: tuple[float, float], domain: tuple[float, float], start: float
+) -> str:
+    texts = ", ".join('"' + one_line(t).replace('"', "'") + '"' for t in (name, unit, meaning))
+    numbers = ", ".join(c_number(x) for x in (*limits, *domain, start))
+    return f"    {{{texts},\n     {numbers}}},\n"
+
+
+_NO_STEP = """\
+    (void)state; /* the model has no memory */
+    return finite_values(loads, @UP@_LOADS) && (!system || finite_values(system, @UP@_SYSTEM)) && isfinite(dt) &&
+                   dt >= 0.0
+               ? @UP@_OK
+               : @UP@_NOT_FINITE;
+"""
+_STEP = """\
+    double limited[@UP@_LOADS], next[@N@];
+    if (!system) system = tf_system_start;
+    if (!good_input(loads, state, system) || !isfinite(dt) || dt < 0.0) return @UP@_NOT_FINITE;
+    tf_limited(loads, 0, limited);
+    if (!(limited[2] > 0.0) || dt == 0.0) return @UP@_OK; /* no contact, or no time: nothing happens */
+    tf_model_step(limited, state, system, dt, next);
+    if (!finite_values(next, @UP@_STATES)) return @UP@_NO_RESULT;
+    memcpy(state, next, sizeof next);
+    return @UP@_OK;
+"""
+
+
+def c_sources(source: FrictionSource, prefix: str) -> dict[str, str]:
+    """Return the header and the source file.
+
+    Raises
+    ------
+    InputError
+        The graph holds something that is not translated.
+    """
+    values = c_values(source, prefix)
+    rules = (Path(__file__).parents[1] / "native" / "domain.h").read_text(encoding="utf-8")
+    values |= {"MODEL": generate(source, source.interface(1)), "RULES": rules}
+    return {
+        f"{prefix}.h": template("friction.h", values),
+        f"{prefix}.c": template("friction.c", values),
+    }
+
+
+def _array(name: str, values: npt.ArrayLike, size: str) -> str:
+    numbers = [c_number(float(x)) for x in np.ravel(values)]
+    rows = ",\n    ".join(", ".join(numbers[i : i + 5]) for i in range(0, len(numbers), 5))
+    return f"static const double {name}[{size}] = {{\n    {rows}}};\n"
+
+
+def selftest(source: FrictionSource, prefix: str, data: Trial) -> str:
+    """Return the C program that compares the export with the reference values."""
+
+    def rows(points: Iterable[FloatArray]) -> str:
+        return ",\n    ".join("{" + ", ".join(c_number(float(x)) for x in row) + "}" for row in points)
+
+    nan_point = ["NAN", *(c_number(source.interface(1).start(q)) for q in LOADS[1:])]
+    texts = [
+        f"static const double points[POINTS][{len(LOADS)}] = {{\n    {rows(data.points)}}};\n",
+        _array("clamped_mu", data.clamped, "POINTS"),
+        _array("free_mu", data.free, "POINTS"),
+        _array("distance", data.distance, "POINTS"),
+        _array("time_step", data.dt, "STEPS"),
+        _array("stepped_mu", data.stepped, "STEPS"),
+        f"static const double not_a_number[{len(LOADS)}] = {{{', '.join(nan_point)}}};\n",
+    ]
+    values = c_values(source, prefix) | {
+        "POINTS": str(len(data.points)),
+        "STEPS": str(len(data.dt)),
+        "DATA": "".join(texts),
+        "RELATIVE": repr(RELATIVE),
+        "ABSOLUTE": repr(ABSOLUTE),
+    }
+    return template("selftest.c", values)
+
+
+def c_files(source: FrictionSource, name: str | None = None) -> dict[str, str | bytes]:
+    """Return the files of a C export.
+
+    Parameters
+    ----------
+    source : FrictionSource
+    name : str, optional
+        First part of the C names.
+
+    Raises
+    ------
+    InputError
+        A name that is no identifier, or a graph that is not translated.
+    """
+    prefix = c_prefix(source, name)
+    values = c_values(source, prefix) | {"BUILD": _BUILD.format(P=prefix)}
+    return {
+        **c_sources(source, prefix),
+        "selftest.c": selftest(source, prefix, trial(source)),
+        "README.txt": template("readme_c.txt", values),
+        **documents(source),
+    }

@@ -1,0 +1,236 @@
+"""What every export shares: names, templates, reference values, the documents and the folder."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+import tempfile
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from friction_models.loads import LOADS, FloatArray, InputError, atomic_folder, unknown_name
+
+from ..documentation import card_json
+from ..native_target import identifier
+from ..source import FrictionSource
+
+#: A folder with this file in it was written by an export and may be replaced by one.
+MARK = "export.json"
+#: The C and Fortran names stay inside Fortran's 63 characters and a fixed-form line.
+MAX_NAME = 24
+_TEMPLATES = Path(__file__).parent / "templates"
+#: Loads that are tried where a model records no domain.
+_PLAN = {"v_rel": (5.0, 500.0), "T": (20.0, 300.0), "sigma_n": (500.0, 2750.0), "sd": (0.0, 60.0), "psi": (1.0, 20.0)}  # fmt: skip
+
+
+def template(name: str, values: Mapping[str, str]) -> str:
+    """Return a template with ``@KEY@`` replaced; a key without a value is a mistake in this package."""
+    text = (_TEMPLATES / name).read_text(encoding="utf-8")
+    text = re.sub(r"@([A-Z_0-9]+)@", lambda found: values[found[1]], text)
+    return text
+
+
+def checked_options(target: str, options: Mapping[str, Any], allowed: Collection[str]) -> dict[str, Any]:
+    """Return the options that are not None, refusing names that the target does not know."""
+    for name in options:
+        if name not in allowed:
+            raise unknown_name(f"option of the target {target!r}", name, allowed)
+    return {k: v for k, v in options.items() if v is not None}
+
+
+def c_prefix(source: FrictionSource, name: str | None) -> str:
+    """Return the first part of all public C names and of the file names.
+
+    Raises
+    ------
+    InputError
+        `name` is not a C identifier of at most 24 characters.
+    """
+    if name is None:
+        clean = identifier(source.name)
+        base = (clean if len(clean) <= MAX_NAME else identifier(source.family))[:MAX_NAME].rstrip("_")
+    elif re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) and len(name) <= MAX_NAME:
+        base = name
+    else:
+        raise InputError(
+            f"name = {name!r}, allowed: at most {MAX_NAME} letters, digits and underscores, a letter first"
+        )
+    return base if base.endswith("friction") else f"{base}_friction"
+
+
+def domain_limits(source: FrictionSource) -> tuple[FloatArray, FloatArray]:
+    """Return lower and upper loads, shape (5,), of the trained domain; infinite where none is recorded."""
+    limits = [source.domain.get(q.name, (-math.inf, math.inf)) for q in LOADS]
+    return np.array([a for a, _ in limits]), np.array([b for _, b in limits])
+
+
+def test_box(source: FrictionSource) -> tuple[FloatArray, FloatArray]:
+    """Return the loads between which an export is tried: the domain, or the plan's range without one."""
+    limits = [source.domain.get(q.name, _PLAN[q.name]) for q in LOADS]
+    return np.array([a for a, _ in limits]), np.array([b for _, b in limits])
+
+
+class Reference:
+    """mu as the FMU gives it - limits, domain, never negative - computed by ONNX Runtime."""
+
+    def __init__(self, source: FrictionSource) -> None:
+        from friction_models.onnx_model import OnnxModel
+
+        with tempfile.TemporaryDirectory(prefix="tribofmu-") as folder:
+            path = Path(folder) / "model.onnx"
+            path.write_bytes(source.onnx)
+            self.model = OnnxModel(path)
+        self.where = source.where
+        self.limits = np.array([q.lower for q in LOADS]), np.array([q.upper for q in LOADS])
+        self.domain = domain_limits(source)
+
+    def mu(
+        self, loads: FloatArray, state: FloatArray | None = None, clamp: bool = True, system: Any = None
+    ) -> FloatArray:
+        """Return mu, shape (n,), at loads of shape (n, 5)."""
+        points = np.clip(loads, *self.limits)
+        points = np.clip(points, *self.domain) if clamp else points
+        mu = self.model.predict(points, state, system)
+        if not np.isfinite(mu).all():
+            bad = points[int(np.argmin(np.isfinite(mu)))].tolist()
+            raise InputError(f"{self.where}: mu is not a finite number at the loads {bad}, allowed: finite")
+        return np.maximum(mu, 0.0)
+
+    def step(self, loads: FloatArray, state: FloatArray, dt: float) -> FloatArray:
+        """Return the states, shape (n, k), after `dt` seconds; a point without contact keeps its own."""
+        points = np.clip(loads, *self.limits)
+        following = self.model.step(points, state, dt)[1]
+        return np.where(points[:, 2:3] > 0.0, following, state)
+
+    def distance(self, loads: FloatArray) -> FloatArray:
+        """Return the domain distance, shape (n,)."""
+        lower, upper = self.domain
+        scale = np.where(upper > lower, upper - lower, np.maximum(np.abs(upper), 1.0))
+        outside = np.maximum(np.maximum(lower - loads, loads - upper), 0.0)
+        with np.errstate(invalid="ignore"):
+            return np.where(outside > 0.0, outside / scale, 0.0).max(axis=1)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Points and a short history with the values that ONNX Runtime gives there; for the self-tests.
+
+    Attributes
+    ----------
+    points : ndarray
+        Loads, shape (n, 5): inside the domain first, then beyond it.
+    clamped, free, distance : ndarray
+        mu with and without clamping and the domain distance, shape (n,).
+    dt, stepped : ndarray
+        A history over the first points: time steps, and mu after each step, shape (m,).
+    """
+
+    points: FloatArray
+    clamped: FloatArray
+    free: FloatArray
+    distance: FloatArray
+    dt: FloatArray
+    stepped: FloatArray
+
+
+def trial(source: FrictionSource, inside: int = 24, outside: int = 8, steps: int = 12) -> Trial:
+    """Compute the reference values of the self-tests; the same model gives the same values."""
+    reference = Reference(source)
+    lower, upper = test_box(source)
+    rng = np.random.default_rng(20)
+    points = rng.uniform(lower, upper, size=(inside + outside, len(LOADS)))
+    points[0], points[1] = lower, upper
+    points[inside:] += rng.choice([-0.2, 0.2], size=(outside, len(LOADS))) * (upper - lower)
+    points[inside:] = np.clip(points[inside:], *reference.limits)
+    # A law may have no value far outside its data; the FMU refuses there and a self-test has nothing to compare.
+    lost = ~np.isfinite(reference.model.predict(points))
+    points[lost] = np.clip(points[lost], *reference.domain)
+    dt = rng.uniform(1e-3, 2e-2, size=steps)
+    stepped = np.empty(steps)
+    state = reference.model.start_state(1)
+    for k in range(steps):
+        if source.states:
+            state = reference.step(points[k : k + 1], state, float(dt[k]))
+        stepped[k] = reference.mu(points[k : k + 1], state if source.states else None)[0]
+    return Trial(
+        points,
+        reference.mu(points),
+        reference.mu(points, clamp=False),
+        reference.distance(points),
+        dt,
+        stepped,
+    )
+
+
+def licence() -> str:
+    """Return the licence text of the installed package, for the parts of an export that are not the model."""
+    from importlib.metadata import PackageNotFoundError, files
+
+    try:
+        for file in files("tribofmu") or []:
+            if file.name == "LICENSE":
+                return file.read_text()
+    except (PackageNotFoundError, OSError):
+        pass
+    beside = Path(__file__).resolve().parents[2] / "LICENSE"
+    return beside.read_text(encoding="utf-8") if beside.is_file() else "MIT License, the tribofmu authors\n"
+
+
+def description(source: FrictionSource) -> dict[str, str]:
+    """Return the texts about the model that the templates share."""
+    from friction_models.model_card import package_version
+
+    def rows(entries: Sequence[str]) -> str:
+        return "\n".join(f"  {e}" for e in entries) or "  none"
+
+    loads = []
+    for q in LOADS:
+        trained = source.domain.get(q.name)
+        shown = f"trained on {trained[0]:g} to {trained[1]:g}" if trained else "trained range not recorded"
+        loads.append(f"{q.name:8} {q.unit:5} {q.meaning}; {shown}")
+    return {
+        "TITLE": one_line(f"Friction model {source.name} ({source.family})"),
+        "FORMULA": one_line(source.formula or source.name),
+        "VERSION": package_version("tribofmu") or "0",
+        "LOAD_ROWS": rows(loads),
+        "STATE_ROWS": rows([one_line(f"{s.name} [{s.unit}], start {s.start:g}") for s in source.states]),
+        "SYSTEM_ROWS": rows([one_line(f"{p.name} [{p.unit}], start {p.start:g}") for p in source.system]),
+    }
+
+
+def one_line(text: str) -> str:
+    """Return printable ASCII on one line, safe inside a C or Fortran comment."""
+    plain = "".join(c if 32 <= ord(c) < 127 else "?" for c in " ".join(text.split()))
+    return plain.replace("*/", "* /").replace("/*", "/ *").replace("\\", "/").replace("??", "? ?")[:400]
+
+
+def documents(source: FrictionSource) -> dict[str, str | bytes]:
+    """Return the files about the model that every export carries."""
+    files: dict[str, str | bytes] = {"model.onnx": source.onnx, "LICENSE.txt": licence()}
+    if source.card:
+        files["card.json"] = card_json(source.card)
+    return files
+
+
+def write_folder(path: str | os.PathLike[str], target: str, files: Mapping[str, str | bytes]) -> Path:
+    """Write an export in one go; see `export` for what is refused."""
+    final = Path(path)
+    if final.exists() and not final.is_dir():
+        raise InputError(f"{final}: this is a file; allowed: a folder to write the export into")
+    if final.is_dir() and any(final.iterdir()) and not (final / MARK).is_file():
+        raise InputError(
+            f"{final}: the folder holds other files; allowed: a new or empty folder, or an earlier export"
+        )
+    mark = json.dumps({"target": target, "files": sorted(files)}, indent=2) + "\n"
+    with atomic_folder(final) as folder:
+        for name, content in {**files, MARK: mark}.items():
+            place = folder / name
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_bytes(content.encode() if isinstance(content, str) else content)
+    return final
