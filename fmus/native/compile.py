@@ -4,43 +4,36 @@ from __future__ import annotations
 
 import importlib.util
 import os
-import platform
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from friction_models.loads import InputError, unknown_name
 
-#: FMI 2.0 platform folder -> (Zig target, suffix). The old glibc makes Linux binaries run on old systems.
-PLATFORMS: dict[str, tuple[str, str]] = {
-    "linux64": ("x86_64-linux-gnu.2.17", ".so"),
-    "win64": ("x86_64-windows-gnu", ".dll"),
-}
+from .platforms import Platform, host_platform, resolve, universal
+
 _FLAGS = (
-    "-shared",
-    "-fPIC",
     "-O3",
     "-std=c99",
     "-ffp-contract=off",  # a*b+c is not fused: results do not depend on the machine
+    "-fno-math-errno",  # nobody reads errno; sqrt becomes one instruction
     "-fvisibility=hidden",
+    "-fno-ident",
     "-g0",
-    "-s",
 )
-
-
-def host_platform() -> tuple[str, str, str]:
-    """Return the FMI 2.0 platform folder, the Zig target and the library suffix of this machine."""
-    machine = {"amd64": "x86_64", "x86_64": "x86_64", "arm64": "aarch64", "aarch64": "aarch64"}.get(
-        platform.machine().lower(), platform.machine().lower()
-    )
-    if sys.platform.startswith("win"):
-        return "win64", f"{machine}-windows-gnu", ".dll"
-    if sys.platform == "darwin":
-        return "darwin64", f"{machine}-macos.11.0", ".dylib"
-    return "linux64", f"{machine}-linux-gnu.2.17", ".so"
+#: Longest time of one run of a compiler [s].
+_TIME_LIMIT = 1800.0
+#: Start of a Windows library; see the file.
+_WINDOWS = "windows.c"
+_HEADERS = {
+    "2.0": ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
+    "3.0": ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
+}
 
 
 def zig_command() -> list[str] | None:
@@ -59,20 +52,31 @@ def system_command() -> list[str] | None:
     return None
 
 
-def fmi_headers() -> dict[str, str]:
-    """Return the FMI 2.0 header files, which the installed fmpy carries."""
+def fmi_headers(fmi: str = "2.0") -> dict[str, str]:
+    """Return the header files of a version of FMI, which the installed fmpy carries.
+
+    Raises
+    ------
+    InputError
+        Another version than 2.0 and 3.0, or no fmpy.
+    """
+    if fmi not in _HEADERS:
+        raise unknown_name("FMI version", fmi, _HEADERS)
     found = importlib.util.find_spec("fmpy")
     if found is None or not found.submodule_search_locations:
         raise InputError(
             "fmpy is not installed, which carries the FMI headers; install tribofmu with its dependencies"
         )
     folder = Path(next(iter(found.submodule_search_locations))) / "c-code"
-    names = ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h")
-    return {name: (folder / name).read_text(encoding="utf-8") for name in names}
+    return {name: (folder / name).read_text(encoding="utf-8") for name in _HEADERS[fmi]}
 
 
 def build(
-    sources: Mapping[str, str], main: str, identifier: str, platforms: Sequence[str] | None = None
+    sources: Mapping[str, str],
+    main: str,
+    identifier: str,
+    platforms: Sequence[str] | None = None,
+    fmi: str = "2.0",
 ) -> dict[str, bytes]:
     """Compile the sources into one shared library a platform.
 
@@ -85,7 +89,10 @@ def build(
     identifier : str
         Name of the libraries.
     platforms : sequence of str, optional
-        Keys of `PLATFORMS`; this machine alone by default.
+        Platform tuples (``x86_64-linux``), other names of them (``win64``, ``macos``) or ``all``;
+        this machine alone by default.
+    fmi : {"2.0", "3.0"}
+        Version of the standard, which decides on the names of the folders.
 
     Returns
     -------
@@ -96,54 +103,111 @@ def build(
     ------
     InputError
         Unknown platform, no compiler, or another platform than this machine's without Zig.
+    RuntimeError
+        The compiler fails.
     """
-    host, host_target, host_suffix = host_platform()
-    wanted = list(dict.fromkeys(platforms)) if platforms else [host]
+    wanted = resolve(platforms)
+    host = host_platform()
     zig, system = zig_command(), system_command()
-    for name in wanted:
-        if name != host and name not in PLATFORMS:
-            raise unknown_name("platform", name, {host, *PLATFORMS})
-        if zig is None and name != host:
+    if zig is None:
+        for target in wanted:
+            if target != host:
+                raise InputError(
+                    f"platform {target.folder(fmi)!r} needs the Zig compiler, which is not installed; allowed "
+                    f"without it: {host.folder(fmi)!r} (install the extra: pip install 'tribofmu[cross]')"
+                )
+        if system is None:
             raise InputError(
-                f"platform {name!r} needs the Zig compiler, which is not installed; allowed without it: {host!r} "
-                "(install the extra: pip install 'tribofmu[cross]')"
+                "no C compiler: neither Zig (pip install 'tribofmu[cross]') nor cc, gcc or clang is installed; "
+                "allowed without one: --target python"
             )
-    if zig is None and system is None:
-        raise InputError(
-            "no C compiler: neither Zig (pip install 'tribofmu[cross]') nor cc, gcc or clang is installed; "
-            "allowed without one: --target python"
-        )
-    binaries = {}
+    elif fmi.startswith("2") and any(p.suffix == ".dylib" for p in wanted):
+        # The one folder of FMI 2.0 serves both kinds of Mac.
+        names = {p.name for p in wanted if p.suffix != ".dylib"}
+        wanted = resolve([*names, "macos"])
+
     with tempfile.TemporaryDirectory(prefix="tribofmu-build-") as folder:
+        here = Path(folder)
         for name, text in sources.items():
-            (Path(folder) / name).write_text(text, encoding="utf-8")
-        for name in wanted:
-            target, suffix = (host_target, host_suffix) if name == host else PLATFORMS[name]
-            library = f"{identifier}{suffix}"
-            command = [*zig, "-target", target] if zig is not None else list(system or ())
-            _compile([*command, *_flags(target), main, "-o", library, "-lm"], folder)
-            binaries[f"{name}/{library}"] = (Path(folder) / library).read_bytes()
-    return binaries
+            (here / name).write_text(text, encoding="utf-8")
+        if any(p.suffix == ".dll" for p in wanted):
+            (here / _WINDOWS).write_text((Path(__file__).parent / _WINDOWS).read_text("utf-8"), "utf-8")
+
+        def one(target: Platform) -> bytes:
+            if zig is not None:
+                return _zig(zig, target, main, identifier, here)
+            return _system(list(system or ()), target, main, identifier, here)
+
+        with ThreadPoolExecutor(min(len(wanted), os.cpu_count() or 1)) as pool:
+            built: list[bytes] = list(pool.map(one, wanted))
+    found: dict[str, list[bytes]] = {}
+    for target, content in zip(wanted, built, strict=True):
+        found.setdefault(f"{target.folder(fmi)}/{identifier}{target.suffix}", []).append(content)
+    return {name: parts[0] if len(parts) == 1 else universal(parts) for name, parts in found.items()}
 
 
-def _flags(target: str) -> list[str]:
-    flags = list(_FLAGS)
-    if "linux" in target:
-        flags.append("-Wl,--build-id=none")
-    if "windows" in target:
-        flags.remove("-fPIC")
-    if "macos" in target:
-        flags.remove("-s")
-    return flags
+def _zig(zig: list[str], target: Platform, main: str, identifier: str, here: Path) -> bytes:
+    """Compile for one platform with Zig; outputs of different platforms have folders of their own."""
+    library = f"{identifier}{target.suffix}"
+    place = here / target.name
+    place.mkdir()
+    command = [*zig, "-target", target.target]
+    source = f"../{main}"
+    # The name of the source never reaches the library: it is stripped, and __FILE__ is the name alone.
+    if target.suffix == ".dll":
+        # Headers are found when compiling; the C library of the compiler is left out when linking.
+        _run([*command, *_FLAGS, "-c", source, "-o", "library.obj"], place)
+        # What stands in for functions of C must not be turned into calls of them.
+        _run([*command, *_FLAGS, "-fno-builtin", "-c", f"../{_WINDOWS}", "-o", "windows.obj"], place)
+        link = ["-shared", "-nostdlib", "-s", "-Wl,--entry,DllMainCRTStartup", "-lucrtbase", "-lkernel32"]
+        _run([*command, "library.obj", "windows.obj", *link, "-o", library], place)
+        return _undated((place / library).read_bytes())
+    link = ["-shared", "-fPIC", source, "-o", library]
+    if target.suffix == ".so":
+        link += ["-s", "-Wl,--build-id=none", "-Wl,--as-needed", "-lm"]
+    _run([*command, *_FLAGS, *link], place)
+    return (place / library).read_bytes()
 
 
-def _compile(command: list[str], folder: str) -> None:
+def _system(compiler: list[str], target: Platform, main: str, identifier: str, here: Path) -> bytes:
+    """Compile for this machine with its own compiler."""
+    library = f"{identifier}{target.suffix}"
+    flags = [*_FLAGS, "-shared", main, "-o", library]
+    if target.suffix != ".dll":
+        flags.append("-fPIC")
+    if target.suffix == ".so":
+        flags += ["-s", "-Wl,--build-id=none", "-Wl,--as-needed"]
+    _run([*compiler, *flags, "-lm"], here)
+    content = (here / library).read_bytes()
+    return _undated(content) if target.suffix == ".dll" else content
+
+
+def _undated(library: bytes) -> bytes:
+    """Return a Windows library with the time of the link set to 0."""
+    (start,) = struct.unpack_from("<I", library, 0x3C)
+    return library[: start + 8] + bytes(4) + library[start + 12 :]
+
+
+def _run(command: list[str], folder: Path) -> None:
     environment = dict(os.environ)
     if not _writable_home():
         environment.setdefault(
             "ZIG_GLOBAL_CACHE_DIR", str(Path(tempfile.gettempdir()) / "tribofmu-zig-cache")
         )
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    try:
+        done = subprocess.run(
+            command,
+            cwd=folder,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=_TIME_LIMIT,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise RuntimeError(f"the C compiler was not ready after {_TIME_LIMIT:g} s") from None
     if done.returncode:
         raise RuntimeError(f"the C compiler failed ({' '.join(command[:4])} ...):\n{done.stderr[-2000:]}")
 
