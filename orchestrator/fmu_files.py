@@ -9,29 +9,16 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from friction_models.loads import LOADS, MU, InputError, unknown_name
 
-_INDEXED = re.compile(r"^(?P<base>.*)\[(?P<index>\d+)\]$")
+from .fmu_variables import Variable, expand, sizing_parameter
 
-
-@dataclass(frozen=True)
-class Variable:
-    """One scalar variable of an FMU, as far as a master needs it.
-
-    `point` is the contact point whose instance holds it, where an FMU runs once a point.
-    """
-
-    name: str
-    reference: int
-    type: str
-    causality: str
-    unit: str
-    point: int = 0
+VERSIONS = ("2.0", "3.0")
 
 
 @dataclass(frozen=True)
@@ -48,12 +35,15 @@ class FmuDescription:
         By full name, ``v_rel[3]`` included.
     arrays : dict of str to list of Variable
         Elements of each structured name in index order; a scalar is an array of one.
+    sizes : dict of str to int
+        Values chosen for structural parameters (FMI 3.0).
     """
 
     path: Path
     raw: Any
     variables: dict[str, Variable]
     arrays: dict[str, list[Variable]]
+    sizes: dict[str, int] = field(default_factory=dict)
 
     def resolve(self, name: str, kind: str = "variable", causality: str | None = None) -> list[Variable]:
         """Return the elements behind a scalar, indexed or structured name.
@@ -74,10 +64,50 @@ class FmuDescription:
         ]
         raise unknown_name(kind, name, allowed, self.path.name)
 
+    def sized(self, sizes: Mapping[str, int]) -> FmuDescription:
+        """Return the description with other values of structural parameters.
+
+        Raises
+        ------
+        InputError
+            No such structural parameter, or a value outside its limits.
+        """
+        known = {v.name: v for v in self.raw.modelVariables if v.causality == "structuralParameter"}
+        for name, value in sizes.items():
+            if name not in known:
+                raise unknown_name("structural parameter", name, known, str(self.path))
+            # Text as it stands in the XML: limits of 64-bit integers may not pass through floating point.
+            low, high = int(known[name].min or 0), int(known[name].max or 2**63 - 1)
+            if not low <= value <= high:
+                raise InputError(
+                    f"{self.path}: structural parameter {name!r} = {value}, allowed: {low} to {high}"
+                )
+        merged = self.sizes | dict(sizes)
+        return FmuDescription(self.path, self.raw, *expand(self.path, self.raw, merged), merged)
+
+    def structural(self) -> list[tuple[Variable, int]]:
+        """Return the structural parameters that differ from their start values, and their values."""
+        return [(self.variables[name], value) for name, value in self.sizes.items()]
+
+    def sizing(self, name: str) -> str | None:
+        """Return the structural parameter that sizes the vector `name`, None for what has a fixed size."""
+        found = self.arrays.get(name)
+        if self.version == "2.0" or not found:
+            return None
+        reference = found[0].reference
+        item = next((v for v in self.raw.modelVariables if int(v.valueReference) == reference), None)
+        return None if item is None else sizing_parameter(item)
+
+    @property
+    def version(self) -> str:
+        """Version of the standard, ``2.0`` or ``3.0``."""
+        return "2.0" if self.raw.fmiVersion == "2.0" else "3.0"
+
     @property
     def state_can_be_saved(self) -> bool:
         """Whether the FMU can be rolled back (needed by the iterated mode)."""
-        return bool(self.raw.coSimulation.canGetAndSetFMUstate)
+        flags = self.raw.coSimulation
+        return bool(flags.canGetAndSetFMUstate)
 
     @property
     def is_scalar_friction(self) -> bool:
@@ -93,6 +123,18 @@ class FmuDescription:
         """Hash of the archive."""
         return file_hash(self.path)
 
+    def binaries(self) -> list[str]:
+        """Return where the binary for this machine may lie in the archive, likeliest first."""
+        from fmpy import platform, platform_tuple, sharedLibraryExtension
+
+        # FMI 2.0.4 names other processors as FMI 3.0 does; older FMUs put them into the folder of the system.
+        x86 = platform_tuple.startswith("x86")
+        folders = [platform, platform_tuple] if x86 else [platform_tuple, platform]
+        if self.version == "3.0":
+            folders = [platform_tuple]
+        name = self.raw.coSimulation.modelIdentifier + sharedLibraryExtension
+        return [f"binaries/{folder}/{name}" for folder in folders]
+
 
 def file_hash(path: str | os.PathLike[str]) -> str:
     """Return the SHA-256 of a file as hexadecimal text."""
@@ -101,51 +143,38 @@ def file_hash(path: str | os.PathLike[str]) -> str:
 
 
 def describe(path: str | os.PathLike[str]) -> FmuDescription:
-    """Read the model description of an FMI 2.0 co-simulation FMU.
+    """Read the model description of a co-simulation FMU.
 
     Raises
     ------
     InputError
-        No such file, not an archive, a hostile or damaged archive, not FMI 2.0 co-simulation.
+        No such file, not an archive, a hostile or damaged archive, not FMI 2.0 or 3.0 co-simulation.
     """
     from fmus.archive import read_description
 
     file = Path(path)
-    version = read_description(file).get("fmiVersion")
-    if version != "2.0":
-        raise InputError(f"{file}: FMI version {version!r}, allowed: '2.0'")
+    version = read_description(file).get("fmiVersion") or ""
+    # FMI 3.1 and later minor versions promise to stay readable for importers of 3.0.
+    if version != "2.0" and not re.fullmatch(r"3\.\d+", version):
+        raise InputError(f"{file}: FMI version {version!r}, allowed: {', '.join(VERSIONS)}")
     try:
         from fmpy.model_description import read_model_description
 
         raw = read_model_description(str(file), validate=False)
+        if raw.coSimulation is not None:
+            variables, arrays = expand(file, raw, {})
+    except InputError:
+        raise
     except Exception as error:
         raise InputError(
-            f"{file}: modelDescription.xml is not valid FMI 2.0 ({_first_line(error)})"
+            f"{file}: modelDescription.xml is not valid FMI {version} ({_first_line(error)})"
         ) from None
     if raw.coSimulation is None:
-        raise InputError(f"{file}: the FMU offers no co-simulation, allowed: FMI 2.0 for co-simulation")
-    return _describe(file, raw)
-
-
-def _describe(file: Path, raw: Any) -> FmuDescription:
-    variables: dict[str, Variable] = {}
-    indexed: dict[str, list[tuple[int, Variable]]] = {}
-    for item in raw.modelVariables:
-        declared = item.declaredType
-        unit = item.unit or (declared.unit if declared is not None else None) or ""
-        variable = Variable(item.name, int(item.valueReference), item.type, item.causality or "local", unit)
-        if item.name in variables:
-            raise InputError(f"{file}: variable {item.name!r} stands twice in modelDescription.xml")
-        variables[item.name] = variable
-        match = _INDEXED.match(item.name)
-        base, index = (match["base"], int(match["index"])) if match else (item.name, 0)
-        indexed.setdefault(base, []).append((index, variable))
-    arrays = {base: [v for _, v in sorted(found, key=_index)] for base, found in indexed.items()}
+        raise InputError(f"{file}: the FMU offers no co-simulation, allowed: FMI {version} for co-simulation")
+    identifier = str(raw.coSimulation.modelIdentifier)
+    if not re.fullmatch(r"[A-Za-z_]\w*", identifier, flags=re.ASCII):
+        raise InputError(f"{file}: modelIdentifier {identifier!r} is no name of a binary, allowed: a C name")
     return FmuDescription(file, raw, variables, arrays)
-
-
-def _index(pair: tuple[int, Variable]) -> int:
-    return pair[0]
 
 
 def unpack(description: FmuDescription, folder: Path) -> Path:
@@ -156,17 +185,17 @@ def unpack(description: FmuDescription, folder: Path) -> Path:
     InputError
         A damaged or hostile archive, or no binary for this platform.
     """
-    from fmpy import platform, sharedLibraryExtension
+    from fmpy import platform, platform_tuple
 
     from fmus.archive import unpack as extract
 
     file = description.path
     extract(file, folder)
-    name = description.raw.coSimulation.modelIdentifier + sharedLibraryExtension
-    if not (folder / "binaries" / platform / name).is_file():
+    if not any((folder / place).is_file() for place in description.binaries()):
+        wanted = platform if description.version == "2.0" else platform_tuple
         present = sorted(p.name for p in (folder / "binaries").glob("*") if p.is_dir())
         raise InputError(
-            f"{file}: no binary for the platform {platform!r}; present: {', '.join(present) or 'none'}"
+            f"{file}: no binary for the platform {wanted!r}; present: {', '.join(present) or 'none'}"
         )
     return folder
 

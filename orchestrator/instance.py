@@ -1,69 +1,29 @@
-"""One running FMU with preallocated buffers: what is exchanged every step costs no Python lists."""
+"""One running FMU: what is exchanged every step passes through buffers and calls that were prepared once."""
 
 from __future__ import annotations
 
-import re
 import time
-from collections.abc import Iterable
-from ctypes import POINTER, c_double, c_int, c_uint
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-import numpy as np
-
-from friction_models.loads import FloatArray, InputError
+from friction_models.loads import InputError
 
 from .errors import SimulationError
-from .fmu_files import FmuDescription, Variable
+from .fmu_files import FmuDescription
+from .fmu_variables import Variable
+from .messages import Messages
+from .ports import Port
+from .slaves import WARNING, CallFailed, Slave, load
 
-#: FMI 2.0 base type by the type of the variable; enumerations are exchanged as integers.
-_BASE = {"Real": "Real", "Integer": "Integer", "Enumeration": "Integer", "Boolean": "Boolean"}
-
-
-class Port:
-    """A set of variables of one FMU, read or written in one call a type.
-
-    Parameters
-    ----------
-    variables : iterable of Variable
-        Numeric variables; `values` holds them as float64 in this order.
-    """
-
-    def __init__(self, variables: Iterable[Variable]) -> None:
-        self.variables = list(variables)
-        self.values: FloatArray = np.zeros(len(self.variables))
-        self._groups: list[tuple[str, slice | Any, Any, Any, Any]] = []
-        for base in ("Real", "Integer", "Boolean"):
-            rows = np.array([i for i, v in enumerate(self.variables) if _BASE[v.type] == base], dtype=int)
-            if not len(rows):
-                continue
-            references = (c_uint * len(rows))(*[self.variables[i].reference for i in rows])
-            if base == "Real" and len(rows) == len(self.variables):
-                buffer = self.values  # no copy: the FMU reads and writes the array itself
-            else:
-                buffer = np.zeros(len(rows), dtype=np.float64 if base == "Real" else np.intc)
-            kind = c_double if base == "Real" else c_int
-            self._groups.append((base, rows, references, buffer, buffer.ctypes.data_as(POINTER(kind))))
-        self.index = {v.name: i for i, v in enumerate(self.variables)}
-
-    def read(self, slave: Any) -> None:
-        """Fetch all values from the FMU."""
-        for base, rows, references, buffer, pointer in self._groups:
-            getattr(slave, f"fmi2Get{base}")(slave.component, references, len(references), pointer)
-            if buffer is not self.values:
-                self.values[rows] = buffer
-
-    def write(self, slave: Any) -> None:
-        """Send all values to the FMU."""
-        for base, rows, references, buffer, pointer in self._groups:
-            if buffer is not self.values:
-                buffer[:] = self.values[rows]
-            getattr(slave, f"fmi2Set{base}")(slave.component, references, len(references), pointer)
+#: Name, function and arguments of a prepared call.
+_Call = tuple[str, Any, tuple[Any, ...]]
+_clock = time.perf_counter
 
 
 class Instance:
-    """A loaded FMI 2.0 co-simulation FMU between instantiation and `close`.
+    """A loaded co-simulation FMU (FMI 2.0 or 3.0) between instantiation and `close`.
 
     Parameters
     ----------
@@ -75,64 +35,43 @@ class Instance:
         Folder of the unpacked archive; removed by its owner.
     log : list of str, optional
         Receives what the FMU logs.
+
+    Raises
+    ------
+    InputError
+        The binary cannot be loaded.
+    SimulationError
+        The FMU refuses to be instantiated.
     """
 
     def __init__(
         self, name: str, description: FmuDescription, unpacked: Path, log: list[str] | None = None
     ) -> None:
-        from fmpy.fmi2 import FMU2Slave
-
         self.name = name
         self.description = description
         self.log = log if log is not None else []
         #: Time spent in steps, exchange of values included [s].
         self.seconds = 0.0
-        raw = description.raw
-        self._callbacks = self._make_callbacks()
+        self._messages = Messages(name, self.log)
+        self._running = False
+        self._slave: Slave = load(description, unpacked)
+        # FMI 2.0 messages are formats, those of FMI 3.0 plain text.
+        formats = description.version == "2.0"
         try:
-            self._slave: Any = FMU2Slave(
-                guid=raw.guid,
-                unzipDirectory=str(unpacked),
-                modelIdentifier=raw.coSimulation.modelIdentifier,
-                instanceName=name,
-            )
+            self._slave.instantiate(name, lambda status, text: self._messages.receive(status, text, formats))
+        except InputError:
+            self._slave.free()
+            raise
         except Exception as error:
-            raise InputError(
-                f"{description.path}: the binary cannot be loaded ({' '.join(str(error).split())})"
-            ) from None
-        try:
-            self._slave.instantiate(callbacks=self._callbacks, loggingOn=True)
-        except Exception as error:
-            self._slave.freeLibrary()
+            self._slave.free()
             raise self._failure("instantiate", 0.0, error) from None
-
-    def _make_callbacks(self) -> Any:
-        from ctypes import byref
-
-        from fmpy import calloc, fmi2, free
-
-        def logger(_env: Any, _name: bytes, status: int, _category: bytes, message: bytes) -> None:
-            text = (message or b"").decode("utf-8", "replace").strip()
-            self.log.append(f"{self.name}: {text}" if status < 3 else f"{self.name}: error: {text}")
-
-        callbacks = fmi2.fmi2CallbackFunctions()
-        callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(logger)
-        callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
-        callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(free)
-        try:
-            from fmpy.logging import addLoggerProxy
-
-            addLoggerProxy(byref(callbacks))
-        except Exception:
-            self.log.append(f"{self.name}: messages of the FMU come unformatted on this platform")
-        return callbacks
+        self._now, self._size = self._slave.now, self._slave.size
+        self._inputs = self._outputs = Port([])
+        self._step = self._bound(self._inputs, self._outputs)
 
     def _failure(self, call: str, at: float, error: BaseException) -> SimulationError:
-        own = [line for line in self.log if line.startswith(f"{self.name}: error: ")]
-        cause = own[-1].removeprefix(f"{self.name}: error: ") if own else " ".join(str(error).split())
-        # PythonFMU wraps what was said into a line of its own.
-        python = re.search(r"PyObject_CallMethod\s+\w+\((['\"])(?P<said>.*)\1\)$", cause)
-        cause = python["said"] if python else cause
+        self._running = False
+        cause = self._messages.cause(error)
         return SimulationError(f"component {self.name!r} failed at t = {at:g} s in {call}: {cause}")
 
     def initialize(
@@ -141,74 +80,148 @@ class Instance:
         """Set start values and go through initialization mode."""
         slave = self._slave
         try:
-            slave.setupExperiment(startTime=0.0, stopTime=stop_time)
+            numbers: dict[str, tuple[Variable, float]] = {}
             for variable, value in starts:
                 if variable.type == "String":
-                    slave.setString([variable.reference], [str(value)])
+                    slave.set_string(variable.reference, str(value))
                 else:
-                    setter = getattr(slave, f"set{_BASE[variable.type]}")
-                    setter([variable.reference], [float(value) if variable.type == "Real" else int(value)])
-            slave.enterInitializationMode()
-            slave.exitInitializationMode()
-        except Exception as error:
+                    numbers[variable.name] = (variable, float(value))
+            port = Port([variable for variable, _ in numbers.values()])
+            port.values[:] = [value for _, value in numbers.values()]
+            self._set(port)
+            slave.enter_initialization(stop_time)
+            slave.exit_initialization()
+        except CallFailed as error:
             raise self._failure("initialization", 0.0, error) from None
+        self._running = True
 
     def step(self, inputs: Port, outputs: Port, now: float, size: float) -> None:
-        """Write the inputs, advance from `now` by `size` seconds, read the outputs."""
-        began = time.perf_counter()
+        """Write the inputs, advance from `now` by `size` seconds, read the outputs.
+
+        Raises
+        ------
+        SimulationError
+            The FMU refused a call, or asks to end the simulation.
+        """
+        began = _clock()
+        if inputs is not self._inputs or outputs is not self._outputs:
+            self._step = self._bound(inputs, outputs)
+            self._inputs, self._outputs = inputs, outputs
+        self._now.value = now
+        self._size.value = size
         try:
-            if inputs.variables:
-                inputs.write(self._slave)
-            self._slave.doStep(now, size)
-            if outputs.variables:
-                outputs.read(self._slave)
-        except Exception as error:
+            self._step()
+        except CallFailed as error:
             raise self._failure("a step", now, error) from None
-        self.seconds += time.perf_counter() - began
+        self.seconds += _clock() - began
+
+    def _calls(self, port: Port, direction: str) -> list[_Call]:
+        return [
+            (direction + group.exchange[4:], *self._slave.exchange(group, direction)) for group in port.groups
+        ]
+
+    def _bound(self, inputs: Port, outputs: Port) -> Callable[[], None]:
+        """Return one function that makes all calls of a step on these ports; it raises `CallFailed`."""
+        refused = self._slave.refused
+        wants_to_end = self._slave.wants_to_end
+        sets, gets = self._calls(inputs, "Set"), self._calls(outputs, "Get")
+        advance, step = self._slave.advance()
+
+        def general() -> None:
+            inputs.to_buffers()
+            for name, function, arguments in sets:
+                status = function(*arguments)
+                if status > WARNING:
+                    refused(name, status)
+            status = advance(*step)
+            if status > WARNING:
+                refused("DoStep", status)
+            for name, function, arguments in gets:
+                status = function(*arguments)
+                if status > WARNING:
+                    refused(name, status)
+            outputs.from_buffers()
+            if wants_to_end:
+                raise CallFailed("DoStep: the FMU asks to end the simulation")
+
+        if not (inputs.is_direct and outputs.is_direct and len(sets) == len(gets) == 1):
+            return general
+        ((_, write, written),) = sets
+        ((_, read, found),) = gets
+
+        # Real numbers in and out and nothing else: three calls and hardly anything around them.
+        def direct() -> None:
+            status = write(*written)
+            if status > WARNING:
+                refused(sets[0][0], status)
+            status = advance(*step)
+            if status > WARNING:
+                refused("DoStep", status)
+            status = read(*found)
+            if status > WARNING:
+                refused(gets[0][0], status)
+            if wants_to_end:
+                raise CallFailed("DoStep: the FMU asks to end the simulation")
+
+        return direct
+
+    def _set(self, port: Port) -> None:
+        port.to_buffers()
+        for name, function, arguments in self._calls(port, "Set"):
+            self._slave.passed(name, function(*arguments))
 
     def write(self, inputs: Port, now: float = 0.0) -> None:
         """Write inputs outside a step."""
         try:
-            inputs.write(self._slave)
-        except Exception as error:
+            self._set(inputs)
+        except CallFailed as error:
             raise self._failure("setting inputs", now, error) from None
 
     def read(self, outputs: Port, now: float = 0.0) -> None:
         """Read outputs outside a step."""
         try:
-            outputs.read(self._slave)
-        except Exception as error:
+            for name, function, arguments in self._calls(outputs, "Get"):
+                self._slave.passed(name, function(*arguments))
+        except CallFailed as error:
             raise self._failure("reading outputs", now, error) from None
+        outputs.from_buffers()
 
     def save_state(self) -> Any:
         """Return a handle to the FMU's complete state; give it to `free_state` in the end."""
-        return self._slave.getFMUState()
+        try:
+            return self._slave.save_state()
+        except CallFailed as error:
+            raise self._failure("saving the state", 0.0, error) from None
 
     def restore_state(self, state: Any) -> None:
         """Go back to a saved state."""
-        self._slave.setFMUState(state)
+        try:
+            self._slave.restore_state(state)
+        except CallFailed as error:
+            raise self._failure("restoring the state", 0.0, error) from None
 
     def free_state(self, state: Any) -> None:
         """Give up a saved state."""
-        self._slave.freeFMUState(state)
+        self._slave.free_state(state)
 
     def reset(self) -> None:
         """Bring the FMU back to where instantiation left it."""
         try:
-            self._slave.reset()
-        except Exception as error:
+            self._slave.call("Reset")
+        except CallFailed as error:
             raise self._failure("reset", 0.0, error) from None
+        self._running = False
 
     def close(self) -> None:
         """Terminate and unload; safe after a failure."""
-        slave, self._slave = self._slave, None
-        if slave is None:
-            return
-        try:
-            slave.terminate()
-        except Exception as error:
-            self.log.append(f"{self.name}: terminate: {error}")
-        slave.freeInstance()
+        slave = self._slave
+        if self._running:
+            self._running = False
+            try:
+                slave.call("Terminate")
+            except CallFailed as error:
+                self._messages.note(f"terminate: {self._messages.cause(error)}")
+        slave.free()
 
     def __enter__(self) -> Instance:
         return self

@@ -32,8 +32,9 @@ from friction_models.loads import FloatArray, InputError, unknown_name
 
 from .errors import SimulationError
 from .fmu_files import unpack
-from .instance import Instance, Port
+from .instance import Instance
 from .points import PointInstances
+from .ports import Port
 from .runs import Run, write_run
 from .system import System
 from .wiring import Wiring

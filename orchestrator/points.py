@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .fmu_files import FmuDescription, Variable
-from .instance import Instance, Port
+from .fmu_files import FmuDescription
+from .fmu_variables import Variable
+from .instance import Instance
+from .ports import Port
 
 
 class PointInstances:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from friction_models.loads import InputError, unknown_name
 
 from .errors import collected
-from .fmu_files import FmuDescription, Variable, describe
+from .fmu_files import FmuDescription, describe
+from .fmu_variables import Variable
 
 if TYPE_CHECKING:
     from .system import StartValue, System

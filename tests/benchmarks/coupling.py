@@ -13,6 +13,7 @@ from orchestrator.processes import extrusion_system
 
 from .common import Section, Table, section
 from .data import models
+from .master_overhead import overhead
 
 
 def measure(folder: Path) -> Section:
@@ -57,7 +58,9 @@ def measure(folder: Path) -> Section:
     return section(
         "Forward rod extrusion and its coupling",
         "Reference case: 20 to 14.14 mm, 2 alpha = 90 degrees, billet 30 mm, 5 mm/s, stroke 20 mm, one core, without compilation. "
-        "Alone with constant friction, then as an FMU with a friction FMU at 80 material markers, 200 steps, one-step lag.",
+        "Alone with constant friction, then as an FMU with a friction FMU at 80 material markers, 200 steps, one-step lag. "
+        "Last: what the master adds to the C calls of a scalar friction FMU, other loads every step included in all rows.",
         alone,
         coupled,
+        overhead(place),
     )

@@ -12,7 +12,8 @@ from fmus import pack
 from friction_models import OnnxModel
 from friction_models.loads import LOADS
 from orchestrator.fmu_files import describe, unpack
-from orchestrator.instance import Instance, Port
+from orchestrator.instance import Instance
+from orchestrator.ports import Port
 
 from .common import Section, Table, seconds, section
 from .data import models

@@ -129,7 +129,8 @@ XML = '<?xml version="1.0"?><fmiModelDescription fmiVersion="{}" modelName="x" g
     [
         ({"readme.txt": "no FMU"}, "no modelDescription.xml"),
         ({"modelDescription.xml": "<not xml"}, "not readable XML"),
-        ({"modelDescription.xml": XML.format("3.0")}, "FMI version '3.0'"),
+        ({"modelDescription.xml": XML.format("1.0")}, "FMI version '1.0'"),
+        ({"modelDescription.xml": XML.format("3.0")}, "FMI 3.0"),
         ({"modelDescription.xml": XML.format("2.0")}, "FMI 2.0|co-simulation"),
         ({"modelDescription.xml": '<!DOCTYPE a [<!ENTITY b "c">]><a/>'}, "document type"),
         ({"modelDescription.xml": XML.format("2.0"), "../../evil.sh": "rm"}, "points outside the archive"),

@@ -1,0 +1,59 @@
+"""What an FMU logs, kept apart by instance."""
+
+from __future__ import annotations
+
+import re
+
+#: Messages of one instance that are kept; an FMU may log every step.
+MAX_MESSAGES = 1000
+MAX_LENGTH = 2000
+
+#: FMI 2.0 messages are formats of printf. Their values come as variadic arguments, which portable Python code
+#: cannot receive; the format alone is shown, and it is said that values are missing.
+_PLACEHOLDER = re.compile(r"%[-+#0]*(\d+|\*)?(\.(\d+|\*))?(hh|h|ll|l|j|z|t|L)?[diouxXeEfFgGaAcsp]")
+_WITHOUT_VALUES = " (the FMU's values for the placeholders cannot be shown)"
+
+#: PythonFMU wraps what was said into a line of its own.
+_PYTHON = re.compile(r"PyObject_CallMethod\s+\w+\((['\"])(?P<said>.*)\1\)$")
+
+
+class Messages:
+    """The messages of one instance.
+
+    Parameters
+    ----------
+    name : str
+        Name of the instance, in front of each line.
+    log : list of str
+        Receives the lines, up to `MAX_MESSAGES`.
+    """
+
+    def __init__(self, name: str, log: list[str]) -> None:
+        self.name = name
+        self.log = log
+        self._count = 0
+        self._error = ""
+
+    def receive(self, status: int, message: bytes | None, is_format: bool = True) -> None:
+        """Take a message that came with an FMI status (2.0 and 3.0 number them alike)."""
+        text = (message or b"")[:MAX_LENGTH].decode("utf-8", "replace").strip()
+        if is_format and _PLACEHOLDER.search(text):
+            text += _WITHOUT_VALUES
+        if status >= 3:
+            self._error = text
+        self.note(text if status < 3 else f"error: {text}")
+
+    def note(self, text: str) -> None:
+        """Keep a line of this instance."""
+        self._count += 1
+        if self._count <= MAX_MESSAGES:
+            self.log.append(f"{self.name}: {text}")
+        elif self._count == MAX_MESSAGES + 1:
+            self.log.append(f"{self.name}: more than {MAX_MESSAGES} messages; the others are not kept")
+
+    def cause(self, error: object) -> str:
+        """Return why a call failed: the last error the FMU logged, `error` when it logged none."""
+        said = self._error or " ".join(str(error).split())
+        self._error = ""
+        python = _PYTHON.search(said)
+        return python["said"] if python else said

@@ -1,0 +1,136 @@
+"""Ports: sets of variables of one FMU that are exchanged in one call a type, in buffers made once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from ctypes import (
+    POINTER,
+    c_bool,
+    c_double,
+    c_float,
+    c_int,
+    c_int8,
+    c_int16,
+    c_int32,
+    c_int64,
+    c_size_t,
+    c_uint,
+    c_uint8,
+    c_uint16,
+    c_uint32,
+    c_uint64,
+)
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from friction_models.loads import FloatArray
+
+from .fmu_variables import Variable
+
+#: How values of a type lie in memory, by the name that FMI's get and set functions give the type.
+_C_TYPES: dict[str, Any] = {
+    "fmi2Real": c_double,
+    "fmi2Integer": c_int,
+    "fmi2Boolean": c_int,
+    "fmi3Float64": c_double,
+    "fmi3Float32": c_float,
+    "fmi3Int8": c_int8,
+    "fmi3UInt8": c_uint8,
+    "fmi3Int16": c_int16,
+    "fmi3UInt16": c_uint16,
+    "fmi3Int32": c_int32,
+    "fmi3UInt32": c_uint32,
+    "fmi3Int64": c_int64,
+    "fmi3UInt64": c_uint64,
+    "fmi3Boolean": c_bool,
+}
+
+
+@dataclass(frozen=True)
+class Group:
+    """Variables of one type: what one call of FMI moves.
+
+    Attributes
+    ----------
+    exchange : str
+        ``fmi2Real``, ``fmi3Float64``, ...
+    rows, places : ndarray or None
+        Value `rows[k]` of the port stands at `places[k]` of the buffer; None: the buffer is the port's own.
+    buffer : ndarray
+        What the FMU reads and writes.
+    arguments : tuple
+        Of the call, after the instance: references, their number, values and (FMI 3.0) their number.
+    """
+
+    exchange: str
+    rows: npt.NDArray[np.intp] | None
+    places: npt.NDArray[np.intp] | None
+    buffer: npt.NDArray[Any]
+    arguments: tuple[Any, ...]
+
+
+class Port:
+    """A set of variables of one FMU, read or written in one call a type.
+
+    Parameters
+    ----------
+    variables : iterable of Variable
+        Numeric variables; `values` holds them as float64 in this order, at first with their start values.
+        Of an FMI 3.0 array the elements that are not in the port keep what was read last.
+    """
+
+    def __init__(self, variables: Iterable[Variable]) -> None:
+        self.variables = list(variables)
+        self.values: FloatArray = np.array([v.starts[v.element] for v in self.variables], dtype=np.float64)
+        self.index = {v.name: i for i, v in enumerate(self.variables)}
+        kinds = dict.fromkeys(v.exchange for v in self.variables)
+        self.groups = [self._group(kind) for kind in kinds]
+
+    def _group(self, exchange: str) -> Group:
+        rows = [i for i, v in enumerate(self.variables) if v.exchange == exchange]
+        offsets: dict[int, int] = {}
+        starts: list[float] = []
+        for i in rows:
+            variable = self.variables[i]
+            if variable.reference not in offsets:
+                offsets[variable.reference] = len(starts)
+                starts += variable.starts
+        places = [offsets[self.variables[i].reference] + self.variables[i].element for i in rows]
+        kind = _C_TYPES[exchange]
+        own = kind is c_double and places == list(range(len(starts))) and rows == places
+        whole = own and len(rows) == len(self.variables)
+        # No copy where the values are the buffer: the FMU reads and writes the array itself.
+        buffer = self.values if whole else np.array(starts).astype(kind)
+        references = (c_uint * len(offsets))(*offsets)
+        arguments: tuple[Any, ...] = (
+            references,
+            c_size_t(len(offsets)),
+            buffer.ctypes.data_as(POINTER(kind)),
+        )
+        if exchange.startswith("fmi3"):
+            arguments += (c_size_t(len(buffer)),)
+        if whole:
+            return Group(exchange, None, None, buffer, arguments)
+        return Group(
+            exchange, np.array(rows, dtype=np.intp), np.array(places, dtype=np.intp), buffer, arguments
+        )
+
+    def to_buffers(self) -> None:
+        """Copy the values to where the FMU reads them."""
+        for group in self.groups:
+            if group.rows is not None:
+                group.buffer[group.places] = self.values[group.rows]
+
+    def from_buffers(self) -> None:
+        """Copy what the FMU wrote to the values."""
+        for group in self.groups:
+            if group.rows is not None:
+                self.values[group.rows] = group.buffer[group.places]
+
+    @property
+    def is_direct(self) -> bool:
+        """Whether the FMU reads and writes `values` itself."""
+        return all(group.rows is None for group in self.groups)
