@@ -1,0 +1,116 @@
+"""``--target ufric``: user subroutine UFRIC of Marc and Simufact Forming, Fortran around the C export.
+
+The calling sequence is the one of Marc's Volume D, ``UFRIC(MIBODY, X, F, V, TEMP, YIEL, FRIC, TIME, INC, NSURF)``:
+every contact point in every iteration. Sliding distance is not among the arguments and is integrated; the surface
+expansion is not either and is left to the user.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from friction_models.loads import LOAD_NAMES
+
+from ..source import FrictionSource
+from .c_target import c_sources, c_values
+from .common import Reference, c_prefix, documents, template, test_box
+
+
+def fortran_number(value: float) -> str:
+    """Return a double precision constant that is read back as exactly `value`."""
+    return format(value, ".17e").replace("e", "d")
+
+
+def depends_on(source: FrictionSource) -> list[str]:
+    """Return the loads that mu or the memory reacts to between the ends of the domain, found by trying."""
+    reference = Reference(source)
+    lower, upper = test_box(source)
+    points = np.random.default_rng(21).uniform(lower, upper, size=(64, len(LOAD_NAMES)))
+
+    def answer(at: np.ndarray) -> np.ndarray:
+        if not source.states:
+            return reference.mu(at)
+        state = reference.step(at, reference.model.start_state(len(at)), 0.1)
+        return np.column_stack([reference.mu(at, state), state])
+
+    found = []
+    for l, name in enumerate(LOAD_NAMES):
+        ends = []
+        for value in (lower[l], upper[l]):
+            moved = points.copy()
+            moved[:, l] = value
+            ends.append(answer(moved))
+        if not np.array_equal(*ends):
+            found.append(name)
+    return found
+
+
+def history(source: FrictionSource, points: int = 3, increments: int = 8) -> str:
+    """Return the calls of the self-test: node, increment, time, V(1), V(2), TEMP(1), F(1), expected mu.
+
+    A row whose expected mu is -1 is an iteration before the last one; point 2 has no contact for a while.
+    """
+    reference = Reference(source)
+    lower, upper = test_box(source)
+    rng = np.random.default_rng(22)
+    sd, state = np.zeros(points), reference.model.start_state(points)
+    time, rows = 0.0, []
+    for inc in range(1, increments + 1):
+        dt = float(rng.uniform(2e-3, 1e-2))
+        cut = inc == 4
+        for tried in [2.0 * dt, dt] if cut else [dt]:
+            for iteration in range(2):
+                final = tried == dt and iteration == 1
+                for k in range(points):
+                    if k == 1 and inc in (3, 4):
+                        continue
+                    v, T, sigma = rng.uniform(lower[:3], upper[:3])
+                    angle = rng.uniform(0.0, 2.0 * np.pi)
+                    parts = v * np.array([np.cos(angle), np.sin(angle)])
+                    expected = -1.0
+                    if final:
+                        speed = float(np.sqrt((parts**2).sum()))
+                        sd[k] += speed * dt
+                        loads = np.array([[speed, T, sigma, sd[k], 1.0]])
+                        if source.states:
+                            state[k : k + 1] = reference.step(loads, state[k : k + 1], dt)
+                        expected = float(reference.mu(loads, state[k : k + 1] if source.states else None)[0])
+                    numbers = (time + tried, *parts, T, sigma, expected)
+                    rows.append(f"{k + 1} {inc} " + " ".join(fortran_number(float(x)) for x in numbers))
+        time += dt
+    return "\n".join(rows) + "\n"
+
+
+def ufric_files(source: FrictionSource, name: str | None = None) -> dict[str, str | bytes]:
+    """Return the files of a UFRIC export.
+
+    Parameters
+    ----------
+    source : FrictionSource
+    name : str, optional
+        First part of the C names.
+
+    Raises
+    ------
+    InputError
+        A name that is no identifier, or a graph that is not translated.
+    """
+    prefix = c_prefix(source, name)
+    depends = depends_on(source)
+    system = [
+        f"c     {p.name} [{p.unit}]\n      values({i + 1}) = {fortran_number(p.start)}\n"
+        for i, p in enumerate(source.system)
+    ]
+    values = c_values(source, prefix) | {
+        "PSI_MATTERS": ".true." if "psi" in depends else ".false.",
+        "DEPENDS": ", ".join(depends) or "none of the loads",
+        "SYSTEM_LINES": "".join(system) or "      values(1) = 0.0d0\n",
+    }
+    return {
+        **c_sources(source, prefix),
+        "ufric.f": template("ufric.f", values),
+        "selftest.f90": template("ufric_selftest.f90", values),
+        "selftest.txt": history(source),
+        "README.txt": template("readme_ufric.txt", values),
+        **documents(source),
+    }
