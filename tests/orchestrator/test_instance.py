@@ -58,11 +58,14 @@ def test_messages_stay_with_the_instance_that_sent_them(unpacked: tuple[Path, Pa
     logs: dict[str, list[str]] = {"first": [], "second": []}
     first, inputs, outputs = opened(unpacked, "first", 1.0, logs["first"])
     second, *_ = opened(unpacked, "second", 0.0, logs["second"])
-    with first, second:
-        with pytest.raises(
+    with (
+        first,
+        second,
+        pytest.raises(
             SimulationError, match=r"'first' failed at t = 0\.5 s in a step: u = %g is too"
-        ) as seen:
-            first.step(inputs, outputs, 0.5, 0.1)
+        ) as seen,
+    ):
+        first.step(inputs, outputs, 0.5, 0.1)
     assert logs["second"] == []
     # Values of placeholders do not reach Python; that is said instead of printing something else.
     assert "placeholders cannot be shown" in str(seen.value)
