@@ -1,4 +1,4 @@
-"""`pack_forming` and `pack_twin`: the solvers as co-simulation FMUs that run in Python."""
+"""`pack_forming` and `pack_twin`: the solvers as co-simulation FMUs."""
 
 from __future__ import annotations
 
@@ -10,20 +10,21 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from friction_models.loads import LOADS, MU, InputError, Quantity, unknown_name
+from friction_models.loads import LOADS, MU, InputError, unknown_name
 
 from .archive import write_archive
 from .documentation import page
-from .interface import Variable
-from .model_description import Description
-from .python_target import python_fmu_files
+from .solver_interface import Signal, SolverInterface, indexed
+
+#: `python`: in the simulator's own Python; `process`: in a Python process that the FMU starts.
+SOLVER_TARGETS = ("python", "process")
 
 _SCRIPT = '''"""Slave module of this FMU; the solver is in the package tribofmu of the simulator's Python."""
 
 import ctypes
 
 try:
-    from fmus.slaves.{module} import {name} as Fmi2Slave
+    from fmus.slaves.{solver}_slave import {name}Slave as Fmi2Slave
 except ModuleNotFoundError as error:
     raise ImportError(
         f"the Python environment of the simulator lacks {{error.name}}; install it: pip install tribofmu"
@@ -34,90 +35,128 @@ except ModuleNotFoundError as error:
 ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
 
 
-class {name}Fmu(Fmi2Slave):
+class {name}SlaveFmu(Fmi2Slave):
     pass
 '''
 
+_FORMING_UNITS = {
+    "diameter": "mm",
+    "exit_diameter": "mm",
+    "punch_diameter": "mm",
+    "half_angle": "deg",
+    "billet_length": "mm",
+    "speed": "mm/s",
+    "T_billet": "degC",
+    "T_tool": "degC",
+    "mesh_size": "mm",
+    "entry_radius": "mm",
+    "edge_radius": "mm",
+    "land": "mm",
+}
+#: Travel in the default experiment [mm], where the process reaches it.
+_STROKE = 20.0
+
 
 def pack_forming(
-    path: str | os.PathLike[str], *, communication_step: float = 0.1, stroke: float = 20.0, **kwargs: Any
+    path: str | os.PathLike[str],
+    *,
+    process: str = "fre",
+    target: str = "python",
+    platforms: Sequence[str] | None = None,
+    python: str | None = None,
+    communication_step: float = 0.1,
+    stroke: float | None = None,
+    **kwargs: Any,
 ) -> Path:
-    """Write the forward rod extrusion as an FMU (co-simulation, Python).
+    """Write a forming process as an FMU for co-simulation.
 
     Parameters
     ----------
     path : path-like
         The FMU to write.
+    process : {"fre", "bce"}
+        Forward rod extrusion or backward cup extrusion.
+    target : {"python", "process"}
+        `python`: the solver runs in the Python interpreter of the simulator. `process`: a native library
+        starts the solver as a Python process of its own, for simulators without Python; the package
+        tribofmu must be installed in the Python that it finds (environment variable TRIBOFMU_PYTHON, then
+        ``python3`` or ``python`` on PATH). The numbers are the same.
+    platforms : sequence of str, optional
+        Platforms of the native library, target `process` only; this machine's by default.
+    python : str, optional
+        Interpreter that an FMU of target `process` starts when TRIBOFMU_PYTHON is not set. Such an FMU
+        belongs to one machine.
     communication_step : float
         Travel of the punch in one step of the default experiment [mm].
-    stroke : float
-        Travel in the default experiment [mm].
+    stroke : float, optional
+        Travel in the default experiment [mm]; 20 mm, or what the process allows, by default.
     **kwargs
-        Parameters of `forming.ForwardRodExtrusion`; the numbers become FMI parameters that can be set
-        before initialization, all else (`n_points`, `material`, switches) is fixed in the FMU.
+        Parameters of `forming.ForwardRodExtrusion` or `forming.BackwardCupExtrusion`; the numbers become FMI
+        parameters that can be set before initialization, all else (`n_points`, `material`, switches) is
+        fixed in the FMU.
 
     Raises
     ------
     InputError
-        Unknown parameter, or a value that the solver refuses.
+        Unknown process, target or parameter, or a value that the solver refuses; no compiler.
     """
-    from forming.fre import ForwardRodExtrusion
+    from .slaves.forming_solver import PROCESSES
 
-    units = {
-        "diameter": "mm",
-        "exit_diameter": "mm",
-        "half_angle": "deg",
-        "billet_length": "mm",
-        "speed": "mm/s",
-        "T_billet": "degC",
-        "T_tool": "degC",
-        "mesh_size": "mm",
-        "entry_radius": "mm",
-        "edge_radius": "mm",
-        "land": "mm",
-    }
-    _check_names(ForwardRodExtrusion, kwargs)
-    process = ForwardRodExtrusion(**kwargs)
-    if not 0.0 < communication_step <= stroke <= process.max_stroke:
+    if process not in PROCESSES:
+        raise unknown_name("forming process", process, PROCESSES)
+    solver = PROCESSES[process]
+    _check_names(solver, kwargs)
+    made = solver(**kwargs)
+    if stroke is None:
+        stroke = min(_STROKE, made.max_stroke)
+    if not 0.0 < communication_step <= stroke <= made.max_stroke:
         raise InputError(
             f"communication_step = {communication_step!r} mm and stroke = {stroke!r} mm, "
-            f"allowed: 0 < communication_step <= stroke <= {process.max_stroke:.3f} mm"
+            f"allowed: 0 < communication_step <= stroke <= {made.max_stroke:.3f} mm"
         )
-    n = process.n_points
-    parameters = {
-        name: (unit, float(_value(ForwardRodExtrusion, kwargs, name))) for name, unit in units.items()
-    }
-    outputs = [_indexed(q, n, i) for q in LOADS for i in range(n)]
+    n = made.n_points
+    known = inspect.signature(solver).parameters
+    units = {name: unit for name, unit in _FORMING_UNITS.items() if name in known}
+    outputs = [indexed(q, n, i) for q in LOADS for i in range(n)]
     outputs += [
-        _Signal("stroke", "mm", "travel of the punch"),
-        _Signal("force", "kN", "punch force"),
-        _Signal("work", "J", "work of the punch"),
-        _Signal("max_tau_over_k", "1", "highest friction stress over shear yield stress"),
+        Signal("stroke", "mm", "travel of the punch"),
+        Signal("force", "kN", "punch force"),
+        Signal("work", "J", "work of the punch"),
+        Signal("max_tau_over_k", "1", "highest friction stress over shear yield stress"),
     ]
-    inputs = [_indexed(MU, n, i) for i in range(n)]
-    flags = [f"active[{i + 1}]" for i in range(n)]
-    fixed = {k: v for k, v in kwargs.items() if k not in units and k != "material"}
-    config = {"fixed": fixed | {"n_points": n}, "material": dataclasses.asdict(process.material)}
-    return _write(
-        path,
-        ("forming_slave", "FormingSlave"),
-        "forward rod extrusion",
-        "forming_fre",
-        (outputs, inputs, parameters, flags),
-        config,
-        (communication_step / process.speed, stroke / process.speed),
+    fixed = {k: v for k, v in kwargs.items() if k not in units and k != "material"} | {"n_points": n}
+    interface = SolverInterface(
+        solver="forming",
+        title=made.name,
+        identifier=f"forming_{process}",
+        outputs=outputs,
+        inputs=[indexed(MU, n, i) for i in range(n)],
+        parameters={k: (unit, float(_value(solver, kwargs, k))) for k, unit in units.items()},
+        experiment=(communication_step / made.speed, stroke / made.speed),
+        flags=[f"active[{i + 1}]" for i in range(n)],
+        fixed={"process": process, "fixed": fixed, "material": dataclasses.asdict(made.material)},
     )
+    return _write(path, interface, target, platforms, python)
 
 
 def pack_twin(
-    path: str | os.PathLike[str], *, communication_step: float = 0.01, duration: float = 1.0, **kwargs: Any
+    path: str | os.PathLike[str],
+    *,
+    target: str = "python",
+    platforms: Sequence[str] | None = None,
+    python: str | None = None,
+    communication_step: float = 0.01,
+    duration: float = 1.0,
+    **kwargs: Any,
 ) -> Path:
-    """Write the twin of the sliding compression test as an FMU (co-simulation, Python).
+    """Write the twin of the sliding compression test as an FMU for co-simulation.
 
     Parameters
     ----------
     path : path-like
         The FMU to write.
+    target, platforms, python
+        As in `pack_forming`.
     communication_step, duration : float
         Step and end of the default experiment [s].
     **kwargs
@@ -127,7 +166,7 @@ def pack_twin(
     Raises
     ------
     InputError
-        Unknown parameter, or a geometry that cannot be.
+        Unknown target or parameter, or a geometry that cannot be; no compiler.
     """
     from forming.material import steel_16MnCr5
     from forming.upsetting import PunchGeometry
@@ -160,53 +199,26 @@ def pack_twin(
             "allowed: 0 < communication_step <= duration"
         )
     T = next(q for q in LOADS if q.name == "T")
-    inputs = [
-        _Signal("F_n", "N", "normal force", float(values["F_max"]), 0.0, 1e8),
-        _Signal("v_slide", "mm/s", "sliding speed of the plate", float(values["speed"]), 0.0, 1e5),
-        _Signal(
-            "T_tool",
-            "degC",
-            "temperature of punch and fresh plate",
-            float(values["T_tool"]),
-            T.lower,
-            T.upper,
-        ),
-        _Signal(MU.name, MU.unit, MU.meaning, MU.nominal, MU.lower, MU.upper),
-    ]
-    config = {
-        "material": dataclasses.asdict(kwargs.get("material") or steel_16MnCr5()),
-        "T_specimen": values["T_specimen"],
-    }
-    return _write(
-        path,
-        ("twin_slave", "TwinSlave"),
-        "sliding compression test",
-        "twin_sct",
-        (
-            [_indexed(q, 1, 0) for q in LOADS],
-            inputs,
-            {n: (u, float(values[n])) for n, u in units.items()},
-            (),
-        ),
-        config,
-        (communication_step, duration),
+    tool = "temperature of punch and fresh plate"
+    interface = SolverInterface(
+        solver="twin",
+        title="sliding compression test",
+        identifier="twin_sct",
+        outputs=[indexed(q, 1, 0) for q in LOADS],
+        inputs=[
+            Signal("F_n", "N", "normal force", float(values["F_max"]), 0.0, 1e8),
+            Signal("v_slide", "mm/s", "sliding speed of the plate", float(values["speed"]), 0.0, 1e5),
+            Signal("T_tool", "degC", tool, float(values["T_tool"]), T.lower, T.upper),
+            Signal(MU.name, MU.unit, MU.meaning, MU.nominal, MU.lower, MU.upper),
+        ],
+        parameters={n: (u, float(values[n])) for n, u in units.items()},
+        experiment=(communication_step, duration),
+        fixed={
+            "material": dataclasses.asdict(kwargs.get("material") or steel_16MnCr5()),
+            "T_specimen": values["T_specimen"],
+        },
     )
-
-
-@dataclasses.dataclass(frozen=True)
-class _Signal:
-    name: str
-    unit: str
-    meaning: str
-    start: float = 0.0
-    lower: float | None = None
-    upper: float | None = None
-
-
-def _indexed(quantity: Quantity, n: int, i: int) -> _Signal:
-    name = quantity.name if n == 1 else f"{quantity.name}[{i + 1}]"
-    q = quantity
-    return _Signal(name, q.unit, q.meaning, q.nominal, q.lower, q.upper)
+    return _write(path, interface, target, platforms, python)
 
 
 def _check_names(solver: Any, kwargs: Mapping[str, Any], without: Sequence[str] = ()) -> None:
@@ -222,95 +234,37 @@ def _value(solver: Any, kwargs: Mapping[str, Any], name: str) -> Any:
 
 def _write(
     path: str | os.PathLike[str],
-    slave: tuple[str, str],
-    title: str,
-    identifier: str,
-    signals: tuple[Sequence[_Signal], Sequence[_Signal], Mapping[str, tuple[str, float]], Sequence[str]],
-    config: dict[str, Any],
-    experiment: tuple[float, float],
+    interface: SolverInterface,
+    target: str,
+    platforms: Sequence[str] | None,
+    python: str | None,
 ) -> Path:
-    """Write a solver FMU: outputs, inputs and parameters are numbered in this order, as the slave keeps them."""
+    """Write a solver FMU."""
+    if target not in SOLVER_TARGETS:
+        raise unknown_name("target of a solver FMU", target, SOLVER_TARGETS)
     if Path(path).suffix != ".fmu":
         raise InputError(f"{path}: suffix {Path(path).suffix!r}, allowed: '.fmu'")
-    outputs, inputs, parameters, flags = signals
-    depends = tuple(parameters)
-    # Outputs answer the inputs of the step before: no direct dependence, no algebraic loop for any master.
-    variables = [
-        Variable(
-            s.name,
-            i,
-            "output",
-            initial="calculated",
-            unit=s.unit,
-            description=s.meaning,
-            depends=(),
-            initial_depends=depends,
+    description, config = interface.description(target), interface.config()
+    facts = {name: f"{value:g} {unit}" for name, (unit, value) in interface.parameters.items()}
+    sections: dict[str, Any] = {"Parameters": facts, "Fixed in this FMU": config.get("material")}
+    if target == "process":
+        from .process_target import process_fmu_files
+
+        files = process_fmu_files(description, interface.solver, config, platforms, python)
+        sections["Where the solver runs"] = {
+            "TRIBOFMU_PYTHON": "environment variable: the Python interpreter in which tribofmu is installed; "
+            + (f"without it {python}" if python else "without it python3 or python on PATH"),
+            "TRIBOFMU_TIMEOUT": "environment variable: longest time of one call [s]; 1800 without it, 0 for no limit",
+        }
+    else:
+        for name, given in (("platforms", platforms), ("python", python)):
+            if given:
+                raise InputError(f"{name} = {given!r}, allowed with the target 'process' only")
+        from .python_target import python_fmu_files
+
+        script = _SCRIPT.format(solver=interface.solver, name=interface.solver.capitalize())
+        files = python_fmu_files(
+            description, script, {"interface.json": (json.dumps(config) + "\n").encode()}
         )
-        for i, s in enumerate(outputs)
-    ]
-    variables += [
-        Variable(
-            s.name,
-            len(outputs) + i,
-            "input",
-            unit=s.unit,
-            start=s.start,
-            lower=s.lower,
-            upper=s.upper,
-            description=s.meaning,
-        )
-        for i, s in enumerate(inputs)
-    ]
-    variables += [
-        Variable(name, len(outputs) + len(inputs) + i, "parameter", "fixed", "exact", unit=unit, start=value)
-        for i, (name, (unit, value)) in enumerate(parameters.items())
-    ]
-    variables += [
-        Variable(
-            name,
-            i,
-            "output",
-            "discrete",
-            "calculated",
-            "Boolean",
-            description="whether the marker is in contact",
-            depends=(),
-            initial_depends=depends,
-        )
-        for i, name in enumerate(flags)
-    ]
-    reals = [v for v in variables if v.type == "Real"]
-    config = config | {
-        "names": [v.name for v in reals],
-        "first_input": len(outputs),
-        "first_parameter": len(outputs) + len(inputs),
-        "start": [float(v.start or 0.0) for v in reals],
-        "flags": len(flags),
-    }
-    step, stop = experiment
-    description = Description(
-        model_name=title,
-        identifier=identifier,
-        guid="",
-        text=f"{title}; runs in Python with the package tribofmu",
-        variables=variables,
-        co_simulation={
-            "needsExecutionTool": True,
-            "canHandleVariableCommunicationStepSize": True,
-            "canInterpolateInputs": False,
-            "canBeInstantiatedOnlyOncePerProcess": False,
-            "canNotUseMemoryManagementFunctions": True,
-            "canGetAndSetFMUstate": True,
-            "canSerializeFMUstate": False,
-        },
-        step=step,
-        stop=stop,
-        annotations={"target": "python"},
-    )
-    script = _SCRIPT.format(module=slave[0], name=slave[1])
-    files = python_fmu_files(description, script, {"interface.json": (json.dumps(config) + "\n").encode()})
-    facts = {name: f"{value:g} {unit}" for name, (unit, value) in parameters.items()}
-    files["documentation/index.html"] = page(
-        title, {"Parameters": facts, "Fixed in this FMU": config.get("material")}
-    )
+    files["documentation/index.html"] = page(interface.title, sections)
     return write_archive(path, files)

@@ -1,36 +1,12 @@
-"""The tribometer twin as a co-simulation slave: force, speed, tool temperature and friction in, loads out."""
+"""The tribometer twin as a PythonFMU slave."""
 
 from __future__ import annotations
 
-from typing import Any
-
-from forming.material import HenselSpittel
-from sct_twin.process import SctProcess
-
 from .base import SolverSlave
+from .twin_solver import TwinSolver
 
 
 class TwinSlave(SolverSlave):
-    """Outputs: the five loads of the contact mean; inputs: F_n, v_slide, T_tool, mu."""
+    """See `fmus.slaves.twin_solver`."""
 
-    def start(self) -> None:
-        F_n, v_slide, T_tool, mu = self.inputs().tolist()
-        given: dict[str, Any] = {
-            "T_tool": T_tool,
-            "T_specimen": self.config["T_specimen"],
-        } | self.parameters()
-        self.process = SctProcess(material=HenselSpittel(**self.config["material"]), **given)
-        self.publish(self.process.advance(0.0, F_n, v_slide, T_tool, mu))
-
-    def advance(self, elapsed: float, step: float) -> None:
-        self.publish(self.process.advance(step, *self.inputs().tolist()))
-
-    def publish(self, loads: tuple[float, ...]) -> None:
-        """Write the outputs."""
-        self.values[: self.first_input] = loads
-
-    def save(self) -> Any:
-        return self.process.snapshot()
-
-    def restore(self, saved: Any) -> None:
-        self.process.restore(saved)
+    solver_type = TwinSolver

@@ -1,0 +1,159 @@
+/* Second part of front_fmi2.c: FMU states, and what this FMU does not offer. */
+
+/* The solver's own state stays in the process, under a number. */
+typedef struct {
+    const tf_front *owner;
+    unsigned long long life, number;
+    tf_data data;
+} tf_state;
+
+/* Free the number in the process; a process that is gone has taken its states along. */
+static fmi2Status forget(tf_front *f, const tf_state *s) {
+    return s->number && f->alive && s->life == f->life ? tf_number_request(f, TF_FREE, s->number) : fmi2OK;
+}
+
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
+    tf_front *f = (tf_front *)c;
+    tf_state *s = (tf_state *)*state;
+    unsigned long long number;
+    fmi2Status status = tf_ensure_started(f);
+    if (status == fmi2OK && !tf_begin(f, TF_SAVE, 0)) status = tf_say(f, fmi2Error, "out of memory");
+    if (status == fmi2OK) status = tf_ask(f, sizeof number);
+    if (status != fmi2OK) return status;
+    memcpy(&number, f->buffer + 1, sizeof number);
+    if (s) status = forget(f, s);
+    else s = (tf_state *)malloc(sizeof *s);
+    if (!s) {
+        tf_number_request(f, TF_FREE, number);
+        return tf_say(f, fmi2Error, "out of memory");
+    }
+    s->owner = f;
+    s->life = f->life;
+    s->number = number;
+    s->data = f->data;
+    *state = s;
+    return status;
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
+    tf_front *f = (tf_front *)c;
+    const tf_state *s = (const tf_state *)state;
+    fmi2Status status;
+    if (!s) return tf_say(f, fmi2Error, "the FMU state to be set is empty");
+    if (s->owner != f) return tf_say(f, fmi2Error, "the FMU state belongs to another instance");
+    if (s->life != f->life)
+        return tf_say(f, fmi2Error, "the FMU state was in a solver process that is gone");
+    status = tf_number_request(f, TF_RESTORE, s->number);
+    if (status == fmi2OK) f->data = s->data;
+    return status;
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
+    fmi2Status status = fmi2OK;
+    if (state && *state) {
+        const tf_state *s = (const tf_state *)*state;
+        if (s->owner == (const tf_front *)c) status = forget((tf_front *)c, s);
+        free(*state);
+        *state = NULL;
+    }
+    return status;
+}
+
+static fmi2Status no_bytes(fmi2Component c) {
+    return tf_say((tf_front *)c, fmi2Error, "the FMU state cannot be serialized (canSerializeFMUstate is false)");
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
+    (void)state; (void)size;
+    return no_bytes(c);
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
+    (void)state; (void)bytes; (void)size;
+    return no_bytes(c);
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
+    (void)bytes; (void)size; (void)state;
+    return no_bytes(c);
+}
+
+fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Boolean value[]) {
+    (void)vr; (void)value;
+    return n ? tf_say((tf_front *)c, fmi2Error, "Boolean variables of this FMU are outputs and cannot be set") : fmi2OK;
+}
+
+fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer value[]) {
+    (void)value;
+    return n ? unknown((tf_front *)c, "Integer", vr[0]) : fmi2OK;
+}
+
+fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer value[]) {
+    (void)value;
+    return n ? unknown((tf_front *)c, "Integer", vr[0]) : fmi2OK;
+}
+
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String value[]) {
+    (void)value;
+    return n ? unknown((tf_front *)c, "String", vr[0]) : fmi2OK;
+}
+
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String value[]) {
+    (void)value;
+    return n ? unknown((tf_front *)c, "String", vr[0]) : fmi2OK;
+}
+
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
+    (void)c; (void)on; (void)n; (void)categories;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknowns[], size_t n,
+                                        const fmi2ValueReference knowns[], size_t nKnown, const fmi2Real seed[],
+                                        fmi2Real result[]) {
+    (void)unknowns; (void)n; (void)knowns; (void)nKnown; (void)seed; (void)result;
+    return tf_say((tf_front *)c, fmi2Error, "derivatives are not offered (providesDirectionalDerivative is false)");
+}
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                       const fmi2Integer order[], const fmi2Real value[]) {
+    (void)vr; (void)order; (void)value;
+    return n ? tf_say((tf_front *)c, fmi2Error, "input derivatives are not used (canInterpolateInputs is false)") : fmi2OK;
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                        const fmi2Integer order[], fmi2Real value[]) {
+    (void)vr; (void)order; (void)value;
+    return n ? tf_say((tf_front *)c, fmi2Error, "output derivatives are not offered") : fmi2OK;
+}
+
+fmi2Status fmi2CancelStep(fmi2Component c) {
+    return tf_say((tf_front *)c, fmi2Error, "no step runs in the background");
+}
+
+fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value) {
+    (void)c; (void)kind; (void)value;
+    return fmi2Discard;
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
+    if (kind != fmi2LastSuccessfulTime) return fmi2Discard;
+    *value = ((tf_front *)c)->data.now;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value) {
+    (void)c; (void)kind; (void)value;
+    return fmi2Discard;
+}
+
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
+    if (kind != fmi2Terminated || !c) return fmi2Discard;
+    *value = fmi2False;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value) {
+    (void)c; (void)kind; (void)value;
+    return fmi2Discard;
+}

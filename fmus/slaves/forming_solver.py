@@ -1,0 +1,50 @@
+"""The forming processes: loads at material markers out, friction in."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from forming.bce import BackwardCupExtrusion
+from forming.fre import ForwardRodExtrusion
+from forming.material import HenselSpittel
+
+from .core import Solver
+
+#: Shortest punch travel that is computed [mm]; what is left over is made up for in the next step.
+SHORTEST = 1e-4
+
+PROCESSES: dict[str, Any] = {"fre": ForwardRodExtrusion, "bce": BackwardCupExtrusion}
+
+
+class FormingSolver(Solver):
+    """Outputs: five loads of n markers, stroke, force, work, max_tau_over_k, active; input: mu of n markers."""
+
+    def start(self) -> None:
+        material = HenselSpittel(**self.config["material"])
+        given: dict[str, Any] = self.config["fixed"] | self.parameters()
+        kind = PROCESSES[self.config.get("process", "fre")]
+        self.process = kind(material=material, **given)
+        self.process.start()
+        self.process.set_mu(self.inputs())
+        self.publish()
+
+    def advance(self, elapsed: float, step: float) -> None:
+        process = self.process
+        process.set_mu(self.inputs())
+        travel = process.speed * (elapsed + step) - process.stroke
+        if travel < SHORTEST:
+            return
+        if not process.advance(travel):
+            raise RuntimeError(process.message)
+        self.publish()
+
+    def publish(self) -> None:
+        """Write the outputs; a marker out of contact has sigma_n = 0, so that friction keeps its memory."""
+        process, n = self.process, self.process.n_points
+        loads, active = process.loads(), process.active
+        loads[:, 2] = np.where(active, loads[:, 2], 0.0)
+        self.values[: 5 * n] = loads.T.ravel()
+        self.values[5 * n : 5 * n + 4] = process.stroke, process.force, process.work, process.max_tau_over_k
+        self.flags[:] = active

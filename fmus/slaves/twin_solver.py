@@ -1,0 +1,30 @@
+"""The tribometer twin: force, speed, tool temperature and friction in, loads out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from forming.material import HenselSpittel
+from sct_twin.process import SctProcess
+
+from .core import Solver
+
+
+class TwinSolver(Solver):
+    """Outputs: the five loads of the contact mean; inputs: F_n, v_slide, T_tool, mu."""
+
+    def start(self) -> None:
+        F_n, v_slide, T_tool, mu = self.inputs().tolist()
+        given: dict[str, Any] = {
+            "T_tool": T_tool,
+            "T_specimen": self.config["T_specimen"],
+        } | self.parameters()
+        self.process = SctProcess(material=HenselSpittel(**self.config["material"]), **given)
+        self.publish(self.process.advance(0.0, F_n, v_slide, T_tool, mu))
+
+    def advance(self, elapsed: float, step: float) -> None:
+        self.publish(self.process.advance(step, *self.inputs().tolist()))
+
+    def publish(self, loads: tuple[float, ...]) -> None:
+        """Write the outputs."""
+        self.values[: self.first_input] = loads
