@@ -158,13 +158,25 @@ def _zig(zig: list[str], target: Platform, main: str, identifier: str, here: Pat
         # Headers are found when compiling; the C library of the compiler is left out when linking.
         _run([*command, *_FLAGS, "-c", source, "-o", "library.obj"], place)
         # What stands in for functions of C must not be turned into calls of them.
-        _run([*command, *_FLAGS, "-fno-builtin", "-c", f"../{_WINDOWS}", "-o", "windows.obj"], place)
+        _run(
+            [
+                *command,
+                *_FLAGS,
+                "-fno-builtin",
+                "-ffunction-sections",
+                "-c",
+                f"../{_WINDOWS}",
+                "-o",
+                "windows.obj",
+            ],
+            place,
+        )
         link = ["-shared", "-nostdlib", "-s", "-Wl,--entry,DllMainCRTStartup", "-lucrtbase", "-lkernel32"]
         _run([*command, "library.obj", "windows.obj", *link, "-o", library], place)
         return _undated((place / library).read_bytes())
-    link = ["-shared", "-fPIC", source, "-o", library]
+    link = ["-shared", "-fPIC", "-s", source, "-o", library]
     if target.suffix == ".so":
-        link += ["-s", "-Wl,--build-id=none", "-Wl,--as-needed", "-lm"]
+        link += ["-Wl,--build-id=none", "-Wl,--as-needed", "-lm"]
     _run([*command, *_FLAGS, *link], place)
     return (place / library).read_bytes()
 
