@@ -19,6 +19,8 @@ from .slaves import WARNING, CallFailed, Slave, load
 
 #: Name, function and arguments of a prepared call.
 _Call = tuple[str, Any, tuple[Any, ...]]
+#: A variable and its start value.
+Start = tuple[Variable, bool | int | float | str]
 _clock = time.perf_counter
 
 
@@ -74,10 +76,13 @@ class Instance:
         cause = self._messages.cause(error)
         return SimulationError(f"component {self.name!r} failed at t = {at:g} s in {call}: {cause}")
 
-    def initialize(
-        self, starts: Iterable[tuple[Variable, bool | int | float | str]], stop_time: float
-    ) -> None:
+    def initialize(self, starts: Iterable[Start], stop_time: float) -> None:
         """Set start values and go through initialization mode."""
+        self.enter_initialization(starts, stop_time)
+        self.exit_initialization()
+
+    def enter_initialization(self, starts: Iterable[Start], stop_time: float) -> None:
+        """Set start values and enter initialization mode: now values can be read and written."""
         slave = self._slave
         try:
             numbers: dict[str, tuple[Variable, float]] = {}
@@ -90,7 +95,13 @@ class Instance:
             port.values[:] = [value for _, value in numbers.values()]
             self._set(port)
             slave.enter_initialization(stop_time)
-            slave.exit_initialization()
+        except CallFailed as error:
+            raise self._failure("initialization", 0.0, error) from None
+
+    def exit_initialization(self) -> None:
+        """Leave initialization mode: the FMU is ready for steps."""
+        try:
+            self._slave.exit_initialization()
         except CallFailed as error:
             raise self._failure("initialization", 0.0, error) from None
         self._running = True

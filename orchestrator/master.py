@@ -146,14 +146,9 @@ class Master:
     ) -> dict[str, FloatArray]:
         system, wiring = self.system, self.wiring
         inputs, outputs, transfers = self._ports()
-        for name, instance in instances.items():
-            instance.initialize(wiring.starts[name], system.stop_time)
-            if outputs[name].variables:
-                instance.read(outputs[name])
-            if inputs[name].variables:
-                self._start_inputs(instance, inputs[name])
         order = system.evaluation_order()
         incoming = {name: [t for t in transfers if t.target == name] for name in order}
+        self._initialize(instances, incoming, inputs, outputs)
         recorded = [
             (
                 item.label,
@@ -196,12 +191,31 @@ class Master:
         ]
         return inputs, outputs, transfers
 
-    def _start_inputs(self, instance: AnyInstance, port: Port) -> None:
-        """Let the input buffers begin at the FMU's own start values, where it lets them be read."""
-        try:
-            instance.read(port)
-        except SimulationError:
-            self._log.append(f"{instance.name}: start values of the inputs cannot be read; taken as zero")
+    def _initialize(
+        self,
+        instances: dict[str, AnyInstance],
+        incoming: dict[str, list[_Transfer]],
+        inputs: dict[str, Port],
+        outputs: dict[str, Port],
+    ) -> None:
+        """Initialize all components, connected inputs with what feeds them.
+
+        Values pass along the connections as often as there are components, so that they get through any
+        chain of them; libcosim and ecos do the same, and start from the same values.
+        """
+        for name, instance in instances.items():
+            instance.enter_initialization(self.wiring.starts[name], self.system.stop_time)
+            if inputs[name].is_partial:
+                instance.read(inputs[name])  # the elements that no connection feeds
+        for _ in instances:
+            for name, instance in instances.items():
+                instance.read(outputs[name])
+            for name, instance in instances.items():
+                _transfer(incoming[name], inputs, outputs)
+                instance.write(inputs[name])
+        for name, instance in instances.items():
+            instance.exit_initialization()
+            instance.read(outputs[name])
 
     def _iterated(
         self,

@@ -12,8 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .fmu_files import FmuDescription
-from .fmu_variables import Variable
-from .instance import Instance
+from .instance import Instance, Start
 from .ports import Port
 
 
@@ -68,13 +67,16 @@ class PointInstances:
             ]
         return self._parts[id(port)]
 
-    def initialize(
-        self, starts: Iterable[tuple[Variable, bool | int | float | str]], stop_time: float
-    ) -> None:
-        """Set start values, the same in every instance, and go through initialization mode."""
+    def enter_initialization(self, starts: Iterable[Start], stop_time: float) -> None:
+        """Set start values, the same in every instance, and enter initialization mode."""
         values = list(starts)
         for instance in self.instances:
-            instance.initialize(values, stop_time)
+            instance.enter_initialization(values, stop_time)
+
+    def exit_initialization(self) -> None:
+        """Leave initialization mode: the FMUs are ready for steps."""
+        for instance in self.instances:
+            instance.exit_initialization()
 
     def step(self, inputs: Port, outputs: Port, now: float, size: float) -> None:
         """Write the inputs, advance every instance from `now` by `size` seconds, read the outputs."""

@@ -131,6 +131,11 @@ class Port:
                 self.values[group.rows] = group.buffer[group.places]
 
     @property
+    def is_partial(self) -> bool:
+        """Whether arrays are exchanged of which not all elements are in the port."""
+        return any(g.places is not None and len(g.places) < len(g.buffer) for g in self.groups)
+
+    @property
     def is_direct(self) -> bool:
         """Whether the FMU reads and writes `values` itself."""
         return all(group.rows is None for group in self.groups)
