@@ -34,13 +34,13 @@ def depends_on(source: FrictionSource) -> list[str]:
         return np.column_stack([reference.mu(at, state), state])
 
     found = []
-    for l, name in enumerate(LOAD_NAMES):
+    for column, name in enumerate(LOAD_NAMES):
         ends = []
-        for value in (lower[l], upper[l]):
+        for value in (lower[column], upper[column]):
             moved = points.copy()
-            moved[:, l] = value
+            moved[:, column] = value
             ends.append(answer(moved))
-        if not np.array_equal(*ends):
+        if not np.array_equal(ends[0], ends[1]):
             found.append(name)
     return found
 

@@ -1,0 +1,111 @@
+"""A grid of loads that is refined where linear interpolation between its lines is worst."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from friction_models.loads import FloatArray
+
+#: Random points at which each interval is judged.
+_JUDGED = 48
+
+
+class Grid:
+    """Grid lines of each axis, with the error of linear interpolation in each interval.
+
+    Parameters
+    ----------
+    evaluate : callable
+        Takes points of shape (n, axes), returns mu of shape (n,).
+    box : list of (lower, upper)
+        Ends of the axes; an axis of no length gets one line.
+    counts : list of int or None
+        Number of evenly spaced lines of an axis; None for one that is refined.
+
+    Attributes
+    ----------
+    lines : list of ndarray
+    """
+
+    def __init__(
+        self,
+        evaluate: Callable[[FloatArray], FloatArray],
+        box: list[tuple[float, float]],
+        counts: list[int | None],
+    ) -> None:
+        self.evaluate = evaluate
+        self.lower, self.upper = np.array(box).T
+        self.free = [k for k, n in enumerate(counts) if n is None]
+        self.lines = [np.linspace(a, b, n or 2) if b > a else np.array([a]) for (a, b), n in zip(box, counts)]
+        self.rng = np.random.default_rng(30)
+        self.judged: dict[tuple[int, float, float], float] = {}
+
+    def values(self) -> FloatArray:
+        """Return mu on the grid."""
+        shape = [len(x) for x in self.lines]
+        points = np.stack(np.meshgrid(*self.lines, indexing="ij"), axis=-1).reshape(-1, len(shape))
+        return np.concatenate(
+            [self.evaluate(p) for p in np.array_split(points, 1 + len(points) // 50_000)]
+        ).reshape(shape)
+
+    def interval_error(self, axis: int, lower: float, upper: float) -> float:
+        """Return how far linear interpolation along one axis is off inside an interval."""
+        key = (axis, lower, upper)
+        if key not in self.judged:
+            others = self.rng.uniform(self.lower, self.upper, size=(_JUDGED, len(self.lines)))
+            # Corners count: laws bend most where the other loads are extreme.
+            corner = self.rng.random(others.shape) < 0.5
+            ends = np.where(self.rng.random(others.shape) < 0.5, self.lower, self.upper)
+            others = np.where(corner, ends, others)
+            parts = (0.0, 1.0, 0.25, 0.5, 0.75)
+            stack = np.repeat(others[None], len(parts), axis=0)
+            for row, part in zip(stack, parts):
+                row[:, axis] = lower + part * (upper - lower)
+            mu = self.evaluate(stack.reshape(-1, len(self.lines))).reshape(len(parts), -1)
+            off = [np.abs(mu[i] - (1 - p) * mu[0] - p * mu[1]).max() for i, p in enumerate(parts) if i > 1]
+            self.judged[key] = float(max(off))
+        return self.judged[key]
+
+    def refine(self, tolerance: float, max_rows: int) -> None:
+        """Halve the worst intervals until the measured error is below the tolerance or the grid is full."""
+        share = 0.9 * tolerance
+        while self._halve_until(share, max_rows):
+            if self.error(self.rng, 4000)[0] <= 0.9 * tolerance:
+                return
+            share *= 0.7
+
+    def _halve_until(self, share: float, max_rows: int) -> bool:
+        """Return whether the errors of the axes, added up, come below `share`; False when the grid is full."""
+        while True:
+            worst = [
+                max((self.interval_error(k, a, b), a, b) for a, b in zip(self.lines[k], self.lines[k][1:]))
+                if len(self.lines[k]) > 1
+                else (0.0, 0.0, 0.0)
+                for k in self.free
+            ]
+            if sum(w[0] for w in worst) <= share:
+                return True
+            choice = int(np.argmax([w[0] for w in worst]))
+            axis, (_, a, b) = self.free[choice], worst[choice]
+            rows = np.prod([len(x) for x in self.lines], dtype=float)
+            middle = 0.5 * (a + b)
+            if rows * (len(self.lines[axis]) + 1) / len(self.lines[axis]) > max_rows or not a < middle < b:
+                return False
+            self.lines[axis] = np.sort(np.append(self.lines[axis], middle))
+
+    def error(self, rng: np.random.Generator, count: int) -> tuple[float, float]:
+        """Return the largest and the root-mean-square error of multilinear interpolation at random points."""
+        from scipy.interpolate import RegularGridInterpolator
+
+        points = rng.uniform(self.lower, self.upper, size=(count, len(self.lines)))
+        varying = [k for k, x in enumerate(self.lines) if len(x) > 1]
+        table = self.values().squeeze(axis=tuple(k for k in range(len(self.lines)) if k not in varying))
+        if not varying:
+            interpolated = np.full(count, float(table))
+        else:
+            lookup = RegularGridInterpolator([self.lines[k] for k in varying], table)
+            interpolated = lookup(points[:, varying])
+        off = interpolated - self.evaluate(points)
+        return float(np.abs(off).max()), float(np.sqrt((off**2).mean()))

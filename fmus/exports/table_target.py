@@ -1,0 +1,268 @@
+"""``--target table``: mu over a grid of loads, for codes with friction tables, with its interpolation error.
+
+The grid is refined where linear interpolation is worst until the error is below a tolerance or the table is
+as large as allowed; then the error of multilinear interpolation is measured at points that took no part in
+choosing the grid.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from numbers import Integral
+from typing import Any
+
+import numpy as np
+
+from friction_models.loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray, InputError, unknown_name
+
+from ..source import FrictionSource
+from .common import Reference, description, documents, template
+from .grid import Grid
+
+OPTIONS = ("axes", "points", "limits", "fixed", "system", "tolerance", "max_rows", "start_memory")
+#: Order of the axes when none are named; sd is left to `fixed`.
+AXES = ("sigma_n", "T", "psi", "v_rel")
+MAX_ROWS = 2_000_000
+#: Random points at which the error is measured.
+_MEASURED = 20_000
+
+
+@dataclass(frozen=True)
+class FrictionTable:
+    """mu on a grid.
+
+    Attributes
+    ----------
+    axes : dict of str to ndarray
+        Load name to grid lines, in the order of the axes of `mu`.
+    mu : ndarray
+        One axis a load.
+    fixed : dict of str to float
+        The other loads.
+    system : dict of str to float
+    tolerance, largest, rms : float
+        Wanted largest error; measured largest and root-mean-square error of multilinear interpolation.
+    left_out : dict of str to float
+        How much mu changes at most over the trained range of each load that is held.
+    """
+
+    axes: dict[str, FloatArray]
+    mu: FloatArray
+    fixed: dict[str, float]
+    system: dict[str, float]
+    tolerance: float
+    largest: float
+    rms: float
+    left_out: dict[str, float]
+
+    @property
+    def met(self) -> bool:
+        """Whether the measured error is below the tolerance."""
+        return self.largest <= self.tolerance
+
+    def summary(self) -> str:
+        """Return one sentence about size and error."""
+        shape = " x ".join(f"{len(lines)} {name}" for name, lines in self.axes.items())
+        ending = "met" if self.met else "NOT met: the table is as large as allowed"
+        return (
+            f"{self.mu.size} rows ({shape}); multilinear interpolation is off by at most {self.largest:.2e} "
+            f"(root mean square {self.rms:.2e}) at {_MEASURED} random points; tolerance {self.tolerance:g} {ending}"
+        )
+
+
+def tabulate(
+    source: FrictionSource,
+    axes: Sequence[str] = AXES,
+    points: Mapping[str, int] | None = None,
+    limits: Mapping[str, Sequence[float]] | None = None,
+    fixed: Mapping[str, float] | None = None,
+    system: Mapping[str, float] | None = None,
+    tolerance: float = 1e-3,
+    max_rows: int = 50_000,
+    start_memory: bool = False,
+) -> FrictionTable:
+    """Choose a grid, evaluate mu on it and measure the interpolation error.
+
+    Parameters
+    ----------
+    source : FrictionSource
+    axes : sequence of str
+        Loads that vary, slowest first; a load that mu does not react to gets two grid lines.
+    points : mapping, optional
+        Load to number of evenly spaced grid lines; such an axis is not refined.
+    limits : mapping, optional
+        Load to (lower, upper); the trained range by default.
+    fixed : mapping, optional
+        Values of the loads that are no axis; by default the start value (nominal, inside the trained range).
+    system : mapping, optional
+        Values of system variables; their start values by default.
+    tolerance : float
+        Largest error of mu that is aimed at (absolute).
+    max_rows : int
+        Most rows of the table.
+    start_memory : bool
+        Tabulate a model with memory as a fresh contact point; without it such a model is refused.
+
+    Raises
+    ------
+    InputError
+        Unknown names, values out of range, no trained range and no limits, or memory.
+    """
+    if source.states and not start_memory:
+        names = ", ".join(s.name for s in source.states)
+        raise InputError(
+            f"{source.where}: a table has no memory and this model has ({names}); allowed: the targets c, ufric and "
+            "vfric, or start_memory to tabulate a fresh contact point"
+        )
+    _check_names(source, axes, points, limits, fixed, system)
+    _check_number("tolerance", tolerance, 1e-9, 1.0)
+    _check_number("max_rows", max_rows, 2 ** len(axes), MAX_ROWS)
+    box = {name: _range(source, name, (limits or {}).get(name)) for name in axes}
+    interface = source.interface(1)
+    start = {q.name: interface.start(q) for q in LOADS}
+    held = {n: float((fixed or {}).get(n, start[n])) for n in LOAD_NAMES if n not in axes}
+    variables = {p.name: float((system or {}).get(p.name, p.start)) for p in source.system}
+    reference = Reference(source)
+    values = list(variables.values()) or None
+
+    def evaluate(at: FloatArray, held: Mapping[str, float] = held) -> FloatArray:
+        loads = np.empty((len(at), len(LOAD_NAMES)))
+        for name, value in held.items():
+            loads[:, LOAD_NAMES.index(name)] = value
+        loads[:, [LOAD_NAMES.index(n) for n in axes]] = at
+        return reference.mu(loads, system=values)
+
+    grid = Grid(evaluate, [box[n] for n in axes], [(points or {}).get(n) for n in axes])
+    grid.refine(float(tolerance), int(max_rows))
+    largest, rms = grid.error(np.random.default_rng(31), _MEASURED)
+    some = np.random.default_rng(32).uniform(grid.lower, grid.upper, size=(500, len(axes)))
+    left_out = {}
+    for name, value in held.items():
+        lower, upper = source.domain.get(name, (value, value))
+        moved = [evaluate(some, held | {name: v}) for v in (*np.linspace(lower, upper, 5).tolist(), value)]
+        left_out[name] = float(np.ptp(moved, axis=0).max())
+    return FrictionTable(
+        dict(zip(axes, grid.lines)), grid.values(), held, variables, float(tolerance), largest, rms, left_out
+    )
+
+
+def table_files(source: FrictionSource, **options: Any) -> dict[str, str | bytes]:
+    """Return the files of a table export; the options are those of `tabulate`."""
+    table = tabulate(source, **options)
+    values = description(source) | {
+        "SUMMARY": table.summary(),
+        "AXES": "\n".join(
+            f"  {n:8} {QUANTITIES[n].unit:5} {len(x):4} lines, {x[0]:g} to {x[-1]:g}"
+            for n, x in table.axes.items()
+        ),
+        "FIXED": "\n".join(
+            f"  {n:8} {QUANTITIES[n].unit:5} {v:g}; over its trained range mu changes by up to {table.left_out[n]:.2e}"
+            for n, v in table.fixed.items()
+        )
+        or "  none",
+        "SYSTEM_VALUES": "\n".join(f"  {n} = {v:g}" for n, v in table.system.items()) or "  none",
+        "MEMORY": (
+            "THIS MODEL HAS MEMORY, which a table cannot have: mu is that of a fresh contact point."
+            if source.states
+            else "The model has no memory."
+        ),
+    }
+    report = {
+        "axes": {n: x.tolist() for n, x in table.axes.items()},
+        "fixed": table.fixed,
+        "largest change of mu over the trained range of a fixed load": table.left_out,
+        "system": table.system,
+        "rows": int(table.mu.size),
+        "tolerance": table.tolerance,
+        "tolerance met": table.met,
+        "largest error": table.largest,
+        "root mean square error": table.rms,
+        "summary": table.summary(),
+    }
+    return {
+        "mu_table.csv": _long(table),
+        "mu_table.txt": _blocks(table, values["TITLE"]),
+        "table.json": json.dumps(report, indent=2) + "\n",
+        "README.txt": template("readme_table.txt", values),
+        **documents(source),
+    }
+
+
+def _long(table: FrictionTable) -> str:
+    """Return one row a grid point, with a row of units; the last axis runs fastest."""
+    stream = io.StringIO()
+    names = [*table.axes, "mu"]
+    stream.write(",".join(names) + "\n" + ",".join(QUANTITIES[n].unit for n in names) + "\n")
+    points = np.stack(np.meshgrid(*table.axes.values(), indexing="ij"), axis=-1).reshape(-1, len(table.axes))
+    np.savetxt(stream, np.column_stack([points, table.mu.ravel()]), fmt="%.9g", delimiter=",")
+    return stream.getvalue()
+
+
+def _blocks(table: FrictionTable, title: str) -> str:
+    """Return the grid lines once and then one line of mu for each combination of all axes but the last."""
+    lines = [f"# {title}", f"# {table.summary()}"]
+    lines += [f"# {n} = {v:g} {QUANTITIES[n].unit}" for n, v in table.fixed.items()]
+    lines += [f"# {n} = {v:g}" for n, v in table.system.items()]
+    lines.append(f"{len(table.axes)}")
+    for name, grid in table.axes.items():
+        lines.append(f"{name} [{QUANTITIES[name].unit}] {len(grid)}")
+        lines.append(" ".join(f"{x:.9g}" for x in grid))
+    rows = table.mu.reshape(-1, table.mu.shape[-1])
+    lines.append(f"mu [1] {rows.shape[0]} {rows.shape[1]}")
+    lines += [" ".join(f"{x:.6e}" for x in row) for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def _range(source: FrictionSource, name: str, given: Sequence[float] | None) -> tuple[float, float]:
+    if given is None:
+        if name not in source.domain:
+            raise InputError(
+                f"{source.where}: no trained range of {name!r} is recorded; allowed: give it as limits of {name!r}"
+            )
+        return source.domain[name]
+    quantity = QUANTITIES[name]
+    if len(given) != 2 or not quantity.lower <= given[0] <= given[1] <= quantity.upper:
+        raise InputError(
+            f"limits of {name!r} are {tuple(given)}, allowed: lower <= upper inside {quantity.lower:g} to {quantity.upper:g}"
+        )
+    return float(given[0]), float(given[1])
+
+
+def _check_names(
+    source: FrictionSource,
+    axes: Sequence[str],
+    points: Mapping[str, int] | None,
+    limits: Mapping[str, Sequence[float]] | None,
+    fixed: Mapping[str, float] | None,
+    system: Mapping[str, float] | None,
+) -> None:
+    for name in axes:
+        if name not in LOAD_NAMES:
+            raise unknown_name("axis of the table", name, LOAD_NAMES)
+    if not axes or len(set(axes)) != len(axes):
+        raise InputError(
+            f"axes = {list(axes)}, allowed: one or more different loads of {', '.join(LOAD_NAMES)}"
+        )
+    for what, given in (("points", points), ("limits", limits)):
+        for name in given or {}:
+            if name not in axes:
+                raise unknown_name(f"axis in {what}", name, axes)
+    for name, count in (points or {}).items():
+        if isinstance(count, bool) or not isinstance(count, Integral) or not 2 <= count <= 1000:
+            raise InputError(f"points of {name!r} = {count!r}, allowed: a whole number from 2 to 1000")
+    for name, value in (fixed or {}).items():
+        if name not in LOAD_NAMES or name in axes:
+            raise unknown_name("fixed load", name, [n for n in LOAD_NAMES if n not in axes])
+        _check_number(f"fixed {name}", value, QUANTITIES[name].lower, QUANTITIES[name].upper)
+    for name, value in (system or {}).items():
+        if name not in {p.name for p in source.system}:
+            raise unknown_name("system variable", name, [p.name for p in source.system])
+        _check_number(f"system variable {name}", value, -1e300, 1e300)
+
+
+def _check_number(what: str, value: object, lower: float, upper: float) -> None:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not lower <= value <= upper:
+        raise InputError(f"{what} = {value!r}, allowed: {lower:g} to {upper:g}")
