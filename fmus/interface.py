@@ -28,16 +28,28 @@ UNITS: dict[str, dict[str, float]] = {
 }
 
 
+def unit_base(name: str) -> dict[str, float] | None:
+    """Return the entry of `UNITS` of a unit, or of a known unit per second (``x/s``); None when it is unknown."""
+    if name in UNITS:
+        return UNITS[name]
+    if not name.endswith("/s") or name[:-2] not in UNITS:
+        return None
+    base = dict(UNITS[name[:-2]])
+    base.pop("offset", None)  # a rate has no zero point
+    base["s"] = base.get("s", 0) - 1
+    return base if base["s"] else {k: v for k, v in base.items() if k != "s"}
+
+
 @dataclass(frozen=True)
 class Variable:
-    """One scalar FMI 2.0 variable.
+    """One FMI variable: a scalar of FMI 2.0, or a scalar or array of FMI 3.0.
 
     Attributes
     ----------
     name : str
         Structured name, ``mu`` or ``mu[3]``.
     reference : int
-        Value reference; Real and Boolean variables are numbered separately.
+        Value reference; in FMI 2.0 Real and Boolean variables are numbered separately.
     causality, variability, initial : str
         As in the standard; `initial` may be empty.
     type : str
@@ -52,6 +64,12 @@ class Variable:
         For outputs: names of the inputs it depends on directly; None leaves the statement out.
     initial_depends : tuple of str or None
         For outputs: what the initial value depends on; None means `depends`.
+    nominal : float or None
+        Size that a continuous state is expected to have.
+    derivative : str
+        Name of the state whose derivative this is.
+    array : bool
+        FMI 3.0: whether it has one element a contact point.
     """
 
     name: str
@@ -67,17 +85,41 @@ class Variable:
     description: str = ""
     depends: tuple[str, ...] | None = None
     initial_depends: tuple[str, ...] | None = None
+    nominal: float | None = None
+    derivative: str = ""
+    array: bool = False
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A system variable (tool roughness, lubricant batch) that the model takes beside the loads."""
+    """A system variable (tool roughness, lubricant batch) that the model takes beside the loads.
+
+    Attributes
+    ----------
+    name, unit : str
+    start : float
+        Value unless another one is set.
+    lower, upper : float or None
+        Range seen in training; not a physical limit.
+    """
 
     name: str
     unit: str
     start: float
     lower: float | None = None
     upper: float | None = None
+
+    @property
+    def minimum(self) -> float | None:
+        """Physical lower limit: 0 for what was never negative (roughness, the number of a batch)."""
+        return 0.0 if self.lower is not None and self.lower >= 0.0 and self.start >= 0.0 else None
+
+    @property
+    def description(self) -> str:
+        """One line for the model description."""
+        if self.lower is None or self.upper is None:
+            return "system variable"
+        return f"system variable, trained from {self.lower:g} to {self.upper:g}"
 
 
 @dataclass(frozen=True)
@@ -89,13 +131,24 @@ class State:
     start: float
     ode: bool = False
 
+    @property
+    def nominal(self) -> float:
+        """Size that the state is expected to have."""
+        return abs(self.start) if self.start else 1.0
+
+    @property
+    def rate_unit(self) -> str:
+        """Unit of its derivative."""
+        return {"1": "1/s", "s": "1"}.get(self.unit, f"{self.unit}/s")
+
 
 @dataclass(frozen=True)
 class FrictionInterface:
     """What a friction FMU shows: the five loads in, `mu` out, at `nodes` contact points.
 
-    Value references of the Real variables run through the names in groups of `nodes`: the five
-    loads, `mu`, `domain_distance`, then the states; the system variables come last.
+    Value references of the Real variables of FMI 2.0 run through the names in groups of `nodes`: the five
+    loads, `mu`, `domain_distance`, then the states; then the system variables, one each; then the
+    derivatives of the states, in groups again. FMI 3.0 is in `interface3`.
     """
 
     nodes: int = 1
@@ -112,8 +165,8 @@ class FrictionInterface:
         lower, upper = self.domain.get(load.name, (load.lower, load.upper))
         return min(max(load.nominal, lower), upper)
 
-    def variables(self) -> list[Variable]:
-        """Return all variables in file order."""
+    def variables(self, ode: bool = False) -> list[Variable]:
+        """Return all variables of FMI 2.0 in file order; with `ode` the states are continuous states."""
         result: list[Variable] = []
         reference = 0
 
@@ -130,6 +183,9 @@ class FrictionInterface:
 
         def loads_of(i: int) -> tuple[str, ...]:
             return tuple(c[i] for c in columns)
+
+        def now_of(i: int) -> tuple[str, ...]:
+            return (*loads_of(i), *(s[i] for s in states)) if ode else loads_of(i)
 
         def initial_of(i: int) -> tuple[str, ...]:
             return (*loads_of(i), *(s[i] for s in states), *parameters, "clamp_to_domain")
@@ -151,7 +207,7 @@ class FrictionInterface:
             initial="calculated",
             lower=0.0,
             description=MU.meaning,
-            depends=loads_of,
+            depends=now_of,
             initial_depends=initial_of,
         )
         group(
@@ -170,6 +226,7 @@ class FrictionInterface:
                 s.unit,
                 initial="exact",
                 start=s.start,
+                nominal=s.nominal if ode else None,
                 description="memory of the contact point",
             )
         for p in self.system:
@@ -182,12 +239,27 @@ class FrictionInterface:
                     "exact",
                     unit=p.unit,
                     start=p.start,
-                    lower=p.lower,
-                    upper=p.upper,
-                    description="system variable",
+                    lower=p.minimum,
+                    description=p.description,
                 )
             )
             reference += 1
+        for s, names in zip(self.states if ode else (), states):
+            for i, name in enumerate(names):
+                result.append(
+                    Variable(
+                        f"der({name})",
+                        reference,
+                        "local",
+                        initial="calculated",
+                        unit=s.rate_unit,
+                        derivative=name,
+                        description=f"rate of {name}, 0 without contact",
+                        depends=now_of(i),
+                        initial_depends=initial_of(i)[:-1],
+                    )
+                )
+                reference += 1
         every_load = tuple(name for column in columns for name in column)
         result.append(
             Variable(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from lxml import etree
 
-from .interface import UNITS, Variable
+from .interface import Variable, unit_base
 
 GENERATION_TOOL = "tribofmu"
 
@@ -31,6 +31,10 @@ class Description:
         Stop time of the default experiment [s].
     annotations : mapping
         Written as attributes of a `VendorAnnotations` element of the tool `tribofmu`.
+    licence : str
+        One line on the licence; empty leaves it out.
+    event_indicators : int
+        Number of event indicators of model exchange (FMI 2.0).
     """
 
     model_name: str
@@ -44,6 +48,8 @@ class Description:
     step: float | None = None
     stop: float | None = None
     annotations: Mapping[str, str] = field(default_factory=dict)
+    licence: str = ""
+    event_indicators: int = 0
 
 
 def number(value: float) -> str:
@@ -59,9 +65,10 @@ def to_xml(description: Description) -> bytes:
         modelName=description.model_name,
         guid=description.guid,
         description=description.text,
+        **({"license": description.licence} if description.licence else {}),
         generationTool=GENERATION_TOOL,
         variableNamingConvention="structured",
-        numberOfEventIndicators="0",
+        numberOfEventIndicators=str(description.event_indicators),
     )
     for tag, flags in (
         ("ModelExchange", description.model_exchange),
@@ -75,7 +82,7 @@ def to_xml(description: Description) -> bytes:
             files = etree.SubElement(element, "SourceFiles")
             for source in description.sources:
                 etree.SubElement(files, "File", name=source)
-    _units(root, description.variables)
+    add_units(root, description.variables)
     categories = etree.SubElement(root, "LogCategories")
     etree.SubElement(categories, "Category", name="logStatusError", description="a call was refused")
     if description.step is not None:
@@ -88,27 +95,28 @@ def to_xml(description: Description) -> bytes:
         tool = etree.SubElement(vendor, "Tool", name=GENERATION_TOOL)
         etree.SubElement(tool, "Model", dict(description.annotations))
     variables = etree.SubElement(root, "ModelVariables")
+    index = {v.name: i + 1 for i, v in enumerate(description.variables)}
     for variable in description.variables:
-        _variable(variables, variable)
-    _structure(root, description.variables)
+        _variable(variables, variable, index)
+    _structure(root, description.variables, index)
     return etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8")
 
 
-def _units(root: etree._Element, variables: Sequence[Variable]) -> None:
+def add_units(root: etree._Element, variables: Sequence[Variable]) -> None:
+    """Write the units of the variables, with their SI base factors where they are known."""
     names = sorted({v.unit for v in variables if v.unit})
     if not names:
         return
     definitions = etree.SubElement(root, "UnitDefinitions")
     for name in names:
         unit = etree.SubElement(definitions, "Unit", name=name)
-        if name in UNITS:
-            attributes = {
-                k: number(v) if k in {"factor", "offset"} else str(int(v)) for k, v in UNITS[name].items()
-            }
+        base = unit_base(name)
+        if base is not None:
+            attributes = {k: number(v) if k in {"factor", "offset"} else str(int(v)) for k, v in base.items()}
             etree.SubElement(unit, "BaseUnit", attributes)
 
 
-def _variable(parent: etree._Element, variable: Variable) -> None:
+def _variable(parent: etree._Element, variable: Variable, index: Mapping[str, int]) -> None:
     attributes = {"name": variable.name, "valueReference": str(variable.reference)}
     if variable.description:
         attributes["description"] = variable.description
@@ -119,6 +127,10 @@ def _variable(parent: etree._Element, variable: Variable) -> None:
     details: dict[str, str] = {}
     if variable.unit:
         details["unit"] = variable.unit
+    if variable.derivative:
+        details["derivative"] = str(index[variable.derivative])
+    if variable.nominal is not None:
+        details["nominal"] = number(variable.nominal)
     if variable.lower is not None:
         details["min"] = number(variable.lower)
     if variable.upper is not None:
@@ -134,24 +146,22 @@ def _variable(parent: etree._Element, variable: Variable) -> None:
     etree.SubElement(element, variable.type, details)
 
 
-def _structure(root: etree._Element, variables: Sequence[Variable]) -> None:
-    index = {v.name: i + 1 for i, v in enumerate(variables)}
+def _structure(root: etree._Element, variables: Sequence[Variable], index: Mapping[str, int]) -> None:
     structure = etree.SubElement(root, "ModelStructure")
     outputs = [v for v in variables if v.causality == "output"]
-    if not outputs:
-        return
+    rates = [v for v in variables if v.derivative]
 
-    def unknown(parent: etree._Element, variable: Variable, depends: tuple[str, ...] | None) -> None:
-        attributes = {"index": str(index[variable.name])}
-        if depends is not None:
-            attributes["dependencies"] = " ".join(str(i) for i in sorted(index[d] for d in depends))
-        etree.SubElement(parent, "Unknown", attributes)
+    def listed(tag: str, unknowns: Sequence[Variable], initial: bool = False) -> None:
+        if not unknowns:
+            return
+        parent = etree.SubElement(structure, tag)
+        for v in sorted(unknowns, key=lambda v: index[v.name]):
+            attributes = {"index": str(index[v.name])}
+            depends = v.initial_depends if initial and v.initial_depends is not None else v.depends
+            if depends is not None:
+                attributes["dependencies"] = " ".join(str(i) for i in sorted(index[d] for d in depends))
+            etree.SubElement(parent, "Unknown", attributes)
 
-    listed = etree.SubElement(structure, "Outputs")
-    for v in outputs:
-        unknown(listed, v, v.depends)
-    calculated = [v for v in outputs if v.initial in {"calculated", "approx"}]
-    if calculated:
-        initial = etree.SubElement(structure, "InitialUnknowns")
-        for v in calculated:
-            unknown(initial, v, v.depends if v.initial_depends is None else v.initial_depends)
+    listed("Outputs", outputs)
+    listed("Derivatives", rates)
+    listed("InitialUnknowns", [v for v in (*outputs, *rates) if v.initial in {"calculated", "approx"}], True)

@@ -10,8 +10,15 @@ from friction_models.loads import LOADS
 
 from .archive import content_guid
 from .interface import FrictionInterface
+from .interface3 import variables3
 from .model_description import Description, to_xml
+from .model_description3 import build_description, to_xml3
+from .presentation import LICENCE, presentation_files
 from .source import FrictionSource
+
+#: The C files written by hand: those of both versions of FMI, and those of one.
+_SHARED = ("domain.h", "instance.h", "values.h", "sensitivity.h", "snapshot.h")
+_OWN = {"2.0": ("fmi2.c", "fmi2_more.h"), "3.0": ("fmi3.c", "fmi3_more.h", "fmi3_rest.h")}
 
 
 def identifier(text: str) -> str:
@@ -21,58 +28,129 @@ def identifier(text: str) -> str:
 
 
 def friction_description(
-    source: FrictionSource, interface: FrictionInterface, target: str, guid: str, sources: Sequence[str] = ()
+    source: FrictionSource,
+    interface: FrictionInterface,
+    target: str,
+    guid: str,
+    sources: Sequence[str] = (),
+    fmi: str = "2.0",
+    ode: bool = False,
 ) -> Description:
-    """Return the model description of a friction FMU."""
+    """Return the model description of a friction FMU.
+
+    Parameters
+    ----------
+    source, interface : FrictionSource, FrictionInterface
+    target : {"native", "python"}
+    guid : str
+        GUID or instantiation token.
+    sources : sequence of str
+        Files of `sources/` to be compiled.
+    fmi : {"2.0", "3.0"}
+        Version of the standard; a Python FMU is FMI 2.0.
+    ode : bool
+        Whether the memory is an ODE and the library gives its derivatives: its states are then continuous states.
+    """
     native = target == "native"
-    common = {
-        "needsExecutionTool": not native,
-        "canBeInstantiatedOnlyOncePerProcess": False,
-        "canNotUseMemoryManagementFunctions": True,
-        "canGetAndSetFMUstate": True,
-        "canSerializeFMUstate": True,
-    }
-    if native:
-        common["providesDirectionalDerivative"] = True
-    co_simulation = {"canHandleVariableCommunicationStepSize": True, "canInterpolateInputs": False} | common
+    both = not source.states or ode
     annotations = {"family": source.family, "target": target, "nodes": str(interface.nodes)}
     for load, (lower, upper) in interface.domain.items():
         annotations[f"domain_{load}"] = f"{lower!r} {upper!r}"
+    common, co_simulation, model_exchange = _capabilities(fmi, native)
     return Description(
         model_name=f"friction {source.name}",
         identifier=identifier(f"friction_{source.family}"),
         guid=guid,
         text=f"Coefficient of friction from {len(LOADS)} loads: {source.formula or source.name}"[:400],
-        variables=interface.variables(),
-        co_simulation=co_simulation,
-        model_exchange=common if native and not source.states else None,
+        variables=variables3(interface, ode) if fmi == "3.0" else interface.variables(native and ode),
+        co_simulation=common | co_simulation,
+        model_exchange=common | model_exchange if native and both else None,
         sources=sources,
         annotations=annotations,
+        licence=LICENCE,
+        event_indicators=int(native and both and bool(interface.domain)),
     )
 
 
+def _capabilities(fmi: str, native: bool) -> tuple[dict[str, bool], dict[str, bool], dict[str, bool]]:
+    """Return the flags of both interfaces, of co-simulation and of model exchange."""
+    common = {"needsExecutionTool": not native, "canBeInstantiatedOnlyOncePerProcess": False}
+    if fmi == "3.0":
+        names = (
+            "canGetAndSetFMUState",
+            "canSerializeFMUState",
+            "providesDirectionalDerivatives",
+            "providesAdjointDerivatives",
+            "providesPerElementDependencies",
+        )
+        return (
+            common | dict.fromkeys(names, True),
+            {"canHandleVariableCommunicationStepSize": True, "hasEventMode": False},
+            {"needsCompletedIntegratorStep": True},
+        )
+    common |= {"canNotUseMemoryManagementFunctions": True, "canGetAndSetFMUstate": True}
+    common |= {"canSerializeFMUstate": True}
+    if native:
+        common["providesDirectionalDerivative"] = True
+    return common, {"canHandleVariableCommunicationStepSize": True, "canInterpolateInputs": False}, {}
+
+
 def native_files(
-    source: FrictionSource, interface: FrictionInterface, platforms: Sequence[str] | None
+    source: FrictionSource,
+    interface: FrictionInterface,
+    platforms: Sequence[str] | None,
+    fmi: str = "2.0",
 ) -> dict[str, bytes]:
-    """Return the files of a native friction FMU: description, sources, binaries and the ONNX model."""
+    """Return the files of a native friction FMU.
+
+    Parameters
+    ----------
+    source : FrictionSource
+    interface : FrictionInterface
+        With FMI 3.0 its `nodes` is the default of the structural parameter `n`.
+    platforms : sequence of str, optional
+        As of `native.compile.build`.
+    fmi : {"2.0", "3.0"}
+
+    Returns
+    -------
+    dict of str to bytes
+        Description, sources, binaries, ONNX model, icon, terminals, licence and reference results by
+        their path in the archive.
+
+    Raises
+    ------
+    InputError
+        An operator that is not translated, an unknown platform, no compiler.
+    """
     from .native.compile import build, fmi_headers
     from .native.generate import generate
 
     folder = Path(__file__).parent / "native"
-    texts = {n: (folder / n).read_text(encoding="utf-8") for n in ("fmi2.c", "fmi2_more.h", "instance.h")}
+    texts = {n: (folder / n).read_text(encoding="utf-8") for n in (*_SHARED, *_OWN[fmi])}
+    main = _OWN[fmi][0]
     model = generate(source, interface)
+    ode = "#define TF_ODE 1" in model
+
+    def description(guid: str) -> bytes:
+        content = friction_description(source, interface, "native", guid, [main], fmi, ode)
+        return to_xml3(content, interface.nodes) if fmi == "3.0" else to_xml(content)
+
     # The GUID covers everything that decides what the FMU computes and shows.
-    draft = friction_description(source, interface, "native", "", ["fmi2.c"])
     guid = content_guid(
         {n: t.encode() for n, t in texts.items()}
-        | {"model.h": model.encode(), "modelDescription.xml": to_xml(draft), "model.onnx": source.onnx}
+        | {"model.h": model.encode(), "modelDescription.xml": description(""), "model.onnx": source.onnx}
     )
     texts["model.h"] = f'#define TF_GUID "{guid}"\n{model}'
-    texts |= fmi_headers()
-    description = friction_description(source, interface, "native", guid, ["fmi2.c"])
-    binaries = build(texts, "fmi2.c", description.identifier, platforms)
+    texts |= fmi_headers(fmi)
+    name = identifier(f"friction_{source.family}")
+    binaries = build(texts, main, name, platforms, fmi)
+    files = {"modelDescription.xml": description(guid), "resources/model.onnx": source.onnx}
+    if fmi == "3.0":
+        files["sources/buildDescription.xml"] = build_description(name, main)
     return (
-        {"modelDescription.xml": to_xml(description), "resources/model.onnx": source.onnx}
+        files
+        | presentation_files(source, fmi)
         | {f"sources/{n}": t.encode() for n, t in texts.items()}
         | {f"binaries/{n}": b for n, b in binaries.items()}
     )

@@ -28,8 +28,9 @@ TF_UNUSED static void tf_limited(const double *loads, int domain, double *out) {
 TF_UNUSED static double tf_signed_distance(double x, int l) {
 #if TF_HAS_DOMAIN
     const double below = tf_domain_lower[l] - x, above = x - tf_domain_upper[l];
-    const double d = (below > above ? below : above) / tf_domain_scale[l];
-    return tf_limit(d, -DBL_MAX, DBL_MAX);
+    const double outside = below > above ? below : above;
+    if (outside < -DBL_MAX) return -DBL_MAX; /* no range was recorded for this load */
+    return tf_limit(outside / tf_domain_scale[l], -DBL_MAX, DBL_MAX);
 #else
     (void)x; (void)l;
     return -1.0;

@@ -1,216 +1,206 @@
-/* FMI 2.0 of a friction model: co-simulation, and model exchange when the model has no memory.
-   Compile this file alone (C99); it includes the generated model.h and instance.h. */
+/* FMI 2.0 of a friction model: co-simulation, and model exchange unless the memory is no differential equation.
+   Compile this file alone (C99); it includes the generated model.h and the other headers beside it. */
 
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#define TF_FIXED_NODES
 #include "fmi2Functions.h"
 #include "model.h"
+#include "domain.h"
 #include "instance.h"
+#include "values.h"
+#include "sensitivity.h"
+#include "snapshot.h"
 
-enum { INSTANTIATED = 0, INITIALIZATION, EVENT, CONTINUOUS, STEP, ENDED };
 enum { IN_DOMAIN = 0, CLAMP_TO_DOMAIN = 1 };
 
-static const char *const mode_names[] = {"instantiated", "initialization", "event", "continuous-time", "step", "terminated"};
+/* Value references: groups of TF_NODES each, the system variables in between one each. */
+enum {
+    FIRST_SYSTEM_VR = TF_FIRST_SYSTEM * TF_NODES,
+    FIRST_DER_VR = FIRST_SYSTEM_VR + TF_SYSTEM,
+    VR_COUNT = FIRST_DER_VR + TF_CONTINUOUS_STATES * TF_NODES
+};
 
-/* Hand a message to the environment. The text is no format: percent signs never occur in it. */
-static fmi2Status fail(tf_instance *m, const char *text) {
-    fmi2CallbackLogger logger = (fmi2CallbackLogger)m->logger;
+#define STATUS(good) ((good) ? fmi2OK : fmi2Error)
+/* A handle that is NULL cannot log, it can be refused. */
+#define INSTANCE(c)                          \
+    tf_instance *m = (tf_instance *)(c);     \
+    if (!m) return fmi2Error
+#define NEED(good) \
+    if (!(good)) return fmi2Error
+
+static void report(const tf_instance *m, const char *text) {
+    fmi2CallbackLogger logger;
+    memcpy(&logger, &m->logger, sizeof logger); /* C has no cast between pointers to data and to functions */
     if (logger) logger(m->environment, m->name, fmi2Error, "logStatusError", text);
-    return fmi2Error;
 }
 
-static fmi2Status wrong_mode(tf_instance *m, const char *call) {
-    char text[TF_MESSAGE];
-    snprintf(text, sizeof text, "%s is not allowed in %s mode", call, mode_names[m->data.mode]);
-    return fail(m, text);
-}
-
-static fmi2Status unknown(tf_instance *m, const char *type, unsigned vr) {
+static int unknown(const tf_instance *m, const char *type, unsigned vr) {
     char text[TF_MESSAGE];
     snprintf(text, sizeof text, "there is no %s variable with value reference %u", type, vr);
-    return fail(m, text);
+    return tf_fail(m, text);
+}
+
+/* Arrays of a call may be missing only when they are empty. */
+static int given(const tf_instance *m, size_t n, const void *a, const void *b) {
+    return n == 0 || (a && b) ? 1 : tf_fail(m, "an array of the call is missing");
+}
+
+/* Group and point of a Real variable. */
+static int place_of(const tf_instance *m, unsigned vr, int *group, size_t *point) {
+    if (vr < FIRST_SYSTEM_VR) {
+        *group = (int)(vr / TF_NODES);
+        *point = vr % TF_NODES;
+    } else if (vr < FIRST_DER_VR) {
+        *group = TF_FIRST_SYSTEM + (int)(vr - FIRST_SYSTEM_VR);
+        *point = 0;
+    } else if (vr < VR_COUNT) {
+        *group = TF_FIRST_DER + (int)((vr - FIRST_DER_VR) / TF_NODES);
+        *point = (vr - FIRST_DER_VR) % TF_NODES;
+    } else return unknown(m, "Real", vr);
+    return 1;
+}
+
+/* How many of the references from vr[0] on are neighbouring points of its group: they are handled together. */
+static size_t run_of(const fmi2ValueReference vr[], size_t n, int group, size_t point) {
+    size_t length = 1;
+    if (group >= TF_FIRST_SYSTEM && group < TF_FIRST_DER) return 1;
+    while (length < n && point + length < TF_NODES && vr[length] == vr[0] + length) ++length;
+    return length;
 }
 
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 const char *fmi2GetVersion(void) { return fmi2Version; }
 
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
-    (void)c; (void)on; (void)n; (void)categories; /* only refused calls are logged, always */
+    INSTANCE(c);
+    (void)on; (void)n; (void)categories; /* only refused calls are logged, always */
     return fmi2OK;
 }
 
+/* ---- life of an instance ---- */
+
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging) {
+    static char empty[] = "";
+    tf_instance prototype;
     (void)resources; (void)visible; (void)logging;
-    tf_instance probe;
-    memset(&probe, 0, sizeof probe);
-    probe.name = (char *)(name ? name : "");
+    memset(&prototype, 0, sizeof prototype);
+    prototype.name = name ? (char *)name : empty;
+    prototype.report = report;
+    prototype.head.model_exchange = type == fmi2ModelExchange;
     if (functions) {
-        probe.logger = (void *)functions->logger;
-        probe.environment = functions->componentEnvironment;
+        fmi2CallbackLogger logger = functions->logger;
+        memcpy(&prototype.logger, &logger, sizeof logger);
+        prototype.environment = functions->componentEnvironment;
     }
-    if (!guid || strcmp(guid, TF_GUID) != 0) {
-        fail(&probe, "the GUID does not belong to this FMU, expected " TF_GUID);
-        return NULL;
-    }
-    if (type == fmi2ModelExchange && TF_STATES) {
-        fail(&probe, "a model with memory is not offered for model exchange");
-        return NULL;
-    }
-    tf_instance *m = (tf_instance *)malloc(sizeof *m);
-    char *copy = (char *)malloc(strlen(probe.name) + 1);
-    if (!m || !copy) {
-        free(m);
-        free(copy);
-        fail(&probe, "out of memory");
-        return NULL;
-    }
-    *m = probe;
-    m->name = strcpy(copy, probe.name);
-    m->model_exchange = type == fmi2ModelExchange;
-    tf_reset(m);
-    return m;
+    return tf_create(&prototype, guid);
 }
 
-void fmi2FreeInstance(fmi2Component c) {
-    tf_instance *m = (tf_instance *)c;
-    if (!m) return;
-    free(m->name);
-    free(m);
-}
+void fmi2FreeInstance(fmi2Component c) { tf_free((tf_instance *)c); }
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real start,
                                fmi2Boolean stopDefined, fmi2Real stop) {
-    tf_instance *m = (tf_instance *)c;
+    INSTANCE(c);
     (void)toleranceDefined; (void)tolerance; (void)stopDefined; (void)stop;
-    if (!isfinite(start)) return fail(m, "startTime is not a finite number");
-    m->data.time = start;
+    NEED(tf_allowed(m, "fmi2SetupExperiment", TF_IN(TF_INSTANTIATED)));
+    if (!isfinite(start)) return STATUS(tf_fail(m, "startTime is not a finite number"));
+    m->head.time = start;
     return fmi2OK;
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
-    tf_instance *m = (tf_instance *)c;
-    if (m->data.mode != INSTANTIATED) return wrong_mode(m, "fmi2EnterInitializationMode");
-    m->data.mode = INITIALIZATION;
+    INSTANCE(c);
+    NEED(tf_allowed(m, "fmi2EnterInitializationMode", TF_IN(TF_INSTANTIATED)));
+    m->head.mode = TF_INITIALIZATION;
     return fmi2OK;
 }
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
-    tf_instance *m = (tf_instance *)c;
-    if (m->data.mode != INITIALIZATION) return wrong_mode(m, "fmi2ExitInitializationMode");
-    m->data.mode = m->model_exchange ? EVENT : STEP;
-    m->data.latched_in_domain = tf_in_domain(m);
+    INSTANCE(c);
+    NEED(tf_allowed(m, "fmi2ExitInitializationMode", TF_IN(TF_INITIALIZATION)));
+    m->head.mode = m->head.model_exchange ? TF_EVENT : TF_STEP;
     return fmi2OK;
 }
 
 fmi2Status fmi2Terminate(fmi2Component c) {
-    ((tf_instance *)c)->data.mode = ENDED;
+    INSTANCE(c);
+    NEED(tf_allowed(m, "fmi2Terminate", TF_RUNNING));
+    m->head.mode = TF_TERMINATED;
     return fmi2OK;
 }
 
 fmi2Status fmi2Reset(fmi2Component c) {
-    tf_reset((tf_instance *)c);
+    INSTANCE(c);
+    tf_reset(m);
     return fmi2OK;
 }
 
 /* ---- values ---- */
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[]) {
-    tf_instance *m = (tf_instance *)c;
-    for (size_t k = 0; k < n; ++k) {
-        const unsigned group = vr[k] / TF_NODES, node = vr[k] % TF_NODES;
-        const unsigned first_system = (TF_FIRST_STATE + TF_STATES) * TF_NODES;
-        if (vr[k] >= first_system + TF_SYSTEM) return unknown(m, "Real", vr[k]);
-        if (vr[k] >= first_system) value[k] = m->data.system[vr[k] - first_system];
-        else if (group < TF_LOADS) value[k] = m->data.loads[node * TF_LOADS + group];
-        else if (group == TF_DISTANCE) value[k] = tf_distance(m, (int)node, NULL);
-        else if (group != TF_MU) value[k] = m->data.state[node * TF_STATES + group - TF_FIRST_STATE];
-        else {
-            const int good = tf_evaluate(m, (int)node);
-            value[k] = m->mu[node];
-            if (!good) {
-                char name[64], text[TF_MESSAGE];
-                tf_name(name, sizeof name, vr[k]);
-                snprintf(text, sizeof text, "%s is not a finite number at the given loads", name);
-                return fail(m, text);
-            }
-        }
+    INSTANCE(c);
+    NEED(given(m, n, vr, value));
+    for (size_t k = 0, length; k < n; k += length) {
+        int group = 0;
+        size_t point = 0;
+        NEED(place_of(m, vr[k], &group, &point));
+        length = run_of(vr + k, n - k, group, point);
+        NEED(tf_get(m, group, point, length, value + k));
     }
     return fmi2OK;
 }
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[]) {
-    tf_instance *m = (tf_instance *)c;
-    for (size_t k = 0; k < n; ++k) {
-        const unsigned group = vr[k] / TF_NODES, node = vr[k] % TF_NODES;
-        const unsigned first_system = (TF_FIRST_STATE + TF_STATES) * TF_NODES;
-        if (vr[k] >= first_system + TF_SYSTEM) return unknown(m, "Real", vr[k]);
-        if (!isfinite(value[k])) {
-            char name[64], text[TF_MESSAGE];
-            tf_name(name, sizeof name, vr[k]);
-            snprintf(text, sizeof text, "%s = %g is not a finite number", name, value[k]);
-            return fail(m, text);
-        }
-        if (vr[k] >= first_system) {
-            m->data.system[vr[k] - first_system] = value[k];
-            tf_stale(m);
-        } else if (group < TF_LOADS) {
-            double *place = &m->data.loads[node * TF_LOADS + group];
-            if (*place != value[k]) m->fresh[node] = 0;
-            *place = value[k];
-        } else if (group == TF_MU || group == TF_DISTANCE) {
-            return fail(m, "mu and domain_distance are outputs and cannot be set");
-        } else {
-            if (m->data.mode > INITIALIZATION) return wrong_mode(m, "setting the memory of a point");
-            m->data.state[node * TF_STATES + group - TF_FIRST_STATE] = value[k];
-            m->fresh[node] = 0;
-        }
+    INSTANCE(c);
+    NEED(given(m, n, vr, value));
+    for (size_t k = 0, length; k < n; k += length) {
+        int group = 0;
+        size_t point = 0;
+        NEED(place_of(m, vr[k], &group, &point));
+        length = run_of(vr + k, n - k, group, point);
+        NEED(tf_set(m, group, point, length, value + k));
     }
     return fmi2OK;
 }
 
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Boolean value[]) {
-    tf_instance *m = (tf_instance *)c;
+    INSTANCE(c);
+    NEED(given(m, n, vr, value));
     for (size_t k = 0; k < n; ++k) {
-        if (vr[k] == CLAMP_TO_DOMAIN) value[k] = m->data.clamp;
-        else if (vr[k] != IN_DOMAIN) return unknown(m, "Boolean", vr[k]);
-        else value[k] = m->data.mode == CONTINUOUS ? m->data.latched_in_domain : tf_in_domain(m);
+        if (vr[k] == CLAMP_TO_DOMAIN) value[k] = m->head.clamp;
+        else if (vr[k] == IN_DOMAIN) value[k] = tf_shown_in_domain(m);
+        else return STATUS(unknown(m, "Boolean", vr[k]));
     }
     return fmi2OK;
 }
 
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Boolean value[]) {
-    tf_instance *m = (tf_instance *)c;
+    INSTANCE(c);
+    NEED(given(m, n, vr, value));
     for (size_t k = 0; k < n; ++k) {
-        if (vr[k] == IN_DOMAIN) return fail(m, "in_domain is an output and cannot be set");
-        if (vr[k] != CLAMP_TO_DOMAIN) return unknown(m, "Boolean", vr[k]);
-        m->data.clamp = value[k] != fmi2False;
-        tf_stale(m);
+        if (vr[k] == IN_DOMAIN) return STATUS(tf_fail(m, "in_domain is an output and cannot be set"));
+        if (vr[k] != CLAMP_TO_DOMAIN) return STATUS(unknown(m, "Boolean", vr[k]));
+        NEED(tf_set_clamp(m, value[k] != fmi2False));
     }
     return fmi2OK;
 }
 
-fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer value[]) {
-    (void)value;
-    return n ? unknown((tf_instance *)c, "Integer", vr[0]) : fmi2OK;
-}
-
-fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer value[]) {
-    (void)value;
-    return n ? unknown((tf_instance *)c, "Integer", vr[0]) : fmi2OK;
-}
-
-fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String value[]) {
-    (void)value;
-    return n ? unknown((tf_instance *)c, "String", vr[0]) : fmi2OK;
-}
-
-fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String value[]) {
-    (void)value;
-    return n ? unknown((tf_instance *)c, "String", vr[0]) : fmi2OK;
-}
+/* There are no variables of the other types. */
+#define NO_VARIABLES(function, name, values)                                                 \
+    fmi2Status function(fmi2Component c, const fmi2ValueReference vr[], size_t n, values) { \
+        INSTANCE(c);                                                                         \
+        (void)value;                                                                         \
+        if (n == 0) return fmi2OK;                                                           \
+        return STATUS(vr ? unknown(m, name, vr[0]) : given(m, n, NULL, NULL));               \
+    }
+NO_VARIABLES(fmi2GetInteger, "Integer", fmi2Integer value[])
+NO_VARIABLES(fmi2SetInteger, "Integer", const fmi2Integer value[])
+NO_VARIABLES(fmi2GetString, "String", fmi2String value[])
+NO_VARIABLES(fmi2SetString, "String", const fmi2String value[])
 
 #include "fmi2_more.h"
