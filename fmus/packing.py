@@ -7,15 +7,19 @@ import re
 from collections.abc import Sequence
 from numbers import Integral
 from pathlib import Path
+from typing import Any
 
 from friction_models.loads import LOADS, InputError, unknown_name
 
 from .archive import write_archive
 from .documentation import card_json, page
+from .exports import TARGETS as EXPORT_TARGETS
 from .source import FrictionSource, read_source
 
-TARGETS = ("native", "python")
-FMI_VERSIONS = ("2.0",)
+FMI_VERSIONS = ("2.0", "3.0")
+#: Targets that are FMUs; those of `fmus.exports` are folders of sources or tables.
+FMU_TARGETS = ("native", "python")
+TARGETS = (*FMU_TARGETS, *EXPORT_TARGETS)
 #: Most contact points of one FMU.
 MAX_NODES = 100_000
 
@@ -27,24 +31,31 @@ def pack(
     nodes: int = 1,
     fmi: str = "2.0",
     platforms: Sequence[str] | None = None,
+    spec: str | os.PathLike[str] | None = None,
+    **options: Any,
 ) -> Path:
-    """Write a friction model as an FMU.
+    """Write a friction model as an FMU, or as sources or a table for codes that load no FMUs.
 
     Parameters
     ----------
     model : FrictionModel, path-like
-        A model, a folder it was saved to, or an ONNX file.
+        A model, a folder it was saved to, or an ONNX file, also one from elsewhere.
     path : path-like
-        The FMU to write (``.fmu``).
-    target : {"native", "python"}
+        The FMU to write (``.fmu``); the folder to write for the other targets.
+    target : {"native", "python", "c", "ufric", "vfric", "table"}
         `native`: C generated from the ONNX graph, needs nothing to run. `python`: ONNX Runtime in
-        the Python interpreter of the simulator.
+        the Python interpreter of the simulator. The others: see `fmus.exports`.
     nodes : int
-        Number of contact points; above 1 the variables are ``v_rel[1]`` ... ``v_rel[nodes]``.
-    fmi : {"2.0"}
-        Version of the standard.
+        Number of contact points; above 1 the variables of FMI 2.0 are ``v_rel[1]`` ... ``v_rel[nodes]``,
+        while FMI 3.0 has arrays whose size ``n`` starts at `nodes` and can be set by the simulator.
+    fmi : {"2.0", "3.0"}
+        Version of the standard; ``"2"`` and ``"3"`` will do.
     platforms : sequence of str, optional
-        Platforms of a native FMU; this machine's by default.
+        Platforms of a native FMU (`fmus.native.platforms`, or ``all``); this machine's by default.
+    spec : path-like, optional
+        YAML file that says what the columns of an ONNX file from elsewhere mean.
+    **options
+        Of the targets of `fmus.exports`.
 
     Returns
     -------
@@ -58,11 +69,16 @@ def pack(
     """
     if target not in TARGETS:
         raise unknown_name("target", target, TARGETS)
-    version = "2.0" if str(fmi) == "2" else str(fmi)
+    version = {"2": "2.0", "3": "3.0"}.get(str(fmi), str(fmi))
     if version not in FMI_VERSIONS:
         raise unknown_name("FMI version", fmi, FMI_VERSIONS)
     if isinstance(nodes, bool) or not isinstance(nodes, Integral) or not 1 <= nodes <= MAX_NODES:
         raise InputError(f"nodes = {nodes!r}, allowed: a whole number from 1 to {MAX_NODES}")
+    if target in EXPORT_TARGETS:
+        return _export(model, path, target, int(nodes), version, platforms, spec, options)
+    if options:
+        name = next(iter(options))
+        raise InputError(f"{name} = {options[name]!r} is no option of target {target!r}; allowed: none")
     if Path(path).suffix != ".fmu":
         raise InputError(f"{path}: suffix {Path(path).suffix!r}, allowed: '.fmu'")
     source = read_source(model)
@@ -71,17 +87,38 @@ def pack(
     if target == "native":
         from .native_target import native_files
 
-        files = native_files(source, interface, platforms)
+        files = native_files(source, interface, platforms, version)
     else:
         if platforms:
             raise InputError(
                 "platforms are chosen for --target native only; a Python FMU runs where Python runs"
             )
+        if version != "2.0":
+            raise InputError(f"FMI version {version!r} of target 'python', allowed: '2.0'")
         from .python_target import friction_files
 
         files = friction_files(source, interface)
     files |= _documents(source)
     return write_archive(path, files)
+
+
+def _export(
+    model: object,
+    path: str | os.PathLike[str],
+    target: str,
+    nodes: int,
+    fmi: str,
+    platforms: Sequence[str] | None,
+    spec: str | os.PathLike[str] | None,
+    options: dict[str, Any],
+) -> Path:
+    if nodes != 1 or fmi != "2.0" or platforms:
+        raise InputError(f"nodes, FMI version and platforms are those of an FMU; target {target!r} has none")
+    if Path(path).suffix == ".fmu":
+        raise InputError(f"{path}: target {target!r} writes a folder, allowed: a name without '.fmu'")
+    from .exports import export
+
+    return export(read_source(model), path, target, **options)
 
 
 def _documents(source: FrictionSource) -> dict[str, bytes]:

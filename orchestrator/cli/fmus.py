@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from .console import say
-from .options import OutFile, as_number, key_values
+from .options import as_number, key_values
 
 
 def pack(
@@ -19,35 +19,58 @@ def pack(
             metavar="MODEL",
         ),
     ],
-    out: OutFile,
-    target: Annotated[str, typer.Option(help="native (C, no Python) or python (ONNX Runtime).")] = "native",
-    fmi: Annotated[str, typer.Option(help="FMI version.")] = "2.0",
+    out: Annotated[Path, typer.Option("-o", "--out", help="FMU (.fmu) to write; a folder for the exports.")],
+    target: Annotated[
+        str | None,
+        typer.Option(
+            help="native (C, needs nothing; default) or python (ONNX Runtime). Exports for codes without FMUs: "
+            "c, ufric (Marc, Simufact), vfric (Abaqus), table. Of the solvers: python (default) or process."
+        ),
+    ] = None,
+    fmi: Annotated[str, typer.Option(help="FMI version, 2 or 3.")] = "2.0",
     nodes: Annotated[int, typer.Option(min=1, help="Contact points of a friction FMU.")] = 1,
     platforms: Annotated[
-        list[str] | None, typer.Option(help="Platforms of a native FMU, for example linux64 win64.")
+        list[str] | None,
+        typer.Option(help="Platforms of a native FMU: linux64, aarch64-linux, win64, macos, or all."),
+    ] = None,
+    spec: Annotated[
+        Path | None, typer.Option(help="YAML file with names, units and domain of your own .onnx file.")
     ] = None,
     parameters: Annotated[
         list[str] | None,
-        typer.Option("--set", help="Parameter of the forming or twin FMU, for example half_angle=45."),
+        typer.Option(
+            "--set", help="Parameter of a solver FMU or option of an export: half_angle=45, tolerance=1e-3."
+        ),
     ] = None,
 ) -> None:
-    """Pack a friction model, the forming process or the twin as an FMU."""
+    """Pack a friction model, a forming process or the twin: as an FMU, or for codes that load none."""
     import fmus
     from friction_models.loads import InputError
 
-    if out.suffix != ".fmu":
-        raise InputError(f"{out}: suffix {out.suffix!r}, allowed: .fmu")
     values = key_values(parameters or [])
     if model in {"forming", "twin"}:
+        if spec is not None:
+            raise InputError(f"--spec {spec}: allowed only for an .onnx file")
+        if nodes != 1 or fmi not in {"2", "2.0"}:
+            raise InputError(
+                f"--nodes and --fmi are those of friction FMUs; allowed for {model!r}: --set n_points=80"
+                if model == "forming"
+                else f"--nodes and --fmi are those of friction FMUs; {model!r} has none"
+            )
         packer = fmus.pack_forming if model == "forming" else fmus.pack_twin
-        path = packer(out, **values)
+        path = packer(out, target=target or "python", platforms=platforms, **values)
     else:
-        if values:
-            raise InputError(f"--set {next(iter(values))}: allowed only for the FMUs 'forming' and 'twin'")
-        version = "2.0" if fmi == "2" else "3.0" if fmi == "3" else fmi
-        source = _source(model)
-        path = fmus.pack(source, out, target=target, nodes=nodes, fmi=version, platforms=platforms)
-    say(f"FMU written: {path}")
+        path = fmus.pack(
+            _source(model),
+            out,
+            target=target or "native",
+            nodes=nodes,
+            fmi=fmi,
+            platforms=platforms,
+            spec=spec,
+            **values,
+        )
+    say(f"written: {path}")
 
 
 def check(
@@ -80,5 +103,9 @@ def _source(model: str) -> object:
 
 def add_commands(app: typer.Typer) -> None:
     """Register the commands of this file."""
-    app.command(epilog="Example: tribofmu pack models/polynomial --nodes 80 -o friction.fmu")(pack)
+    app.command(
+        epilog="Examples: tribofmu pack models/polynomial --nodes 80 -o friction.fmu;  "
+        "tribofmu pack my.onnx --spec my.yaml --fmi 3 --platforms all -o friction.fmu;  "
+        "tribofmu pack models/polynomial --target ufric -o subroutine"
+    )(pack)
     app.command(epilog="Example: tribofmu check friction.fmu")(check)
