@@ -89,13 +89,14 @@ static void tf_add(tf_front *f, const void *bytes, size_t n) {
 /* The process is lost: say why, with what it said last. */
 static fmi2Status tf_lost(tf_front *f, int result) {
     const int code = tf_child_end(&f->child, result == TF_LATE ? 0.0 : 1.0);
-    const char *last = tf_tail_lines(&f->child.tail);
+    const char *last = tf_tail_line(&f->child.tail);
     f->alive = 0;
     if (result == TF_LATE)
         return tf_say(f, fmi2Error, "the solver process (%s) has not answered within %g s and was ended; "
                       "TRIBOFMU_TIMEOUT sets another limit [s], 0 none%s%s", f->program, f->limit,
                       *last ? "; its last lines: " : "", last);
-    if (code == TF_LACKS_PACKAGE && *last) return tf_say(f, fmi2Error, "%s", last);
+    if (code == TF_LACKS_PACKAGE && *last)
+        return tf_say(f, fmi2Error, "%s", last);
     return tf_say(f, fmi2Error, "the solver process (%s) %s%s%s", f->program, f->child.ending,
                   *last ? "; its last lines: " : "", last);
 }

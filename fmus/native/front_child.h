@@ -17,7 +17,7 @@ enum { TF_DONE = 0, TF_GONE, TF_LATE };          /* results of sending and recei
 enum { TF_STARTED = 0, TF_NOT_FOUND, TF_REFUSED }; /* results of starting */
 
 /* Last lines of standard error that are kept, longest message, longest file name. */
-enum { TF_TAIL = 4096, TF_TEXT = 6144, TF_PATH = 4096 };
+enum { TF_TAIL = 16384, TF_TEXT = 20480, TF_PATH = 4096 };
 
 /* What the interpreter runs. It must not fail in any Python, and must not take modules from the folder
    in which the host happens to run. "connection" is the last argument. */
@@ -55,14 +55,24 @@ static void tf_tail_add(tf_tail *tail, const char *bytes, size_t n) {
     tail->text[tail->length] = '\0';
 }
 
-/* Text of the last lines, at most five, without the line end. */
-static const char *tf_tail_lines(tf_tail *tail) {
+/* The last lines, at most eight, in one: many hosts show only one line of a message. */
+static const char *tf_tail_line(tf_tail *tail) {
+    char *start = tail->text, *end, *c;
     int lines = 0;
-    while (tail->length && (tail->text[tail->length - 1] == '\n' || tail->text[tail->length - 1] == '\r'))
-        tail->text[--tail->length] = '\0';
-    for (size_t i = tail->length; i > 0; --i)
-        if (tail->text[i - 1] == '\n' && ++lines == 5) return tail->text + i;
-    return tail->length ? tail->text : "";
+    tail->text[tail->length] = '\0';
+    /* A list of a hundred names at the end of Python's report of a crash. */
+    end = strstr(tail->text, "\nExtension modules:");
+    if (!end) end = tail->text + tail->length;
+    while (end > start && (end[-1] == '\n' || end[-1] == '\r' || end[-1] == ' ')) --end;
+    *end = '\0';
+    for (c = end; c > start; --c)
+        if (c[-1] == '\n' && ++lines == 8) start = c;
+    while (*start == '\n' || *start == ' ') ++start;
+    for (c = start; *c; ++c) {
+        if (*c == '\n') *c = c[1] == '\n' ? ' ' : '|';
+        else if ((unsigned char)*c < ' ') *c = ' ';
+    }
+    return start;
 }
 
 #ifdef _WIN32
