@@ -10,7 +10,21 @@ from typing import Any
 
 import numpy as np
 
-from .graph import Array, Tensor, broadcast, constant_of, refuse
+from .graph import Array, Step, Tensor, broadcast, constant_of, refuse
+
+#: What the expressions below call.
+PRELUDE = """\
+TF_INLINE double tf_max(double a, double b) { return (a != a || a > b) ? a : b; }
+TF_INLINE double tf_min(double a, double b) { return (a != a || a < b) ? a : b; }
+TF_INLINE double tf_pow(double a, double b) { return b == 2.0 ? a * a : b == 1.0 ? a : pow(a, b); }
+TF_INLINE double tf_pow_da(double a, double b) {
+    return a == 0.0 ? (b == 1.0 ? 1.0 : 0.0) : b * tf_pow(a, b - 1.0);
+}
+TF_INLINE double tf_pow_db(double a, double y) { return a > 0.0 ? y * log(a) : 0.0; }
+"""
+
+#: Operators with a kernel for many values at once.
+FUNCTIONS = {"Exp": "tf_exp", "Log": "tf_log", "Tanh": "tf_tanh", "Sigmoid": "tf_sigmoid"}
 
 Operands = Sequence[str]
 #: Derivatives of the operands; None for one that does not depend on the seed.
@@ -24,11 +38,11 @@ ELEMENTWISE: dict[str, Callable[[Operands], str]] = {
     "Div": lambda a: f"({a[0]} / {a[1]})",
     "Neg": lambda a: f"(-{a[0]})",
     "Abs": lambda a: f"fabs({a[0]})",
-    "Exp": lambda a: f"exp({a[0]})",
-    "Log": lambda a: f"log({a[0]})",
+    "Exp": lambda a: f"tf_exp({a[0]}, fused)",
+    "Log": lambda a: f"tf_log({a[0]}, fused)",
     "Sqrt": lambda a: f"sqrt({a[0]})",
-    "Tanh": lambda a: f"tanh({a[0]})",
-    "Sigmoid": lambda a: f"(1.0 / (1.0 + exp(-({a[0]}))))",
+    "Tanh": lambda a: f"tf_tanh({a[0]}, fused)",
+    "Sigmoid": lambda a: f"tf_sigmoid({a[0]}, fused)",
     "Relu": lambda a: f"(({a[0]}) <= 0.0 ? 0.0 : ({a[0]}))",
     "Pow": lambda a: f"tf_pow({a[0]}, {a[1]})",
     "Max": lambda a: _chain("tf_max", a),
@@ -48,6 +62,26 @@ ELEMENTWISE: dict[str, Callable[[Operands], str]] = {
 #: Operators that take rows apart or put them together.
 STRUCTURAL = ("Cast", "Concat", "Gather", "Gemm", "MatMul", "ReduceSum", "Slice", "TreeEnsemble")
 SUPPORTED = tuple(sorted((*ELEMENTWISE, *STRUCTURAL)))
+
+
+def plain_name(step: Step) -> str:
+    """Return the key of `ELEMENTWISE` of a step; a Cast passes on what `cast` returns."""
+    return "Identity" if step.op == "Cast" else step.op
+
+
+def cast(step: Step, a: str) -> str:
+    """Return the value of a Cast: rounded to single precision, cut to an integer, or a truth value."""
+    to = int(step.attributes["to"])
+    if to in {1, 10, 16}:
+        return f"(double)(float)({a})"
+    if to in {6, 7}:
+        return f"trunc({a})"
+    return f"(({a}) != 0.0 ? 1.0 : 0.0)" if to == 9 else a
+
+
+def is_constant_by_pieces(step: Step) -> bool:
+    """Whether a step has the derivative 0 wherever it has one."""
+    return step.op == "Cast" and int(step.attributes["to"]) in {6, 7, 9}
 
 
 def _chain(function: str, operands: Operands) -> str:

@@ -1,0 +1,84 @@
+"""Constants as C text: numbers without rounding, shared tables, names, the tables of the FMI variables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from friction_models.loads import LOADS
+
+from ..interface import FrictionInterface
+from ..source import FrictionSource
+from .graph import Array
+
+
+def literal(value: float) -> str:
+    """Return a C constant that is exactly `value` (hexadecimal)."""
+    if np.isnan(value):
+        return "NAN"
+    if np.isinf(value):
+        return "INFINITY" if value > 0 else "(-INFINITY)"
+    text = float(value).hex()
+    return f"({text})" if text.startswith("-") else text
+
+
+def table(name: str, values: Sequence[float] | Array, kind: str = "double") -> str:
+    """Return the definition of a constant array, about eight values a line."""
+    texts = [literal(v) if kind == "double" else str(int(v)) for v in np.ravel(values)]
+    return rows(name, texts, kind)
+
+
+def rows(name: str, texts: Sequence[str], kind: str) -> str:
+    """Return the definition of a constant array of which every element is written already."""
+    lines = [", ".join(texts[i : i + 8]) for i in range(0, len(texts), 8)]
+    return f"TF_UNUSED static const {kind} {name}[{len(texts)}] = {{\n    " + ",\n    ".join(lines) + "};\n"
+
+
+class Tables:
+    """Constant tables of a model; equal ones are written once, whichever function uses them."""
+
+    def __init__(self) -> None:
+        self._names: dict[str, str] = {}
+
+    def add(self, values: Array) -> str:
+        """Return the name of a table of doubles."""
+        return self.add_rows(table("@", values))
+
+    def add_rows(self, definition: str) -> str:
+        """Return the name of a table defined with the name ``@``."""
+        return self._names.setdefault(definition, f"c{len(self._names)}")
+
+    def text(self) -> str:
+        """Return all definitions."""
+        return "\n".join(d.replace(" @[", f" {name}[", 1) for d, name in self._names.items())
+
+
+def interface_tables(source: FrictionSource, interface: FrictionInterface) -> str:
+    """Return names, limits and start values of the loads, states and system variables."""
+    lower = [interface.domain.get(q.name, (-np.inf, np.inf))[0] for q in LOADS]
+    upper = [interface.domain.get(q.name, (-np.inf, np.inf))[1] for q in LOADS]
+    # As friction_models.domain.Domain: the width of the range; for a load that never varied its size, at least 1.
+    scale = [b - a if b > a else max(abs(b), 1.0) for a, b in zip(lower, upper)]
+    # C has no empty arrays: without states or system variables one unused element stands there.
+    parts = [
+        _names("tf_load_names", [q.name for q in LOADS]),
+        _names("tf_state_names", [s.name for s in source.states]),
+        _names("tf_system_names", [p.name for p in source.system]),
+        table("tf_load_lower", [q.lower for q in LOADS]),
+        table("tf_load_upper", [q.upper for q in LOADS]),
+        table("tf_load_start", [interface.start(q) for q in LOADS]),
+        table("tf_domain_lower", lower),
+        table("tf_domain_upper", upper),
+        table("tf_domain_scale", scale),
+        table("tf_state_start", [s.start for s in source.states] or [0.0]),
+        table("tf_system_start", [p.start for p in source.system] or [0.0]),
+        table("tf_system_lower", [-np.inf if p.lower is None else p.lower for p in source.system] or [0.0]),
+        table("tf_system_upper", [np.inf if p.upper is None else p.upper for p in source.system] or [0.0]),
+    ]
+    return "\n".join(parts)
+
+
+def _names(name: str, texts: Sequence[str]) -> str:
+    quoted = ", ".join(f'"{"".join(c for c in t if c.isalnum() or c in "_.[]")}"' for t in texts) or '""'
+    return f"TF_UNUSED static const char *const {name}[] = {{{quoted}}};"

@@ -1,0 +1,78 @@
+"""TreeEnsemble -> the tables of lanes_trees.h; trees that are no trees are refused."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from friction_models.loads import InputError
+
+from .tables import Tables, literal, rows
+
+
+def tree_tables(
+    attributes: Mapping[str, Any], features: int, tables: Tables, where: str
+) -> tuple[str, str, int]:
+    """Write the trees as tables.
+
+    Returns
+    -------
+    nodes, trees : str
+        Names of the two tables.
+    count : int
+        Number of trees.
+
+    Raises
+    ------
+    InputError
+        An index out of range, or a node that is reached twice.
+    """
+    a = {k: np.ravel(v) for k, v in attributes.items()}
+    feature, split = a["nodes_featureids"].astype(np.int64), a["nodes_splits"].astype(float)
+    weights, roots = a["leaf_weights"].astype(float), a["tree_roots"].astype(np.int64)
+    sides = [(a[f"nodes_{s}nodeids"].astype(np.int64), a[f"nodes_{s}leafs"]) for s in ("true", "false")]
+    count = len(feature)
+    if any(len(x) != count for x in (split, *sides[0], *sides[1])):
+        raise InputError(f"{where}: TreeEnsemble has lists of different lengths for its {count} nodes")
+    if count and not 0 <= feature.min() <= feature.max() < features:
+        raise InputError(f"{where}: TreeEnsemble uses feature {feature.max()}, allowed: 0 to {features - 1}")
+    seen = np.zeros(count, dtype=bool)
+    nodes: list[str] = []
+    trees: list[str] = []
+
+    def take(index: int, leaf: bool) -> None:
+        if not 0 <= index < (len(weights) if leaf else count):
+            kind = "leaf" if leaf else "node"
+            raise InputError(f"{where}: TreeEnsemble points to {kind} {index}, which does not exist")
+        if not leaf:
+            if seen[index]:
+                raise InputError(f"{where}: TreeEnsemble reaches node {index} twice, allowed: trees")
+            seen[index] = True
+
+    for root in roots.tolist():
+        take(root, False)
+        level, first, depth, size = [(root, False)], len(nodes), 0, 1
+        while level:  # level by level: what is near the root stands together
+            following: list[tuple[int, bool]] = []
+            start = size - len(level)
+            for position, (index, leaf) in enumerate(level, start):
+                if leaf:
+                    nodes.append(f"{{{literal(weights[index])}, 0, {position}, {position}}}")
+                    continue
+                children = [(int(ids[index]), bool(leafs[index])) for ids, leafs in sides]
+                for child in children:
+                    take(*child)
+                low = size + len(following)
+                nodes.append(f"{{{literal(split[index])}, {feature[index]}, {low}, {low + 1}}}")
+                following += children
+            depth += bool(following)
+            size += len(following)
+            level = following
+        trees.append(f"{{{first}, {depth}}}")
+    names = [
+        tables.add_rows(rows("@", texts, kind))
+        for texts, kind in ((nodes, "tf_tree_node"), (trees, "tf_tree"))
+    ]
+    return names[0], names[1], len(trees)
