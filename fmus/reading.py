@@ -10,10 +10,14 @@ import numpy.typing as npt
 import pandas as pd
 
 from friction_models.domain import Domain
-from friction_models.loads import LOADS, FloatArray, TriboLoads
+from friction_models.loads import LOADS, FloatArray, InputError, TriboLoads
 
-from .running import RunningFmu, UnpackedFmu
+from .running import RunningFmu
 from .source import parse_source
+from .unpacked import UnpackedFmu
+
+#: Most points of one evaluation of an FMU whose size can be chosen.
+_BLOCK = 1024
 
 
 class FmuModel:
@@ -25,8 +29,8 @@ class FmuModel:
     Parameters
     ----------
     path : path-like
-        FMI 2.0 co-simulation FMU with the inputs ``v_rel T sigma_n sd psi`` and the output ``mu``
-        (or ``v_rel[1]`` ...).
+        FMU for co-simulation (FMI 2.0 or 3.0) with the inputs ``v_rel T sigma_n sd psi`` and the output
+        ``mu``: scalars, scalars named ``v_rel[1]`` ..., or arrays.
 
     Raises
     ------
@@ -41,7 +45,11 @@ class FmuModel:
         self.path = Path(path)
         self._fmu = UnpackedFmu(self.path)
         names = self._fmu.friction()
-        self.nodes = len(names["mu"])
+        if self._fmu.description.coSimulation is None:
+            raise InputError(f"{self.path}: the FMU offers no co-simulation, allowed: an FMU that does")
+        self.nodes = sum(self._fmu.length(n) for n in names["mu"])
+        if self.nodes < 1:
+            raise InputError(f"{self.path}: the FMU has no contact point, allowed: at least one")
         self._inputs = [n for q in LOADS for n in names[q.name]]
         self._outputs = names["mu"]
         packed = self._fmu.folder / "resources" / "model.onnx"
@@ -78,23 +86,36 @@ class FmuModel:
         array = points.as_array()
         mu = np.empty(len(array))
         if points.t is None:
-            with RunningFmu(self._fmu) as fmu:
-                for first in range(0, len(array), self.nodes):
-                    rows = np.minimum(np.arange(first, first + self.nodes), len(array) - 1)
+            width = self._width(len(array))
+            with self._run(width) as fmu:
+                for first in range(0, len(array), width):
+                    rows = np.minimum(np.arange(first, first + width), len(array) - 1)
                     values = self._evaluate(fmu, array[rows])
-                    count = min(self.nodes, len(array) - first)
+                    count = min(width, len(array) - first)
                     mu[first : first + count] = values[:count]
             return mu
+        width = self._width(1)
         for part in points.segments():
             time = points.t[part] - points.t[part][0] if len(array) else points.t
-            with RunningFmu(self._fmu) as fmu:
+            with self._run(width) as fmu:
                 for k, row in enumerate(range(*part.indices(len(array)))):
                     # The loads of a point act over the interval that ends there, then mu is read.
                     if k:
-                        self._write(fmu, np.tile(array[row], (self.nodes, 1)))
+                        self._write(fmu, np.tile(array[row], (width, 1)))
                         fmu.step(float(time[k - 1]), float(time[k] - time[k - 1]))
-                    mu[row] = self._evaluate(fmu, np.tile(array[row], (self.nodes, 1)))[0]
+                    mu[row] = self._evaluate(fmu, np.tile(array[row], (width, 1)))[0]
         return mu
+
+    def _width(self, count: int) -> int:
+        """Return how many points are evaluated at once: what fits best where the FMU lets us choose."""
+        if self._fmu.sizing is None:
+            return self.nodes
+        parameter = self._fmu.variables[self._fmu.sizing]
+        upper = int(parameter.max) if parameter.max is not None else _BLOCK
+        return max(int(parameter.min or 1), min(count, upper, _BLOCK), 1)
+
+    def _run(self, width: int) -> RunningFmu:
+        return RunningFmu(self._fmu, points=width if self._fmu.sizing is not None else None)
 
     def _write(self, fmu: RunningFmu, rows: FloatArray) -> None:
         fmu.set_real(self._inputs, rows.T.ravel())

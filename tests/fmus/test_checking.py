@@ -216,7 +216,7 @@ def test_the_names_of_the_package_are_functions(linear_onnx: Path, tmp_path: Pat
         ("nowhere.onnx", "no such file or folder"),
         ("folder", "no model.onnx in this folder"),
         ("text.onnx", "not an ONNX"),
-        ("six.onnx", r"allowed: \(n, 5\)"),
+        ("six.onnx", "allowed: 5 columns"),
     ],
 )
 def test_models_that_cannot_be_packed(source: str, words: str, tmp_path: Path) -> None:
