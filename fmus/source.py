@@ -35,6 +35,12 @@ class FrictionSource:
         Memory and system variables.
     card : dict
         The model card, empty when none is recorded.
+    original : bytes or None
+        The user's file that `onnx` was redrawn from; None for our own models.
+    foreign : dict or None
+        How the loads enter `original`, for a graph that runs in Python only (`onnx` is then empty).
+    note : str
+        What packing should tell the user (how far the redrawn graph is from the original); or empty.
     """
 
     onnx: bytes
@@ -46,19 +52,34 @@ class FrictionSource:
     states: tuple[State, ...] = ()
     system: tuple[Parameter, ...] = ()
     card: dict[str, Any] = field(default_factory=dict)
+    original: bytes | None = None
+    foreign: dict[str, Any] | None = None
+    note: str = ""
 
     def interface(self, nodes: int) -> FrictionInterface:
         """Return the FMI variables of this model at `nodes` contact points."""
         return FrictionInterface(nodes, dict(self.domain), self.states, self.system)
 
 
-def read_source(model: object) -> FrictionSource:
-    """Take a model object, a saved folder or an ONNX file.
+def read_source(
+    model: object, spec: str | os.PathLike[str] | None = None, target: str = "native"
+) -> FrictionSource:
+    """Take a model object, a saved folder or an ONNX file, ours or a user's own.
+
+    Parameters
+    ----------
+    model : FrictionModel or path-like
+        A model, a folder it was saved to, or an ONNX file.
+    spec : path-like, optional
+        YAML for a user's own ONNX file; see `fmus.user_onnx.spec.Spec`.
+    target : str
+        For ``"python"`` a user's graph that has no translation is taken as it is (`FrictionSource.foreign`).
 
     Raises
     ------
     InputError
-        No such file or folder, not an ONNX file, or metadata that cannot be used.
+        No such file or folder, not an ONNX file, metadata or a YAML that cannot be used, a graph that
+        has no translation.
     """
     if isinstance(model, str | os.PathLike):
         path = Path(model)
@@ -72,7 +93,12 @@ def read_source(model: object) -> FrictionSource:
             raise InputError(f"{path}: no such file or folder; allowed: a saved model folder or an ONNX file")
         if path.stat().st_size > MAX_ONNX_BYTES:
             raise InputError(f"{path}: {path.stat().st_size} bytes, allowed: at most {MAX_ONNX_BYTES}")
-        return parse_source(path.read_bytes(), str(path))
+        content = path.read_bytes()
+        if _is_foreign(content, str(path), spec):
+            return _user_source(content, str(path), spec, target)
+        return parse_source(content, str(path))
+    if spec is not None:
+        raise InputError(f"{spec}: a YAML is for a user's own ONNX file; allowed: with an ONNX file only")
     export = getattr(model, "to_onnx", None)
     if export is None:
         raise InputError(
@@ -82,6 +108,41 @@ def read_source(model: object) -> FrictionSource:
         written = Path(folder) / "model.onnx"
         export(written)
         return parse_source(written.read_bytes(), type(model).__name__)
+
+
+def _is_foreign(content: bytes, where: str, spec: str | os.PathLike[str] | None) -> bool:
+    from .user_onnx import is_ours
+    from .user_onnx.reading import parse
+
+    model = parse(content, where)
+    if spec is None:
+        return not is_ours(model)
+    if any(p.key.startswith("tribofmu.") for p in model.metadata_props):
+        raise InputError(
+            f"{spec}: {where} is one of our own models and holds names, units and domain itself; "
+            "allowed: a YAML with a user's own ONNX file"
+        )
+    return True
+
+
+def _user_source(
+    content: bytes, where: str, spec: str | os.PathLike[str] | None, target: str
+) -> FrictionSource:
+    from .user_onnx import read_user_model
+
+    user = read_user_model(content, where, spec, python=target == "python")
+    return FrictionSource(
+        onnx=user.onnx,
+        where=where,
+        family=user.family,
+        name=user.name,
+        formula=user.formula,
+        domain=user.domain,
+        card=user.card,
+        original=content,
+        foreign=None if user.onnx else user.signature.to_dict(),
+        note="" if user.agreement is None else str(user.agreement),
+    )
 
 
 def parse_source(content: bytes, where: str) -> FrictionSource:

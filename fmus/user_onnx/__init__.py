@@ -1,0 +1,186 @@
+"""A user's own ONNX file becomes a friction source: redrawn in our operators, compared with the original."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from friction_models.loads import LOAD_NAMES, LOADS, InputError
+
+from .lowering import lower
+from .parity import Agreement, compare, original_mu, sample, session
+from .reading import NotTranslated, parse, pruned, read_graph
+from .signature import Signature, choose_output, domain_of, read_signature
+from .spec import Spec
+
+if TYPE_CHECKING:
+    import onnx
+
+__all__ = ["NotTranslated", "Spec", "UserModel", "is_ours", "read_user_model"]
+
+
+@dataclass(frozen=True)
+class UserModel:
+    """A foreign file, understood.
+
+    Attributes
+    ----------
+    onnx : bytes
+        Our graph; empty when it has no translation and runs in Python only.
+    signature : Signature
+        How the loads enter the original.
+    domain : dict
+        Trained range by load, contract units; empty when unknown.
+    name, family, formula : str
+    card : dict
+        What the documentation shows.
+    agreement : Agreement or None
+        How our graph and the original compare; None without our graph.
+    """
+
+    onnx: bytes
+    signature: Signature
+    domain: dict[str, tuple[float, float]]
+    name: str
+    family: str
+    formula: str
+    card: dict[str, Any]
+    agreement: Agreement | None
+
+
+def is_ours(model: onnx.ModelProto) -> bool:
+    """Return whether a file needs no translation: our metadata, or our signature with the generator's operators."""
+    from onnx import TensorProto
+
+    from ..native.ops import SUPPORTED
+
+    if any(p.key.startswith("tribofmu.") for p in model.metadata_props):
+        return True
+    stored = {t.name for t in model.graph.initializer}
+    inputs = {i.name: i.type.tensor_type for i in model.graph.input if i.name not in stored}
+    outputs = {o.name for o in model.graph.output}
+    plain = all(n.op_type in {*SUPPORTED, "Constant"} for n in model.graph.node)
+    if "loads" not in inputs or "mu" not in outputs or not plain:
+        return False
+    dims = inputs["loads"].shape.dim
+    return (
+        set(inputs) <= {"loads", "state", "dt", "system"}
+        and inputs["loads"].elem_type == TensorProto.DOUBLE
+        and len(dims) == 2
+        and dims[1].dim_value == len(LOAD_NAMES)
+        and not dims[0].HasField("dim_value")
+    )
+
+
+def read_user_model(
+    content: bytes, where: str, spec: str | os.PathLike[str] | Spec | None = None, python: bool = False
+) -> UserModel:
+    """Translate a foreign ONNX file and compare the result with it.
+
+    Parameters
+    ----------
+    content : bytes
+        The file.
+    where : str
+        Its name, for messages and as the model's name.
+    spec : path-like or Spec, optional
+        YAML with names, units, ranges and places of the loads.
+    python : bool
+        Whether a graph without a translation is taken as it is, to run in Python.
+
+    Raises
+    ------
+    NotTranslated
+        An operator without translation, unless `python`.
+    InputError
+        A damaged or hostile file, inputs or outputs that do not fit, a YAML that does not fit.
+    """
+    given = Spec() if spec is None else spec if isinstance(spec, Spec) else Spec.load(spec)
+    place = where if spec is None or isinstance(spec, Spec) else f"{where} with {spec}"
+    model = parse(content, where)
+    output = choose_output([o.name for o in model.graph.output], given, place)
+    graph = read_graph(model, output, where)
+    signature = read_signature(graph.inputs, output, given, place)
+    domain = domain_of(given, place)
+    name = given.name or Path(where).stem or "friction"
+    card = _card(content, name, given, signature)
+    try:
+        ours = lower(graph, signature, {})
+        agreement = compare(ours, pruned(model, graph, output), signature, domain, where)
+    except NotTranslated as error:
+        if not python:
+            raise
+        _try_original(model, content, signature, domain, where)
+        card["runs"] = f"the original file in ONNX Runtime ({str(error).partition('; pack it')[0]})"
+        return UserModel(b"", signature, domain, name, given.family, given.formula, card, None)
+    card["runs"] = (
+        f"the graph in float64, compared with the original in ONNX Runtime at {agreement.points} random points"
+    )
+    metadata: dict[str, Any] = {
+        "tribofmu.model": {"family": given.family, "name": name, "formula": given.formula},
+        "tribofmu.card": card,
+    }
+    if domain:
+        metadata["tribofmu.domain"] = {k: list(v) for k, v in domain.items()}
+    return UserModel(
+        _with_metadata(ours, metadata), signature, domain, name, given.family, given.formula, card, agreement
+    )
+
+
+def _with_metadata(content: bytes, metadata: dict[str, Any]) -> bytes:
+    import onnx
+
+    model = onnx.load_model_from_string(content)
+    for key, value in sorted(metadata.items()):
+        model.metadata_props.add(key=key, value=json.dumps(value, allow_nan=False))
+    return bytes(model.SerializeToString(deterministic=True))
+
+
+def _card(content: bytes, name: str, spec: Spec, signature: Signature) -> dict[str, Any]:
+    entries: dict[str, Any] = {"name": name, "family": spec.family}
+    texts = {
+        "formula": spec.formula,
+        "description": spec.description,
+        "author": spec.author,
+        "license": spec.license,
+    }
+    entries |= {k: v for k, v in texts.items() if v}
+    seen = {}
+    for feed in signature.feeds:
+        for j, k in enumerate(feed.loads):
+            load = LOADS[k]
+            seen[load.name] = (
+                f"column {j} of {feed.name!r}: {feed.factor[j]:.12g} * {load.name} [{load.unit}] + {feed.offset[j]:.12g}"
+            )
+    entries["inputs of the original"] = {n: seen.get(n, "not used") for n in LOAD_NAMES}
+    entries["output of the original"] = (
+        f"{signature.output!r}, mu = {signature.multiply:g} * value + {signature.add:g}"
+    )
+    entries["SHA-256 of the original"] = hashlib.sha256(content).hexdigest()
+    return entries
+
+
+def _try_original(
+    model: onnx.ModelProto,
+    content: bytes,
+    signature: Signature,
+    domain: dict[str, tuple[float, float]],
+    where: str,
+) -> None:
+    """Run a graph without translation at some points, so that one that cannot run is refused here."""
+    from friction_models.onnx_model import REFUSED_OPERATORS
+
+    used = {n.op_type for n in model.graph.node} & REFUSED_OPERATORS
+    if used:
+        raise InputError(
+            f"{where}: operator {min(used)!r} may grow without bound; allowed: a closed formula of the loads"
+        )
+    mu = original_mu(session(content, where), signature, sample(domain)[::16], where)
+    if not np.isfinite(mu).any():
+        raise InputError(f"{where}: mu is nowhere a finite number at random loads; allowed: finite numbers")
