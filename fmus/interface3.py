@@ -39,8 +39,16 @@ def variables3(interface: FrictionInterface, ode: bool = False) -> list[Variable
 
     for q in LOADS:
         start = interface.start(q)
-        limits = {"lower": q.lower, "upper": q.upper}
-        add(q.name, "input", unit=q.unit, start=start, description=q.meaning, array=True, **limits)
+        add(
+            q.name,
+            "input",
+            unit=q.unit,
+            start=start,
+            lower=q.lower,
+            upper=q.upper,
+            description=q.meaning,
+            array=True,
+        )
     add(
         MU.name,
         "output",

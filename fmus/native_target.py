@@ -14,6 +14,7 @@ from .interface3 import variables3
 from .model_description import Description, to_xml
 from .model_description3 import build_description, to_xml3
 from .presentation import LICENCE, presentation_files
+from .reference_results import reference_files
 from .source import FrictionSource
 
 #: The C files written by hand: those of both versions of FMI, and those of one.
@@ -151,6 +152,7 @@ def native_files(
     return (
         files
         | presentation_files(source, fmi)
+        | reference_files(source, interface, fmi)
         | {f"sources/{n}": t.encode() for n, t in texts.items()}
         | {f"binaries/{n}": b for n, b in binaries.items()}
     )
