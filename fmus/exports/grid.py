@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 
 from friction_models.loads import FloatArray
 
-#: Random points at which each interval is judged.
-_JUDGED = 48
+#: Random points at which each interval is judged, and how often the grid is tried as a whole.
+_JUDGED, _ROUNDS = 48, 6
+#: An interval below this part of its axis is not halved any more.
+_SHORTEST = 1.0 / 500.0
+#: Significant digits of the grid lines: those that are written, so that mu belongs to the lines of the file.
+_DIGITS = 9
 
 
 class Grid:
@@ -27,6 +32,8 @@ class Grid:
     Attributes
     ----------
     lines : list of ndarray
+    full : bool
+        Whether `refine` ended at the largest allowed number of rows.
     """
 
     def __init__(
@@ -36,10 +43,15 @@ class Grid:
         counts: list[int | None],
     ) -> None:
         self.evaluate = evaluate
-        self.lower, self.upper = np.array(box).T
         self.free = [k for k, n in enumerate(counts) if n is None]
-        self.lines = [np.linspace(a, b, n or 2) if b > a else np.array([a]) for (a, b), n in zip(box, counts)]
+        self.lines = [
+            _rounded(np.linspace(a, b, n or 2)) if b > a else _rounded(np.array([a]))
+            for (a, b), n in zip(box, counts)
+        ]
+        self.lower = np.array([x[0] for x in self.lines])
+        self.upper = np.array([x[-1] for x in self.lines])
         self.rng = np.random.default_rng(30)
+        self.full = False
         self.judged: dict[tuple[int, float, float], float] = {}
 
     def values(self) -> FloatArray:
@@ -71,29 +83,37 @@ class Grid:
     def refine(self, tolerance: float, max_rows: int) -> None:
         """Halve the worst intervals until the measured error is below the tolerance or the grid is full."""
         share = 0.9 * tolerance
-        while self._halve_until(share, max_rows):
-            if self.error(self.rng, 4000)[0] <= 0.9 * tolerance:
+        for _ in range(_ROUNDS):
+            if not self._halve_until(share, max_rows) or self.error(self.rng, 4000)[0] <= 0.9 * tolerance:
                 return
             share *= 0.7
 
     def _halve_until(self, share: float, max_rows: int) -> bool:
         """Return whether the errors of the axes, added up, come below `share`; False when the grid is full."""
         while True:
-            worst = [
-                max((self.interval_error(k, a, b), a, b) for a, b in zip(self.lines[k], self.lines[k][1:]))
-                if len(self.lines[k]) > 1
-                else (0.0, 0.0, 0.0)
-                for k in self.free
-            ]
-            if sum(w[0] for w in worst) <= share:
+            worst = [(*self._worst(k), k) for k in self.free]
+            if sum(error for error, _, _ in worst) <= share:
                 return True
-            choice = int(np.argmax([w[0] for w in worst]))
-            axis, (_, a, b) = self.free[choice], worst[choice]
+            _, middle, axis = max(worst)
             rows = np.prod([len(x) for x in self.lines], dtype=float)
-            middle = 0.5 * (a + b)
-            if rows * (len(self.lines[axis]) + 1) / len(self.lines[axis]) > max_rows or not a < middle < b:
+            if rows * (len(self.lines[axis]) + 1) / len(self.lines[axis]) > max_rows:
+                self.full = True
                 return False
             self.lines[axis] = np.sort(np.append(self.lines[axis], middle))
+
+    def _worst(self, axis: int) -> tuple[float, float]:
+        """Return the largest error of an axis among the intervals that can be halved, and where to halve.
+
+        A jump of mu (a tree's) cannot be interpolated away: an interval around it is left alone once it is short.
+        """
+        lines = self.lines[axis]
+        shortest = _SHORTEST * (lines[-1] - lines[0])
+        found = [
+            (self.interval_error(axis, a, b), float(_rounded(0.5 * (a + b))))
+            for a, b in pairwise(lines)
+            if b - a > shortest
+        ]
+        return max(found, default=(0.0, 0.0))
 
     def error(self, rng: np.random.Generator, count: int) -> tuple[float, float]:
         """Return the largest and the root-mean-square error of multilinear interpolation at random points."""
@@ -109,3 +129,9 @@ class Grid:
             interpolated = lookup(points[:, varying])
         off = interpolated - self.evaluate(points)
         return float(np.abs(off).max()), float(np.sqrt((off**2).mean()))
+
+
+def _rounded(values: float | FloatArray) -> FloatArray:
+    """Return the values with `_DIGITS` significant digits."""
+    texts = [f"{x:.{_DIGITS}g}" for x in np.ravel(values)]
+    return np.array(texts, dtype=float).reshape(np.shape(values))

@@ -47,6 +47,8 @@ class FrictionTable:
         Wanted largest error; measured largest and root-mean-square error of multilinear interpolation.
     left_out : dict of str to float
         How much mu changes at most over the trained range of each load that is held.
+    full : bool
+        Whether the grid ended at the largest allowed number of rows.
     """
 
     axes: dict[str, FloatArray]
@@ -57,6 +59,7 @@ class FrictionTable:
     largest: float
     rms: float
     left_out: dict[str, float]
+    full: bool
 
     @property
     def met(self) -> bool:
@@ -66,7 +69,8 @@ class FrictionTable:
     def summary(self) -> str:
         """Return one sentence about size and error."""
         shape = " x ".join(f"{len(lines)} {name}" for name, lines in self.axes.items())
-        ending = "met" if self.met else "NOT met: the table is as large as allowed"
+        reason = "max_rows is reached" if self.full else "mu jumps between grid lines"
+        ending = "met" if self.met else f"NOT met: {reason}"
         return (
             f"{self.mu.size} rows ({shape}); multilinear interpolation is off by at most {self.largest:.2e} "
             f"(root mean square {self.rms:.2e}) at {_MEASURED} random points; tolerance {self.tolerance:g} {ending}"
@@ -145,7 +149,15 @@ def tabulate(
         moved = [evaluate(some, held | {name: v}) for v in (*np.linspace(lower, upper, 5).tolist(), value)]
         left_out[name] = float(np.ptp(moved, axis=0).max())
     return FrictionTable(
-        dict(zip(axes, grid.lines)), grid.values(), held, variables, float(tolerance), largest, rms, left_out
+        axes=dict(zip(axes, grid.lines)),
+        mu=grid.values(),
+        fixed=held,
+        system=variables,
+        tolerance=float(tolerance),
+        largest=largest,
+        rms=rms,
+        left_out=left_out,
+        full=grid.full,
     )
 
 
