@@ -72,7 +72,7 @@ class FmuDescription:
         InputError
             No such structural parameter, or a value outside its limits.
         """
-        known = {v.name: v for v in self.raw.modelVariables if v.causality == "structuralParameter"}
+        known = self.structure
         for name, value in sizes.items():
             if name not in known:
                 raise unknown_name("structural parameter", name, known, str(self.path))
@@ -84,6 +84,11 @@ class FmuDescription:
                 )
         merged = self.sizes | dict(sizes)
         return FmuDescription(self.path, self.raw, *expand(self.path, self.raw, merged), merged)
+
+    @property
+    def structure(self) -> dict[str, Any]:
+        """fmpy's variables of the structural parameters, by name (FMI 3.0)."""
+        return {str(v.name): v for v in self.raw.modelVariables if v.causality == "structuralParameter"}
 
     def structural(self) -> list[tuple[Variable, int]]:
         """Return the structural parameters that differ from their start values, and their values."""

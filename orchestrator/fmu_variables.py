@@ -56,6 +56,8 @@ class Variable:
     variability : str
     point : int
         The contact point whose instance holds it, where an FMU runs once a point.
+    base : str
+        Name of the FMI 3.0 array, or of the variable of each instance; empty where that is `name`.
     """
 
     name: str
@@ -68,6 +70,7 @@ class Variable:
     starts: tuple[float, ...] = (0.0,)
     variability: str = ""
     point: int = 0
+    base: str = ""
 
 
 def expand(
@@ -148,6 +151,7 @@ def _elements(
             element,
             starts,
             item.variability or "",
+            base=item.name if shape else "",
         )
 
     if count == 1:  # a vector of one has the name of a scalar: the same file serves as a scalar FMU

@@ -46,12 +46,12 @@ MAX_ITERATIONS = 50
 
 Progress = Callable[[float], None]
 AnyInstance: TypeAlias = Instance | PointInstances
-_Index = npt.NDArray[np.intp]
+_Index: TypeAlias = npt.NDArray[np.intp] | slice
 
 
 @dataclass
 class _Transfer:
-    """Indices of one connection into the value arrays of its ports."""
+    """Where the values between two components stand in the arrays of their ports."""
 
     source: str
     rows: _Index
@@ -180,14 +180,15 @@ class Master:
             given += [v for item in self.wiring.recorded if item.component == name for v in item.elements]
             inputs[name] = Port(fed)
             outputs[name] = Port({v.name: v for v in given}.values())
+        # One transfer for all connections of a pair of components.
+        pairs: dict[tuple[str, str], tuple[list[int], list[int]]] = {}
+        for link in self.wiring.links:
+            rows, places = pairs.setdefault((link.source, link.target), ([], []))
+            rows += [outputs[link.source].index[v.name] for v in link.sources]
+            places += [inputs[link.target].index[v.name] for v in link.targets]
         transfers = [
-            _Transfer(
-                link.source,
-                np.array([outputs[link.source].index[v.name] for v in link.sources]),
-                link.target,
-                np.array([inputs[link.target].index[v.name] for v in link.targets]),
-            )
-            for link in self.wiring.links
+            _Transfer(source, _places(rows), target, _places(places))
+            for (source, target), (rows, places) in pairs.items()
         ]
         return inputs, outputs, transfers
 
@@ -230,13 +231,13 @@ class Master:
         saved = {name: instance.save_state() for name, instance in instances.items()}
         try:
             transfers = [t for found in incoming.values() for t in found]
-            previous = [outputs[t.source].values[t.rows] for t in transfers]
+            previous = [outputs[t.source].values[t.rows].copy() for t in transfers]
             for iteration in range(1, MAX_ITERATIONS + 1):
                 if iteration > 1:
                     for name, instance in instances.items():
                         instance.restore_state(saved[name])
                 _gauss_seidel(instances, order, incoming, inputs, outputs, now, size)
-                values = [outputs[t.source].values[t.rows] for t in transfers]
+                values = [outputs[t.source].values[t.rows].copy() for t in transfers]
                 settled = all(_agree(a, b) for a, b in zip(values, previous))
                 previous = values
                 if iteration > 1 and settled:
@@ -287,6 +288,14 @@ def _jacobi(
         _transfer(incoming[name], inputs, outputs)
     for name in order:
         instances[name].step(inputs[name], outputs[name], now, size)
+
+
+def _places(numbers: list[int]) -> _Index:
+    """Return an index for these places: a slice where they follow each other, which is faster."""
+    first = numbers[0]
+    if numbers == list(range(first, first + len(numbers))):
+        return slice(first, first + len(numbers))
+    return np.array(numbers, dtype=np.intp)
 
 
 def _agree(new: FloatArray, old: FloatArray) -> bool:

@@ -187,7 +187,9 @@ def write_run(
         }
     run = Run(folder, manifest, time, values, units)
     with atomic_folder(folder) as place:
-        (place / "system.yaml").write_text(system.to_yaml(relative_to=folder.resolve()), encoding="utf-8")
+        moved = {n: folder.resolve() / p.relative_to(place) for n, p in system.bundle(place).items()}
+        text = system.to_yaml(relative_to=folder.resolve(), moved=moved)
+        (place / "system.yaml").write_text(text, encoding="utf-8")
         write_json(place / "manifest.json", manifest)
         _write_netcdf(run, place / "results.nc")
         if csv:

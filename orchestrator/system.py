@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import shutil
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError,
 from friction_models.loads import InputError, nearest, unknown_name, write_text
 
 from .errors import collected
+from .ssp_systems import UnpackedSsp, export_ssp, load_ssp
 
 StartValue = bool | int | float | str | list[float]
 
@@ -64,6 +67,7 @@ class System(BaseModel):
 
     _folder: Path = PrivateAttr(default_factory=Path.cwd)
     _source: str = PrivateAttr(default="system")
+    _unpacked: UnpackedSsp | None = PrivateAttr(default=None)
 
     @model_validator(mode="after")
     def _whole_steps(self) -> System:
@@ -76,16 +80,19 @@ class System(BaseModel):
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> System:
-        """Read a YAML file; FMU paths are relative to it.
+        """Read a YAML file, whose FMU paths are relative to it, or an SSP archive (``.ssp``).
 
         Raises
         ------
         InputError
             No such file, not YAML, unknown or missing keys, values out of range; all problems at once.
+            What `load_ssp` refuses.
         """
         file = Path(path)
         if not file.is_file():
             raise InputError(f"{file}: no such file")
+        if file.suffix.lower() == ".ssp":
+            return load_ssp(file)
         try:
             content = yaml.safe_load(file.read_text(encoding="utf-8"))
         except (yaml.YAMLError, UnicodeDecodeError) as error:
@@ -155,18 +162,38 @@ class System(BaseModel):
 
         Wiring.of(self)
 
-    def to_yaml(self, relative_to: str | os.PathLike[str] | None = None) -> str:
-        """Return the YAML text; FMU paths absolute, or relative to a folder."""
+    def export(self, path: str | os.PathLike[str]) -> Path:
+        """Write the system and its FMUs as an SSP 1.0 archive; see `export_ssp`."""
+        return export_ssp(self, path)
+
+    def bundle(self, folder: Path) -> dict[str, Path]:
+        """Copy the FMUs that live in a temporary folder (from an SSP) into ``folder/fmus``; return them by component."""
+        copies: dict[str, Path] = {}
+        for name in self.components if self._unpacked is not None else ():
+            path = self.fmu_path(name)
+            if self._unpacked is not None and path.is_relative_to(self._unpacked.folder):
+                copies[name] = folder / "fmus" / path.name
+                copies[name].parent.mkdir(exist_ok=True)
+                shutil.copyfile(path, copies[name])
+        return copies
+
+    def to_yaml(
+        self,
+        relative_to: str | os.PathLike[str] | None = None,
+        moved: Mapping[str, Path] | None = None,
+    ) -> str:
+        """Return the YAML text; FMU paths absolute, or relative to a folder; `moved`: components whose FMU is elsewhere."""
         content = self.model_dump(mode="json", exclude_none=True)
         for name, component in content["components"].items():
-            path = self.fmu_path(name)
+            path = (moved or {}).get(name) or self.fmu_path(name)
             component["fmu"] = Path(os.path.relpath(path, relative_to) if relative_to else path).as_posix()
         return str(yaml.safe_dump(content, sort_keys=False, allow_unicode=True))
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write the YAML file, with FMU paths relative to its folder."""
+        """Write the YAML file, with FMU paths relative to its folder; FMUs of an SSP go into ``fmus`` beside it."""
         file = Path(path).resolve()
-        return write_text(file, self.to_yaml(relative_to=file.parent))
+        file.parent.mkdir(parents=True, exist_ok=True)
+        return write_text(file, self.to_yaml(relative_to=file.parent, moved=self.bundle(file.parent)))
 
 
 def _sentence(item: Any) -> str:

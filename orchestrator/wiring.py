@@ -11,6 +11,7 @@ from friction_models.loads import InputError, unknown_name
 from .errors import collected
 from .fmu_files import FmuDescription, describe
 from .fmu_variables import Variable
+from .sizing import size_arrays
 
 if TYPE_CHECKING:
     from .system import StartValue, System
@@ -61,6 +62,8 @@ class Wiring:
         What the run keeps.
     points : dict of str to int
         Scalar friction FMUs that are fed by a vector, and its length: they run once a contact point.
+    sizes : dict of str to int
+        FMI 3.0 FMUs whose arrays took the length of what feeds them.
     """
 
     descriptions: dict[str, FmuDescription]
@@ -68,6 +71,11 @@ class Wiring:
     starts: dict[str, list[tuple[Variable, bool | int | float | str]]] = field(default_factory=dict)
     recorded: list[Recorded] = field(default_factory=list)
     points: dict[str, int] = field(default_factory=dict)
+    sizes: dict[str, int] = field(default_factory=dict)
+
+    def count(self, name: str) -> int:
+        """Return for how many contact points a component runs an FMU made for one."""
+        return self.points.get(name) or self.sizes.get(name) or 1
 
     @classmethod
     def of(cls, system: System) -> Wiring:
@@ -93,7 +101,7 @@ class Wiring:
             problems.append(
                 f"order {system.order} must name every component once: {', '.join(system.components)}"
             )
-        wiring = cls(descriptions)
+        wiring = cls(descriptions, sizes=size_arrays(system, descriptions, problems))
         broken = set(system.components) - set(descriptions)
         ends = [wiring._ends(connection, broken, problems) for connection in system.connections]
         for pair in ends:
@@ -153,12 +161,13 @@ class Wiring:
         if name not in self.points:
             return end
         (one,) = elements
-        return name, [replace(one, name=f"{one.name}[{k + 1}]", point=k) for k in range(self.points[name])]
+        count = self.points[name]
+        return name, [replace(one, name=f"{one.name}[{k + 1}]", point=k, base=one.name) for k in range(count)]
 
     def _connect(self, connection: str, left: _End, right: _End) -> list[str]:
         source, sources = self._at_points(left)
         target, targets = self._at_points(right)
-        if target in self.points and source not in self.points and len(sources) == 1:
+        if self.count(target) == len(targets) > 1 and self.count(source) == 1 == len(sources):
             sources = sources * len(targets)  # one value for all points
         if len(sources) != len(targets):
             names = [part.strip() for part in connection.split("->")]
@@ -188,6 +197,8 @@ class Wiring:
         problems = []
         pairs = self.starts.setdefault(name, [])
         for key, value in starts.items():
+            if key in description.structure:
+                continue  # they are set before all others, see `sizing`
             where = f"component {name!r}: start value"
             try:
                 elements = description.resolve(key, f"variable of {name!r}")

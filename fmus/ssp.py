@@ -1,0 +1,329 @@
+"""SSP 1.0: a system of FMUs with its connections and start values in one archive, as many simulators load it.
+
+The archive holds `SystemStructure.ssd` and ``resources/*.fmu``; replacing one resource swaps a component.
+SSP says nothing about the master algorithm. The communication step therefore stands in annotations, as
+libcosim (``com.opensimulationplatform``) and OMSimulator (``org.openmodelica``) write them, and what only
+this project knows (order, what to record, whether data is synthetic) in one of its own, which others skip.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from lxml import etree
+
+from friction_models.loads import InputError
+
+from .archive import read_description, write_archive
+
+SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
+SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
+SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
+OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
+OMS = "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd"
+OWN = "urn:tribofmu:ssp:1"
+#: Types of our annotations.
+OWN_TYPE, OSP_TYPE, OMS_TYPE = "tribofmu", "com.opensimulationplatform", "org.openmodelica"
+
+DESCRIPTION = "SystemStructure.ssd"
+TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
+Value = bool | int | float | str
+
+
+@dataclass(frozen=True)
+class Connector:
+    """A variable of a component, or of the whole system, that connections or values refer to.
+
+    Attributes
+    ----------
+    name : str
+        Of the FMU's variable, ``v_rel[3]`` included.
+    kind : {"input", "output", "parameter"}
+    type : str
+        One of `TYPES`.
+    unit : str
+        Empty without one.
+    """
+
+    name: str
+    kind: str
+    type: str = "Real"
+    unit: str = ""
+
+
+@dataclass
+class Component:
+    """An FMU of the system.
+
+    Attributes
+    ----------
+    name : str
+    source : str
+        Path in the archive, ``resources/friction.fmu``; components may share it.
+    connectors : list of Connector
+    start : dict of str to value
+        Start values by variable.
+    """
+
+    name: str
+    source: str
+    connectors: list[Connector] = field(default_factory=list)
+    start: dict[str, Value] = field(default_factory=dict)
+
+
+@dataclass
+class Structure:
+    """What `SystemStructure.ssd` says.
+
+    Attributes
+    ----------
+    name : str
+    components : list of Component
+    connections : list of tuple
+        Start component, start variable, end component, end variable; "" as component is the system itself.
+    connectors : list of Connector
+        Of the system.
+    start : dict of str to value
+        Start values of the system, by ``component.variable``.
+    stop, step : float or None
+        End of the default experiment and communication step [s].
+    notes : dict
+        What this project keeps beside it; plain JSON.
+    """
+
+    name: str
+    components: list[Component] = field(default_factory=list)
+    connections: list[tuple[str, str, str, str]] = field(default_factory=list)
+    connectors: list[Connector] = field(default_factory=list)
+    start: dict[str, Value] = field(default_factory=dict)
+    stop: float | None = None
+    step: float | None = None
+    notes: dict[str, Any] = field(default_factory=dict)
+
+
+def write_ssp(
+    path: str | os.PathLike[str],
+    structure: Structure,
+    resources: Mapping[str, str | os.PathLike[str]],
+) -> Path:
+    """Write an SSP 1.0 archive. Equal content gives equal bytes.
+
+    Parameters
+    ----------
+    path : path-like
+        The archive (``.ssp``).
+    structure : Structure
+        The system.
+    resources : mapping of str to path-like
+        FMU files by their path in the archive.
+
+    Raises
+    ------
+    InputError
+        Another suffix, a component without a resource, or an FMU that cannot be read.
+    """
+    if Path(path).suffix != ".ssp":
+        raise InputError(f"{path}: suffix {Path(path).suffix!r}, allowed: '.ssp'")
+    for component in structure.components:
+        if component.source not in resources:
+            raise InputError(
+                f"{path}: component {component.name!r} refers to {component.source!r}, which is not among the resources"
+            )
+    units = _units(structure, resources)
+    files = {name: Path(file).read_bytes() for name, file in resources.items()}
+    return write_archive(path, files | {DESCRIPTION: to_ssd(structure, units)})
+
+
+def pack_ssp(model: object, path: str | os.PathLike[str], **options: Any) -> Path:
+    """Write a friction model as an SSP of one component, whose loads and outputs are those of the system.
+
+    Parameters
+    ----------
+    model : FrictionModel, path-like
+        What `pack` takes.
+    path : path-like
+        The archive (``.ssp``).
+    **options
+        Of `pack`: `target`, `nodes`, `fmi`, `platforms`.
+
+    Raises
+    ------
+    InputError
+        What `pack` and `write_ssp` refuse.
+    """
+    import tempfile
+
+    from .packing import pack
+
+    if Path(path).suffix != ".ssp":
+        raise InputError(f"{path}: suffix {Path(path).suffix!r}, allowed: '.ssp'")
+    with tempfile.TemporaryDirectory(prefix="tribofmu-") as folder:
+        fmu = pack(model, Path(folder) / "friction.fmu", **options)
+        return write_ssp(path, single(fmu), {"resources/friction.fmu": fmu})
+
+
+def single(fmu: str | os.PathLike[str], name: str = "friction") -> Structure:
+    """Return the structure of a system that is this FMU alone, with its inputs and outputs as its own."""
+    root = read_description(fmu)
+    inputs, outputs = [], []
+    for variable in scalars(root):
+        if variable.kind == "input":
+            inputs.append(variable)
+        elif variable.kind == "output":
+            outputs.append(variable)
+    experiment = root.find("DefaultExperiment")
+    given = {} if experiment is None else dict(experiment.attrib)
+    return Structure(
+        name,
+        [Component(name, f"resources/{name}.fmu", [*inputs, *outputs])],
+        [("", c.name, name, c.name) for c in inputs] + [(name, c.name, "", c.name) for c in outputs],
+        [*inputs, *outputs],
+        stop=float(given.get("stopTime", 1.0)),
+        step=float(given.get("stepSize", 0.01)),
+    )
+
+
+def scalars(root: etree._Element) -> list[Connector]:
+    """Return the inputs, outputs and parameters of a model description (FMI 2.0 or 3.0) as connectors.
+
+    An FMI 3.0 array counts as a scalar: SSP 1.0 has no arrays, and ours have one element by default.
+    """
+    declared = {t.get("name"): t for t in root.iter("SimpleType")}
+    declared |= {t.get("name"): t for t in root.iterfind("TypeDefinitions/*") if t.tag.endswith("Type")}
+    found = []
+    for variable in root.iterfind("ModelVariables/*"):
+        kind = variable.get("causality")
+        if kind not in {"input", "output", "parameter"}:
+            continue
+        typed = variable if variable.tag != "ScalarVariable" else next(iter(variable))
+        name = str(typed.tag)
+        kinds = {"Float64": "Real", "Float32": "Real"}
+        name = kinds.get(name, "Integer" if "Int" in name else name)
+        if name not in TYPES:
+            continue
+        definition = declared.get(typed.get("declaredType"))
+        units = [typed.get("unit")]
+        if definition is not None:
+            units += [definition.get("unit"), *(e.get("unit") for e in definition)]
+        unit = next((u for u in units if u), "")
+        found.append(Connector(str(variable.get("name")), kind, name, unit))
+    return found
+
+
+def _units(
+    structure: Structure, resources: Mapping[str, str | os.PathLike[str]]
+) -> dict[str, dict[str, str]]:
+    """Return the base units of all units that connectors have, as the FMUs define them."""
+    connectors = [*structure.connectors, *(c for part in structure.components for c in part.connectors)]
+    needed = {c.unit for c in connectors} - {""}
+    defined: dict[str, dict[str, str]] = {}
+    for name in sorted(resources):
+        for unit in read_description(resources[name]).iterfind("UnitDefinitions/Unit"):
+            base = unit.find("BaseUnit")
+            defined.setdefault(str(unit.get("name")), {} if base is None else dict(base.attrib))
+    return {name: defined.get(name, {}) for name in sorted(needed)}
+
+
+def to_ssd(structure: Structure, units: Mapping[str, Mapping[str, str]]) -> bytes:
+    """Return the text of `SystemStructure.ssd`."""
+    spaces = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "osp": OSP, "oms": OMS, "tribofmu": OWN}
+    root = etree.Element(f"{{{SSD}}}SystemStructureDescription", nsmap=spaces)
+    root.set("version", "1.0")
+    root.set("name", structure.name)
+    root.set("generationTool", "tribofmu")
+    system = _sub(root, SSD, "System", name=structure.name)
+    _connectors(system, structure.connectors)
+    _bindings(system, structure.start, structure)
+    elements = _sub(system, SSD, "Elements")
+    for component in structure.components:
+        element = _sub(
+            elements,
+            SSD,
+            "Component",
+            name=component.name,
+            type="application/x-fmu-sharedlibrary",
+            source=component.source,
+            implementation="CoSimulation",
+        )
+        _connectors(element, component.connectors)
+        _bindings(element, component.start, component)
+    if structure.connections:
+        connections = _sub(system, SSD, "Connections")
+        for start, output, end, given in structure.connections:
+            link = _sub(connections, SSD, "Connection")
+            for key, value in zip(
+                ("startElement", "startConnector", "endElement", "endConnector"), (start, output, end, given)
+            ):
+                if value:
+                    link.set(key, str(value))
+    notes = _sub(system, SSD, "Annotations")
+    own = _sub(notes, SSC, "Annotation", type=OWN_TYPE)
+    _sub(own, OWN, "Notes").text = json.dumps(
+        structure.notes | ({"communication_step": structure.step} if structure.step else {}), sort_keys=True
+    )
+    if structure.step:
+        oms = _sub(_sub(notes, SSC, "Annotation", type=OMS_TYPE), OMS, "Annotations")
+        master = _sub(_sub(oms, OMS, "SimulationInformation"), OMS, "FixedStepMaster", description="oms-ma")
+        master.set("stepSize", repr(float(structure.step)))
+        master.set("absoluteTolerance", "0.0001")
+        master.set("relativeTolerance", "0.0001")
+    if units:
+        parent = _sub(root, SSD, "Units")
+        for name, base in units.items():
+            _sub(_sub(parent, SSC, "Unit", name=name), SSC, "BaseUnit", **base)
+    experiment = _sub(root, SSD, "DefaultExperiment", startTime="0.0")
+    if structure.stop is not None:
+        experiment.set("stopTime", repr(float(structure.stop)))
+    if structure.step:
+        note = _sub(_sub(experiment, SSD, "Annotations"), SSC, "Annotation", type=OSP_TYPE)
+        _sub(
+            _sub(note, OSP, "Algorithm"),
+            OSP,
+            "FixedStepAlgorithm",
+            baseStepSize=repr(float(structure.step)),
+        )
+    return bytes(etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True))
+
+
+def _sub(parent: etree._Element, space: str, tag: str, **attributes: str) -> etree._Element:
+    return etree.SubElement(parent, f"{{{space}}}{tag}", attributes)
+
+
+def _connectors(parent: etree._Element, connectors: Sequence[Connector]) -> None:
+    if not connectors:
+        return
+    place = _sub(parent, SSD, "Connectors")
+    for connector in connectors:
+        typed = _sub(
+            _sub(place, SSD, "Connector", name=connector.name, kind=connector.kind), SSC, connector.type
+        )
+        if connector.type == "Real" and connector.unit:
+            typed.set("unit", connector.unit)
+        if connector.type == "Enumeration":
+            typed.set("name", connector.name)
+
+
+def _bindings(parent: etree._Element, start: Mapping[str, Value], owner: Structure | Component) -> None:
+    if not start:
+        return
+    types = {c.name: c.type for c in owner.connectors}
+    binding = _sub(_sub(parent, SSD, "ParameterBindings"), SSD, "ParameterBinding")
+    place = _sub(_sub(binding, SSD, "ParameterValues"), SSV, "ParameterSet", version="1.0", name="start")
+    place = _sub(place, SSV, "Parameters")
+    for name, value in start.items():
+        kind = types.get(name) or _kind(value)
+        text = str(value).lower() if isinstance(value, bool) else str(value)
+        if kind == "Real":
+            text = repr(float(value))
+        _sub(_sub(place, SSV, "Parameter", name=name), SSV, kind, value=text)
+
+
+def _kind(value: Value) -> str:
+    if isinstance(value, bool):
+        return "Boolean"
+    return {int: "Integer", float: "Real"}.get(type(value), "String")

@@ -1,0 +1,106 @@
+"""Lengths of FMI 3.0 arrays: structural parameters take the length of what feeds the arrays they size."""
+
+from __future__ import annotations
+
+import re
+
+from friction_models.loads import InputError
+
+from .fmu_files import FmuDescription
+from .system import System
+
+_INDEXED = re.compile(r"^(?P<base>.*)\[(?P<index>\d{1,9})\]$")
+
+
+def size_arrays(
+    system: System, descriptions: dict[str, FmuDescription], problems: list[str]
+) -> dict[str, int]:
+    """Give the arrays of FMI 3.0 components their lengths.
+
+    A start value of the structural parameter decides; otherwise the length of what the array is connected
+    to. So an FMI 3.0 friction FMU takes the place of an FMI 2.0 one without a change of the system.
+
+    Parameters
+    ----------
+    system : System
+    descriptions : dict of str to FmuDescription
+        By component; sized ones replace the others.
+    problems : list of str
+        Receives what is wrong.
+
+    Returns
+    -------
+    dict of str to int
+        Length of the arrays by component that was sized here.
+    """
+    sizes: dict[str, int] = {}
+    for name, description in list(descriptions.items()):
+        if description.version == "2.0":
+            continue
+        chosen = {k: v for k, v in system.components[name].start.items() if k in description.structure}
+        wrong = [k for k, v in chosen.items() if isinstance(v, bool) or not isinstance(v, int)]
+        if wrong:
+            problems.append(
+                f"component {name!r}: structural parameter {wrong[0]!r} = {chosen[wrong[0]]!r}, allowed: a whole number"
+            )
+        elif chosen:
+            _resize(descriptions, name, {k: int(v) for k, v in chosen.items()}, problems)  # type: ignore[arg-type]
+    pairs = [c.partition("->") for c in system.connections]
+    ends = [(left.strip(), right.strip()) for left, arrow, right in pairs if arrow]
+    # A length may pass through several components: each pass can settle one more.
+    for _ in descriptions:
+        before = dict(sizes)
+        for left, right in ends:
+            for end, other in ((left, right), (right, left)):
+                _fit(descriptions, end, _length(descriptions, other), sizes, problems)
+        for end in (end for pair in ends for end in pair):
+            match = _INDEXED.match(end)
+            if match:
+                _fit(descriptions, match["base"], int(match["index"]), sizes, problems, grow=True)
+        if sizes == before:
+            break
+    return sizes
+
+
+def _length(descriptions: dict[str, FmuDescription], end: str) -> int:
+    component, _, name = end.partition(".")
+    if component not in descriptions:
+        return 0
+    return len(descriptions[component].arrays.get(name, ()))
+
+
+def _fit(
+    descriptions: dict[str, FmuDescription],
+    end: str,
+    length: int,
+    sizes: dict[str, int],
+    problems: list[str],
+    grow: bool = False,
+) -> None:
+    """Size the array `end` if its length is open; an index in a connection makes it grow."""
+    component, _, name = end.partition(".")
+    if component not in descriptions or length < 2:
+        return
+    description = descriptions[component]
+    parameter = description.sizing(name)
+    if parameter is None:
+        return
+    if component in sizes:
+        if not grow or length <= sizes[component]:
+            return
+    elif parameter in description.sizes:
+        return  # a start value says it
+    if _resize(descriptions, component, {parameter: length}, problems):
+        sizes[component] = length
+
+
+def _resize(
+    descriptions: dict[str, FmuDescription], name: str, sizes: dict[str, int], problems: list[str]
+) -> bool:
+    try:
+        descriptions[name] = descriptions[name].sized(sizes)
+    except InputError as error:
+        if str(error) not in problems:
+            problems.append(str(error))
+        return False
+    return True
