@@ -14,7 +14,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from friction_models.loads import unknown_name
+from friction_models.loads import InputError, unknown_name
 
 from ..source import FrictionSource
 
@@ -51,6 +51,10 @@ def export(source: FrictionSource, path: str | os.PathLike[str], target: str, **
     """
     if target not in TARGETS:
         raise unknown_name("export target", target, TARGETS)
+    if source.foreign is not None:
+        raise InputError(
+            f"{source.where}: this graph runs in Python only and cannot be exported; allowed: --target python"
+        )
     from .common import checked_options, write_folder
 
     if target == "table":

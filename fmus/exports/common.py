@@ -55,7 +55,7 @@ def c_prefix(source: FrictionSource, name: str | None) -> str:
     if name is None:
         clean = identifier(source.name)
         base = (clean if len(clean) <= MAX_NAME else identifier(source.family))[:MAX_NAME].rstrip("_")
-    elif re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) and len(name) <= MAX_NAME:
+    elif isinstance(name, str) and re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) and len(name) <= MAX_NAME:
         base = name
     else:
         raise InputError(
@@ -213,6 +213,8 @@ def one_line(text: str) -> str:
 def documents(source: FrictionSource) -> dict[str, str | bytes]:
     """Return the files about the model that every export carries."""
     files: dict[str, str | bytes] = {"model.onnx": source.onnx, "LICENSE.txt": licence()}
+    if source.original is not None:
+        files["original.onnx"] = source.original
     if source.card:
         files["card.json"] = card_json(source.card)
     return files

@@ -11,14 +11,14 @@ import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from numbers import Integral
 from typing import Any
 
 import numpy as np
 
-from friction_models.loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray, InputError, unknown_name
+from friction_models.loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray, InputError
 
 from ..source import FrictionSource
+from . import options
 from .common import Reference, description, documents, template
 from .grid import Grid
 
@@ -79,7 +79,7 @@ class FrictionTable:
 
 def tabulate(
     source: FrictionSource,
-    axes: Sequence[str] = AXES,
+    axes: str | Sequence[str] = AXES,
     points: Mapping[str, int] | None = None,
     limits: Mapping[str, Sequence[float]] | None = None,
     fixed: Mapping[str, float] | None = None,
@@ -121,14 +121,19 @@ def tabulate(
             f"{source.where}: a table has no memory and this model has ({names}); allowed: the targets c, ufric and "
             "vfric, or start_memory to tabulate a fresh contact point"
         )
-    _check_names(source, axes, points, limits, fixed, system)
-    _check_number("tolerance", tolerance, 1e-9, 1.0)
-    _check_number("max_rows", max_rows, 2 ** len(axes), MAX_ROWS)
-    box = {name: _range(source, name, (limits or {}).get(name)) for name in axes}
+    axes = options.axis_names(axes)
+    goal = options.number("tolerance", tolerance, 1e-9, 1.0)
+    room = options.whole("max_rows", max_rows, 2 ** len(axes), MAX_ROWS)
+    box = _box(source, axes, limits)
+    lines = options.mapping("points", points, axes)
+    counts = {n: options.whole(f"points of {n!r}", k, 2, 1000) for n, k in lines.items()}
     interface = source.interface(1)
-    start = {q.name: interface.start(q) for q in LOADS}
-    held = {n: float((fixed or {}).get(n, start[n])) for n in LOAD_NAMES if n not in axes}
-    variables = {p.name: float((system or {}).get(p.name, p.start)) for p in source.system}
+    held = {q.name: interface.start(q) for q in LOADS if q.name not in axes}
+    for name, value in options.mapping("fixed", fixed, held).items():
+        held[name] = options.number(f"fixed {name}", value, QUANTITIES[name].lower, QUANTITIES[name].upper)
+    variables = {p.name: p.start for p in source.system}
+    for name, value in options.mapping("system", system, variables).items():
+        variables[name] = options.number(f"system variable {name}", value, -1e300, 1e300)
     reference = Reference(source)
     values = list(variables.values()) or None
 
@@ -139,21 +144,21 @@ def tabulate(
         loads[:, [LOAD_NAMES.index(n) for n in axes]] = at
         return reference.mu(loads, system=values)
 
-    grid = Grid(evaluate, [box[n] for n in axes], [(points or {}).get(n) for n in axes])
-    grid.refine(float(tolerance), int(max_rows))
+    grid = Grid(evaluate, [box[n] for n in axes], [counts.get(n) for n in axes])
+    grid.refine(goal, room)
     largest, rms = grid.error(np.random.default_rng(31), _MEASURED)
     some = np.random.default_rng(32).uniform(grid.lower, grid.upper, size=(500, len(axes)))
     left_out = {}
-    for name, value in held.items():
-        lower, upper = source.domain.get(name, (value, value))
-        moved = [evaluate(some, held | {name: v}) for v in (*np.linspace(lower, upper, 5).tolist(), value)]
+    for name, own in held.items():
+        lower, upper = source.domain.get(name, (own, own))
+        moved = [evaluate(some, held | {name: v}) for v in (*np.linspace(lower, upper, 5).tolist(), own)]
         left_out[name] = float(np.ptp(moved, axis=0).max())
     return FrictionTable(
         axes=dict(zip(axes, grid.lines)),
         mu=grid.values(),
         fixed=held,
         system=variables,
-        tolerance=float(tolerance),
+        tolerance=goal,
         largest=largest,
         rms=rms,
         left_out=left_out,
@@ -161,9 +166,9 @@ def tabulate(
     )
 
 
-def table_files(source: FrictionSource, **options: Any) -> dict[str, str | bytes]:
+def table_files(source: FrictionSource, **given: Any) -> dict[str, str | bytes]:
     """Return the files of a table export; the options are those of `tabulate`."""
-    table = tabulate(source, **options)
+    table = tabulate(source, **given)
     values = description(source) | {
         "SUMMARY": table.summary(),
         "AXES": "\n".join(
@@ -228,53 +233,14 @@ def _blocks(table: FrictionTable, title: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _range(source: FrictionSource, name: str, given: Sequence[float] | None) -> tuple[float, float]:
-    if given is None:
-        if name not in source.domain:
+def _box(source: FrictionSource, axes: Sequence[str], given: object) -> dict[str, tuple[float, float]]:
+    """Return the ends of each axis: those that were asked for, or the trained range."""
+    wanted = options.mapping("limits", given, axes)
+    box = {}
+    for name in axes:
+        if name not in wanted and name not in source.domain:
             raise InputError(
                 f"{source.where}: no trained range of {name!r} is recorded; allowed: give it as limits of {name!r}"
             )
-        return source.domain[name]
-    quantity = QUANTITIES[name]
-    if len(given) != 2 or not quantity.lower <= given[0] <= given[1] <= quantity.upper:
-        raise InputError(
-            f"limits of {name!r} are {tuple(given)}, allowed: lower <= upper inside {quantity.lower:g} to {quantity.upper:g}"
-        )
-    return float(given[0]), float(given[1])
-
-
-def _check_names(
-    source: FrictionSource,
-    axes: Sequence[str],
-    points: Mapping[str, int] | None,
-    limits: Mapping[str, Sequence[float]] | None,
-    fixed: Mapping[str, float] | None,
-    system: Mapping[str, float] | None,
-) -> None:
-    for name in axes:
-        if name not in LOAD_NAMES:
-            raise unknown_name("axis of the table", name, LOAD_NAMES)
-    if not axes or len(set(axes)) != len(axes):
-        raise InputError(
-            f"axes = {list(axes)}, allowed: one or more different loads of {', '.join(LOAD_NAMES)}"
-        )
-    for what, given in (("points", points), ("limits", limits)):
-        for name in given or {}:
-            if name not in axes:
-                raise unknown_name(f"axis in {what}", name, axes)
-    for name, count in (points or {}).items():
-        if isinstance(count, bool) or not isinstance(count, Integral) or not 2 <= count <= 1000:
-            raise InputError(f"points of {name!r} = {count!r}, allowed: a whole number from 2 to 1000")
-    for name, value in (fixed or {}).items():
-        if name not in LOAD_NAMES or name in axes:
-            raise unknown_name("fixed load", name, [n for n in LOAD_NAMES if n not in axes])
-        _check_number(f"fixed {name}", value, QUANTITIES[name].lower, QUANTITIES[name].upper)
-    for name, value in (system or {}).items():
-        if name not in {p.name for p in source.system}:
-            raise unknown_name("system variable", name, [p.name for p in source.system])
-        _check_number(f"system variable {name}", value, -1e300, 1e300)
-
-
-def _check_number(what: str, value: object, lower: float, upper: float) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not lower <= value <= upper:
-        raise InputError(f"{what} = {value!r}, allowed: {lower:g} to {upper:g}")
+        box[name] = options.limits(name, wanted[name]) if name in wanted else source.domain[name]
+    return box

@@ -21,7 +21,7 @@ from fmus.running import RunningFmu, UnpackedFmu
 from fmus.source import read_source
 from friction_models.loads import LOAD_NAMES, LOADS, InputError
 from friction_models.registry import make_model
-from tests.fmus.graphs import Array, campaign, random_loads
+from tests.fmus.graphs import Array, campaign, graph_bytes, node, random_loads, save
 
 NAMES = [
     "constant",
@@ -234,6 +234,28 @@ def test_header_is_good_for_cpp_and_a_wrong_source_fails_its_self_test(
         selftest(folder)
 
 
+def test_a_graph_without_domain_extrapolates_and_needs_limits_for_a_table(tmp_path: Path) -> None:
+    """mu = 0.15 - 1e-4 T + 1e-5 sigma_n, no metadata."""
+    weights = {"w": np.array([[0.0], [-1e-4], [1e-5], [0.0], [0.0]]), "b": np.array([0.15])}
+    path = save(graph_bytes([node("Gemm", "loads w b", "mu")], weights), tmp_path / "line.onnx")
+    source = read_source(path)
+    folder = export(source, tmp_path / "c", "c")
+    assert deviation(selftest(folder)) < 1e-12
+    code = Compiled(folder)
+    row = np.array([1e4, 500.0, 9000.0, 1e3, 100.0])
+    assert code.mu(row) == (0, pytest.approx(0.15 - 0.05 + 0.09))
+    assert code("domain_distance")(_array(row), None) == 0.0
+    row[1], row[2] = 2000.0, 0.0
+    assert code.mu(row) == (0, 0.0)  # -0.05, and mu is never negative
+    row[2] = -5.0  # moved to the physical limit
+    row[1] = 100.0
+    assert code.mu(row) == (0, pytest.approx(0.14))
+    with pytest.raises(InputError, match="no trained range of 'T' is recorded; allowed: give it as limits"):
+        export(source, tmp_path / "t", "table", axes=["T", "sigma_n"])
+    table = tabulate(source, axes=["T", "sigma_n"], limits={"T": (20.0, 200.0), "sigma_n": (0.0, 1000.0)})
+    np.testing.assert_allclose(table.mu, [[0.148, 0.158], [0.13, 0.14]], rtol=1e-12)
+
+
 # --- Fortran ---
 
 
@@ -419,6 +441,8 @@ def test_table_says_when_the_tolerance_is_not_met_and_what_it_leaves_out(made: C
     assert small.left_out["sd"] > 1e-3
     full = tabulate(polynomial, axes=LOAD_NAMES, points={"sd": 4}, limits={"psi": (2.0, 9.0)}, fixed={})
     assert full.mu.shape[3] == 4 and full.axes["psi"][[0, -1]].tolist() == [2.0, 9.0] and full.left_out == {}
+    typed = tabulate(polynomial, axes="T, sigma_n", tolerance="1e-3", max_rows=100.0)  # type: ignore[arg-type]
+    assert list(typed.axes) == ["T", "sigma_n"] and typed.tolerance == 1e-3
     rough = made("linear + tool_roughness").source
     at = [tabulate(rough, axes=["T"], system={rough.system[0].name: x}).mu[0] for x in (0.1, 0.9)]
     assert at[0] != at[1]
@@ -430,10 +454,15 @@ def test_table_says_when_the_tolerance_is_not_met_and_what_it_leaves_out(made: C
         ("linear + work_exhaustion", {}, "a table has no memory and this model has"),
         ("polynomial", {"axes": ["sigma", "T"]}, "did you mean 'sigma_n'"),
         ("polynomial", {"axes": ["T", "T"]}, "one or more different loads"),
-        ("polynomial", {"points": {"T": 1}}, "points of 'T' = 1, allowed: a whole number from 2"),
+        ("polynomial", {"points": {"T": 1}}, "points of 'T' = 1, allowed: 2 to"),
         ("polynomial", {"limits": {"T": (300.0, 20.0)}}, "limits of 'T'"),
-        ("polynomial", {"fixed": {"T": 20.0}}, "unknown fixed load 'T'; allowed: sd"),
-        ("polynomial", {"system": {"Ra": 1.0}}, "unknown system variable 'Ra'"),
+        ("polynomial", {"fixed": {"T": 20.0}}, "unknown name in fixed 'T'; allowed: sd"),
+        ("polynomial", {"system": {"Ra": 1.0}}, "unknown name in system 'Ra'"),
+        ("polynomial", {"points": {"T": 2.5}}, "points of 'T' = 2.5, allowed: a whole number"),
+        ("polynomial", {"points": 5}, "points = 5, allowed: a mapping"),
+        ("polynomial", {"limits": {"T": 5}}, "limits of 'T' are 5, allowed: two numbers"),
+        ("polynomial", {"limits": {"T": (-300.0, 20.0)}}, "limit of 'T' = -300.0, allowed"),
+        ("polynomial", {"tolerance": "small"}, "tolerance = 'small', allowed"),
         ("polynomial", {"tolerance": float("nan")}, "tolerance = nan, allowed"),
         ("polynomial", {"max_rows": 3}, "max_rows = 3, allowed: 16 to"),
         ("polynomial", {"tolerence": 1e-3}, "did you mean 'tolerance'"),

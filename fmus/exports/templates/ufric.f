@@ -48,6 +48,16 @@ c     UFRIC: set it here, for example from a nodal post quantity.
       end if
       end subroutine tf_user_loads
 
+c     Called after the integration. A job that carries the sliding
+c     distance or the surface expansion itself - as nodal quantities that
+c     the solver maps through every remeshing - puts them here into
+c     loads(4) and loads(5).
+      subroutine tf_user_history(mibody, x, time, inc, nsurf, loads)
+      implicit none
+      integer mibody(*), inc, nsurf
+      double precision x(*), time, loads(5)
+      end subroutine tf_user_history
+
 c     System variables of the model (tool roughness, lubricant batch).
       subroutine tf_user_system(values)
       implicit none
@@ -240,6 +250,7 @@ c     ---- what Marc calls ----
       memory(:, 2, k) = memory(:, 1, k)
       if (loads(3) .gt. 0.0d0) sd(2, k) = sd(1, k) + loads(1) * dt
       loads(4) = sd(2, k)
+      call tf_user_history(mibody, x, time, inc, nsurf, loads)
       failed = tf_step(loads, system, dt, memory(:, 2, k))
       clamp = tf_clamp
       if (failed .eq. 0) then
