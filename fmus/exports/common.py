@@ -196,6 +196,7 @@ def description(source: FrictionSource) -> dict[str, str]:
         loads.append(f"{q.name:8} {q.unit:5} {q.meaning}; {shown}")
     return {
         "TITLE": one_line(f"Friction model {source.name} ({source.family})"),
+        "SHORT_TITLE": one_line(f"Friction model {source.name}")[:66],
         "FORMULA": one_line(source.formula or source.name),
         "VERSION": package_version("tribofmu") or "0",
         "LOAD_ROWS": rows(loads),

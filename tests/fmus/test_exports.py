@@ -99,7 +99,7 @@ class Compiled:
     """A C export as a shared library."""
 
     def __init__(self, folder: Path) -> None:
-        source = next(folder.glob("*_friction.c"))
+        source = next(folder.glob("*friction.c"))
         self.prefix = source.stem
         run([*c_compiler(), *STRICT, "-shared", "-fPIC", source.name, "-o", "export.so", "-lm"], folder)
         self.library = ctypes.CDLL(str(folder / "export.so"))
@@ -163,7 +163,7 @@ def test_c_computes_what_the_fmu_computes(name: str, made: Callable[[str], Made]
 
 
 def selftest(folder: Path) -> str:
-    source = next(folder.glob("*_friction.c")).name
+    source = next(folder.glob("*friction.c")).name
     run([*c_compiler(), *STRICT, "selftest.c", source, "-o", "selftest", "-lm"], folder)
     return run(["./selftest"], folder)
 
@@ -263,7 +263,7 @@ def build_fortran(folder: Path, parts: list[str], *flags: str) -> None:
     fortran = shutil.which("gfortran")
     if fortran is None:
         pytest.skip("gfortran is not installed: the Fortran of this export is not compiled and not run")
-    source = next(folder.glob("*_friction.c"))
+    source = next(folder.glob("*friction.c"))
     run([*c_compiler(), *STRICT, "-c", source.name, "-o", "model.o"], folder)
     run([fortran, *FORTRAN, *flags, *parts, "model.o", "-o", "driver", "-lm"], folder)
 
@@ -286,20 +286,20 @@ def test_ufric_follows_the_fmu_through_iterations_and_cutbacks(
             dt = float(rng.uniform(0.002, 0.01))
             lengths = [3.0 * dt, dt, dt] if inc == 5 else [dt, dt]
             for attempt, length in enumerate(lengths):
-                for node in nodes:
-                    if node == 23 and inc in (4, 5):
+                for number in nodes:
+                    if number == 23 and inc in (4, 5):
                         continue  # out of contact
                     v = rng.uniform(-300.0, 300.0, 2)
                     T, sigma = rng.uniform(20.0, 350.0), rng.uniform(200.0, 3000.0)
                     mu = -1.0
                     if attempt == len(lengths) - 1:
                         speed = float(np.hypot(*v))
-                        nodes[node] += speed * dt
-                        fmus[node].set_real(LOAD_NAMES, np.array([speed, T, sigma, nodes[node], 1.0]))
-                        fmus[node].step(time, dt)
-                        mu = fmus[node].get_real(["mu"])[0]
+                        nodes[number] += speed * dt
+                        fmus[number].set_real(LOAD_NAMES, np.array([speed, T, sigma, nodes[number], 1.0]))
+                        fmus[number].step(time, dt)
+                        mu = fmus[number].get_real(["mu"])[0]
                     values = (time + length, *v, T, sigma, mu)
-                    rows.append(f"{node} {inc} " + " ".join(repr(float(x)) for x in values))
+                    rows.append(f"{number} {inc} " + " ".join(repr(float(x)) for x in values))
             time += dt
     (folder / "fmu.txt").write_text("\n".join(rows) + "\n")
     assert deviation(run(["./driver", "fmu.txt"], folder)) < 1e-12
@@ -322,10 +322,10 @@ def test_ufric_keeps_many_points_apart_and_survives_bad_loads(
             mu.append(float(fmu.get_real(["mu"])[0]))
     assert len(set(mu)) == 3
     for inc in (1, 2, 3):
-        for node in many:
-            rows.append(f"{node} {inc} {0.005 * inc!r} 60. 80. 80. 1000. {mu[inc - 1]!r}")
-            if node == 14:  # an iteration that went wrong leaves nothing behind
-                rows.insert(-1, f"{node} {inc} {0.005 * inc!r} NaN 80. 80. 1000. -1.")
+        for number in many:
+            rows.append(f"{number} {inc} {0.005 * inc!r} 60. 80. 80. 1000. {mu[inc - 1]!r}")
+            if number == 14:  # an iteration that went wrong leaves nothing behind
+                rows.insert(-1, f"{number} {inc} {0.005 * inc!r} NaN 80. 80. 1000. -1.")
     (folder / "many.txt").write_text("\n".join(rows) + "\n")
     output = run(["./driver", "many.txt"], folder)
     assert deviation(output) < 1e-12
@@ -349,19 +349,19 @@ def test_vfric_and_vfriction_follow_the_fmu(name: str, made: Callable[[str], Mad
             dt = float(rng.uniform(1e-4, 1e-3))
             present = [(n, f) for n, f in ((3, a), (7, b)) if not (n == 7 and inc == 4)]
             rows.append(f"{inc} {dt!r} {len(present)}")
-            for node, fmu in present:
+            for number, fmu in present:
                 slip = rng.normal(size=3) * 0.1
                 T, sigma, area = rng.uniform(20, 350), rng.uniform(300, 3000), rng.uniform(1.0, 1.5) * inc
-                first[node] = first[node] or area
+                first[number] = first[number] or area
                 speed = float(np.sqrt((slip**2).sum())) / dt
-                sd[node] += speed * dt
+                sd[number] += speed * dt
                 fmu.set_real(
-                    LOAD_NAMES, np.array([speed, T, sigma * area / area, sd[node], area / first[node]])
+                    LOAD_NAMES, np.array([speed, T, sigma * area / area, sd[number], area / first[number]])
                 )
                 fmu.step(time, dt)
                 mu = fmu.get_real(["mu"])[0]
                 values = (*slip, sigma * area, area, T - 20.0, T + 20.0, mu)
-                rows.append(f"{node} " + " ".join(repr(float(x)) for x in values))
+                rows.append(f"{number} " + " ".join(repr(float(x)) for x in values))
             time += dt
     (folder / "fmu.txt").write_text("\n".join(rows) + "\n")
     assert deviation(run(["./driver", "fmu.txt"], folder)) < 1e-12
