@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from .reading import read_friction_fmu as read_friction_fmu
     from .solver_fmus import pack_forming as pack_forming
     from .solver_fmus import pack_twin as pack_twin
+    from .ssp import pack_ssp as pack_ssp
 
 _EXPORTS = {
     "CheckReport": "checking",
@@ -23,6 +24,7 @@ _EXPORTS = {
     "check": "checking",
     "pack": "packing",
     "pack_forming": "solver_fmus",
+    "pack_ssp": "ssp",
     "pack_twin": "solver_fmus",
     "read_friction_fmu": "reading",
 }

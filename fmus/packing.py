@@ -14,6 +14,7 @@ from friction_models.loads import LOADS, InputError, unknown_name
 from .archive import write_archive
 from .documentation import card_json, page
 from .exports import TARGETS as EXPORT_TARGETS
+from .interface3 import NAMES as FMI3_NAMES
 from .source import FrictionSource, read_source
 
 FMI_VERSIONS = ("2.0", "3.0")
@@ -38,8 +39,9 @@ def pack(
 
     Parameters
     ----------
-    model : FrictionModel, path-like
-        A model, a folder it was saved to, or an ONNX file, also one from elsewhere.
+    model : FrictionModel, path-like, FrictionSource
+        A model, a folder it was saved to, or an ONNX file, also one from elsewhere; or what `read_source`
+        made of one.
     path : path-like
         The FMU to write (``.fmu``); the folder to write for the other targets.
     target : {"native", "python", "c", "ufric", "vfric", "table"}
@@ -81,7 +83,7 @@ def pack(
         raise InputError(f"{name} = {options[name]!r} is no option of target {target!r}; allowed: none")
     if Path(path).suffix != ".fmu":
         raise InputError(f"{path}: suffix {Path(path).suffix!r}, allowed: '.fmu'")
-    source = read_source(model)
+    source = read_source(model, spec=spec, target=target)
     interface = source.interface(int(nodes))
     _check_names(source)
     if target == "native":
@@ -118,7 +120,7 @@ def _export(
         raise InputError(f"{path}: target {target!r} writes a folder, allowed: a name without '.fmu'")
     from .exports import export
 
-    return export(read_source(model), path, target, **options)
+    return export(read_source(model, spec=spec, target=target), path, target, **options)
 
 
 def _documents(source: FrictionSource) -> dict[str, bytes]:
@@ -143,7 +145,7 @@ def _documents(source: FrictionSource) -> dict[str, bytes]:
 
 
 def _check_names(source: FrictionSource) -> None:
-    taken = {q.name for q in LOADS} | {"mu", "domain_distance", "in_domain", "clamp_to_domain"}
+    taken = {q.name for q in LOADS} | {"mu", "domain_distance", "in_domain", "clamp_to_domain", *FMI3_NAMES}
     for name in [s.name for s in source.states] + [p.name for p in source.system]:
         if name in taken or not re.fullmatch(r"[A-Za-z_]\w*", name, flags=re.ASCII):
             raise InputError(

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from friction_models.loads import LOAD_NAMES, InputError, unknown_name
+from friction_models.loads import LOAD_NAMES, FloatArray, InputError, TriboLoads, unknown_name
+from friction_models.variables import as_numbers
 
 from .interface import FrictionInterface, Parameter, State
 
@@ -39,6 +40,8 @@ class FrictionSource:
         The user's file that `onnx` was redrawn from; None for our own models.
     foreign : dict or None
         How the loads enter `original`, for a graph that runs in Python only (`onnx` is then empty).
+    labels : dict
+        System variable to the labels of its numbers 0, 1, 2 ..., where the metadata of tests is text.
     note : str
         What packing should tell the user (how far the redrawn graph is from the original); or empty.
     """
@@ -54,11 +57,21 @@ class FrictionSource:
     card: dict[str, Any] = field(default_factory=dict)
     original: bytes | None = None
     foreign: dict[str, Any] | None = None
+    labels: dict[str, tuple[str, ...]] = field(default_factory=dict)
     note: str = ""
 
     def interface(self, nodes: int) -> FrictionInterface:
         """Return the FMI variables of this model at `nodes` contact points."""
         return FrictionInterface(nodes, dict(self.domain), self.states, self.system)
+
+    def system_values(self, loads: TriboLoads) -> dict[str, FloatArray]:
+        """Return the system variables that the table of tests gives, shape (n,) each; labels as numbers."""
+        found = {}
+        for p in self.system:
+            column = loads.context_column(p.name)
+            if column is not None:
+                found[p.name] = as_numbers(column, self.labels.get(p.name, ()), p.start)
+        return found
 
 
 def read_source(
@@ -68,8 +81,8 @@ def read_source(
 
     Parameters
     ----------
-    model : FrictionModel or path-like
-        A model, a folder it was saved to, or an ONNX file.
+    model : FrictionModel, path-like, FrictionSource
+        A model, a folder it was saved to, or an ONNX file; a source is returned as it is.
     spec : path-like, optional
         YAML for a user's own ONNX file; see `fmus.user_onnx.spec.Spec`.
     target : str
@@ -81,6 +94,8 @@ def read_source(
         No such file or folder, not an ONNX file, metadata or a YAML that cannot be used, a graph that
         has no translation.
     """
+    if isinstance(model, FrictionSource):
+        return model
     if isinstance(model, str | os.PathLike):
         path = Path(model)
         if path.is_dir():
@@ -94,9 +109,7 @@ def read_source(
         if path.stat().st_size > MAX_ONNX_BYTES:
             raise InputError(f"{path}: {path.stat().st_size} bytes, allowed: at most {MAX_ONNX_BYTES}")
         content = path.read_bytes()
-        if _is_foreign(content, str(path), spec):
-            return _user_source(content, str(path), spec, target)
-        return parse_source(content, str(path))
+        return _file_source(content, str(path), spec, target)
     if spec is not None:
         raise InputError(f"{spec}: a YAML is for a user's own ONNX file; allowed: with an ONNX file only")
     export = getattr(model, "to_onnx", None)
@@ -110,19 +123,34 @@ def read_source(
         return parse_source(written.read_bytes(), type(model).__name__)
 
 
-def _is_foreign(content: bytes, where: str, spec: str | os.PathLike[str] | None) -> bool:
-    from .user_onnx import is_ours
+def _file_source(
+    content: bytes, where: str, spec: str | os.PathLike[str] | None, target: str
+) -> FrictionSource:
+    from .user_onnx import is_ours, looks_ours
     from .user_onnx.reading import parse
 
     model = parse(content, where)
-    if spec is None:
-        return not is_ours(model)
-    if any(p.key.startswith("tribofmu.") for p in model.metadata_props):
-        raise InputError(
-            f"{spec}: {where} is one of our own models and holds names, units and domain itself; "
-            "allowed: a YAML with a user's own ONNX file"
-        )
-    return True
+    if is_ours(model):
+        if spec is not None:
+            raise InputError(
+                f"{spec}: {where} is one of our own models and holds names, units and domain itself; "
+                "allowed: a YAML with a user's own ONNX file"
+            )
+        return parse_source(content, where)
+    if spec is not None or not looks_ours(model):
+        return _user_source(content, where, spec, target)
+    # Without metadata but with our signature: as it is where the generator reads it, else redrawn.
+    from .native.graph import read_graph
+
+    source = parse_source(content, where)
+    try:
+        read_graph(content, where, len(source.states), len(source.system))
+    except InputError as error:
+        try:
+            return _user_source(content, where, spec, target)
+        except InputError:
+            raise error from None
+    return source
 
 
 def _user_source(
@@ -192,6 +220,7 @@ def parse_source(content: bytes, where: str) -> FrictionSource:
             )
             for s in part("system", [])
         )
+        labels = {str(s["name"]): _texts(s["labels"]) for s in part("system", []) if "labels" in s}
     except (KeyError, TypeError, ValueError, IndexError) as error:
         raise InputError(f"{where}: metadata of the model cannot be used ({error!r})") from None
     for load, (lower, upper) in domain.items():
@@ -211,4 +240,11 @@ def parse_source(content: bytes, where: str) -> FrictionSource:
         states=states,
         system=system,
         card=part("card", {}),
+        labels=labels,
     )
+
+
+def _texts(values: object) -> tuple[str, ...]:
+    if not isinstance(values, list) or not all(isinstance(v, str) for v in values):
+        raise ValueError(f"labels {values!r:.60}")
+    return tuple(values)

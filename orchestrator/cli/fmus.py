@@ -1,14 +1,15 @@
-"""`pack`, `check`: friction models, forming processes and the twin as FMUs."""
+"""`pack`, `check`, `export`: friction models, forming processes and the twin as FMUs, systems as SSP."""
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from .console import say
-from .options import as_number, key_values
+from .options import Swap, as_number, key_values, swapped
 
 
 def pack(
@@ -31,11 +32,15 @@ def pack(
     nodes: Annotated[int, typer.Option(min=1, help="Contact points of a friction FMU.")] = 1,
     platforms: Annotated[
         list[str] | None,
-        typer.Option(help="Platforms of a native FMU: linux64, aarch64-linux, win64, macos, or all."),
+        typer.Option(help="Platforms of a native FMU, by commas: linux64,aarch64-linux,win64,macos; or all."),
     ] = None,
     spec: Annotated[
         Path | None, typer.Option(help="YAML file with names, units and domain of your own .onnx file.")
     ] = None,
+    ssp: Annotated[
+        bool,
+        typer.Option("--ssp", help="Write an SSP archive (.ssp) around the FMU, for simulators of systems."),
+    ] = False,
     parameters: Annotated[
         list[str] | None,
         typer.Option(
@@ -48,29 +53,41 @@ def pack(
     from friction_models.loads import InputError
 
     values = key_values(parameters or [])
+    wanted = [name for text in platforms or [] for name in text.replace(",", " ").split()] or None
     if model in {"forming", "twin"}:
-        if spec is not None:
-            raise InputError(f"--spec {spec}: allowed only for an .onnx file")
+        if spec is not None or ssp:
+            raise InputError(f"--spec and --ssp: allowed for friction models, not for {model!r}")
         if nodes != 1 or fmi not in {"2", "2.0"}:
-            raise InputError(
-                f"--nodes and --fmi are those of friction FMUs; allowed for {model!r}: --set n_points=80"
-                if model == "forming"
-                else f"--nodes and --fmi are those of friction FMUs; {model!r} has none"
-            )
+            points = "--set n_points=80" if model == "forming" else "neither"
+            raise InputError(f"--nodes and --fmi are those of friction FMUs; allowed for {model!r}: {points}")
         packer = fmus.pack_forming if model == "forming" else fmus.pack_twin
-        path = packer(out, target=target or "python", platforms=platforms, **values)
-    else:
-        path = fmus.pack(
-            _source(model),
-            out,
-            target=target or "native",
-            nodes=nodes,
-            fmi=fmi,
-            platforms=platforms,
-            spec=spec,
-            **values,
-        )
+        path = packer(out, target=target or "python", platforms=wanted, **values)
+        say(f"written: {path}")
+        return
+    from fmus.source import read_source
+
+    chosen = target or "native"
+    source = read_source(_source(model), spec=spec, target=chosen)
+    options = {"target": chosen, "nodes": nodes, "fmi": fmi, "platforms": wanted, **values}
+    pack_as = fmus.pack_ssp if ssp or out.suffix == ".ssp" else fmus.pack
+    path = pack_as(source, out, **options)
     say(f"written: {path}")
+    if source.note:
+        say(source.note)
+    if chosen == "table":
+        say(json.loads((path / "table.json").read_text(encoding="utf-8"))["summary"])
+
+
+def export(
+    system: Annotated[Path, typer.Argument(help="System description (YAML).")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="SSP archive (.ssp) to write.")],
+    swap: Swap = None,
+) -> None:
+    """Write a system and its FMUs as one SSP archive, which other simulators load."""
+    from ..system import System
+
+    description = swapped(System.load(system), swap)
+    say(f"written: {description.export(out)}")
 
 
 def check(
@@ -109,3 +126,4 @@ def add_commands(app: typer.Typer) -> None:
         "tribofmu pack models/polynomial --target ufric -o subroutine"
     )(pack)
     app.command(epilog="Example: tribofmu check friction.fmu")(check)
+    app.command(epilog="Example: tribofmu export fre.yaml --swap friction=friction.fmu -o fre.ssp")(export)

@@ -11,6 +11,8 @@ import typer
 if TYPE_CHECKING:
     from friction_models.loads import DataSet
 
+    from ..system import System
+
 Data = Annotated[
     Path, typer.Option("--data", help="Data set: a folder with points.csv, or a CSV or Parquet file.")
 ]
@@ -20,6 +22,9 @@ Tests = Annotated[
 OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder to write.")]
 OutFile = Annotated[Path, typer.Option("-o", "--out", help="File to write.")]
 Json = Annotated[Path | None, typer.Option("--json", help="Also write the result to this JSON file.")]
+Swap = Annotated[
+    list[str] | None, typer.Option("--swap", help="Run another FMU in a component: friction=FILE.fmu.")
+]
 Jobs = Annotated[
     int | None, typer.Option("--jobs", "-j", min=1, help="Processes to use (default: all cores).")
 ]
@@ -30,6 +35,24 @@ def read_data(data: Path, tests: Path | None = None, need_mu: bool = True) -> Da
     from friction_models.loads import DataSet
 
     return DataSet.load(data, tests, need_mu=need_mu)
+
+
+def swapped(system: System, swap: Iterable[str] | None) -> System:
+    """Return the system with other FMUs in the components that `--swap` names.
+
+    Raises
+    ------
+    InputError
+        A text that is not ``component=FILE.fmu``, no such component, or no such file.
+    """
+    from friction_models.loads import InputError
+
+    for item in swap or []:
+        component, equals, file = item.partition("=")
+        if not equals or not file:
+            raise InputError(f"--swap {item!r}: not of the form component=FILE.fmu")
+        system = system.swap(component, file)
+    return system
 
 
 def named_model(name: str, parameters: Iterable[str] = ()) -> Any:

@@ -8,15 +8,13 @@ from typing import Annotated
 import typer
 
 from .console import progress, say, share
-from .options import OutFolder
+from .options import OutFolder, Swap, swapped
 
 
 def simulate(
-    system: Annotated[Path, typer.Argument(help="System description (YAML).")],
+    system: Annotated[Path, typer.Argument(help="System description (YAML), or an SSP archive (.ssp).")],
     out: OutFolder,
-    swap: Annotated[
-        list[str] | None, typer.Option(help="Run another FMU in a component: friction=FILE.fmu.")
-    ] = None,
+    swap: Swap = None,
     mode: Annotated[str, typer.Option(help="gauss_seidel, jacobi or iterated.")] = "gauss_seidel",
     csv: Annotated[bool, typer.Option("--csv", help="Also write results.csv.")] = False,
     press: Annotated[
@@ -24,18 +22,11 @@ def simulate(
     ] = None,
 ) -> None:
     """Run a system of FMUs and write a run folder (results, manifest, log)."""
-    from friction_models.loads import InputError
-
     from ..forces import compare_force, read_press_curve
     from ..master import Master
     from ..system import System
 
-    description = System.load(system)
-    for item in swap or []:
-        component, equals, file = item.partition("=")
-        if not equals or not file:
-            raise InputError(f"--swap {item!r}: not of the form component=FILE.fmu")
-        description = description.swap(component, file)
+    description = swapped(System.load(system), swap)
     measured = read_press_curve(press) if press is not None else None
     master = Master(description, mode=mode)
     with progress(description.name) as tick:
