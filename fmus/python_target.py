@@ -16,7 +16,11 @@ from .source import FrictionSource
 
 
 def friction_files(source: FrictionSource, interface: FrictionInterface) -> dict[str, bytes]:
-    """Return the files of a friction FMU that runs ONNX Runtime in the simulator's Python."""
+    """Return the files of a friction FMU that runs ONNX Runtime in the simulator's Python.
+
+    It runs our graph (`resources/model.onnx`); a user's graph that has no translation is run as it is
+    (`resources/original.onnx`), with the loads brought into its units and places.
+    """
     from .native_target import friction_description
 
     reals = [v for v in interface.variables() if v.type == "Real"]
@@ -33,7 +37,13 @@ def friction_files(source: FrictionSource, interface: FrictionInterface) -> dict
         "system_start": [p.start for p in source.system],
     }
     script = (Path(__file__).parent / "slaves" / "friction_slave.py").read_text(encoding="utf-8")
-    resources = {"interface.json": (json.dumps(config) + "\n").encode(), "model.onnx": source.onnx}
+    if source.foreign is not None:
+        config["foreign"] = source.foreign
+    resources = {"interface.json": (json.dumps(config) + "\n").encode()}
+    if source.onnx:
+        resources["model.onnx"] = source.onnx
+    if source.original is not None:
+        resources["original.onnx"] = source.original
     return python_fmu_files(
         friction_description(source, interface, "python", ""), script, resources, alone=True
     )

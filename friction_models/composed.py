@@ -16,7 +16,7 @@ from .effects import make_effect
 from .effects.base import Effect, Memory
 from .loads import FloatArray, InputError, TriboLoads
 from .ops import LoadColumns, NumpyOps, Ops, Value
-from .variables import StateVariable, SystemVariable
+from .variables import StateVariable, SystemVariable, as_numbers
 
 
 class ComposedFriction(FrictionModel):
@@ -76,7 +76,7 @@ class ComposedFriction(FrictionModel):
         fitted = fit_jointly(self.base, self.effects_, loads, mu, groups, self._metadata(loads))
         self.base_, self.shapes_, self.amplitudes_ = fitted.base, fitted.shapes, fitted.amplitudes
         self.noise_floor_ = fitted.noise_floor
-        self.system_ = _system_variables(loads, self._metadata(loads), self.exported)
+        self.system_ = _system_variables(loads, self._metadata(loads), self.exported, self.levels_)
 
     def _check_base(self) -> None:
         if not isinstance(self.base, FrictionModel) or isinstance(self.base, ComposedFriction):
@@ -191,12 +191,8 @@ class ComposedFriction(FrictionModel):
             values = loads.context_column(name)
             if values is None:
                 continue
-            if name in self.levels_:
-                codes = {label: float(k) for k, label in enumerate(self.levels_[name])}
-                numbers = np.array([codes.get(str(v), -1.0) for v in values])
-            else:
-                numbers = pd.to_numeric(pd.Series(values), errors="coerce").to_numpy(dtype=float)
-            columns[name] = np.where(np.isfinite(numbers), numbers, starts.get(name, np.nan))[:, None]
+            start = starts.get(name, np.nan)
+            columns[name] = as_numbers(values, self.levels_.get(name, ()), start)[:, None]
         return columns
 
     # --- words and files ------------------------------------------------------------------------------
@@ -245,8 +241,12 @@ class ComposedFriction(FrictionModel):
         ]
         if not len(self.shapes_) == len(self.amplitudes_) == len(self.effects_):
             raise InputError("composed: the parameters do not fit the effects; allowed: one set an effect")
-        self.system_ = [SystemVariable(**v) for v in values["system"]]
         self.levels_ = {str(k): [str(x) for x in v] for k, v in values["levels"].items()}
+        # Models saved before the labels stood with the variable have them in `levels` only.
+        self.system_ = [
+            SystemVariable.from_dict({**v, "labels": self.levels_.get(str(v["name"]), [])})
+            for v in values["system"]
+        ]
         self.noise_floor_ = dict(values["noise_floor"])
         self.error_history_ = list(values.get("error_history", []))
 
@@ -299,14 +299,20 @@ def _levels(loads: TriboLoads, effects: Sequence[Effect]) -> dict[str, list[str]
 
 
 def _system_variables(
-    loads: TriboLoads, metadata: Mapping[str, FloatArray], effects: Sequence[Effect]
+    loads: TriboLoads,
+    metadata: Mapping[str, FloatArray],
+    effects: Sequence[Effect],
+    levels: Mapping[str, Sequence[str]],
 ) -> list[SystemVariable]:
     units = {m: u for e in effects for m, u in zip(e.metadata, e.metadata_units, strict=True)}
     tests = np.array([s.start for s in loads.segments()])
     found = []
     for name, unit in units.items():
         values = metadata[name][tests, 0]
+        labels = tuple(levels.get(name, ()))
+        # Between two labels there is nothing: where the metadata lacks one, the commonest is taken.
+        start = np.bincount(values.astype(int)).argmax() if labels else np.median(values)
         found.append(
-            SystemVariable(name, unit, float(np.median(values)), float(values.min()), float(values.max()))
+            SystemVariable(name, unit, float(start), float(values.min()), float(values.max()), labels)
         )
     return found

@@ -52,6 +52,12 @@ def build_card(model: FrictionModel) -> dict[str, Any]:
     }
 
 
+def _labels(variable: Mapping[str, Any]) -> str:
+    """Say which number stands for which label; empty for a number."""
+    shown = ", ".join(f"{k} = {label}" for k, label in enumerate(variable.get("labels", ())))
+    return f"; {shown}, any other number: none of these" if shown else ""
+
+
 def card_text(card: Mapping[str, Any]) -> str:
     """Return the card as Markdown."""
     data, splits = card["data"], card["splits"]
@@ -95,7 +101,7 @@ def card_text(card: Mapping[str, Any]) -> str:
     for title, key in (("Internal states", "states"), ("System variables", "system_variables")):
         if card[key]:
             lines += ["", f"## {title}", ""]
-            lines += [f"- {v['name']} [{v['unit']}], start {v['start']:g}" for v in card[key]]
+            lines += [f"- {v['name']} [{v['unit']}], start {v['start']:g}{_labels(v)}" for v in card[key]]
     train = splits.get("train")
     if train:
         listed = ", ".join(train) if isinstance(train, list) else f"{train} tests"

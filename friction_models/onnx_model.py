@@ -14,6 +14,7 @@ import pandas as pd
 from .domain import Domain
 from .loads import LOAD_NAMES, LOADS, FloatArray, InputError, TriboLoads
 from .parameters import first_line
+from .variables import as_numbers
 
 #: Larger files are refused; real models are below a few megabytes.
 MAX_ONNX_BYTES = 256 * 1024**2
@@ -123,8 +124,8 @@ class OnnxModel:
 
         With memory the states run through every test in the order of its points: they advance over the
         time since the previous point (without `t`: over distance by speed), then mu is taken; the first
-        point of a test sees the start state. System variables come from the numeric columns of `tests`
-        with their names; what is not there keeps its start value.
+        point of a test sees the start state. System variables come from the columns of `tests` with their
+        names, labels as their numbers; what is not there keeps its start value.
         """
         loads = TriboLoads.from_frame(data, tests)
         if not self.states and not self.system_variables:
@@ -159,8 +160,7 @@ class OnnxModel:
         for j, variable in enumerate(self.system_variables):
             column = loads.context_column(str(variable.get("name")))
             if column is not None:
-                numbers = pd.to_numeric(pd.Series(column), errors="coerce").to_numpy(dtype=np.float64)
-                values[:, j] = np.where(np.isfinite(numbers), numbers, start[j])
+                values[:, j] = as_numbers(column, variable.get("labels", ()), start[j])
         return values
 
     def start_state(self, points: int) -> FloatArray:
@@ -233,7 +233,10 @@ class OnnxModel:
     def _entries(self, kind: str) -> list[dict[str, Any]]:
         entries = self.metadata.get(kind, [])
         good = isinstance(entries, list) and all(
-            isinstance(e, dict) and isinstance(e.get("start"), (int, float)) for e in entries
+            isinstance(e, dict)
+            and isinstance(e.get("start"), (int, float))
+            and isinstance(e.get("labels", []), list)
+            for e in entries
         )
         if not good or bool(entries) != (kind in self._session_inputs):
             raise InputError(

@@ -2,8 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+#: Number of a label that was not there in training: it is none of those that were.
+UNKNOWN_LABEL = -1.0
 
 
 @dataclass(frozen=True)
@@ -42,6 +50,8 @@ class SystemVariable:
         Value used where the metadata lacks it.
     min, max : float
         Range seen in training.
+    labels : tuple of str
+        For metadata that is text: the labels of the numbers 0, 1, 2 ...; empty for a number.
     """
 
     name: str
@@ -49,7 +59,36 @@ class SystemVariable:
     start: float
     min: float
     max: float
+    labels: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the entry of `tribofmu.system`."""
-        return asdict(self)
+        """Return the entry of `tribofmu.system`; `labels` only where there are some."""
+        entry = asdict(self) | {"labels": list(self.labels)}
+        return entry if self.labels else {k: v for k, v in entry.items() if k != "labels"}
+
+    @classmethod
+    def from_dict(cls, entry: Mapping[str, Any]) -> Self:
+        """Build from what `to_dict` returned."""
+        return cls(**{**entry, "labels": tuple(str(x) for x in entry.get("labels", ()))})
+
+
+def as_numbers(
+    values: Sequence[Any] | npt.NDArray[Any], labels: Sequence[str], start: float
+) -> npt.NDArray[Any]:
+    """Return metadata as the numbers that a model takes, shape (n,).
+
+    Parameters
+    ----------
+    values : sequence
+        One entry a point, as it stands in the table of tests.
+    labels : sequence of str
+        Labels of the numbers 0, 1, 2 ...; empty where the metadata is a number. A label that is not among
+        them becomes `UNKNOWN_LABEL`.
+    start : float
+        Taken where a number is missing.
+    """
+    if len(labels):
+        codes = {str(label): float(k) for k, label in enumerate(labels)}
+        return np.array([codes.get(str(v), UNKNOWN_LABEL) for v in values], dtype=np.float64)
+    numbers = pd.to_numeric(pd.Series(values), errors="coerce").to_numpy(dtype=np.float64)
+    return np.where(np.isfinite(numbers), numbers, start)

@@ -60,17 +60,15 @@ class FrictionSlave(Fmi2Slave):
         with contextlib.suppress(ValueError):
             sys.path.remove(str(self.resources))  # PythonFMU has put it in front; everything is imported now
         config = json.loads((folder / "interface.json").read_text(encoding="utf-8"))
+        #: How loads enter a user's own graph; None for ours.
+        self.foreign: dict[str, Any] | None = config.get("foreign")
+        model = "model.onnx" if self.foreign is None else "original.onnx"
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = 1
         self.session = onnxruntime.InferenceSession(
-            (folder / "model.onnx").read_bytes(), options, providers=["CPUExecutionProvider"]
+            (folder / model).read_bytes(), options, providers=["CPUExecutionProvider"]
         )
         self.graph_inputs = [i.name for i in self.session.get_inputs()]
-        self.loads_input = self.graph_inputs[0] if len(self.graph_inputs) == 1 else "loads"
-        kinds = {i.name: i.type for i in self.session.get_inputs()}
-        self.precision = np.float32 if kinds[self.loads_input] == "tensor(float)" else np.float64
-        outputs = [o.name for o in self.session.get_outputs()]
-        self.mu_output = "mu" if "mu" in outputs else outputs[0]
         self.nodes = int(config["nodes"])
         self.names = list(config["names"])
         self.states, self.system = len(config["state_start"]), len(config["system_start"])
@@ -98,7 +96,7 @@ class FrictionSlave(Fmi2Slave):
 
     def run(self, output: str, loads: Any, dt: float) -> Any:
         n, k = self.nodes, self.states
-        given = {self.loads_input: loads.astype(self.precision, copy=False)}
+        given = {"loads": loads}
         if "state" in self.graph_inputs:
             held = self.values[self.first_state : self.first_system].reshape(k, n).T
             given["state"] = np.ascontiguousarray(held)
@@ -108,6 +106,20 @@ class FrictionSlave(Fmi2Slave):
             given["system"] = self.values[self.first_system :].reshape(1, -1)
         return self.session.run([output], given)[0]
 
+    def run_foreign(self, loads: Any, foreign: dict[str, Any]) -> Any:
+        """Run a user's own graph, point by point where its first dimension is not free."""
+        batch = all(i["batch"] for i in foreign["inputs"])
+        parts = [loads] if batch else [loads[k : k + 1] for k in range(self.nodes)]
+        found = []
+        for part in parts:
+            given = {}
+            for i in foreign["inputs"]:
+                columns = part[:, i["loads"]] * np.array(i["factor"]) + np.array(i["offset"])
+                shape = [len(part), *i["shape"][1:]] if i["batch"] else i["shape"]
+                given[i["name"]] = np.ascontiguousarray(columns.reshape(shape).astype(i["kind"]))
+            found.append(np.asarray(self.session.run([foreign["output"]], given)[0], dtype=float).reshape(-1))
+        return np.concatenate(found) * foreign["multiply"] + foreign["add"]
+
     def evaluate(self) -> None:
         if not self.stale:
             return
@@ -115,7 +127,10 @@ class FrictionSlave(Fmi2Slave):
         inside = np.minimum(np.maximum(loads, self.lower), self.upper)
         if self.clamp:
             inside = np.minimum(np.maximum(inside, self.domain_lower), self.domain_upper)
-        mu = self.run(self.mu_output, np.ascontiguousarray(inside), 0.0).reshape(-1)
+        if self.foreign is None:
+            mu = self.run("mu", np.ascontiguousarray(inside), 0.0).reshape(-1)
+        else:
+            mu = self.run_foreign(inside, self.foreign)
         if not np.isfinite(mu).all():
             bad = int(np.argmin(np.isfinite(mu)))
             raise ValueError(f"{self.names[LOADS * n + bad]} is not a finite number at the given loads")

@@ -22,7 +22,7 @@ from .spec import Spec
 if TYPE_CHECKING:
     import onnx
 
-__all__ = ["NotTranslated", "Spec", "UserModel", "is_ours", "read_user_model"]
+__all__ = ["NotTranslated", "Spec", "UserModel", "is_ours", "looks_ours", "read_user_model"]
 
 
 @dataclass(frozen=True)
@@ -55,18 +55,17 @@ class UserModel:
 
 
 def is_ours(model: onnx.ModelProto) -> bool:
-    """Return whether a file needs no translation: our metadata, or our signature with the generator's operators."""
+    """Return whether a file is one of our own models: it says so in its metadata."""
+    return any(p.key.startswith("tribofmu.") for p in model.metadata_props)
+
+
+def looks_ours(model: onnx.ModelProto) -> bool:
+    """Return whether a file has the signature of our own models: `loads` double [n, 5] to `mu`."""
     from onnx import TensorProto
 
-    from ..native.ops import SUPPORTED
-
-    if any(p.key.startswith("tribofmu.") for p in model.metadata_props):
-        return True
     stored = {t.name for t in model.graph.initializer}
     inputs = {i.name: i.type.tensor_type for i in model.graph.input if i.name not in stored}
-    outputs = {o.name for o in model.graph.output}
-    plain = all(n.op_type in {*SUPPORTED, "Constant"} for n in model.graph.node)
-    if "loads" not in inputs or "mu" not in outputs or not plain:
+    if "loads" not in inputs or "mu" not in {o.name for o in model.graph.output}:
         return False
     dims = inputs["loads"].shape.dim
     return (
@@ -117,7 +116,8 @@ def read_user_model(
         if not python:
             raise
         _try_original(model, content, signature, domain, where)
-        card["runs"] = f"the original file in ONNX Runtime ({str(error).partition('; pack it')[0]})"
+        reason = str(error).removeprefix(f"{where}: ").partition("; pack it")[0].partition(", allowed")[0]
+        card["runs"] = f"the original file in ONNX Runtime ({reason})"
         return UserModel(b"", signature, domain, name, given.family, given.formula, card, None)
     card["runs"] = (
         f"the graph in float64, compared with the original in ONNX Runtime at {agreement.points} random points"

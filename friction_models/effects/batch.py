@@ -12,7 +12,8 @@ from .base import Amplitude, Effect, Memory, Shape
 class Batch(Effect):
     """Offset of one batch against all others, ``c_b`` where ``batch`` equals ``deviating``.
 
-    Batches that are named by text are numbered in alphabetical order, from 0.
+    Batches that are named by text are numbered in alphabetical order, from 0; the labels stand with the
+    system variable in the exported file, so that tables of tests keep their texts.
     """
 
     name = "batch"

@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 from onnx import TensorProto, helper
 
-from friction_models import OnnxModel
+from friction_models import LinearFriction, OnnxModel, effects, load_model
 from friction_models.base import FrictionModel
 from friction_models.loads import LOAD_NAMES, InputError
 from friction_models.ops import LoadColumns, Ops, Value
@@ -102,6 +102,29 @@ def test_metadata_is_complete(polynomial: Path) -> None:
     assert model.domain is not None
     assert model.domain.upper[3] == 60.0
     assert model.metadata["model"]["family"] == "polynomial"
+
+
+def test_labels_of_a_batch_stand_in_the_file_and_give_the_same_mu(tmp_path: Path) -> None:
+    names = sorted(set(FRAME["test_id"]))
+    tests = pd.DataFrame({"test_id": names, "batch": [("old", "new")[k % 3 == 0] for k in range(len(names))]})
+    shifted = FRAME["test_id"].isin(tests.loc[tests["batch"] == "old", "test_id"])
+    frame = FRAME.assign(mu=FRAME["mu"] + 0.01 * shifted)
+    model = (LinearFriction() + effects.Batch()).fit_frame(frame, tests=tests)
+    model.save(tmp_path / "model")
+    packed = OnnxModel(tmp_path / "model" / "model.onnx")
+    assert packed.system_variables[0]["labels"] == ["new", "old"]
+    others = tests.assign(batch="never seen")
+    for table in (tests, others, None):  # a table without batches is the commonest batch
+        expected = model.predict_frame(frame, tests=table)
+        np.testing.assert_allclose(packed.predict_frame(frame, table), expected, rtol=1e-12)
+        np.testing.assert_array_equal(
+            load_model(tmp_path / "model").predict_frame(frame, tests=table), expected
+        )
+    old = packed.predict_frame(frame, tests) - packed.predict_frame(frame, others)
+    assert np.ptp(old) > 0.005
+    np.testing.assert_array_equal(packed.predict_frame(frame), packed.predict(frame[list(LOAD_NAMES)]))
+    card = (tmp_path / "model" / "card.md").read_text(encoding="utf-8")
+    assert "batch [1], start 1; 0 = new, 1 = old, any other number: none of these" in card
 
 
 def test_memory_steps_as_the_formula_says(wear: OnnxModel) -> None:
