@@ -145,7 +145,8 @@ def _elf(binary: Any, size: int) -> Binary:
 
     imports = {}
     for symbol in binary.dynamic_symbols:
-        if symbol.imported and symbol.name and symbol.binding != lief.ELF.Symbol.BINDING.WEAK:
+        # Undefined in any section; weak ones may stay so.
+        if symbol.shndx == 0 and symbol.name and symbol.binding == lief.ELF.Symbol.BINDING.GLOBAL:
             version: Any = symbol.symbol_version if symbol.has_version else None
             known = version is not None and version.has_auxiliary_version
             imports[str(symbol.name)] = str(version.symbol_version_auxiliary.name) if known else ""

@@ -2,131 +2,146 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from friction_models.loads import LOADS, MU
-
 from .archive import read_archive, read_description
+from .check_report import OUTCOMES, CheckReport, Finding
 
-#: Longest time that the FMU may take for the trial runs [s].
+__all__ = ["CheckReport", "Finding", "check"]
+
+#: Longest time that the FMU may take for all trials [s].
 TIME_LIMIT = 600.0
+#: Most output of the second process that is read [bytes], and findings that are kept.
+_TAIL, _MAX_FINDINGS = 4000, 2000
+# The second process sees the modules that this one sees, and starts in a folder of its own.
+_START = "import json, sys; sys.path[:] = json.loads(sys.argv.pop(1)); from fmus.trial import main; main()"
 
 
-@dataclass
-class CheckReport:
-    """Result of `check`.
+def check(path: str | os.PathLike[str], time_limit: float = TIME_LIMIT) -> CheckReport:
+    """Check any FMU of FMI 2.0 or 3.0; friction FMUs are also compared with the ONNX model they carry.
 
-    Attributes
+    The archive is checked before anything is unpacked. Everything else happens in a second process with
+    limits on time and memory, which an FMU that hangs, crashes or ends its process cannot pass:
+    schema and semantics, what each binary is and needs, units of the contract's names, trial runs, equal
+    results of repeated runs, the FMU state and the directional derivatives where they are claimed,
+    refusal of NaN, mu against ONNX Runtime, model exchange, and recorded reference results.
+
+    Parameters
     ----------
-    path : Path
-    findings : list of (str, str)
-        Outcome ``passed``, ``failed`` or ``skipped`` and what was looked at.
-    """
-
-    path: Path
-    findings: list[tuple[str, str]] = field(default_factory=list)
-
-    @property
-    def ok(self) -> bool:
-        """Whether nothing failed."""
-        return all(outcome != "failed" for outcome, _ in self.findings)
-
-    @property
-    def messages(self) -> list[str]:
-        """One line a finding."""
-        return [f"{outcome}: {text}" for outcome, text in self.findings]
-
-    def add(self, good: bool, text: str) -> None:
-        """Note a finding."""
-        self.findings.append(("passed" if good else "failed", text))
-
-    def __str__(self) -> str:
-        head = f"{self.path}: {'ok' if self.ok else 'NOT ok'}"
-        return "\n".join([head, *(f"  {m}" for m in self.messages)])
-
-
-def check(path: str | os.PathLike[str]) -> CheckReport:
-    """Check any FMI 2.0 FMU; friction FMUs are also compared with the ONNX model they carry.
-
-    The archive is checked before anything is unpacked; the binary is loaded by a second process
-    only. Looked at: schema and semantics (fmpy), platforms, units of the contract's names, a trial
-    run in two instances, equal results of repeated runs, the FMU state where it is claimed, refusal of
-    NaN, and mu against ONNX Runtime.
+    path : path-like
+    time_limit : float
+        Longest time that all trials may take [s].
 
     Raises
     ------
     InputError
         Not an FMU at all, or a hostile or damaged archive.
     """
-    report = CheckReport(Path(path))
-    root = read_description(path)
-    version = root.get("fmiVersion", "")
-    _schema(report)
-    _platforms(report, version)
-    if version != "2.0":
-        report.findings.append(("skipped", f"trial run: FMI version {version!r}, only '2.0' is run"))
-        return report
-    _units(report, root)
-    with tempfile.TemporaryDirectory(prefix="tribofmu-check-") as folder:
+    file = Path(path)
+    root = read_description(file)
+    members = read_archive(file)
+    report = CheckReport(file, _title(root))
+    size = sum(m.file_size for m in members.values())
+    report.add(
+        True, "archive", f"{len(members)} files, {_kilobytes(size)} unpacked, no path leaves the folder"
+    )
+    with tempfile.TemporaryDirectory(prefix="tribofmu-check-", ignore_cleanup_errors=True) as folder:
         result = Path(folder) / "result.json"
-        command = [sys.executable, "-m", "fmus.trial", str(Path(path).resolve()), str(result)]
-        try:
-            done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT, check=False)
-        except subprocess.TimeoutExpired:
-            report.add(False, f"trial run in a second process: not finished after {TIME_LIMIT:g} s")
-            return report
-        findings: list[list[Any]] = []
-        if result.is_file():
-            findings = [json.loads(line) for line in result.read_text(encoding="utf-8").splitlines()]
-        report.findings += [(str(outcome), str(text)) for outcome, text in findings]
-        if done.returncode:
-            last = (done.stderr.strip().splitlines() or ["no message"])[-1]
-            report.add(False, f"trial run: the process ended with code {done.returncode} ({last[:200]})")
+        code, last = _second_process(file, result, folder, time_limit)
+        findings, complete = _read(result)
+    report.findings += findings
+    group = findings[-1].group if findings else "second process"
+    if code is None:
+        report.add(False, group, f"not finished after {time_limit:g} s, ended")
+    elif not complete:
+        report.add(
+            False, group, f"the second process ended early: {_cause(code)}{f' ({last})' if last else ''}"
+        )
+    elif code:
+        report.add(False, group, f"the second process did not end well: {_cause(code)}")
     return report
 
 
-def _schema(report: CheckReport) -> None:
-    from fmpy.validation import validate_fmu
+def _second_process(file: Path, result: Path, folder: str, limit: float) -> tuple[int | None, str]:
+    """Run the trials; return the exit code, None after the time limit, and the last line of errors."""
+    paths = json.dumps([p or os.getcwd() for p in sys.path])
+    command = [sys.executable, "-c", _START, paths, str(file.resolve()), str(result)]
+    place = Path(folder) / "run"
+    place.mkdir()
+    # Output goes to a file: a child of the FMU that outlives it would keep a pipe open.
+    with (Path(folder) / "output.txt").open("w+b") as output:
+        process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=output,
+            cwd=place,
+            start_new_session=True,
+        )
+        try:
+            code: int | None = process.wait(limit)
+        except subprocess.TimeoutExpired:
+            code = None
+        finally:
+            _end(process)
+        output.seek(max(0, output.seek(0, os.SEEK_END) - _TAIL))
+        lines = output.read(_TAIL).decode("utf-8", "replace").strip().splitlines()
+    return code, " ".join(lines[-1].split())[:200] if lines else ""
 
-    problems = validate_fmu(str(report.path))
-    report.add(not problems, "model description: schema and semantics (fmpy)")
-    for problem in problems:
-        report.add(False, " ".join(str(problem).split()))
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """End the process and whatever it started."""
+    if hasattr(os, "killpg"):
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
+    elif process.poll() is None:
+        process.kill()
+    process.wait()
 
 
-def _platforms(report: CheckReport, version: str) -> None:
-    from fmpy import platform, platform_tuple, supported_platforms
-
-    found = supported_platforms(str(report.path))
-    here = platform if version == "2.0" else platform_tuple
-    folders = {
-        n.split("/")[1] for n in read_archive(report.path) if n.startswith("binaries/") and n.count("/") > 1
-    }
-    report.add(
-        here in folders,
-        f"platforms: {', '.join(sorted({*found, *folders})) or 'none'} (this machine: {here})",
-    )
-
-
-def _units(report: CheckReport, root: Any) -> None:
-    expected = {q.name: q.unit for q in (*LOADS, MU)}
-    seen = set()
-    for variable in root.iter("ScalarVariable"):
-        base = str(variable.get("name", "")).partition("[")[0]
-        real = variable.find("Real")
-        if base not in expected or real is None:
+def _read(result: Path) -> tuple[list[Finding], bool]:
+    """Return the findings of the second process and whether it came to its end."""
+    if not result.is_file():
+        return [], False
+    findings: list[Finding] = []
+    for line in result.read_text(encoding="utf-8", errors="replace").splitlines()[:_MAX_FINDINGS]:
+        try:
+            outcome, group, text = json.loads(line)
+        except ValueError:  # also where the number of values is wrong
             continue
-        seen.add(base)
-        unit = real.get("unit", "")
-        if unit and unit != expected[base]:
-            report.add(False, f"unit of {variable.get('name')!r} is {unit!r}, allowed: {expected[base]!r}")
-            return
-    if seen:
-        report.add(True, f"units of {', '.join(sorted(seen))} are those of the loads contract")
+        if outcome == "end":
+            return findings, True
+        if outcome in OUTCOMES:
+            findings.append(Finding(str(outcome), str(group), str(text)))
+    return findings, False
+
+
+def _cause(code: int) -> str:
+    if code < 0:
+        with contextlib.suppress(ValueError):
+            return f"stopped by {signal.Signals(-code).name}"
+    return f"exit code {code}"
+
+
+def _title(root: Any) -> str:
+    kinds = [
+        words
+        for tag, words in (("CoSimulation", "co-simulation"), ("ModelExchange", "model exchange"))
+        if root.find(tag) is not None
+    ]
+    name = " ".join(str(root.get("modelName", "without a name")).split())[:80]
+    tool = " ".join(str(root.get("generationTool", "")).split())[:80]
+    made = f", made by {tool}" if tool else ""
+    return f"{name}: FMI {root.get('fmiVersion')}, {' and '.join(kinds) or 'no known interface'}{made}"
+
+
+def _kilobytes(size: int) -> str:
+    return f"{size / 1000:.0f} kB"

@@ -110,9 +110,8 @@ class FmuModel:
         """Return how many points are evaluated at once: what fits best where the FMU lets us choose."""
         if self._fmu.sizing is None:
             return self.nodes
-        parameter = self._fmu.variables[self._fmu.sizing]
-        upper = int(parameter.max) if parameter.max is not None else _BLOCK
-        return max(int(parameter.min or 1), min(count, upper, _BLOCK), 1)
+        lower, upper = self._fmu.limits(self._fmu.sizing)
+        return max(lower, 1, min(count, _BLOCK if upper is None else upper, _BLOCK))
 
     def _run(self, width: int) -> RunningFmu:
         return RunningFmu(self._fmu, points=width if self._fmu.sizing is not None else None)

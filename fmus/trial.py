@@ -1,190 +1,243 @@
-"""The part of `check` that loads the FMU; run as ``python -m fmus.trial FMU RESULT``, so that a crash stays outside."""
+"""The part of `check` that happens in a second process, so that a crash or an endless loop stays outside."""
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
 import sys
 from pathlib import Path
 
 import numpy as np
 
-from friction_models.loads import LOADS, FloatArray, InputError
+from friction_models.loads import LOADS, MU, FloatArray, InputError
 
-from .running import FmuError, RunningFmu, UnpackedFmu
+from .running import FmuError, RunningFmu
+from .unpacked import UnpackedFmu
 
-POINTS = 60
-#: Agreement with ONNX Runtime, relative and absolute.
-RELATIVE, ABSOLUTE = 1e-9, 1e-12
+#: Most memory that the FMU may take [bytes], at most three quarters of what the machine has.
+MEMORY_LIMIT = 8 * 1024**3
+#: Largest file that it may write [bytes].
+_FILE_LIMIT = 1024**3
+_STEPS = 5
 
 
-class Trial:
+class Notes:
     """Findings are written one by one: what was found before a crash is kept."""
 
-    def __init__(self, path: str, result: str) -> None:
-        self.fmu = UnpackedFmu(path)
-        self.result = Path(result)
+    def __init__(self, result: Path) -> None:
+        self.result = result
+        self.group = "archive"
 
     def add(self, good: bool, text: str) -> None:
-        """Write a finding."""
+        """Write what went well or not."""
         self.note("passed" if good else "failed", text)
 
     def note(self, outcome: str, text: str) -> None:
         """Write a finding with its outcome."""
+        line = json.dumps([outcome, self.group, " ".join(text.split())[:600]])
         with self.result.open("a", encoding="utf-8") as stream:
-            stream.write(json.dumps([outcome, text]) + "\n")
+            stream.write(line + "\n")
+
+
+class Trial:
+    """All trials of one FMU.
+
+    Parameters
+    ----------
+    path, result : path-like
+        The FMU, and the file that findings are written to.
+    """
+
+    def __init__(self, path: Path, result: Path) -> None:
+        self.path = path
+        self.notes = Notes(result)
 
     def run(self) -> None:
         """Run all trials."""
-        description = self.fmu.description
-        outputs = [v.name for v in description.modelVariables if v.causality == "output" and v.type == "Real"]
-        experiment = description.defaultExperiment
-        step = float(experiment.stepSize) if experiment is not None and experiment.stepSize else 0.01
-        names = {v.name.partition("[")[0] for v in description.modelVariables}
-        friction = (
-            self.fmu.friction() if {q.name for q in LOADS} | {"mu"} <= names and self._is_friction() else None
-        )
-        inputs = [n for q in LOADS for n in friction[q.name]] if friction else []
-        nodes = len(friction["mu"]) if friction else 0
-        series = self._series(nodes)
+        from .trial_binaries import binaries
+        from .trial_exchange import exchange
+        from .trial_friction import friction
+        from .trial_recorded import recorded
+
+        self.notes.group = "model description"
+        self._schema()
         try:
-            with RunningFmu(self.fmu, "first") as first:
-                self.add(True, "loads and starts in a second process")
-                mine = self._play(first, inputs, outputs, series, step)
-                with RunningFmu(self.fmu, "second") as second:
-                    again = self._play(second, inputs, outputs, series[:3], step)
-                    self.add(np.array_equal(mine[:3], again), "a second instance repeats the first exactly")
-                self._state(first, inputs, outputs, series, step)
-                self._refusal(first)
-            if friction:
-                self._reference(friction)
-        except (FmuError, InputError) as error:
-            self.add(False, f"trial run: {error}")
-
-    def _is_friction(self) -> bool:
-        return self.fmu.variables[self.fmu.elements("mu")[0]].causality == "output"
-
-    def _series(self, nodes: int) -> FloatArray:
-        """Return loads for some steps, shape (steps, 5 * nodes)."""
-        rng = np.random.default_rng(2)
-        steps = 5
-        if not nodes:
-            return np.empty((steps, 0))
-        rows = [_random(rng, nodes).T.ravel() for _ in range(steps)]
-        return np.array(rows)
-
-    def _play(
-        self,
-        fmu: RunningFmu,
-        inputs: list[str],
-        outputs: list[str],
-        series: FloatArray,
-        step: float,
-        first: int = 0,
-    ) -> FloatArray:
-        seen = []
-        for k, values in enumerate(series):
-            if inputs:
-                fmu.set_real(inputs, values)
-            fmu.step((first + k) * step, step)
-            seen.append(fmu.get_real(outputs))
-        return np.array(seen)
-
-    def _state(
-        self, fmu: RunningFmu, inputs: list[str], outputs: list[str], series: FloatArray, step: float
-    ) -> None:
-        flags = self.fmu.description.coSimulation
-        if not flags.canGetAndSetFMUstate:
-            self.note("skipped", "FMU state: not claimed")
+            fmu = UnpackedFmu(self.path)
+        except InputError as error:
+            self.notes.add(False, self._text(error))
             return
-        at = len(series)
-        state = fmu.save()
-        ahead = self._play(fmu, inputs, outputs, series[:2], step, at)
-        fmu.restore(state)
-        self.add(
-            np.array_equal(ahead, self._play(fmu, inputs, outputs, series[:2], step, at)),
-            "FMU state: exact replay",
-        )
-        if flags.canSerializeFMUstate:
-            fmu.restore(fmu.through_bytes(state))
-            replay = self._play(fmu, inputs, outputs, series[:2], step, at)
-            self.add(np.array_equal(ahead, replay), "FMU state: exact replay after serialization")
+        self._units(fmu)
+        self.notes.group = "platforms"
+        here = binaries(fmu, self.notes)
+        if not here:
+            return
+        for group, trial in (
+            ("co-simulation", self._run),
+            ("friction", friction),
+            ("model exchange", exchange),
+            ("reference results", recorded),
+        ):
+            self.notes.group = group
+            try:
+                trial(fmu, self.notes)
+            except (FmuError, InputError) as error:
+                self.notes.add(False, self._text(error))
 
-    def _refusal(self, fmu: RunningFmu) -> None:
-        names = [
-            v.name for v in self.fmu.description.modelVariables if v.causality == "input" and v.type == "Real"
-        ]
+    def _text(self, error: BaseException) -> str:
+        return str(error).replace(f"{self.path}: ", "")
+
+    def _schema(self) -> None:
+        from fmpy.validation import validate_fmu
+
+        problems = validate_fmu(str(self.path))
+        self.notes.add(not problems, "schema and semantics (fmpy)")
+        for problem in problems[:50]:
+            self.notes.add(False, str(problem))
+
+    def _units(self, fmu: UnpackedFmu) -> None:
+        seen = []
+        for quantity in (*LOADS, MU):
+            for name in (n for n in fmu.variables if n.partition("[")[0] == quantity.name):
+                unit = fmu.unit(name)
+                if fmu.variables[name].type != fmu.real or not unit:
+                    continue
+                if unit not in {quantity.unit, "-" if quantity.unit == "1" else quantity.unit}:
+                    self.notes.add(False, f"unit of {name!r} is {unit!r}, allowed: {quantity.unit!r}")
+                    return
+                seen.append(quantity.name)
+        if seen:
+            names = ", ".join(dict.fromkeys(seen))
+            self.notes.add(True, f"units of {names} are those of the loads contract")
+
+    def _run(self, fmu: UnpackedFmu, notes: Notes) -> None:
+        """Play a few steps, twice, and with the FMU state taken and set."""
+        if fmu.description.coSimulation is None:
+            notes.note("skipped", "not offered")
+            return
+        alone = fmu.claims("canBeInstantiatedOnlyOncePerProcess")
+        play = Play(fmu)
+        with RunningFmu(fmu, "first") as first:
+            notes.add(True, "loads and starts in a second process")
+            mine = play.steps(first)
+            if not alone:
+                with RunningFmu(fmu, "second") as second:
+                    again = play.steps(second, count=3)
+                notes.add(_equal(mine[:3], again), "a second instance repeats the first exactly")
+            self._state(first, play, notes)
+        with RunningFmu(fmu, "again") as first:
+            if alone:
+                notes.add(
+                    _equal(mine[:3], play.steps(first, count=3)), "a repeated run gives the same exactly"
+                )
+            else:
+                play.steps(first, count=1)
+            first.reset()
+            notes.add(
+                _equal(mine[:3], play.steps(first, count=3)), "a reset instance repeats the run exactly"
+            )
+        self._refusal(fmu, notes)
+
+    def _state(self, fmu: RunningFmu, play: Play, notes: Notes) -> None:
+        if not fmu.fmu.claims("canGetAndSetFMUstate"):
+            notes.note("skipped", "FMU state: not claimed")
+            return
+        state = fmu.save()
+        ahead = play.steps(fmu, count=2, first=_STEPS)
+        fmu.restore(state)
+        notes.add(_equal(ahead, play.steps(fmu, count=2, first=_STEPS)), "FMU state: exact replay")
+        if fmu.fmu.claims("canSerializeFMUstate"):
+            read = fmu.through_bytes(state)
+            fmu.restore(read)
+            replay = play.steps(fmu, count=2, first=_STEPS)
+            notes.add(_equal(ahead, replay), "FMU state: exact replay after serialization")
+            fmu.release(read)
+        fmu.release(state)
+
+    def _refusal(self, fmu: UnpackedFmu, notes: Notes) -> None:
+        """NaN must be refused by our FMUs and friction FMUs; of others it is told."""
+        names = [n for n, v in fmu.variables.items() if v.causality == "input" and v.type == fmu.real]
         if not names:
             return
-        try:
-            fmu.set_real(names[-1:], np.array([np.nan]))
-        except FmuError as error:
-            self.add(
-                names[-1] in str(error), f"NaN is refused with a message that names the variable ({error})"
-            )
-        else:
-            self.add(False, f"NaN as {names[-1]!r} is accepted, allowed: an error")
-
-    def _reference(self, friction: dict[str, list[str]]) -> None:
-        """Compare mu with ONNX Runtime on the model in resources/, at random points and at the domain's corners."""
-        packed = self.fmu.folder / "resources" / "model.onnx"
-        if not packed.is_file():
-            self.note("skipped", "reference: the FMU carries no model.onnx")
-            return
-        from friction_models.onnx_model import OnnxModel
-
-        try:
-            model = OnnxModel(packed)
-        except InputError as error:
-            self.note("skipped", f"reference: {str(error).replace(str(packed), 'model.onnx')}")
-            return
-        rng = np.random.default_rng(5)
-        nodes = len(friction["mu"])
-        count = nodes * -(-POINTS // nodes)
-        points = _random(rng, count)
-        if model.domain is not None:
-            points[: count // 2] = model.domain.clamp(points[: count // 2])
-            points[0], points[-1] = model.domain.lower, model.domain.upper
-        expected = model.predict(points if model.domain is None else model.domain.clamp(points))
-        inputs = [n for q in LOADS for n in friction[q.name]]
-        mu = np.empty(count)
-        with RunningFmu(self.fmu, "reference") as fmu:
-            for i in range(0, count, nodes):
-                fmu.set_real(inputs, points[i : i + nodes].T.ravel())
-                mu[i : i + nodes] = fmu.get_real(friction["mu"])
-        difference = np.abs(mu - expected) - RELATIVE * np.abs(expected)
-        self.add(
-            bool((difference <= ABSOLUTE).all() and (mu >= 0.0).all()),
-            f"mu against ONNX Runtime at {count} points: largest difference {np.abs(mu - expected).max():.1e}",
-        )
-        if model.states:
-            self._memory(friction, model)
-
-    def _memory(self, friction: dict[str, list[str]], model: object) -> None:
-        """Compare a stepped run with memory."""
-        from friction_models.onnx_model import OnnxModel
-
-        assert isinstance(model, OnnxModel)
-        nodes, rng = len(friction["mu"]), np.random.default_rng(6)
-        inputs = [n for q in LOADS for n in friction[q.name]]
-        state = model.start_state(nodes)
-        worst = 0.0
-        with RunningFmu(self.fmu, "memory") as fmu:
-            for k in range(10):
-                points = _random(rng, nodes)
-                fmu.set_real(inputs, points.T.ravel())
-                fmu.step(0.01 * k, 0.01)
-                _, state = model.step(points, state, 0.01)
-                inside = points if model.domain is None else model.domain.clamp(points)
-                expected = model.predict(inside, state)
-                worst = max(worst, float(np.abs(fmu.get_real(friction["mu"]) - expected).max()))
-        self.add(worst <= 1e-9, f"memory over 10 steps against ONNX Runtime: largest difference {worst:.1e}")
+        name = names[-1]
+        ours = fmu.is_friction() or str(fmu.description.generationTool).startswith("tribofmu")
+        with RunningFmu(fmu, "refusal") as running:
+            try:
+                running.set_real([name], np.full(running.count([name]), np.nan))
+            except FmuError as error:
+                notes.add(
+                    not ours or name.partition("[")[0] in str(error),
+                    f"NaN is refused with a message that names the variable ({error})",
+                )
+            else:
+                notes.note("failed" if ours else "noted", f"NaN as {name!r} is accepted, better: an error")
 
 
-def _random(rng: np.random.Generator, count: int) -> FloatArray:
+class Play:
+    """A few steps of an FMU, with random loads where it is a friction FMU."""
+
+    def __init__(self, fmu: UnpackedFmu) -> None:
+        self.outputs = [n for n, v in fmu.variables.items() if v.causality == "output" and v.type == fmu.real]
+        experiment = fmu.description.defaultExperiment
+        self.size = 0.01
+        with contextlib.suppress(TypeError, ValueError):
+            if experiment is not None and float(experiment.stepSize) > 0.0:
+                self.size = float(experiment.stepSize)
+        self.inputs: list[str] = []
+        self.series: FloatArray = np.empty((0, 0))
+        if fmu.is_friction():
+            names = fmu.friction()
+            self.inputs = [n for q in LOADS for n in names[q.name]]
+            points = sum(fmu.length(n) for n in names["mu"])
+            rng = np.random.default_rng(2)
+            self.series = np.array([random_loads(rng, points).T.ravel() for _ in range(_STEPS + 2)])
+
+    def steps(self, fmu: RunningFmu, count: int = _STEPS, first: int = 0) -> FloatArray:
+        """Make `count` steps from step `first` on, return the outputs, shape (count, outputs)."""
+        seen = []
+        for k in range(first, first + count):
+            if self.inputs:
+                fmu.set_real(self.inputs, self.series[k])
+            fmu.step(k * self.size, self.size)
+            seen.append(fmu.get_real(self.outputs))
+        return np.array(seen)
+
+
+def random_loads(rng: np.random.Generator, count: int) -> FloatArray:
     """Return loads between slow, cold, light and fast, hot, heavy contact, shape (count, 5)."""
     lower, upper = [0.0, 20.0, 100.0, 0.0, 0.8], [600.0, 500.0, 3000.0, 80.0, 25.0]
     return rng.uniform(lower, upper, size=(count, 5))
 
 
-if __name__ == "__main__":
-    Trial(sys.argv[1], sys.argv[2]).run()
+def _equal(a: FloatArray, b: FloatArray) -> bool:
+    return np.array_equal(a, b, equal_nan=True)
+
+
+def limit_memory() -> None:
+    """Bound what this process may take, where the system can."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return
+    most = MEMORY_LIMIT
+    with contextlib.suppress(ValueError, OSError):
+        most = min(most, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") * 3 // 4)
+    # RLIMIT_DATA counts what is written to, not what libraries reserve without using it.
+    for kind, value in (
+        (resource.RLIMIT_DATA, most),
+        (resource.RLIMIT_FSIZE, _FILE_LIMIT),
+        (resource.RLIMIT_CORE, 0),
+    ):
+        with contextlib.suppress(ValueError, OSError):
+            _, hard = resource.getrlimit(kind)
+            value = value if hard == resource.RLIM_INFINITY else min(value, hard)
+            resource.setrlimit(kind, (value, value))
+
+
+def main() -> None:
+    """Check the FMU of the first argument; findings go to the file of the second."""
+    limit_memory()
+    path, result = Path(sys.argv[1]), Path(sys.argv[2])
+    Trial(path, result).run()
+    with result.open("a", encoding="utf-8") as stream:
+        stream.write(json.dumps(["end", "", ""]) + "\n")

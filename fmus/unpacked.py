@@ -39,7 +39,8 @@ class UnpackedFmu:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        declared = str(read_description(self.path).get("fmiVersion"))
+        root = read_description(self.path)
+        declared = str(root.get("fmiVersion"))
         if declared != "2.0" and not re.fullmatch(r"3\.\d+", declared):
             raise InputError(f"{self.path}: FMI version {declared!r}, allowed: '2.0', '3.0'")
         self.version = "2.0" if declared == "2.0" else "3.0"
@@ -63,6 +64,12 @@ class UnpackedFmu:
             if not re.fullmatch(r"[A-Za-z_]\w*", str(identifier), flags=re.ASCII):
                 raise InputError(f"{self.path}: modelIdentifier {identifier!r}, allowed: a name as in C")
         self.variables: dict[str, Any] = {v.name: v for v in self.description.modelVariables}
+        # fmpy leaves out some attributes of FMI 3.0.
+        interface = root.find("CoSimulation")
+        self._flags = {} if interface is None else dict(interface.attrib)
+        self._limits = {
+            str(v.get("name")): (v.get("min"), v.get("max")) for v in root.iterfind("ModelVariables/*")
+        }
         self._by_reference = {v.valueReference: v for v in self.description.modelVariables}
         self.sizing = self._sizing()
 
@@ -70,6 +77,22 @@ class UnpackedFmu:
     def real(self) -> str:
         """Name of the type of floating-point variables."""
         return "Real" if self.version == "2.0" else "Float64"
+
+    def claims(self, capability: str) -> bool:
+        """Whether the co-simulation interface claims a capability, by the name of either version."""
+        wanted = capability.lower().removesuffix("s")
+        return any(
+            name.lower().removesuffix("s") == wanted and value in {"true", "1"}
+            for name, value in self._flags.items()
+        )
+
+    def limits(self, name: str) -> tuple[int, int | None]:
+        """Return the smallest and the largest value of an integer variable, None without a limit."""
+        lower, upper = self._limits.get(name, (None, None))
+        try:
+            return int(lower or 0), None if upper is None else int(upper)
+        except ValueError:
+            raise InputError(f"{self.path}: a limit of variable {name!r} is no whole number") from None
 
     def is_structural(self, name: str) -> bool:
         """Whether a variable is a structural parameter, which sizes arrays."""
