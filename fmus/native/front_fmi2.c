@@ -122,6 +122,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
                                fmi2Boolean stopDefined, fmi2Real stop) {
     tf_front *f = (tf_front *)c;
     (void)toleranceDefined; (void)tolerance; (void)stopDefined; (void)stop;
+    if (!f) return fmi2Error;
     if (!isfinite(start)) return tf_say(f, fmi2Error, "startTime is not a finite number");
     f->data.begin = f->data.now = start;
     return fmi2OK;
@@ -134,7 +135,7 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     tf_front *f = (tf_front *)c;
-    const fmi2Status status = tf_ensure_started(f);
+    const fmi2Status status = f ? tf_ensure_started(f) : fmi2Error;
     if (status == fmi2OK) f->data.initialized = 1;
     return status;
 }
@@ -146,6 +147,7 @@ fmi2Status fmi2Terminate(fmi2Component c) {
 
 fmi2Status fmi2Reset(fmi2Component c) {
     tf_front *f = (tf_front *)c;
+    if (!f) return fmi2Error;
     reset_data(f);
     return f->alive || tf_start_process(f) ? fmi2OK : fmi2Error;
 }
@@ -156,9 +158,10 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real h, fmi2Boolean no
     double span[2];
     fmi2Status status;
     (void)noSetFMUStatePriorToCurrentPoint;
+    if (!f) return fmi2Error;
     if (!f->data.initialized)
         return tf_say(f, fmi2Error, "fmi2DoStep is not allowed before fmi2ExitInitializationMode");
-    if (!isfinite(time) || !isfinite(h) || h < 0.0)
+    if (!isfinite(time + h) || h < 0.0)
         return tf_say(f, fmi2Discard, "communication step %g s at %g s is negative or not a finite number", h, time);
     span[0] = time - f->data.begin;
     span[1] = h;
@@ -174,6 +177,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real h, fmi2Boolean no
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[]) {
     tf_front *f = (tf_front *)c;
+    if (!f) return fmi2Error;
     for (size_t k = 0; k < n; ++k) {
         if (vr[k] >= TF_REALS) return unknown(f, "Real", vr[k]);
         if (vr[k] < TF_FIRST_INPUT) {
@@ -188,6 +192,7 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 /* All or nothing: a call that is refused has set nothing. */
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[]) {
     tf_front *f = (tf_front *)c;
+    if (!f) return fmi2Error;
     for (size_t k = 0; k < n; ++k) {
         if (vr[k] >= TF_REALS) return unknown(f, "Real", vr[k]);
         if (!isfinite(value[k]))
@@ -207,7 +212,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Boolean value[]) {
     tf_front *f = (tf_front *)c;
-    const fmi2Status status = n ? tf_ensure_started(f) : fmi2OK;
+    const fmi2Status status = !f ? fmi2Error : n ? tf_ensure_started(f) : fmi2OK;
     for (size_t k = 0; status == fmi2OK && k < n; ++k) {
         if (vr[k] >= flag_count()) return unknown(f, "Boolean", vr[k]);
         value[k] = f->data.flags[vr[k]] ? fmi2True : fmi2False;

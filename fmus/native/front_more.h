@@ -14,13 +14,14 @@ static fmi2Status forget(tf_front *f, const tf_state *s) {
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
     tf_front *f = (tf_front *)c;
-    tf_state *s = (tf_state *)*state;
+    tf_state *s;
     unsigned long long number;
-    fmi2Status status = tf_ensure_started(f);
+    fmi2Status status = f && state ? tf_ensure_started(f) : fmi2Error;
     if (status == fmi2OK && !tf_begin(f, TF_SAVE, 0)) status = tf_say(f, fmi2Error, "out of memory");
     if (status == fmi2OK) status = tf_ask(f, sizeof number);
     if (status != fmi2OK) return status;
     memcpy(&number, f->buffer + 1, sizeof number);
+    s = (tf_state *)*state;
     if (s) status = forget(f, s);
     else s = (tf_state *)malloc(sizeof *s);
     if (!s) {
@@ -39,6 +40,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
     tf_front *f = (tf_front *)c;
     const tf_state *s = (const tf_state *)state;
     fmi2Status status;
+    if (!f) return fmi2Error;
     if (!s) return tf_say(f, fmi2Error, "the FMU state to be set is empty");
     if (s->owner != f) return tf_say(f, fmi2Error, "the FMU state belongs to another instance");
     if (s->life != f->life)
@@ -137,7 +139,7 @@ fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status 
 }
 
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
-    if (kind != fmi2LastSuccessfulTime) return fmi2Discard;
+    if (!c || kind != fmi2LastSuccessfulTime) return fmi2Discard;
     *value = ((tf_front *)c)->data.now;
     return fmi2OK;
 }
