@@ -46,7 +46,7 @@ def depends_on(source: FrictionSource) -> list[str]:
 
 
 def history(source: FrictionSource, points: int = 3, increments: int = 8) -> str:
-    """Return the calls of the self-test: node, increment, time, V(1), V(2), TEMP(1), F(1), expected mu.
+    """Return the calls of the self-test: node, increment, time, X(2), V(2), TEMP(1), F(1), expected mu.
 
     A row whose expected mu is -1 is an iteration before the last one; point 2 has no contact for a while.
     """
@@ -75,7 +75,7 @@ def history(source: FrictionSource, points: int = 3, increments: int = 8) -> str
                         if source.states:
                             state[k : k + 1] = reference.step(loads, state[k : k + 1], dt)
                         expected = float(reference.mu(loads, state[k : k + 1] if source.states else None)[0])
-                    numbers = (time + tried, *parts, T, sigma, expected)
+                    numbers = (time + tried, 10.0 * k, 0.0, *parts, T, sigma, expected)
                     rows.append(f"{k + 1} {inc} " + " ".join(fortran_number(float(x)) for x in numbers))
         time += dt
     return "\n".join(rows) + "\n"

@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -298,7 +299,7 @@ def test_ufric_follows_the_fmu_through_iterations_and_cutbacks(
                         fmus[number].set_real(LOAD_NAMES, np.array([speed, T, sigma, nodes[number], 1.0]))
                         fmus[number].step(time, dt)
                         mu = fmus[number].get_real(["mu"])[0]
-                    values = (time + length, *v, T, sigma, mu)
+                    values = (time + length, 0.0, 0.0, *v, T, sigma, mu)
                     rows.append(f"{number} {inc} " + " ".join(repr(float(x)) for x in values))
             time += dt
     (folder / "fmu.txt").write_text("\n".join(rows) + "\n")
@@ -323,13 +324,53 @@ def test_ufric_keeps_many_points_apart_and_survives_bad_loads(
     assert len(set(mu)) == 3
     for inc in (1, 2, 3):
         for number in many:
-            rows.append(f"{number} {inc} {0.005 * inc!r} 60. 80. 80. 1000. {mu[inc - 1]!r}")
+            rows.append(f"{number} {inc} {0.005 * inc!r} 0. 0. 60. 80. 80. 1000. {mu[inc - 1]!r}")
             if number == 14:  # an iteration that went wrong leaves nothing behind
-                rows.insert(-1, f"{number} {inc} {0.005 * inc!r} NaN 80. 80. 1000. -1.")
+                rows.insert(-1, f"{number} {inc} {0.005 * inc!r} 0. 0. NaN 80. 80. 1000. -1.")
     (folder / "many.txt").write_text("\n".join(rows) + "\n")
     output = run(["./driver", "many.txt"], folder)
     assert deviation(output) < 1e-12
     assert output.count("mu      not computed, a load is not finite (first at point 14, increment 1)") == 1
+
+
+def test_ufric_carries_sliding_distance_and_memory_through_a_remeshing(
+    made: Callable[[str], Made], tmp_path: Path
+) -> None:
+    """Points on a line slide at speeds of their own; a remeshing turns the numbers round and adds some."""
+    model = made("linear + work_exhaustion")
+    folder = export(model.source, tmp_path / "ufric", "ufric")
+    code = folder / "ufric.f"
+    text = code.read_text()
+    code.write_text(text.replace("tf_remesh = 0.0d0", "tf_remesh = 1.5d0"))
+    build_fortran(folder, ["ufric.f", "selftest.f90"], "-fcheck=all")
+    dt, count = 0.01, 20
+    rows: list[str] = []
+    with ExitStack() as stack:
+        fmus = [stack.enter_context(RunningFmu(model.fmu)) for _ in range(count)]
+        sd = np.zeros(count)
+        for inc in range(1, 7):
+            calls = []
+            for k in range(count):  # material point k, 1 mm apart, moving on by 0.1 mm an increment
+                speed = 50.0 + 20.0 * k
+                sd[k] += speed * dt
+                fmus[k].set_real(LOAD_NAMES, np.array([speed, 100.0, 900.0, sd[k], 1.0]))
+                fmus[k].step(dt * (inc - 1), dt)
+                number = k + 1 if inc < 4 else 40 - k  # 21 to 40: half of the numbers are new
+                if inc < 4:
+                    number += 10
+                calls.append((number, k + 0.1 * inc, speed, fmus[k].get_real(["mu"])[0]))
+            if inc >= 4:
+                calls.append((5, 100.0, 77.0, -1.0))  # contact far away is new contact
+            for final in (False, True):
+                for number, x, speed, mu in calls if inc != 4 else calls[::-1]:
+                    values = (dt * inc, x, 0.0, speed, 0.0, 100.0, 900.0, mu if final else -1.0)
+                    rows.append(f"{number} {inc} " + " ".join(repr(float(v)) for v in values))
+    (folder / "remesh.txt").write_text("\n".join(rows) + "\n")
+    assert deviation(run(["./driver", "remesh.txt"], folder)) < 1e-12
+    code.write_text(text)  # without the setting the numbers keep what they have, and that is wrong
+    build_fortran(folder, ["ufric.f", "selftest.f90"])
+    with pytest.raises(AssertionError, match="expected"):
+        run(["./driver", "remesh.txt"], folder)
 
 
 @pytest.mark.parametrize("name", NAMES)

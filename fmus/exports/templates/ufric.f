@@ -12,9 +12,14 @@ c     Numbers in MIBODY that name a contact point: 1 (the node) for
 c     friction at nodes; 3 (element, side, integration point) for
 c     friction distributed over element sides.
       integer, parameter :: tf_key = 1
-c     Components of the sliding velocity V: 2 in plane and
-c     axisymmetric jobs, 3 in three dimensions.
+c     Components of the sliding velocity V and of the position X: 2 in
+c     plane and axisymmetric jobs, 3 in three dimensions.
       integer, parameter :: tf_directions = 2
+c     Jobs that remesh: a length [mm] above what a node moves in one
+c     increment plus one element edge. A node that moved farther is
+c     taken as renumbered by a remeshing; its sliding distance and
+c     memory then come from the nearest point before. 0: no remeshing.
+      double precision, parameter :: tf_remesh = 0.0d0
 c     1: evaluate at the nearest point of the trained range;
 c     0: extrapolate.
       integer, parameter :: tf_clamp = 1
@@ -109,8 +114,13 @@ c     the second becomes the first when the increment number changes.
       use tf_model
       implicit none
       integer :: count = 0
-      integer, allocatable :: key(:,:), last(:), slot(:)
+      integer, allocatable :: key(:,:), last(:), born(:), slot(:)
       double precision, allocatable :: sd(:,:), memory(:,:,:)
+      double precision, allocatable :: place(:,:)
+c     The points at the end of the increment before, for a remeshing.
+      integer :: before = 0, remeshed = -huge(1)
+      double precision, allocatable :: past_sd(:), past_memory(:,:)
+      double precision, allocatable :: past_place(:,:)
       logical :: started = .false.
       integer :: inc_now = 0, gap = 1
       double precision :: time_base = 0.0d0, time_now = 0.0d0
@@ -136,6 +146,7 @@ c       since is spread evenly over the increments since.
         gap = 1
         time_base = time
       end if
+      if (inc .ne. inc_now) call tf_remember
       inc_now = inc
       time_now = time
       tf_time_step = max(time - time_base, 0.0d0) / gap
@@ -153,10 +164,8 @@ c     with the start values of the memory.
         count = count + 1
         slot(at) = count
         key(:, count) = name(1:tf_key)
+        call tf_fresh(count, inc)
         last(count) = inc
-        sd(:, count) = 0.0d0
-        call tf_fresh(memory(:, 1, count))
-        memory(:, 2, count) = memory(:, 1, count)
       end if
       tf_point = slot(at)
       end function tf_point
@@ -179,18 +188,23 @@ c     Open addressing: the place of a name, or the free one to put it.
 
       subroutine tf_grow
       integer :: k
-      integer, allocatable :: old_key(:,:), old_last(:)
+      integer, allocatable :: old_key(:,:), old_last(:), old_born(:)
       double precision, allocatable :: old_sd(:,:), old_memory(:,:,:)
+      double precision, allocatable :: old_place(:,:)
       call move_alloc(key, old_key)
       call move_alloc(last, old_last)
+      call move_alloc(born, old_born)
       call move_alloc(sd, old_sd)
       call move_alloc(memory, old_memory)
+      call move_alloc(place, old_place)
       deallocate (slot)
       call tf_make_room(2 * count)
       key(:, 1:count) = old_key(:, 1:count)
       last(1:count) = old_last(1:count)
+      born(1:count) = old_born(1:count)
       sd(:, 1:count) = old_sd(:, 1:count)
       memory(:, :, 1:count) = old_memory(:, :, 1:count)
+      place(:, 1:count) = old_place(:, 1:count)
       do k = 1, count
         slot(tf_place(key(:, k))) = k
       end do
@@ -198,17 +212,86 @@ c     Open addressing: the place of a name, or the free one to put it.
 
       subroutine tf_make_room(room)
       integer, intent(in) :: room
-      allocate (key(tf_key, room), last(room), sd(2, room))
+      allocate (key(tf_key, room), last(room), born(room), sd(2, room))
       allocate (memory(max(tf_states, 1), 2, room), slot(2 * room + 1))
+      allocate (place(tf_directions, room))
       slot = 0
       end subroutine tf_make_room
 
-      subroutine tf_fresh(state)
-      double precision, intent(out) :: state(*)
+      subroutine tf_fresh(k, inc)
+      integer, intent(in) :: k, inc
       double precision :: loads(5), system(max(tf_system, 1))
-      state(1:max(tf_states, 1)) = 0.0d0
-      call tf_start(loads, state, system)
+      born(k) = inc
+      sd(:, k) = 0.0d0
+      memory(:, :, k) = 0.0d0
+      call tf_start(loads, memory(:, 1, k), system)
+      memory(:, 2, k) = memory(:, 1, k)
       end subroutine tf_fresh
+
+c     ---- remeshing ----
+      subroutine tf_remember
+      integer :: k, n
+      before = inc_now
+      if (tf_remesh .le. 0.0d0 .or. count .eq. 0) return
+      if (allocated(past_sd)) then
+        deallocate (past_sd, past_memory, past_place)
+      end if
+      n = 0
+      do k = 1, count
+        if (last(k) .eq. before) n = n + 1
+      end do
+      allocate (past_sd(n), past_memory(max(tf_states, 1), n))
+      allocate (past_place(tf_directions, n))
+      n = 0
+      do k = 1, count
+        if (last(k) .ne. before) cycle
+        n = n + 1
+        past_sd(n) = sd(2, k)
+        past_memory(:, n) = memory(:, 2, k)
+        past_place(:, n) = place(:, k)
+      end do
+      end subroutine tf_remember
+
+c     What a point starts this increment from, when its number may mean
+c     another point than before. `last` is still that of its last call.
+      subroutine tf_follow(k, x, inc)
+      integer, intent(in) :: k, inc
+      double precision, intent(in) :: x(*)
+      double precision :: way
+      if (last(k) .ne. inc) then
+        way = sqrt(sum((x(1:tf_directions) - place(:, k))**2))
+        if (last(k) .eq. before .and. way .gt. tf_remesh) then
+          remeshed = inc
+        end if
+        if (last(k) .lt. remeshed) call tf_fresh(k, inc)
+      end if
+      if (remeshed .eq. inc .and. born(k) .eq. inc) then
+        call tf_take_over(k, x)
+      end if
+      end subroutine tf_follow
+
+      subroutine tf_take_over(k, x)
+      integer, intent(in) :: k
+      double precision, intent(in) :: x(*)
+      double precision :: way, shortest
+      integer :: j, nearest
+      nearest = 0
+      shortest = tf_remesh
+      if (.not. allocated(past_sd)) return
+      do j = 1, size(past_sd)
+        way = sqrt(sum((x(1:tf_directions) - past_place(:, j))**2))
+        if (way .le. shortest) then
+          shortest = way
+          nearest = j
+        end if
+      end do
+c     Nothing near: contact is new here.
+      if (nearest .eq. 0) return
+      born(k) = -huge(1)
+      sd(:, k) = past_sd(nearest)
+      memory(:, 1, k) = past_memory(:, nearest)
+      memory(:, 2, k) = past_memory(:, nearest)
+      end subroutine tf_take_over
 
 c     One message a load that leaves the trained range, and one (code
 c     0) when mu cannot be computed.
@@ -239,8 +322,10 @@ c     ---- what Marc calls ----
       if (last(k) .ne. inc) then
         sd(1, k) = sd(2, k)
         memory(:, 1, k) = memory(:, 2, k)
-        last(k) = inc
       end if
+      if (tf_remesh .gt. 0.0d0) call tf_follow(k, x, inc)
+      last(k) = inc
+      place(:, k) = x(1:tf_directions)
       loads = 0.0d0
       loads(4) = sd(1, k)
       call tf_user_loads(mibody, x, f, v, temp, yiel, time, inc, nsurf,

@@ -20,7 +20,7 @@ program selftest
         v = 0d0
         f = 0d0
         temp = 0d0
-        read (unit, *, iostat=status) node, inc, time, v(1), v(2), temp(1), f(1), expected
+        read (unit, *, iostat=status) node, inc, time, x(1), x(2), v(1), v(2), temp(1), f(1), expected
         if (status /= 0) exit
         mibody = [node, 0, 0, node]
         fric = -1d0
