@@ -59,6 +59,15 @@ ELEMENTWISE: dict[str, Callable[[Operands], str]] = {
     "Identity": lambda a: f"({a[0]})",
 }
 
+#: ONNX types that a Cast may go to (float, int32, int64, bool, double); all stay doubles in C.
+_CASTS = {
+    1: "(double)(float)({0})",
+    6: "trunc({0})",
+    7: "trunc({0})",
+    9: "(({0}) != 0.0 ? 1.0 : 0.0)",
+    11: "({0})",
+}
+
 #: Operators that take rows apart or put them together.
 STRUCTURAL = ("Cast", "Concat", "Gather", "Gemm", "MatMul", "ReduceSum", "Slice", "TreeEnsemble")
 SUPPORTED = tuple(sorted((*ELEMENTWISE, *STRUCTURAL)))
@@ -71,12 +80,7 @@ def plain_name(step: Step) -> str:
 
 def cast(step: Step, a: str) -> str:
     """Return the value of a Cast: rounded to single precision, cut to an integer, or a truth value."""
-    to = int(step.attributes["to"])
-    if to in {1, 10, 16}:
-        return f"(double)(float)({a})"
-    if to in {6, 7}:
-        return f"trunc({a})"
-    return f"(({a}) != 0.0 ? 1.0 : 0.0)" if to == 9 else a
+    return _CASTS[int(step.attributes["to"])].format(a)
 
 
 def is_constant_by_pieces(step: Step) -> bool:
@@ -186,6 +190,11 @@ def infer_shape(
     if op in ELEMENTWISE:
         return broadcast([t.shape for t in inputs if t is not None], op, where)
     if op == "Cast":
+        to = int(attributes["to"])
+        if to not in _CASTS:
+            raise refuse(
+                where, f"Cast to type {to} is not translated, allowed: {', '.join(map(str, _CASTS))}"
+            )
         return first.shape
     if op in {"MatMul", "Gemm"}:
         weights = constant_of(inputs[1], f"the matrix of a {op}", where)
