@@ -108,7 +108,9 @@ def read_source(
             raise InputError(f"{path}: no such file or folder; allowed: a saved model folder or an ONNX file")
         if path.stat().st_size > MAX_ONNX_BYTES:
             raise InputError(f"{path}: {path.stat().st_size} bytes, allowed: at most {MAX_ONNX_BYTES}")
-        content = path.read_bytes()
+        from .user_onnx.external import self_contained
+
+        content = self_contained(path.read_bytes(), path, MAX_ONNX_BYTES)
         return _file_source(content, str(path), spec, target)
     if spec is not None:
         raise InputError(f"{spec}: a YAML is for a user's own ONNX file; allowed: with an ONNX file only")
