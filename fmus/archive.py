@@ -21,6 +21,8 @@ MAX_BYTES = 1024**3
 MAX_DESCRIPTION_BYTES = 64 * 1024**2
 MAX_FILES = 20_000
 MAX_NAME = 240
+#: Most elements of an XML file.
+MAX_ELEMENTS = 1_000_000
 _EARLIEST = (1980, 1, 1, 0, 0, 0)
 #: Largest table of contents: MAX_FILES entries with paths of MAX_NAME bytes and some extra fields.
 _MAX_TABLE = MAX_FILES * (46 + MAX_NAME + 100)
@@ -174,6 +176,8 @@ def parse_xml(content: bytes, where: str) -> etree._Element:
         raise InputError(f"{where} is not readable XML (it is empty)")
     if root.getroottree().docinfo.doctype or root.getroottree().docinfo.internalDTD is not None:
         raise InputError(f"{where} declares a document type, allowed: none")
+    if sum(1 for _ in root.iter()) > MAX_ELEMENTS:
+        raise InputError(f"{where} has more than {MAX_ELEMENTS} elements")
     return root
 
 
@@ -194,7 +198,9 @@ def read_description(path: str | os.PathLike[str]) -> etree._Element:
     roots = {n: parse_xml(read_member(path, n, MAX_DESCRIPTION_BYTES), f"{path}: {n}") for n in names}
     root = roots["modelDescription.xml"]
     if root.tag != "fmiModelDescription":
-        raise InputError(f"{path}: modelDescription.xml holds {root.tag!r}, allowed: 'fmiModelDescription'")
+        raise InputError(
+            f"{path}: modelDescription.xml holds {str(root.tag)[:60]!r}, allowed: 'fmiModelDescription'"
+        )
     return root
 
 
@@ -255,10 +261,10 @@ def _check_table(file: Path) -> None:
 def _check_member(file: Path, member: zipfile.ZipInfo) -> None:
     name = member.orig_filename
     parts = name.removesuffix("/").split("/")
-    if _FORBIDDEN.search(name) or name.startswith("/") or {"", ".", ".."} & set(parts):
-        raise InputError(f"{file}: member {name!r} points outside the archive, allowed: plain relative paths")
     if len(name.encode("utf-8", "replace")) > MAX_NAME:
         raise InputError(f"{file}: a member's path has more than {MAX_NAME} bytes ({name[:40]!r} ...)")
+    if _FORBIDDEN.search(name) or name.startswith("/") or {"", ".", ".."} & set(parts):
+        raise InputError(f"{file}: member {name!r} points outside the archive, allowed: plain relative paths")
     for part in parts:
         if _RESERVED.fullmatch(part) or part[-1] in " .":
             raise InputError(f"{file}: member {name!r} cannot exist on Windows, allowed: plain names")

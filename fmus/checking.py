@@ -19,13 +19,17 @@ __all__ = ["CheckReport", "Finding", "check"]
 
 #: Longest time that the FMU may take for all trials [s].
 TIME_LIMIT = 600.0
+#: Most memory that it may take [bytes].
+MEMORY_LIMIT = 8 * 1024**3
 #: Most output of the second process that is read [bytes], and findings that are kept.
 _TAIL, _MAX_FINDINGS = 4000, 2000
 # The second process sees the modules that this one sees, and starts in a folder of its own.
 _START = "import json, sys; sys.path[:] = json.loads(sys.argv.pop(1)); from fmus.trial import main; main()"
 
 
-def check(path: str | os.PathLike[str], time_limit: float = TIME_LIMIT) -> CheckReport:
+def check(
+    path: str | os.PathLike[str], time_limit: float = TIME_LIMIT, memory_limit: int = MEMORY_LIMIT
+) -> CheckReport:
     """Check any FMU of FMI 2.0 or 3.0; friction FMUs are also compared with the ONNX model they carry.
 
     The archive is checked before anything is unpacked. Everything else happens in a second process with
@@ -39,6 +43,9 @@ def check(path: str | os.PathLike[str], time_limit: float = TIME_LIMIT) -> Check
     path : path-like
     time_limit : float
         Longest time that all trials may take [s].
+    memory_limit : int
+        Most memory that the second process may take [bytes], where the system can limit it; never
+        more than three quarters of what the machine has.
 
     Raises
     ------
@@ -55,7 +62,7 @@ def check(path: str | os.PathLike[str], time_limit: float = TIME_LIMIT) -> Check
     )
     with tempfile.TemporaryDirectory(prefix="tribofmu-check-", ignore_cleanup_errors=True) as folder:
         result = Path(folder) / "result.json"
-        code, last = _second_process(file, result, folder, time_limit)
+        code, last = _second_process(file, result, folder, time_limit, memory_limit)
         findings, complete = _read(result)
     report.findings += findings
     group = findings[-1].group if findings else "second process"
@@ -70,10 +77,12 @@ def check(path: str | os.PathLike[str], time_limit: float = TIME_LIMIT) -> Check
     return report
 
 
-def _second_process(file: Path, result: Path, folder: str, limit: float) -> tuple[int | None, str]:
+def _second_process(
+    file: Path, result: Path, folder: str, limit: float, memory: int
+) -> tuple[int | None, str]:
     """Run the trials; return the exit code, None after the time limit, and the last line of errors."""
     paths = json.dumps([p or os.getcwd() for p in sys.path])
-    command = [sys.executable, "-c", _START, paths, str(file.resolve()), str(result)]
+    command = [sys.executable, "-c", _START, paths, str(file.resolve()), str(result), str(memory)]
     place = Path(folder) / "run"
     place.mkdir()
     # Output goes to a file: a child of the FMU that outlives it would keep a pipe open.

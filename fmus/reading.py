@@ -24,7 +24,8 @@ class FmuModel:
     """The law inside a friction FMU, ours or a foreign one with the same variables.
 
     It cannot be refitted. Loads with time are stepped through test by test from a fresh state, so
-    that memory acts; without time every point is evaluated at the FMU's start state.
+    that memory acts; without time every point is evaluated at the FMU's start state. System variables
+    that the tests record are set for each test.
 
     Parameters
     ----------
@@ -85,25 +86,44 @@ class FmuModel:
         points = loads if isinstance(loads, TriboLoads) else TriboLoads.from_array(loads)
         array = points.as_array()
         mu = np.empty(len(array))
-        if points.t is None:
-            width = self._width(len(array))
-            with self._run(width) as fmu:
-                for first in range(0, len(array), width):
-                    rows = np.minimum(np.arange(first, first + width), len(array) - 1)
-                    values = self._evaluate(fmu, array[rows])
-                    count = min(width, len(array) - first)
-                    mu[first : first + count] = values[:count]
-            return mu
+        system = self.source.system_values(points) if self.source is not None else {}
+        if points.t is None and not system:
+            parts = [slice(0, len(array))]
+        else:
+            parts = points.segments()
+        for part in parts:
+            # System variables are the same all through a test.
+            start = {name: float(values[part.start]) for name, values in system.items() if len(array)}
+            if points.t is None:
+                mu[part] = self._at_once(array[part], start)
+            else:
+                mu[part] = self._in_steps(array[part], points.t[part], start)
+        return mu
+
+    def _at_once(self, array: FloatArray, start: dict[str, float]) -> FloatArray:
+        """Return mu of points that do not follow each other in time."""
+        mu = np.empty(len(array))
+        width = self._width(len(array))
+        with self._run(width, start) as fmu:
+            for first in range(0, len(array), width):
+                rows = np.minimum(np.arange(first, first + width), len(array) - 1)
+                values = self._evaluate(fmu, array[rows])
+                count = min(width, len(array) - first)
+                mu[first : first + count] = values[:count]
+        return mu
+
+    def _in_steps(self, array: FloatArray, t: FloatArray, start: dict[str, float]) -> FloatArray:
+        """Return mu of one test; its memory starts fresh."""
+        mu = np.empty(len(array))
         width = self._width(1)
-        for part in points.segments():
-            time = points.t[part] - points.t[part][0] if len(array) else points.t
-            with self._run(width) as fmu:
-                for k, row in enumerate(range(*part.indices(len(array)))):
-                    # The loads of a point act over the interval that ends there, then mu is read.
-                    if k:
-                        self._write(fmu, np.tile(array[row], (width, 1)))
-                        fmu.step(float(time[k - 1]), float(time[k] - time[k - 1]))
-                    mu[row] = self._evaluate(fmu, np.tile(array[row], (width, 1)))[0]
+        with self._run(width, start) as fmu:
+            for row in range(len(array)):
+                # The loads of a point act over the interval that ends there, then mu is read.
+                rows = np.tile(array[row], (width, 1))
+                if row:
+                    self._write(fmu, rows)
+                    fmu.step(float(t[row - 1] - t[0]), float(t[row] - t[row - 1]))
+                mu[row] = self._evaluate(fmu, rows)[0]
         return mu
 
     def _width(self, count: int) -> int:
@@ -113,8 +133,8 @@ class FmuModel:
         lower, upper = self._fmu.limits(self._fmu.sizing)
         return max(lower, 1, min(count, _BLOCK if upper is None else upper, _BLOCK))
 
-    def _run(self, width: int) -> RunningFmu:
-        return RunningFmu(self._fmu, points=width if self._fmu.sizing is not None else None)
+    def _run(self, width: int, start: dict[str, float]) -> RunningFmu:
+        return RunningFmu(self._fmu, start=start, points=width if self._fmu.sizing is not None else None)
 
     def _write(self, fmu: RunningFmu, rows: FloatArray) -> None:
         fmu.set_real(self._inputs, rows.T.ravel())

@@ -12,14 +12,16 @@ import numpy as np
 
 from friction_models.loads import LOADS, MU, FloatArray, InputError
 
+from .archive import read_description
 from .running import FmuError, RunningFmu
 from .unpacked import UnpackedFmu
 
-#: Most memory that the FMU may take [bytes], at most three quarters of what the machine has.
-MEMORY_LIMIT = 8 * 1024**3
 #: Largest file that it may write [bytes].
 _FILE_LIMIT = 1024**3
 _STEPS = 5
+#: Problems of a description that are told, and variables up to which fmpy's validation, whose time grows with
+#: the square of their number, takes about ten seconds.
+_MAX_PROBLEMS, _MAX_VALIDATED = 20, 35_000
 
 
 class Notes:
@@ -90,10 +92,17 @@ class Trial:
     def _schema(self) -> None:
         from fmpy.validation import validate_fmu
 
+        count = sum(1 for _ in read_description(self.path).iterfind("ModelVariables/*"))
+        if count > _MAX_VALIDATED:
+            text = f"schema and semantics: {count} variables, at most {_MAX_VALIDATED} are validated"
+            self.notes.note("skipped", text)
+            return
         problems = validate_fmu(str(self.path))
         self.notes.add(not problems, "schema and semantics (fmpy)")
-        for problem in problems[:50]:
+        for problem in problems[:_MAX_PROBLEMS]:
             self.notes.add(False, str(problem))
+        if len(problems) > _MAX_PROBLEMS:
+            self.notes.add(False, f"... and {len(problems) - _MAX_PROBLEMS} more problems")
 
     def _units(self, fmu: UnpackedFmu) -> None:
         seen = []
@@ -213,13 +222,12 @@ def _equal(a: FloatArray, b: FloatArray) -> bool:
     return np.array_equal(a, b, equal_nan=True)
 
 
-def limit_memory() -> None:
-    """Bound what this process may take, where the system can."""
+def limit_memory(most: int) -> None:
+    """Bound what this process may take [bytes], where the system can."""
     try:
         import resource
     except ImportError:  # Windows
         return
-    most = MEMORY_LIMIT
     with contextlib.suppress(ValueError, OSError):
         most = min(most, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") * 3 // 4)
     # RLIMIT_DATA counts what is written to, not what libraries reserve without using it.
@@ -235,8 +243,8 @@ def limit_memory() -> None:
 
 
 def main() -> None:
-    """Check the FMU of the first argument; findings go to the file of the second."""
-    limit_memory()
+    """Check the FMU of the first argument; findings go to the file of the second; memory of the third."""
+    limit_memory(int(sys.argv[3]))
     path, result = Path(sys.argv[1]), Path(sys.argv[2])
     Trial(path, result).run()
     with result.open("a", encoding="utf-8") as stream:

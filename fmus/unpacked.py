@@ -42,7 +42,7 @@ class UnpackedFmu:
         root = read_description(self.path)
         declared = str(root.get("fmiVersion"))
         if declared != "2.0" and not re.fullmatch(r"3\.\d+", declared):
-            raise InputError(f"{self.path}: FMI version {declared!r}, allowed: '2.0', '3.0'")
+            raise InputError(f"{self.path}: FMI version {declared[:20]!r}, allowed: '2.0', '3.0'")
         self.version = "2.0" if declared == "2.0" else "3.0"
         self._temporary = tempfile.TemporaryDirectory(prefix="tribofmu-", ignore_cleanup_errors=True)
         self.folder = unpack(self.path, self._temporary.name)
@@ -61,8 +61,16 @@ class UnpackedFmu:
         for interface in interfaces:
             identifier = interface.modelIdentifier if interface is not None else "none"
             # It becomes part of a path.
-            if not re.fullmatch(r"[A-Za-z_]\w*", str(identifier), flags=re.ASCII):
-                raise InputError(f"{self.path}: modelIdentifier {identifier!r}, allowed: a name as in C")
+            if not re.fullmatch(r"[A-Za-z_]\w{0,199}", str(identifier), flags=re.ASCII):
+                raise InputError(
+                    f"{self.path}: modelIdentifier {str(identifier)[:60]!r}, allowed: a name as in C"
+                )
+        for variable in self.description.modelVariables:
+            if not 0 <= int(variable.valueReference) < 2**32:
+                raise InputError(
+                    f"{self.path}: variable {str(variable.name)[:60]!r} has value reference "
+                    f"{variable.valueReference}, allowed: 0 to {2**32 - 1}"
+                )
         self.variables: dict[str, Any] = {v.name: v for v in self.description.modelVariables}
         # fmpy leaves out some attributes of FMI 3.0.
         interface = root.find("CoSimulation")

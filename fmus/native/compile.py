@@ -22,6 +22,7 @@ _FLAGS = (
     "-std=c99",
     "-ffp-contract=off",  # a*b+c is not fused: results do not depend on the machine
     "-fno-math-errno",  # nobody reads errno; sqrt becomes one instruction
+    "-fno-trapping-math",  # nobody reads the flags of exceptions; comparisons become vector code
     "-fvisibility=hidden",
     "-fno-ident",
     "-g0",

@@ -63,7 +63,7 @@ def test_wrong_unit_and_missing_platform_are_found(packed: Pack, linear_onnx: Pa
     text = str(report)
     assert not report.ok
     assert "unit of 'T' is 'K', allowed: 'degC'" in text
-    assert "failed: platforms" in text
+    assert "failed: platforms: none, source code" in "\n".join(report.messages)
 
 
 def bad_archives(good: Path, folder: Path) -> dict[str, tuple[Path, str]]:
