@@ -201,8 +201,18 @@ def description(source: FrictionSource) -> dict[str, str]:
         "VERSION": package_version("tribofmu") or "0",
         "LOAD_ROWS": rows(loads),
         "STATE_ROWS": rows([one_line(f"{s.name} [{s.unit}], start {s.start:g}") for s in source.states]),
-        "SYSTEM_ROWS": rows([one_line(f"{p.name} [{p.unit}], start {p.start:g}") for p in source.system]),
+        "SYSTEM_ROWS": rows(
+            [
+                one_line(f"{p.name} [{p.unit}], start {p.start:g}{_labels(source.labels.get(p.name, ()))}")
+                for p in source.system
+            ]
+        ),
     }
+
+
+def _labels(labels: Sequence[str]) -> str:
+    """Return what the numbers of a text variable stand for."""
+    return "".join(f"; {i} = {label}" for i, label in enumerate(labels))
 
 
 def one_line(text: str) -> str:

@@ -13,7 +13,7 @@ from friction_models.loads import LOAD_NAMES
 
 from ..source import FrictionSource
 from .c_target import c_sources, c_values
-from .common import Reference, c_prefix, documents, template, test_box
+from .common import Reference, c_prefix, documents, one_line, template, test_box
 
 
 def fortran_number(value: float) -> str:
@@ -98,7 +98,7 @@ def ufric_files(source: FrictionSource, name: str | None = None) -> dict[str, st
     prefix = c_prefix(source, name)
     depends = depends_on(source)
     system = [
-        f"c     {p.name} [{p.unit}]\n      values({i + 1}) = {fortran_number(p.start)}\n"
+        f"c     {one_line(f'{p.name} [{p.unit}]')[:60]}\n      values({i + 1}) = {fortran_number(p.start)}\n"
         for i, p in enumerate(source.system)
     ]
     values = c_values(source, prefix) | {

@@ -20,6 +20,8 @@ c     increment plus one element edge. A node that moved farther is
 c     taken as renumbered by a remeshing; its sliding distance and
 c     memory then come from the nearest point before. 0: no remeshing.
       double precision, parameter :: tf_remesh = 0.0d0
+c     Whether mu of this model depends on psi; for a message only.
+      logical, parameter :: tf_needs_psi = @PSI_MATTERS@
 c     1: evaluate at the nearest point of the trained range;
 c     0: extrapolate.
       integer, parameter :: tf_clamp = 1
@@ -46,7 +48,7 @@ c     of the node here.
 c     psi [1], the local surface expansion dA/dA0, is not passed to
 c     UFRIC: set it here, for example from a nodal post quantity.
       loads(5) = 1.0d0
-      if (@PSI_MATTERS@ .and. .not. told) then
+      if (tf_needs_psi .and. .not. told) then
         told = .true.
         write (6, '(a)') ' tribofmu: psi = 1 at every contact point;' //
      &    ' this model depends on it: see tf_user_loads in ufric.f'
@@ -71,7 +73,7 @@ c     System variables of the model (tool roughness, lubricant batch).
 
 c     ---- the model in C ----
       module tf_model
-      use, intrinsic :: iso_c_binding, only: c_int, c_double, c_ptr
+      use, intrinsic :: iso_c_binding, only: c_int, c_double
       implicit none
       integer, parameter :: tf_states = @STATES@
       integer, parameter :: tf_system = @SYSTEM@
