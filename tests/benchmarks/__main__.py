@@ -16,10 +16,11 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from friction_models.loads import write_json, write_text
 
-from . import coupling, discovery_rates, fmu_cost, tests_time
+from . import coupling, discovery_rates, fmu_cost, kernels, tests_time
 from .common import Section, machine
 
 PARTS: dict[str, Callable[[Path], Section]] = {
+    "kernels": kernels.measure,
     "fmu-cost": fmu_cost.measure,
     "coupling": coupling.measure,
     "twin-diagnosis": tests_time.measure,

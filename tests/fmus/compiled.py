@@ -83,9 +83,16 @@ BOTH(tf_exp) BOTH(tf_log) BOTH(tf_tanh) BOTH(tf_sigmoid)
 BUILDS = {"chosen": 0, "plain": 1, "wide": 2}
 
 
+def compiler() -> list[str] | None:
+    """Return the compiler of the FMUs for this machine, None where there is none."""
+    zig = compiling.zig_command()
+    # Without a target Zig would use all that this processor can do.
+    return [*zig, "-target", compiling.host_platform().target] if zig else compiling.system_command()
+
+
 def compile_library(sources: Mapping[str, str], folder: Path) -> ctypes.CDLL:
     """Compile C files with the flags of the FMUs, and load the library."""
-    command = compiling.zig_command() or compiling.system_command()
+    command = compiler()
     if command is None:
         pytest.skip("no C compiler: neither Zig (extra [cross]) nor cc, gcc or clang is installed")
     for name, text in sources.items():
