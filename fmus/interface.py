@@ -101,6 +101,8 @@ class Parameter:
         Value unless another one is set.
     lower, upper : float or None
         Range seen in training; not a physical limit.
+    labels : tuple of str
+        What the numbers 0, 1, 2 ... stand for, where the metadata are text.
     """
 
     name: str
@@ -108,6 +110,7 @@ class Parameter:
     start: float
     lower: float | None = None
     upper: float | None = None
+    labels: tuple[str, ...] = ()
 
     @property
     def minimum(self) -> float | None:
@@ -117,6 +120,9 @@ class Parameter:
     @property
     def description(self) -> str:
         """One line for the model description."""
+        if self.labels:
+            meaning = ", ".join(f"{i} = {label}" for i, label in enumerate(self.labels))
+            return f"system variable: {meaning}"[:300]
         if self.lower is None or self.upper is None:
             return "system variable"
         return f"system variable, trained from {self.lower:g} to {self.upper:g}"

@@ -105,6 +105,11 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
     return STATUS(good);
 }
 
+static int is_output(const tf_instance *m, int group) {
+    if (group == TF_MU || group == TF_DISTANCE || group >= TF_FIRST_DER) return 1;
+    return tf_fail_at(m, "adjoint derivatives of ", group, 0, " are not given: it is no output");
+}
+
 /* Sum over the unknowns of their seeds times their derivative by one known of point i. */
 static int adjoint_at(const tf_instance *m, const fmi3ValueReference unknowns[], size_t n, const fmi3Float64 seed[], int group,
                       size_t i, double *sum) {
@@ -132,7 +137,7 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
     INSTANCE(c);
     size_t at = 0;
     NEED(derivative_call(m, unknowns, nUnknowns, seed, nSeed) && derivative_call(m, knowns, nKnowns, sensitivity, nSensitivity));
-    for (size_t k = 0; k < nUnknowns; ++k) NEED(tf_is_unknown(m, (int)unknowns[k] - VR_FIRST, 0));
+    for (size_t k = 0; k < nUnknowns; ++k) NEED(is_output(m, (int)unknowns[k] - VR_FIRST));
     for (size_t k = 0; k < nKnowns; ++k) {
         const int group = (int)knowns[k] - VR_FIRST;
         double unused[TF_AT_LEAST_ONE(TF_SYSTEM)];

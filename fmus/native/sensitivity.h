@@ -39,11 +39,6 @@ static double tf_tangent_of(const tf_tangent *t, int group) {
     return group == TF_MU ? t->mu : group == TF_DISTANCE ? t->distance : t->rates[group - TF_FIRST_DER];
 }
 
-static int tf_is_unknown(const tf_instance *m, int group, size_t i) {
-    if (group == TF_MU || group == TF_DISTANCE || group >= TF_FIRST_DER) return 1;
-    return tf_fail_at(m, "derivatives of ", group, i, " are not given: it is no output");
-}
-
 /* Where the direction of a known variable is collected. */
 static double *tf_seed_place(tf_instance *m, double *dP, int group, size_t i) {
     const size_t n = TF_N(m);
@@ -62,15 +57,20 @@ static int tf_add_seed(tf_instance *m, double *dP, int group, size_t i, double v
     return 1;
 }
 
-/* Derivative of one output along the collected direction. */
+/* Derivative of one output along the collected direction. What is no output follows its own direction: some
+   environments ask for more than the model description offers, and this answer is the right one. */
 static int tf_forward(const tf_instance *m, const double *dP, int group, size_t i, double *out) {
     double dL[TF_LOADS], dS[TF_AT_LEAST_ONE(TF_STATES)] = {0.0};
     const size_t n = TF_N(m);
     tf_tangent t;
-    if (!tf_is_unknown(m, group, i)) return 0;
-    for (int l = 0; l < TF_LOADS; ++l) dL[l] = m->seed[(size_t)l * n + i];
-    for (int s = 0; s < TF_STATES; ++s) dS[s] = m->seed[(size_t)(TF_LOADS + s) * n + i];
-    if (!tf_differentiate(m, group, i, dL, dS, dP, &t)) return 0;
-    *out = tf_tangent_of(&t, group);
+    if (group < TF_LOADS) *out = m->seed[(size_t)group * n + i];
+    else if (group >= TF_FIRST_STATE && group < TF_FIRST_SYSTEM) *out = m->seed[(size_t)(TF_LOADS + group - TF_FIRST_STATE) * n + i];
+    else if (group >= TF_FIRST_SYSTEM && group < TF_FIRST_DER) *out = dP[group - TF_FIRST_SYSTEM];
+    else {
+        for (int l = 0; l < TF_LOADS; ++l) dL[l] = m->seed[(size_t)l * n + i];
+        for (int s = 0; s < TF_STATES; ++s) dS[s] = m->seed[(size_t)(TF_LOADS + s) * n + i];
+        if (!tf_differentiate(m, group, i, dL, dS, dP, &t)) return 0;
+        *out = tf_tangent_of(&t, group);
+    }
     return 1;
 }

@@ -151,6 +151,8 @@ def test_adjoint_is_the_transposed_directional_derivative(unpacked: Get) -> None
         seed, weight = rng.normal(size=columns), rng.normal(size=rows)
         along = weight @ running.derivative(unknowns, knowns, seed)
         assert running.adjoint(unknowns, knowns, weight) @ seed == pytest.approx(along, rel=1e-12)
+        with pytest.raises(FmuError, match=r"adjoint derivatives of T\[1\]"):
+            running.adjoint(["T"], ["T"], np.ones(3))
         with pytest.raises(FmuError, match=r"seed of mu\[2\] = -?nan"):
             running.adjoint(["mu"], ["T"], np.array([1.0, np.nan, 1.0]))
 

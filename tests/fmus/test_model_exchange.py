@@ -17,7 +17,7 @@ from fmus.running import FmuError, RunningFmu, UnpackedFmu
 from friction_models.loads import LOAD_NAMES
 from friction_models.registry import make_model
 from tests.fmus.graphs import campaign
-from tests.fmus.memory_models import AGE_0, D, K, age_at, ageing_bytes, mu_at
+from tests.fmus.memory_models import AGE_0, C, D, K, age_at, ageing_bytes, mu_at
 
 Ageing = Callable[[str, int], Path]
 LOADS_INSIDE = {"v_rel": 40.0, "T": 100.0, "sigma_n": 1000.0, "sd": 10.0, "psi": 2.0}
@@ -211,18 +211,37 @@ def test_directional_derivatives_of_mu_and_of_the_rate(ageing: Ageing, fmi: str)
             got = fmu.derivative(outputs, [name], np.ones(1))
             np.testing.assert_allclose(got, central, rtol=1e-8, atol=1e-10, err_msg=name)
         np.testing.assert_allclose(fmu.derivative(["mu"], ["age"], np.array([2.0])), 2.0 * K)
+        # What is no output follows its own seed.
+        got = fmu.derivative(["T", "age", "Ra", "psi"], ["T", "age", "Ra"], np.array([2.0, 3.0, 4.0]))
+        np.testing.assert_array_equal(got, [2.0, 3.0, 4.0, 0.0])
         # A seed of several knowns adds up, and leaves nothing behind for the next call.
         both = fmu.derivative(outputs, ["age", "Ra"], np.array([1.0, 1.0]))
         single = [fmu.derivative(outputs, [n], np.ones(1)) for n in ("age", "Ra")]
         np.testing.assert_allclose(both, single[0] + single[1], rtol=1e-14)
         for bad, words in (
             ((["mu"], ["mu"], np.ones(1)), "with respect to mu"),
-            ((["T"], ["T"], np.ones(1)), "derivatives of T"),
             ((["mu"], ["T"], np.array([np.nan])), "seed of T = -?nan"),
         ):
             with pytest.raises(FmuError, match=words):
                 fmu.derivative(*bad)
         np.testing.assert_allclose(fmu.derivative(outputs, ["Ra"], np.ones(1)), single[1], rtol=1e-14)
+
+
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+def test_what_is_held_at_a_limit_does_not_move(ageing: Ageing, fmi: str) -> None:
+    unpacked = UnpackedFmu(ageing(fmi, 1))
+    with RunningFmu(unpacked, start=LOADS_INSIDE | {"T": 450.0}) as fmu:
+        along = ["T"], np.ones(1)
+        # Clamped to 400 degC; the distance from the domain goes on, in units of its width.
+        np.testing.assert_allclose(fmu.derivative(["mu", "domain_distance"], *along), [0.0, 1.0 / 380.0])
+        fmu.set({"clamp_to_domain": False})
+        np.testing.assert_allclose(fmu.derivative(["mu"], *along), [C])
+        fmu.set({"Ra": -10.0})
+        assert fmu.get_real(["mu"])[0] == 0.0
+        np.testing.assert_array_equal(fmu.derivative(["mu"], *along), [0.0])
+        # Beyond the physical limit of 0 MPa there is no contact, and the memory rests.
+        fmu.set({"sigma_n": -1.0})
+        np.testing.assert_array_equal(fmu.derivative(["der(age)"], ["v_rel"], np.ones(1)), [0.0])
 
 
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
