@@ -18,7 +18,7 @@ typedef struct {
     char ending[64];
 } tf_child;
 
-static const char *const tf_interpreters[] = {"python", "python3"};
+static const char *const tf_interpreters[] = {"python", "python3", "py"};
 
 static double tf_now(void) { return 1e-3 * (double)GetTickCount64(); }
 
