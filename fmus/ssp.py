@@ -139,8 +139,8 @@ def write_ssp(
     return write_archive(path, files | {DESCRIPTION: to_ssd(structure, units)})
 
 
-def pack_ssp(model: object, path: str | os.PathLike[str], **options: Any) -> Path:
-    """Write a friction model as an SSP of one component, whose loads and outputs are those of the system.
+def pack_ssp(model: object, path: str | os.PathLike[str], boundary: bool = False, **options: Any) -> Path:
+    """Write a friction model as an SSP of one component.
 
     Parameters
     ----------
@@ -148,6 +148,9 @@ def pack_ssp(model: object, path: str | os.PathLike[str], **options: Any) -> Pat
         What `pack` takes.
     path : path-like
         The archive (``.ssp``).
+    boundary : bool
+        Make loads and outputs those of the system, too. Tools that turn an SSP into one FMU need that;
+        libcosim and ecos refuse connections to the system itself.
     **options
         Of `pack`: `target`, `nodes`, `fmi`, `platforms`.
 
@@ -164,11 +167,11 @@ def pack_ssp(model: object, path: str | os.PathLike[str], **options: Any) -> Pat
         raise InputError(f"{path}: suffix {Path(path).suffix!r}, allowed: '.ssp'")
     with tempfile.TemporaryDirectory(prefix="tribofmu-") as folder:
         fmu = pack(model, Path(folder) / "friction.fmu", **options)
-        return write_ssp(path, single(fmu), {"resources/friction.fmu": fmu})
+        return write_ssp(path, single(fmu, boundary=boundary), {"resources/friction.fmu": fmu})
 
 
-def single(fmu: str | os.PathLike[str], name: str = "friction") -> Structure:
-    """Return the structure of a system that is this FMU alone, with its inputs and outputs as its own."""
+def single(fmu: str | os.PathLike[str], name: str = "friction", boundary: bool = False) -> Structure:
+    """Return the structure of a system that is this FMU alone; with `boundary` its variables are the system's."""
     root = read_description(fmu)
     inputs, outputs = [], []
     for variable in scalars(root):
@@ -178,11 +181,12 @@ def single(fmu: str | os.PathLike[str], name: str = "friction") -> Structure:
             outputs.append(variable)
     experiment = root.find("DefaultExperiment")
     given = {} if experiment is None else dict(experiment.attrib)
+    links = [("", c.name, name, c.name) for c in inputs] + [(name, c.name, "", c.name) for c in outputs]
     return Structure(
         name,
         [Component(name, f"resources/{name}.fmu", [*inputs, *outputs])],
-        [("", c.name, name, c.name) for c in inputs] + [(name, c.name, "", c.name) for c in outputs],
-        [*inputs, *outputs],
+        links if boundary else [],
+        [*inputs, *outputs] if boundary else [],
         stop=float(given.get("stopTime", 1.0)),
         step=float(given.get("stepSize", 0.01)),
     )

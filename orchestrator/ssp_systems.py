@@ -35,7 +35,7 @@ class UnpackedSsp:
         return UnpackedSsp, (str(self.folder),)
 
 
-def export_ssp(system: System, path: str | os.PathLike[str]) -> Path:
+def export_ssp(system: System, path: str | os.PathLike[str], boundary: bool = False) -> Path:
     """Write a system as an SSP 1.0 archive that other simulators load.
 
     A scalar friction FMU that runs once a contact point becomes one component a point (``friction_1`` ...),
@@ -47,13 +47,16 @@ def export_ssp(system: System, path: str | os.PathLike[str]) -> Path:
         What to write; swap FMUs before.
     path : path-like
         The archive (``.ssp``).
+    boundary : bool
+        Make what the run records outputs of the system (``forming_force``). Tools that turn an SSP into one
+        FMU need that; libcosim and ecos refuse connections to the system itself.
 
     Raises
     ------
     InputError
         A set-up that does not hold (all problems at once), or arrays that SSP 1.0 cannot express.
     """
-    from fmus.ssp import Structure, write_ssp
+    from fmus.ssp import Connector, Structure, write_ssp
 
     from .wiring import Wiring
 
@@ -82,6 +85,13 @@ def export_ssp(system: System, path: str | os.PathLike[str]) -> Path:
             for text in system.record
             for copy in _copies(wiring, text.strip().partition(".")[0])
         ]
+    if boundary:
+        for item in wiring.recorded:
+            for v in item.elements if item.elements[0].causality == "output" else ():
+                copy = _copy(wiring, item.component, v)
+                name = f"{copy}_{_plain(v)}"
+                structure.connectors.append(Connector(name, "output", v.type, v.unit))
+                structure.connections.append((copy, _plain(v), "", name))
     resources = {f"resources/{name}.fmu": system.fmu_path(name) for name in system.components}
     return write_ssp(path, structure, resources)
 

@@ -162,9 +162,9 @@ class System(BaseModel):
 
         Wiring.of(self)
 
-    def export(self, path: str | os.PathLike[str]) -> Path:
+    def export(self, path: str | os.PathLike[str], boundary: bool = False) -> Path:
         """Write the system and its FMUs as an SSP 1.0 archive; see `export_ssp`."""
-        return export_ssp(self, path)
+        return export_ssp(self, path, boundary)
 
     def bundle(self, folder: Path) -> dict[str, Path]:
         """Copy the FMUs that live in a temporary folder (from an SSP) into ``folder/fmus``; return them by component."""

@@ -1,0 +1,1 @@
+"""Friction FMUs in the simulators of others; ``python -m tests.interop`` writes what came out as a table."""

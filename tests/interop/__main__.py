@@ -1,0 +1,106 @@
+"""``python -m tests.interop -o docs/interoperability.md``: run every case and write what came out."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import platform
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+from friction_models.loads import write_text
+
+from .cases import CASES, Case, Result
+from .machines import MACHINES
+from .masters import compare_masters
+from .subjects import POINTS, STEP, STEPS, Subjects
+
+_HEADS = ("client", "version", "FMI", "kind", "shape", "model", "result", "largest deviation of mu", "remark")
+
+
+def row(case: Case, result: Result) -> tuple[str, ...]:
+    """Return a row of the table."""
+    outcome = {"agrees": "agrees", "differs": "other values", "refused": "not supported by the client"}
+    text = outcome[result.outcome]
+    if case.supported and result.outcome == "refused":
+        text = "FAILED"
+    elif not case.supported and result.outcome == "differs":
+        text = "not supported by the client"
+    deviation = "" if math.isnan(result.deviation) else f"{result.deviation:.1e}"
+    seen = result.seen.replace("|", "/")
+    return case.client, str(case.version), case.fmi, case.form, case.shape, case.model, text, deviation, seen
+
+
+def table(heads: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """Return a markdown table."""
+    lines = ["| " + " | ".join(heads) + " |", "|" + " --- |" * len(heads)]
+    return [*lines, *("| " + " | ".join(line) + " |" for line in rows)]
+
+
+def main() -> None:
+    """Run everything and write the page."""
+    parser = argparse.ArgumentParser(prog="python -m tests.interop", description=__doc__)
+    parser.add_argument("-o", "--out", type=Path, default=Path("docs/interoperability.md"))
+    chosen = parser.parse_args()
+    rows = []
+    missing: set[str] = set()
+    with tempfile.TemporaryDirectory(prefix="tribofmu-") as place:
+        folder = Path(place)
+        (folder / "subjects").mkdir()
+        subjects = Subjects(folder / "subjects")
+        for k, case in enumerate(CASES):
+            if case.version is None:
+                missing.update(case.distributions)
+                continue
+            print(case.label, flush=True)
+            rows.append(row(case, case.run(case, subjects, folder / f"case-{k}")))
+        machines = []
+        for machine in MACHINES:
+            print(machine.label, flush=True)
+            machines.append(machine.row(subjects, folder / machine.name))
+        masters = compare_masters(subjects, folder / "masters")
+    lines = [
+        "# Interoperability",
+        "",
+        "Written by `python -m tests.interop -o docs/interoperability.md` from what it ran; nothing here is typed by hand.",
+        "",
+        f"Each client runs friction FMUs of two models (one without and one with memory) over {STEPS} steps of {STEP} s with changing "
+        f"loads; N and n are {POINTS} contact points with different loads. mu after each step is compared with ONNX Runtime on the "
+        "same loads; the deviation is relative to mu. SSP: loads from a source FMU, friction, and an FMU that takes mu, written by "
+        "`System.export`. The ecos command line is a program without Python, in an environment without Python; its results are "
+        "printed with six decimals, so that the FMU behind friction gives mu times 1e9.",
+        "",
+        f"Run on: {platform.system()} {platform.machine()}, Python {platform.python_version()}.",
+        "",
+        *table(_HEADS, rows),
+        "",
+        "## Binaries for other machines",
+        "",
+        "A small C host, built for the machine in question, loads the library out of the FMU, plays the same loads and prints mu. "
+        "The macOS libraries are built and inspected, but nothing here can run them.",
+        "",
+        *table(("machine", "run by", "model", "result", "largest deviation of mu"), machines),
+        "",
+        "## Masters",
+        "",
+        "A sliding contact and a friction FMU with memory, coupled both ways, fixed step. libcosim and ecos exchange values "
+        "like the mode `jacobi`: connected inputs are initialized along the connections, then in every step all FMUs advance with what "
+        "the step before gave them. libcosim shows values as they are after the step; ecos after they were passed on, so that an "
+        "output that follows its inputs at once already shows the next ones (its `friction::mu` is ahead by one exchange; what the "
+        "other FMU receives is the same). fmpy.ssp is a Jacobi master, too, but starts connected inputs at zero.",
+        "",
+        *table(("compared", "largest relative difference"), masters),
+        "",
+    ]
+    if missing:
+        lines += [f"Not installed, not run: {', '.join(sorted(missing))}.", ""]
+    write_text(chosen.out, "\n".join(lines))
+    print("\n".join(lines))
+
+
+if __name__ == "__main__":
+    main()

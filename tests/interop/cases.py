@@ -1,0 +1,334 @@
+"""Every client on every form of the friction FMUs that it offers; what is known not to work is tried, too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from friction_models.loads import LOADS, FloatArray
+from orchestrator import System
+
+from .ecos_command import run_ecos
+from .running import Outcome, run_child, version
+from .subjects import KINDS, POINTS, SCALE, STEP, STEPS, Subjects, inputs, names, series
+
+#: Largest difference from ONNX Runtime, relative to mu: the same arithmetic in another order.
+CLOSE = 1e-12
+#: mu passes through a printed number, or an integrator.
+PRINTED, INTEGRATED = 1e-11, 1e-6
+
+
+@dataclass
+class Result:
+    """What a case brought.
+
+    Attributes
+    ----------
+    outcome : str
+        ``agrees``, ``differs``, ``refused`` (an error or a crash).
+    deviation : float
+        Largest difference of mu relative to ONNX Runtime; NaN without values.
+    seen : str
+        What stands in the table beside it.
+    """
+
+    outcome: str
+    deviation: float = np.nan
+    seen: str = ""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run of one client.
+
+    Attributes
+    ----------
+    client, distributions : str, tuple of str
+        Who, and what must be installed for it.
+    fmi, form, shape, model : str
+        Version, kind of the FMU, scalar or array, and which model.
+    run : callable
+        Does it.
+    supported : bool
+        Whether the client is known to be able to do this.
+    """
+
+    client: str
+    distributions: tuple[str, ...]
+    fmi: str
+    form: str
+    shape: str
+    model: str
+    run: Callable[[Case, Subjects, Path], Result]
+    supported: bool = True
+
+    @property
+    def label(self) -> str:
+        """Name in the list of tests."""
+        return f"{self.client}, FMI {self.fmi} {self.form}, {self.shape}, {self.model}"
+
+    @property
+    def points(self) -> int:
+        return 1 if self.shape == "scalar" else POINTS
+
+    @property
+    def version(self) -> str | None:
+        """Version of the client, None when something it needs is not installed."""
+        found = [version(name) for name in self.distributions]
+        return None if None in found else found[0]
+
+
+def compared(outcome: Outcome, expected: FloatArray, tolerance: float = CLOSE, scale: float = 1.0) -> Result:
+    """Compare the values of a child process with ONNX Runtime's."""
+    if outcome.result is None or "values" not in outcome.result:
+        return Result("refused", seen=outcome.seen)
+    values = np.array(outcome.result["values"], dtype=float)[: len(expected)] / scale
+    if values.shape != expected.shape:
+        return Result("differs", seen=f"values of shape {values.shape} instead of {expected.shape}")
+    deviation = float(np.max(np.abs(values - expected) / expected))
+    if deviation <= tolerance:
+        return Result("agrees", deviation, outcome.seen)
+    return Result("differs", deviation, "mu is 0.0 throughout" if not values.any() else "other values")
+
+
+def _job(case: Case, subjects: Subjects) -> dict[str, object]:
+    outputs = names("mu", case.points)
+    loads = inputs(case.points)
+    if case.fmi == "3.0":  # one variable an array
+        outputs, loads = ["mu"], inputs(1)
+    return {
+        "fmu": str(subjects.friction(case.model, case.fmi, case.points)),
+        "inputs": loads,
+        "outputs": outputs,
+        "series": series(case.points).tolist(),
+        "step": STEP,
+        "n": case.points,
+    }
+
+
+def fmpy_cs(case: Case, subjects: Subjects, folder: Path) -> Result:
+    """Set, step, get."""
+    outcome = run_child("fmpy_cs", _job(case, subjects), folder)
+    return compared(outcome, subjects.expected(case.model, series(case.points)))
+
+
+def fmpy_me(case: Case, subjects: Subjects, folder: Path) -> Result:
+    """Integrate with an input table; memory against a fine integration by the model itself."""
+    work = _job(case, subjects)
+    if case.model == "memory":
+        # Constant loads: what lies between the rows of the table is then no question.
+        rows = np.repeat(series(case.points)[:1], STEPS, axis=0)
+        work["series"] = rows.tolist()
+        expected = np.vstack(
+            [subjects.start_value(case.model, rows[:1]), subjects.exact(case.model, rows[:-1])]
+        )
+        return compared(run_child("fmpy_me", work, folder), expected, INTEGRATED)
+    return compared(run_child("fmpy_me", work, folder), subjects.expected(case.model, series(case.points)))
+
+
+def _single(case: Case, subjects: Subjects) -> dict[str, object]:
+    """One FMU called friction, with full names."""
+    fmu = subjects.friction(case.model, case.fmi, case.points)
+    array = case.fmi == "3.0"
+    points = 1 if array else case.points
+    return {
+        "fmus": {"friction": str(fmu)},
+        "inputs": [f"friction.{n}" for n in inputs(points)],
+        "outputs": [f"friction.{n}" for n in names("mu", points)],
+        "series": series(points).tolist(),
+        "step": STEP,
+        "steps": STEPS,
+    }
+
+
+def libcosim(case: Case, subjects: Subjects, folder: Path) -> Result:
+    """Inputs by an override manipulator."""
+    outcome = run_child("libcosim", _single(case, subjects), folder)
+    return compared(outcome, subjects.expected(case.model, series(case.points)))
+
+
+def ecospy(case: Case, subjects: Subjects, folder: Path) -> Result:
+    """Inputs set between the steps."""
+    work = _single(case, subjects)
+    if case.shape.startswith("array"):  # sized by a parameter set, elements by index
+        work["inputs"] = [f"friction.{n}" for n in inputs(case.points)]
+        work["outputs"] = [f"friction.{n}" for n in names("mu", case.points)]
+        work["series"] = series(case.points).tolist()
+    expected = subjects.expected(case.model, series(case.points))
+    return compared(run_child("ecos_python", work, folder), expected)
+
+
+def casadi(case: Case, subjects: Subjects, folder: Path) -> Result:
+    """Values and derivatives."""
+    outcome = run_child("casadi_me", _job(case, subjects), folder)
+    result = compared(outcome, subjects.expected(case.model, series()))
+    if result.outcome != "agrees" or outcome.result is None:
+        return result
+    slopes, wanted = np.array(outcome.result["slopes"]), subjects.slopes(case.model, series())
+    size = np.max(np.abs(wanted), axis=0)
+    worst = float(np.max(np.abs(slopes - wanted) / size))
+    if worst > 1e-6:
+        return Result("differs", worst, "derivatives differ from central differences")
+    return Result("agrees", result.deviation, f"derivatives within {worst:.0e} of central differences")
+
+
+def chain(case: Case, subjects: Subjects) -> System:
+    """Return loads -> friction -> meter; what friction has in step k comes from the source after step k - 1."""
+    n = case.points
+    return System.from_dict(
+        {
+            "name": "chain",
+            "communication_step": STEP,
+            "stop_time": STEP * STEPS,
+            "components": {
+                "source": {"fmu": str(subjects.source(n))},
+                "friction": {"fmu": str(subjects.friction(case.model, case.fmi, n))},
+                "meter": {"fmu": str(subjects.meter(n))},
+            },
+            "connections": [f"source.{q.name} -> friction.{q.name}" for q in LOADS]
+            + ["friction.mu -> meter.mu"],
+            "record": ["meter.scaled", "friction.mu"],
+        }
+    )
+
+
+def _ssp(case: Case, subjects: Subjects, folder: Path, boundary: bool = False) -> dict[str, object]:
+    folder.mkdir(parents=True, exist_ok=True)
+    path = chain(case, subjects).export(folder / "chain.ssp", boundary)
+    return {
+        "ssp": str(path),
+        "fmus": {"source": str(subjects.source(case.points)), "meter": str(subjects.meter(case.points))},
+        "outputs": [f"meter.{n}" for n in names("scaled", case.points)],
+        "step": STEP,
+        "steps": STEPS,
+    }
+
+
+def _delayed(case: Case, outcome: Outcome, expected: FloatArray, tolerance: float = PRINTED) -> Result:
+    """Compare after the two steps that mu takes to the meter's output."""
+    if outcome.result and "values" in outcome.result:
+        values = outcome.result["values"]
+        outcome = Outcome({"values": values[1:]}, outcome.seen)
+        expected = expected[: len(values) - 1]
+    return compared(outcome, expected, tolerance, SCALE)
+
+
+def ssp_libcosim(case: Case, subjects: Subjects, folder: Path) -> Result:
+    """`CosimExecution.from_ssp_file`, with the step of its annotation."""
+    outcome = run_child("libcosim", _ssp(case, subjects, folder), folder)
+    return _delayed(case, outcome, subjects.expected(case.model, series(case.points)))
+
+
+def ssp_ecospy(case: Case, subjects: Subjects, folder: Path) -> Result:
+    """`EcosSimulation(ssp_path=...)`."""
+    outcome = run_child("ecos_python", _ssp(case, subjects, folder), folder)
+    return _delayed(case, outcome, subjects.expected(case.model, series(case.points)))
+
+
+def ssp_ecos(case: Case, subjects: Subjects, folder: Path) -> Result:
+    """The command line: a program without Python in an environment without Python."""
+    work = _ssp(case, subjects, folder)
+    columns = [str(n).replace(".", "::", 1) for n in work["outputs"]]  # type: ignore[attr-defined]
+    outcome = run_ecos(Path(str(work["ssp"])), columns, folder)
+    return _delayed(case, outcome, subjects.expected(case.model, series(case.points)))
+
+
+def ssp_fmpy(case: Case, subjects: Subjects, folder: Path) -> Result:
+    """fmpy.ssp: validated, then simulated; its connected inputs begin at zero."""
+    outcome = run_child("fmpy_ssp", _ssp(case, subjects, folder), folder)
+    loads = series(case.points)
+    loads[0] = 0.0
+    expected = subjects.expected(case.model, loads)
+    if outcome.result is not None:  # the first row of mu is that of zero loads, and says nothing
+        outcome.result["values"] = outcome.result["values"][1:]
+        expected = expected[1:]
+    return _delayed(case, outcome, expected)
+
+
+def container(case: Case, subjects: Subjects, folder: Path) -> Result:
+    """The friction FMU inside a container FMU, which fmpy runs."""
+    folder.mkdir(parents=True, exist_ok=True)
+    fmu = subjects.friction(case.model, case.fmi, case.points)
+    (folder / "friction.fmu").write_bytes(fmu.read_bytes())
+    (folder / "box.csv").write_text("rule;from_fmu;from_port;to_fmu;to_port\nFMU;friction.fmu;;;\n", "utf-8")
+    made = run_child("container", {"description": "box.csv", "step": STEP, "fmi": case.fmi[0]}, folder)
+    if made.result is None:
+        return Result("refused", seen=made.seen)
+    work = _job(case, subjects) | {"fmu": str(folder / "box.fmu"), "n": 1}
+    return compared(run_child("fmpy_cs", work, folder), subjects.expected(case.model, series(case.points)))
+
+
+def ssp_container(case: Case, subjects: Subjects, folder: Path) -> Result:
+    """The SSP, with outputs of its own, as a container FMU, which fmpy runs."""
+    work = _ssp(case, subjects, folder, boundary=True)
+    made = run_child("container", {"description": "chain.ssp", "step": STEP}, folder)
+    if made.result is None:
+        return Result("refused", seen=made.seen)
+    outputs = [f"meter_{n}" for n in names("scaled", case.points)]
+    run = {
+        "fmu": str(folder / "chain.fmu"),
+        "inputs": [],
+        "outputs": outputs,
+        "series": [[]] * STEPS,
+        "step": work["step"],
+    }
+    return _delayed(
+        case, run_child("fmpy_cs", run, folder), subjects.expected(case.model, series(case.points))
+    )
+
+
+def validated(case: Case, subjects: Subjects, folder: Path) -> Result:
+    """What validators say about the files; nothing is run."""
+    work = {"fmu": str(subjects.friction(case.model, case.fmi)), "validator": case.client}
+    outcome = run_child("validators", work, folder)
+    if outcome.result is None:
+        return Result("refused", seen=outcome.seen)
+    found = outcome.result["values"]
+    return Result("differs", seen="; ".join(found)[:200]) if found else Result("agrees", seen="no findings")
+
+
+def _cases() -> list[Case]:
+    two, three = "2.0", "3.0"
+    many, array = f"N = {POINTS}", f"array, n = {POINTS}"
+    ecos = ("ecospy", "tbb")
+    box = ("fmu-manipulation-toolbox",)
+    cosim, exchange = "co-simulation", "model exchange"
+    cases = []
+    for model in KINDS:
+        cases += [
+            Case("fmpy", ("fmpy",), two, cosim, "scalar", model, fmpy_cs),
+            Case("fmpy", ("fmpy",), two, cosim, many, model, fmpy_cs),
+            Case("fmpy", ("fmpy",), three, cosim, "scalar", model, fmpy_cs),
+            Case("fmpy", ("fmpy",), three, cosim, array, model, fmpy_cs),
+            Case("fmpy", ("fmpy",), two, exchange, "scalar", model, fmpy_me),
+            Case("fmpy", ("fmpy",), three, exchange, "scalar", model, fmpy_me),
+            Case("libcosimpy", ("libcosimpy",), two, cosim, "scalar", model, libcosim),
+            Case("libcosimpy", ("libcosimpy",), two, cosim, many, model, libcosim),
+            Case("ecospy", ecos, two, cosim, "scalar", model, ecospy),
+            Case("ecospy", ecos, two, cosim, many, model, ecospy),
+            Case("ecospy", ecos, three, cosim, "scalar", model, ecospy),
+            Case("fmucontainer", box, two, cosim, "scalar", model, container),
+            Case("fmucontainer", box, two, cosim, many, model, container),
+            *(Case("fmpy", ("fmpy",), v, "validation", "scalar", model, validated) for v in (two, three)),
+            *(Case("fmutool", box, v, "validation", "scalar", model, validated) for v in (two, three)),
+            Case("ecos command line", ecos, two, "SSP", "scalar", model, ssp_ecos),
+        ]
+    cases += [
+        Case("CasADi", ("casadi",), two, exchange, "scalar", KINDS[0], casadi),
+        Case("ecos command line", ecos, three, "SSP", "scalar", "memory", ssp_ecos),
+        Case("ecos command line", ecos, two, "SSP", many, "memory", ssp_ecos),
+        Case("ecospy", ecos, two, "SSP", "scalar", "memory", ssp_ecospy),
+        Case("libcosimpy", ("libcosimpy",), two, "SSP", "scalar", "memory", ssp_libcosim),
+        Case("fmpy.ssp", ("fmpy",), two, "SSP", "scalar", "memory", ssp_fmpy),
+        Case("fmucontainer", box, two, "SSP", "scalar", "memory", ssp_container),
+        Case("libcosimpy", ("libcosimpy",), three, cosim, "scalar", KINDS[0], libcosim, supported=False),
+        Case("ecospy", ecos, three, cosim, array, KINDS[0], ecospy, supported=False),
+        Case("fmucontainer", box, three, cosim, "scalar", KINDS[0], container, supported=False),
+    ]
+    return cases
+
+
+CASES = _cases()
