@@ -219,7 +219,19 @@ def test_header_is_good_for_cpp_and_a_wrong_source_fails_its_self_test(
         '#include "Mine_friction.h"\nint main() { return MINE_FRICTION_LOADS - 5; }\n'
     )
     run(
-        [*c_compiler(), "-x", "c++", "-Wall", "-Wextra", "-pedantic", "-Werror", "-fsyntax-only", "use.cpp"],
+        [
+            *c_compiler(),
+            "-x",
+            "c++",
+            "-Wall",
+            "-Wextra",
+            "-pedantic",
+            "-Werror",
+            "-c",
+            "use.cpp",
+            "-o",
+            "use.o",
+        ],
         folder,
     )
     source = folder / "Mine_friction.c"
