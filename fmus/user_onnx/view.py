@@ -39,6 +39,8 @@ class View:
     def attribute(self, name: str, default: Any) -> Any:
         """Return an attribute; it must be of the type of its default, where that is given."""
         value = self.node.attributes.get(name, default)
+        if isinstance(value, float) and name not in self.node.attributes:
+            value = float(np.float32(value))  # attributes are float32, also those left out
         if isinstance(default, int | float) and not isinstance(value, int | float):
             raise refuse(self.where, f"attribute {name!r} of {self.op} is {value!r:.40}, allowed: a number")
         if isinstance(value, float) and np.isnan(value):
