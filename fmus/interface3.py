@@ -28,8 +28,10 @@ def variables3(interface: FrictionInterface, ode: bool = False) -> list[Variable
     """
     loads = tuple(q.name for q in LOADS)
     states = tuple(s.name for s in interface.states)
-    now = loads + states if ode else loads
-    first = (*loads, *states, *(p.name for p in interface.system))
+    system = tuple(p.name for p in interface.system)
+    # Tunable parameters count as known at an event and at a communication point; FMI 2.0 does not list them.
+    now = (*loads, *(states if ode else ()), *system)
+    first = (*loads, *states, *system)
     result = [Variable("time", 0, "independent", unit="s", description="simulation time")]
 
     def add(
@@ -56,7 +58,7 @@ def variables3(interface: FrictionInterface, ode: bool = False) -> list[Variable
         unit=MU.unit,
         lower=0.0,
         description=MU.meaning,
-        depends=now,
+        depends=(*now, "clamp_to_domain"),
         initial_depends=(*first, "clamp_to_domain"),
         array=True,
     )

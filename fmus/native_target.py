@@ -143,9 +143,9 @@ def native_files(
         | {"model.h": model.encode(), "modelDescription.xml": description(""), "model.onnx": source.onnx}
     )
     texts["model.h"] = f'#define TF_GUID "{guid}"\n{model}'
-    texts |= fmi_headers(fmi)
     name = identifier(f"friction_{source.family}")
-    binaries = build(texts, main, name, platforms, fmi)
+    # The standard keeps its own headers out of `sources/`: who compiles these brings them.
+    binaries = build(texts | fmi_headers(fmi), main, name, platforms, fmi)
     files = {"modelDescription.xml": description(guid), "resources/model.onnx": source.onnx}
     if fmi == "3.0":
         files["sources/buildDescription.xml"] = build_description(name, main)

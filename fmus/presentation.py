@@ -62,18 +62,16 @@ def presentation_files(source: FrictionSource, fmi: str) -> dict[str, bytes]:
 
 
 def licence_text(source: FrictionSource) -> str:
-    """Return what is licensed how: the wrapper, the model, the header files of the standard."""
+    """Return what is licensed how: the model and the wrapper."""
     author = str(source.card.get("author") or "") if source.card else ""
     own = str(source.card.get("licence") or source.card.get("license") or "") if source.card else ""
     return (
-        "This FMU has three parts.\n\n"
+        "This FMU has two parts.\n\n"
         f"1. The friction model {source.name!r}: resources/model.onnx and the numbers in sources/model.h.\n"
         f"   It belongs to its author{f' ({author})' if author else ''}. "
         f"{f'Licence: {own}' if own else 'No licence is recorded in it; ask the author'}.\n\n"
         "2. The wrapper: the other files in sources/ and the libraries compiled from them.\n"
         "   SPDX-License-Identifier: MIT; the text is below.\n\n"
-        "3. The header files fmi*.h in sources/, of the Modelica Association Project FMI.\n"
-        "   SPDX-License-Identifier: BSD-2-Clause; the text is in the files.\n\n"
         f"{_MIT}"
     )
 

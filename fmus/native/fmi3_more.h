@@ -38,14 +38,16 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_
     return STATUS(tf_deserialize(m, (const unsigned char *)bytes, size, state));
 }
 
-/* ---- dependencies: an output of a point depends on the loads (and the continuous states) of that point ---- */
+/* ---- dependencies: an output of a point depends on the loads and the continuous states of that point, and on the
+   parameters: in this order, mu on clamp_to_domain too ---- */
 
 static size_t dependencies_a_point(fmi3ValueReference vr) {
     const int group = (int)vr - VR_FIRST;
     if (vr == VR_IN_DOMAIN || (vr == VR_INDICATOR && TF_INDICATORS)) return TF_LOADS;
     if (!is_group(vr)) return 0;
     if (group == TF_DISTANCE) return TF_LOADS;
-    return group == TF_MU || group >= TF_FIRST_DER ? TF_LOADS + TF_CONTINUOUS_STATES : 0;
+    if (group == TF_MU) return TF_LOADS + TF_CONTINUOUS_STATES + TF_SYSTEM + 1;
+    return group >= TF_FIRST_DER ? TF_LOADS + TF_CONTINUOUS_STATES + TF_SYSTEM : 0;
 }
 
 fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance c, fmi3ValueReference vr, size_t *count) {
@@ -65,9 +67,14 @@ fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference vr, si
     NEED(given(m, count, dependents, independents) && given(m, count, elements, kinds));
     for (size_t k = 0; k < count; ++k) {
         const size_t i = k / each, what = k % each;
+        const int state = (int)what - TF_LOADS, parameter = state - TF_CONTINUOUS_STATES;
+        const int own = parameter < 0; /* of this point */
         dependents[k] = is_group(vr) ? i + 1 : 1; /* elements are numbered from 1 */
-        independents[k] = (fmi3ValueReference)(VR_FIRST + (what < TF_LOADS ? what : TF_FIRST_STATE + what - TF_LOADS));
-        elements[k] = i + 1;
+        independents[k] = (fmi3ValueReference)(state < 0               ? VR_FIRST + (int)what
+                                               : own                   ? VR_FIRST + TF_FIRST_STATE + state
+                                               : parameter < TF_SYSTEM ? VR_FIRST + TF_FIRST_SYSTEM + parameter
+                                                                       : VR_CLAMP);
+        elements[k] = own ? i + 1 : 1;
         kinds[k] = fmi3Dependent;
     }
     return fmi3OK;

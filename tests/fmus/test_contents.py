@@ -24,6 +24,8 @@ from friction_models.loads import LOAD_NAMES
 from tests.fmus.memory_models import ageing_bytes
 
 Get = Callable[[str, int], Path]
+#: The headers of the standard, which an FMU must not carry.
+HEADERS = Path(fmpy.__file__).parent / "c-code"
 SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi3"
 
 
@@ -74,12 +76,17 @@ def test_sources_compile_with_fmpy(ageing: Get, fmi: str, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("main", ["fmi2.c", "fmi3.c"])
-def test_sources_have_no_warnings(main: str, ageing: Get, tmp_path: Path) -> None:
+@pytest.mark.parametrize("memory", [True, False])
+def test_sources_have_no_warnings(
+    main: str, memory: bool, ageing: Get, linear_onnx: Path, tmp_path: Path
+) -> None:
     compiler = shutil.which("gcc") or shutil.which("clang") or shutil.which("cc")
     if compiler is None:
         pytest.skip("no C compiler is installed")
-    fmu = UnpackedFmu(ageing(f"{main[3]}.0", 1))
-    warnings = ["-Wall", "-Wextra", "-Wshadow", "-pedantic", "-Werror"]
+    version = f"{main[3]}.0"
+    path = ageing(version, 1) if memory else pack(linear_onnx, tmp_path / "linear.fmu", fmi=version)
+    fmu = UnpackedFmu(path)
+    warnings = ["-Wall", "-Wextra", "-Wshadow", "-pedantic", "-Werror", "-isystem", str(HEADERS)]
     command = [compiler, "-std=c99", "-O1", *warnings, "-c", main, "-o", str(tmp_path / "x.o")]
     done = subprocess.run(command, cwd=fmu.folder / "sources", capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[:2000]
@@ -129,7 +136,7 @@ def test_licences(ageing: Get, ageing_onnx: Path) -> None:
             text = archive.read("documentation/licenses/license.txt").decode()
             root = etree.fromstring(archive.read("modelDescription.xml"))
         assert here.read_text(encoding="utf-8").strip() in text
-        assert "belongs to its author" in text and "BSD-2-Clause" in text
+        assert "belongs to its author" in text
         assert "MIT" in root.get("license")
     source = read_source(ageing_onnx)
     source.card.update(author="A. Person", licence="CC-BY-4.0")

@@ -175,13 +175,18 @@ def test_dependencies_by_element(unpacked: Get) -> None:
     reference = {n: v.valueReference for n, v in fmu.variables.items()}
     with RunningFmu(fmu, points=2) as running:
         for name, known in (
-            ("mu", [*LOAD_NAMES, "age"]),
+            ("mu", [*LOAD_NAMES, "age", "Ra", "clamp_to_domain"]),
             ("domain_distance", [*LOAD_NAMES]),
-            ("der(age)", [*LOAD_NAMES, "age"]),
+            ("der(age)", [*LOAD_NAMES, "age", "Ra"]),
         ):
             dependents, independents, elements, kinds = dependencies(running, reference[name])
             pairs = list(zip(dependents, independents, elements))
-            assert pairs == [(i, reference[k], i) for i in (1, 2) for k in known]
+            points = [(i, k, 1 if k in {"Ra", "clamp_to_domain"} else i) for i in (1, 2) for k in known]
+            assert pairs == [(i, reference[k], element) for i, k, element in points]
+            # The same at the level of variables.
+            unknowns = [*fmu.description.outputs, *fmu.description.derivatives]
+            listed = next(u.dependencies for u in unknowns if u.variable.name == name)
+            assert [v.name for v in listed] == known
             assert set(kinds) == {5}  # fmi3Dependent
         dependents, _, elements, _ = dependencies(running, reference["in_domain"])
         assert set(dependents) == {1} and elements == [1] * 5 + [2] * 5

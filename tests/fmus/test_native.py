@@ -220,7 +220,7 @@ def test_what_the_archive_carries(packed: Pack, linear_onnx: Path) -> None:
     assert {
         "sources/fmi2.c",
         "sources/model.h",
-        "sources/fmi2Functions.h",
+        "sources/instance.h",
         "documentation/card.json",
     } <= names
 
