@@ -76,8 +76,7 @@ class FmuDescription:
         for name, value in sizes.items():
             if name not in known:
                 raise unknown_name("structural parameter", name, known, str(self.path))
-            # Text as it stands in the XML: limits of 64-bit integers may not pass through floating point.
-            low, high = int(known[name].min or 0), int(known[name].max or 2**63 - 1)
+            low, high = max(1, _whole(known[name].min, 1)), _whole(known[name].max, 2**63 - 1)
             if not low <= value <= high:
                 raise InputError(
                     f"{self.path}: structural parameter {name!r} = {value}, allowed: {low} to {high}"
@@ -203,6 +202,11 @@ def unpack(description: FmuDescription, folder: Path) -> Path:
             f"{file}: no binary for the platform {wanted!r}; present: {', '.join(present) or 'none'}"
         )
     return folder
+
+
+def _whole(text: str | None, otherwise: int) -> int:
+    """Return a limit from the XML; not through floating point, as it may have 64 bits."""
+    return int(text) if text is not None and re.fullmatch(r"-?\d{1,20}", text) else otherwise
 
 
 def _first_line(error: BaseException) -> str:

@@ -124,9 +124,9 @@ def _shape(item: Any, sizes: Mapping[str, int]) -> tuple[int, ...]:
     shape = []
     for dimension in item.dimensions:
         if dimension.variable is None:
-            shape.append(int(dimension.start))
+            shape.append(max(0, int(dimension.start)))
         else:
-            shape.append(int(sizes.get(dimension.variable.name, dimension.variable.start)))
+            shape.append(max(0, int(sizes.get(dimension.variable.name, dimension.variable.start))))
     return tuple(shape)
 
 

@@ -72,7 +72,7 @@ class Case:
 
     @property
     def points(self) -> int:
-        return 1 if self.shape == "scalar" else POINTS
+        return 1 if self.shape == "scalar" else int(self.shape.rpartition(" ")[2])
 
     @property
     def version(self) -> str | None:
@@ -292,6 +292,7 @@ def validated(case: Case, subjects: Subjects, folder: Path) -> Result:
 
 def _cases() -> list[Case]:
     two, three = "2.0", "3.0"
+    large = "N = 80"  # as many contact points as a forming process has markers
     many, array = f"N = {POINTS}", f"array, n = {POINTS}"
     ecos = ("ecospy", "tbb")
     box = ("fmu-manipulation-toolbox",)
@@ -319,7 +320,10 @@ def _cases() -> list[Case]:
     cases += [
         Case("CasADi", ("casadi",), two, exchange, "scalar", KINDS[0], casadi),
         Case("ecos command line", ecos, three, "SSP", "scalar", "memory", ssp_ecos),
-        Case("ecos command line", ecos, two, "SSP", many, "memory", ssp_ecos),
+        Case("ecos command line", ecos, two, "SSP", large, "memory", ssp_ecos),
+        Case("libcosimpy", ("libcosimpy",), two, "SSP", large, "memory", ssp_libcosim),
+        Case("fmucontainer", box, two, "SSP", large, "memory", ssp_container),
+        Case("fmpy.ssp", ("fmpy",), two, "SSP", large, "memory", ssp_fmpy),
         Case("ecospy", ecos, two, "SSP", "scalar", "memory", ssp_ecospy),
         Case("libcosimpy", ("libcosimpy",), two, "SSP", "scalar", "memory", ssp_libcosim),
         Case("fmpy.ssp", ("fmpy",), two, "SSP", "scalar", "memory", ssp_fmpy),
