@@ -51,7 +51,8 @@ def running_twin(twin: UnpackedFmu) -> Iterator[RunningFmu]:
 @pytest.fixture
 def stand_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
     def use(mode: str) -> None:
-        file = script(tmp_path, f'exec "{sys.executable}" -I -S "{STAND_IN}" "$@"')
+        command = f'exec "{sys.executable}" -I -S "{STAND_IN}" "$@"'
+        file = script(tmp_path, f'[ -z "$PYTHONHOME" ] || exit 77\n{command}')
         monkeypatch.setenv("TRIBOFMU_PYTHON", str(file))
         monkeypatch.setenv("STAND_IN", mode)
 

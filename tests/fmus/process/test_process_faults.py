@@ -164,7 +164,9 @@ def test_python_is_looked_for_in_order(
 ) -> None:
     """The environment variable, then the FMU's own hint, then PATH; PYTHONHOME of the host is not passed on."""
     stand_in("flood")
-    monkeypatch.setattr("fmus.running.offer_interpreter", lambda: None)  # as in a simulator that knows nothing
+    monkeypatch.setattr(
+        "fmus.running.offer_interpreter", lambda: None
+    )  # as in a simulator that knows nothing
     file = os.environ["TRIBOFMU_PYTHON"]
     hinted = UnpackedFmu(pack_twin(tmp_path / "hinted.fmu", target="process", python=file))
     plain = UnpackedFmu(pack_twin(tmp_path / "plain.fmu", target="process"))
