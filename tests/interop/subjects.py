@@ -49,7 +49,7 @@ def series(points: int = 1, steps: int = STEPS, first: int = 0) -> FloatArray:
 
 
 def _courses(points: int) -> list[tuple[float, float, float, float]]:
-    return [(*_COURSE[q], 1.0 - 0.03 * k) for q in LOAD_NAMES for k in range(points)]
+    return [(*_COURSE[q], 1.0 / (1.0 + 0.02 * k)) for q in LOAD_NAMES for k in range(points)]
 
 
 @dataclass
@@ -136,9 +136,10 @@ class Subjects:
             if (now[:, 2] > 0.0).any():  # points without contact keep their memory; here all or none
                 _, state = model.step(now, state, STEP)
             rows.append(model.predict(inside, state))
+        if state is not None:
             # Without this a client could forget all about memory and nobody would see it.
             fresh = model.predict(inside, model.start_state(points))
-            assert len(rows) < 5 or (np.abs(rows[-1] - fresh) > 1e-3).all()
+            assert (np.abs(rows[-1] - fresh) > 1e-3).all()
         return np.array(rows)
 
     def start_value(self, kind: str, loads: FloatArray) -> FloatArray:
