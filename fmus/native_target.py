@@ -147,6 +147,8 @@ def native_files(
     # The standard keeps its own headers out of `sources/`: who compiles these brings them.
     binaries = build(texts | fmi_headers(fmi), main, name, platforms, fmi)
     files = {"modelDescription.xml": description(guid), "resources/model.onnx": source.onnx}
+    if source.original is not None:
+        files["resources/original.onnx"] = source.original
     if fmi == "3.0":
         files["sources/buildDescription.xml"] = build_description(name, main)
     return (

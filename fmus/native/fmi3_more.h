@@ -85,8 +85,11 @@ fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference vr, si
 /* Whether the arrays of a derivative call fit, and all variables are Float64 variables of groups. */
 static int derivative_call(const tf_instance *m, const fmi3ValueReference vr[], size_t n, const void *values, size_t count) {
     if (!given(m, n, vr, values)) return 0;
-    for (size_t k = 0; k < n; ++k)
+    for (size_t k = 0; k < n; ++k) {
+        if (vr[k] == VR_TIME) return tf_fail(m, "derivatives of time and with respect to it are not given");
+        if (vr[k] == VR_INDICATOR && TF_INDICATORS) return tf_fail(m, "derivatives of domain_indicator are not given");
         if (!is_group(vr[k])) return unknown(m, "differentiable", vr[k]);
+    }
     return fits(m, vr, n, count);
 }
 
@@ -135,7 +138,7 @@ static int adjoint_at(const tf_instance *m, const fmi3ValueReference unknowns[],
         if (!tf_differentiate(m, wanted, i, dL, dS, dP, &t)) return 0;
         *sum += weight * tf_tangent_of(&t, wanted);
     }
-    return 1;
+    return isfinite(*sum) ? 1 : tf_fail_at(m, "the adjoint derivative with respect to ", group, i, " is not a finite number");
 }
 
 fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknowns[], size_t nUnknowns,

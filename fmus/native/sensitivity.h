@@ -52,7 +52,7 @@ static double *tf_seed_place(tf_instance *m, double *dP, int group, size_t i) {
 static int tf_add_seed(tf_instance *m, double *dP, int group, size_t i, double value) {
     double *place = tf_seed_place(m, dP, group, i);
     if (!place) return 0;
-    if (!isfinite(value)) return tf_fail_value(m, "the seed of ", group, i, value);
+    if (!isfinite(*place + value)) return tf_fail_value(m, "the seed of ", group, i, *place + value);
     *place += value;
     return 1;
 }

@@ -151,6 +151,15 @@ def test_adjoint_is_the_transposed_directional_derivative(unpacked: Get) -> None
         seed, weight = rng.normal(size=columns), rng.normal(size=rows)
         along = weight @ running.derivative(unknowns, knowns, seed)
         assert running.adjoint(unknowns, knowns, weight) @ seed == pytest.approx(along, rel=1e-12)
+        for variable in ("time", "domain_indicator"):
+            with pytest.raises(FmuError, match=f"derivatives of {variable}"):
+                running.derivative([variable], ["T"], np.ones(points))
+        huge = np.full(points, 1e308)
+        with pytest.raises(FmuError, match="with respect to Ra is not a finite number"):
+            running.adjoint(["mu"] * 100, ["Ra"], np.tile(huge, 100))
+        with pytest.raises(FmuError, match=r"seed of T\[1\] = inf"):
+            running.derivative(["mu"], ["T", "T"], np.tile(huge, 2))
+        np.testing.assert_array_equal(running.derivative(["mu"], ["T"], np.zeros(points)), 0.0)
         with pytest.raises(FmuError, match=r"adjoint derivatives of T\[1\]"):
             running.adjoint(["T"], ["T"], np.ones(3))
         with pytest.raises(FmuError, match=r"seed of mu\[2\] = -?nan"):
