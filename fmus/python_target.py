@@ -22,6 +22,7 @@ def friction_files(source: FrictionSource, interface: FrictionInterface) -> dict
     (`resources/original.onnx`), with the loads brought into its units and places.
     """
     from .native_target import friction_description
+    from .presentation import presentation_files
 
     reals = [v for v in interface.variables() if v.type == "Real"]
     box = [interface.domain.get(q.name, (q.lower, q.upper)) for q in LOADS]
@@ -44,9 +45,8 @@ def friction_files(source: FrictionSource, interface: FrictionInterface) -> dict
         resources["model.onnx"] = source.onnx
     if source.original is not None:
         resources["original.onnx"] = source.original
-    return python_fmu_files(
-        friction_description(source, interface, "python", ""), script, resources, alone=True
-    )
+    description = friction_description(source, interface, "python", "")
+    return python_fmu_files(description, script, resources, alone=True) | presentation_files(source, "2.0")
 
 
 def python_fmu_files(

@@ -40,8 +40,6 @@ class FrictionSource:
         The user's file that `onnx` was redrawn from; None for our own models.
     foreign : dict or None
         How the loads enter `original`, for a graph that runs in Python only (`onnx` is then empty).
-    labels : dict
-        System variable to the labels of its numbers 0, 1, 2 ..., where the metadata of tests is text.
     note : str
         What packing should tell the user (how far the redrawn graph is from the original); or empty.
     """
@@ -57,12 +55,16 @@ class FrictionSource:
     card: dict[str, Any] = field(default_factory=dict)
     original: bytes | None = None
     foreign: dict[str, Any] | None = None
-    labels: dict[str, tuple[str, ...]] = field(default_factory=dict)
     note: str = ""
 
     def interface(self, nodes: int) -> FrictionInterface:
         """Return the FMI variables of this model at `nodes` contact points."""
         return FrictionInterface(nodes, dict(self.domain), self.states, self.system)
+
+    @property
+    def labels(self) -> dict[str, tuple[str, ...]]:
+        """Labels of the numbers 0, 1, 2 ... of the system variables that are text in the metadata of tests."""
+        return {p.name: p.labels for p in self.system if p.labels}
 
     def system_values(self, loads: TriboLoads) -> dict[str, FloatArray]:
         """Return the system variables that the table of tests gives, shape (n,) each; labels as numbers."""
@@ -70,7 +72,7 @@ class FrictionSource:
         for p in self.system:
             column = loads.context_column(p.name)
             if column is not None:
-                found[p.name] = as_numbers(column, self.labels.get(p.name, ()), p.start)
+                found[p.name] = as_numbers(column, p.labels, p.start)
         return found
 
 
@@ -219,10 +221,10 @@ def parse_source(content: bytes, where: str) -> FrictionSource:
                 float(s.get("start", 0.0)),
                 None if s.get("min") is None else float(s["min"]),
                 None if s.get("max") is None else float(s["max"]),
+                _texts(s.get("labels", [])),
             )
             for s in part("system", [])
         )
-        labels = {str(s["name"]): _texts(s["labels"]) for s in part("system", []) if "labels" in s}
     except (KeyError, TypeError, ValueError, IndexError) as error:
         raise InputError(f"{where}: metadata of the model cannot be used ({error!r})") from None
     for load, (lower, upper) in domain.items():
@@ -242,7 +244,6 @@ def parse_source(content: bytes, where: str) -> FrictionSource:
         states=states,
         system=system,
         card=part("card", {}),
-        labels=labels,
     )
 
 
