@@ -68,7 +68,7 @@ def friction_description(
         model_exchange=common | model_exchange if native and both else None,
         sources=sources,
         annotations=annotations,
-        licence=LICENCE if native else "",
+        licence=LICENCE,
         event_indicators=int(native and both and bool(interface.domain)),
     )
 
