@@ -7,6 +7,7 @@ variables alone is computed once. The statements of both forms do the same arith
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from .graph import Graph, Step, Tensor, refuse
 from .places import Buffers, Place
 from .tables import Tables, literal
 from .trees import tree_tables
+
+T = TypeVar("T")
 
 #: Points of a block: four vectors of AVX2.
 BLOCK = 16
@@ -63,6 +66,7 @@ class Writer:
                 self._seeds[id(tensor)] = Place(f"d{_INPUTS[name]}", tensor.size)
         steps = graph.needed_for(role)
         output = graph.outputs[role]
+        self._wanted = _carrying(steps, output) if seeded else set()
         self._last = {id(t): n for n, step in enumerate(steps) for t in step.inputs if t is not None}
         self._last[id(output)] = len(steps)
         for number, step in enumerate(steps):
@@ -160,7 +164,7 @@ class Writer:
         else:
             operands = [self._element(t, i) for t, i in zip(tensors, indices)]
             self._store(step.output, self._assign(size, lanes, self._expression(step, operands)))
-        if self.seeded:
+        if id(step.output) in self._wanted:
             self._seed_elementwise(step, tensors, indices)
 
     def _assign(self, size: int, lanes: bool, expression: str, prefix: str = "t") -> Place:
@@ -191,21 +195,22 @@ class Writer:
         return ops.ELEMENTWISE[ops.plain_name(step)](self._adapted(step, operands))
 
     def _adapted(self, step: Step, operands: Sequence[str]) -> list[str]:
-        if step.op == "Clip":  # an absent limit is no limit
-            low, high = [*step.inputs[1:], None, None][:2]
-            given = iter(operands[1:])
-            return [
-                operands[0],
-                "(-INFINITY)" if low is None else next(given),
-                "INFINITY" if high is None else next(given),
-            ]
-        return [ops.cast(step, operands[0])] if step.op == "Cast" else list(operands)
+        if step.op == "Cast":
+            return [ops.cast(step, operands[0])]
+        return self._limits(step, operands, "(-INFINITY)", "INFINITY")
+
+    def _limits(self, step: Step, operands: Sequence[T], low: T, high: T) -> list[T]:
+        """Put in what stands for a limit that a Clip leaves out."""
+        if step.op != "Clip":
+            return list(operands)
+        given = iter(operands)
+        present = [t is not None for t in (*step.inputs, None, None)[:3]]
+        return [next(given) if p else absent for p, absent in zip(present, (low, low, high))]
 
     def _seed_elementwise(self, step: Step, tensors: Sequence[Tensor], indices: Sequence[str]) -> None:
         operands = self._adapted(step, [self._element(t, i) for t, i in zip(tensors, indices)])
         seeds = [self._seeds[id(t)].at(i) if id(t) in self._seeds else None for t, i in zip(tensors, indices)]
-        if ops.is_constant_by_pieces(step):
-            return
+        seeds = self._limits(step, seeds, None, None)
         y = self._values[id(step.output)].at("i")
         expression = ops.derivative(ops.plain_name(step), y, operands, seeds)
         if expression is not None:
@@ -236,7 +241,7 @@ class Writer:
             return place
 
         self._store(step.output, write(self.place(x), start))
-        if id(x) in self._seeds:
+        if id(x) in self._seeds and id(step.output) in self._wanted:
             self._store(step.output, write(self._seeds[id(x)], "NULL"), seed=True)
 
     def _reduce(self, step: Step) -> None:
@@ -253,7 +258,7 @@ class Writer:
             return place
 
         self._store(step.output, write(self.place(x)))
-        if id(x) in self._seeds:
+        if id(x) in self._seeds and id(step.output) in self._wanted:
             self._store(step.output, write(self._seeds[id(x)]), seed=True)
 
     def _pick(self, step: Step) -> None:
@@ -267,7 +272,7 @@ class Writer:
             return
         lanes = self._is_lanes([t for t, _ in picked])
         self._store(step.output, self._gathered([self._element(t, i) for t, i in picked], lanes))
-        if any(id(t) in self._seeds for t, _ in picked):
+        if id(step.output) in self._wanted and any(id(t) in self._seeds for t, _ in picked):
             seeds = [self._seeds[id(t)].at(i) if id(t) in self._seeds else "0.0" for t, i in picked]
             self._store(step.output, self._gathered(seeds, False), seed=True)
 
@@ -288,3 +293,12 @@ class Writer:
         else:
             place = self._scalar(f"tf_trees({source.pointer()}, {nodes}, {trees}, {count})")
         self._store(step.output, place)
+
+
+def _carrying(steps: Sequence[Step], output: Tensor) -> set[int]:
+    """Return the values whose derivative reaches that of the output."""
+    wanted = {id(output)}
+    for step in reversed(steps):
+        if id(step.output) in wanted:
+            wanted |= {id(t) for t in ops.differentiated(step)}
+    return wanted

@@ -129,11 +129,10 @@ TF_UNUSED static void {name}({arguments}) {{
 
 
 def _seeded(name: str, graph: Graph, role: str, tables: Tables, where: str) -> str:
-    """Return a function with forward derivatives, in the build for every processor only."""
+    """Return a function with forward derivatives."""
     body = _body(Writer(graph, role, tables, where, seeded=True))
-    return f"""\
-TF_UNUSED static void {name}({_POINT}, {_SEEDS}, double *out, double *dout) {{
-    const int fused = 0;
-    {_UNUSED} (void)dL; (void)dS; (void)dP;
-{body}}}
-"""
+    return _chosen(
+        name,
+        f"{_POINT}, {_SEEDS}, double *out, double *dout",
+        f"    (void)dL; (void)dS; (void)dP;\n{body}",
+    )

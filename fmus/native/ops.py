@@ -68,6 +68,9 @@ _CASTS = {
     11: "({0})",
 }
 
+#: Operators whose derivative is 0 wherever they have one.
+_BY_PIECES = {"And", "Greater", "GreaterOrEqual", "Less", "LessOrEqual", "Not", "Or", "TreeEnsemble"}
+
 #: Operators that take rows apart or put them together.
 STRUCTURAL = ("Cast", "Concat", "Gather", "Gemm", "MatMul", "ReduceSum", "Slice", "TreeEnsemble")
 SUPPORTED = tuple(sorted((*ELEMENTWISE, *STRUCTURAL)))
@@ -83,9 +86,14 @@ def cast(step: Step, a: str) -> str:
     return _CASTS[int(step.attributes["to"])].format(a)
 
 
-def is_constant_by_pieces(step: Step) -> bool:
-    """Whether a step has the derivative 0 wherever it has one."""
-    return step.op == "Cast" and int(step.attributes["to"]) in {6, 7, 9}
+def differentiated(step: Step) -> list[Tensor]:
+    """Return the operands that the derivative of a step depends on."""
+    operands = [t for t in step.inputs if t is not None]
+    if step.op in _BY_PIECES or (step.op == "Cast" and int(step.attributes["to"]) in {6, 7, 9}):
+        return []
+    if step.op == "Where":
+        return operands[1:]
+    return operands[:1] if step.op in {"Gather", "Slice", "Gemm", "MatMul", "ReduceSum"} else operands
 
 
 def _chain(function: str, operands: Operands) -> str:
@@ -155,7 +163,7 @@ def derivative(op: str, y: str, a: Operands, d: Seeds) -> str | None:
         case "Min":
             return _extreme("<", "tf_min", a, d)
         case "Clip":
-            return _choose(f"({a[0]}) < ({a[1]}) || ({a[0]}) > ({a[2]})", None, d[0])
+            return _choose(f"({a[0]}) < ({a[1]})", d[1], _choose(f"({a[0]}) > ({a[2]})", d[2], d[0]))
         case "Where":
             return _choose(f"({a[0]}) != 0.0", d[1], d[2])
         case "Identity":

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 import onnx
 import pytest
 
-from fmus import pack
 from fmus.native import ops
 from fmus.native.generate import generate
-from fmus.running import RunningFmu, UnpackedFmu
 from fmus.source import parse_source
-from friction_models.loads import LOAD_NAMES, InputError
-from tests.fmus.graphs import Array, graph_bytes, inside, node, random_loads, runtime, save
+from friction_models.loads import InputError
+from tests.fmus.compiled import Compiled
+from tests.fmus.graphs import Array, graph_bytes, inside, node, random_loads, runtime
 
 SCALE = node("Mul", "loads s", "x")
 SCALES = {
@@ -69,59 +68,138 @@ def case(op: str) -> bytes:
     return graph_bytes(nodes, {k: v for k, v in CONSTANTS.items() if k in used})
 
 
-def evaluate(path: Path, loads: Array, clamp: bool = True) -> Array:
-    with RunningFmu(UnpackedFmu(path)) as fmu:
-        fmu.set({"clamp_to_domain": clamp})
-        mu = np.empty(len(loads))
-        for i, row in enumerate(loads):
-            fmu.set_real(LOAD_NAMES, row)
-            mu[i] = fmu.get_real(["mu"])[0]
-    return mu
+def mixed() -> bytes:
+    """Return a graph of what is the same for all points, what is not, and both together."""
+    nodes = [
+        node("Mul", "loads s", "x"),
+        node("Gather", "loads second", "T", axis=1),
+        node("Exp", "system", "e"),
+        node("MatMul", "e u", "p"),
+        node("Tanh", "p", "q"),
+        node("Mul", "x q", "xq"),
+        node("Sub", "xq system", "low"),
+        node("Gather", "q first", "q1", axis=1),
+        node("Mul", "T tiny", "T1"),
+        node("Clip", "low nought", "above"),
+        node("Clip", "xq  high", "below"),
+        node("Min", "xq T1", "within"),
+        node("Add", "q1 T1", "spread"),
+        node("Concat", "above below spread within", "all", axis=1),
+        node("Gather", "all pick", "picked", axis=1),
+        node("Abs", "picked", "size"),
+        node("Add", "size T1", "moved"),
+        node("Tanh", "size", "t"),
+        node("Concat", "t moved", "wide", axis=1),
+        node("ReduceSum", "wide axis", "sum"),
+        node("Sigmoid", "sum", "mu"),
+    ]
+    constants = {
+        "s": SCALES["s"],
+        "u": np.linspace(0.1, 1.0, 5)[None, :],
+        "second": np.array([1]),
+        "first": np.array([0]),
+        "tiny": np.array(2e-3),
+        "nought": np.array(0.0),
+        "high": np.array(0.3),
+        "pick": np.array([10, 3, 2, 5, 4, 12]),
+        "axis": np.array([1]),
+    }
+    variable = {"name": "Ra", "unit": "um", "start": 0.4}
+    return graph_bytes(nodes, constants, {"system": [1, 1]}, metadata={"system": [variable]})
+
+
+def trees(**changes: Any) -> bytes:
+    attributes: dict[str, Any] = {
+        "n_targets": 1,
+        "aggregate_function": 1,
+        "tree_roots": [0, 2],
+        "nodes_featureids": [0, 1, 4],
+        "nodes_splits": onnx.numpy_helper.from_array(np.array([200.0, 100.0, 5.0])),
+        "nodes_modes": onnx.numpy_helper.from_array(np.zeros(3, dtype=np.uint8)),
+        "nodes_truenodeids": [1, 0, 3],
+        "nodes_trueleafs": [0, 1, 1],
+        "nodes_falsenodeids": [2, 1, 4],
+        "nodes_falseleafs": [1, 1, 1],
+        "leaf_targetids": [0] * 5,
+        "leaf_weights": onnx.numpy_helper.from_array(np.array([0.01, 0.02, 0.03, 0.1, 0.2])),
+    }
+    return graph_bytes([node("TreeEnsemble", "loads", "mu", domain="ai.onnx.ml", **(attributes | changes))])
+
+
+@pytest.fixture(scope="module")
+def operators(tmp_path_factory: pytest.TempPathFactory) -> Compiled:
+    contents = {op: case(op) for op in CASES} | {"mixed": mixed(), "TreeEnsemble": trees()}
+    return Compiled(contents, tmp_path_factory.mktemp("operators"))
+
+
+def compare_values(
+    operators: Compiled, name: str, loads: Array, expected: Array, system: Array | None = None
+) -> None:
+    """Compare with ONNX Runtime, and one point with blocks of points."""
+    for build in operators.builds():
+        mu = operators.mu(name, loads, None, system, build)
+        np.testing.assert_allclose(mu, expected, rtol=1e-12, atol=1e-14)
+        assert np.array_equal(operators.mu(name, loads, None, system, build, 5), mu)
+
+
+def compare_derivatives(operators: Compiled, name: str, loads: Array, along: Array, system: Array) -> None:
+    """Compare with central differences; a point close to a kink may differ."""
+    seeds = (along, np.zeros((len(loads), 0)), np.ones(len(system)))
+    _, got = operators.derivative("mu", name, (loads, None, system), seeds)
+    h = 1e-6
+    ahead, behind = (operators.mu(name, loads + s * along, None, system + s) for s in (h, -h))
+    assert np.isclose(got, (ahead - behind) / (2.0 * h), rtol=1e-6, atol=1e-8).mean() > 0.98
+    assert np.abs(got).max() > 0.0
 
 
 @pytest.mark.parametrize("op", CASES)
-def test_operator_agrees_with_onnx_runtime_and_with_its_derivative(op: str, tmp_path: Path) -> None:
-    content = case(op)
-    path = pack(save(content, tmp_path / "m.onnx"), tmp_path / "m.fmu")
-    loads = inside(random_loads(40))
+def test_operator_agrees_with_onnx_runtime_and_with_its_derivative(op: str, operators: Compiled) -> None:
+    loads = inside(random_loads(400))
     loads[:, 3] += 1e-3  # Log needs a positive sliding distance
-    mu = evaluate(path, loads)
-    expected = runtime(content, loads)
+    expected = runtime(case(op), loads)
     assert np.ptp(expected) > 0.0
-    np.testing.assert_allclose(mu, expected, rtol=1e-12, atol=1e-14)
-    compare_derivatives(path)
+    compare_values(operators, op, loads, expected)
+    along = np.random.default_rng(4).normal(size=loads.shape) * loads
+    compare_derivatives(operators, op, loads, along, np.zeros(0))
+
+
+def test_values_of_the_system_stand_beside_those_of_the_points(operators: Compiled) -> None:
+    loads = inside(random_loads(300))
+    for value in (0.01, 0.2, 0.4):
+        system = np.array([value])
+        expected = runtime(mixed(), loads, system=system[None, :])
+        compare_values(operators, "mixed", loads, expected, system)
+        compare_derivatives(operators, "mixed", loads, np.zeros_like(loads), system)
 
 
 def test_every_translated_operator_has_a_case() -> None:
     assert set(CASES) | {"Where", "TreeEnsemble"} == set(ops.SUPPORTED)
 
 
-def test_trees_agree_with_onnx_runtime_also_on_a_split(tmp_path: Path) -> None:
-    trees = node(
-        "TreeEnsemble",
-        "loads",
-        "mu",
-        domain="ai.onnx.ml",
-        n_targets=1,
-        aggregate_function=1,
-        tree_roots=[0, 2],
-        nodes_featureids=[0, 1, 4],
-        nodes_splits=onnx.numpy_helper.from_array(np.array([200.0, 100.0, 5.0])),
-        nodes_modes=onnx.numpy_helper.from_array(np.zeros(3, dtype=np.uint8)),
-        nodes_truenodeids=[1, 0, 3],
-        nodes_trueleafs=[0, 1, 1],
-        nodes_falsenodeids=[2, 1, 4],
-        nodes_falseleafs=[1, 1, 1],
-        leaf_targetids=[0] * 5,
-        leaf_weights=onnx.numpy_helper.from_array(np.array([0.01, 0.02, 0.03, 0.1, 0.2])),
-    )
-    content = graph_bytes([trees])
+def test_trees_agree_with_onnx_runtime_also_on_a_split(operators: Compiled) -> None:
     loads = random_loads(60)
     loads[0, 0], loads[1, 1], loads[2, 4] = 200.0, 100.0, 5.0
-    mu = evaluate(pack(save(content, tmp_path / "m.onnx"), tmp_path / "m.fmu"), loads)
-    expected = runtime(content, loads)
-    np.testing.assert_allclose(mu, expected, rtol=1e-12)
+    expected = runtime(trees(), loads)
+    compare_values(operators, "TreeEnsemble", loads, expected)
     assert len(np.unique(expected)) == 6
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"nodes_truenodeids": [1, 0, 9]}, "leaf 9, which does not exist"),
+        ({"nodes_truenodeids": [7, 0, 3]}, "node 7, which does not exist"),
+        ({"nodes_truenodeids": [0, 0, 3]}, "node 0 twice"),
+        ({"nodes_truenodeids": [-1, 0, 3]}, "node -1"),
+        ({"tree_roots": [0, 1]}, "node 1 twice"),
+        ({"nodes_featureids": [0, 5, 4]}, "feature 5, allowed: 0 to 4"),
+        ({"nodes_featureids": [0, 1]}, "different lengths"),
+    ],
+)
+def test_trees_that_are_none_are_refused(changes: dict[str, Any], words: str) -> None:
+    source = parse_source(trees(**changes), "m.onnx")
+    with pytest.raises(InputError, match=words):
+        generate(source, source.interface(1))
 
 
 @pytest.mark.parametrize(
@@ -142,21 +220,3 @@ def test_what_is_not_translated_is_refused_and_points_to_python(
     with pytest.raises(InputError, match=words) as caught:
         generate(source, source.interface(1))
     assert "--target python" in str(caught.value)
-
-
-def compare_derivatives(path: Path) -> None:
-    """Compare directional derivatives with central differences."""
-    rng = np.random.default_rng(4)
-    with RunningFmu(UnpackedFmu(path)) as fmu:
-        for row in inside(random_loads(10, seed=9, outside=False)) + 1e-3:
-            seed = rng.normal(size=5) * row
-
-            def mu_at(loads: Array, fmu: RunningFmu = fmu) -> float:
-                fmu.set_real(LOAD_NAMES, loads)
-                return float(fmu.get_real(["mu"])[0])
-
-            h = 1e-6
-            central = (mu_at(row + h * seed) - mu_at(row - h * seed)) / (2.0 * h)
-            fmu.set_real(LOAD_NAMES, row)
-            got = fmu.slave.getDirectionalDerivative([5], range(5), seed)[0]
-            assert got == pytest.approx(central, rel=1e-6, abs=1e-8)
