@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from fmus import check, pack, read_friction_fmu
@@ -160,6 +161,31 @@ def test_a_friction_fmu_predicts(packed: Pack, linear_onnx: Path, nodes: int) ->
     np.testing.assert_allclose(model.predict(loads), runtime(linear_onnx.read_bytes(), loads), rtol=1e-12)
     assert model.domain.to_dict() == BOX
     assert model.formula_text() == "line"
+
+
+@pytest.mark.parametrize("nodes", [1, 4])
+def test_arrays_of_fmi_3_are_read(nodes: int, linear_onnx: Path, memory_onnx: Path, tmp_path: Path) -> None:
+    """As many points at once as there are, whatever the default; memory and system variables test by test."""
+    loads = random_loads(1500, seed=2, outside=False)
+    model = read_friction_fmu(pack(linear_onnx, tmp_path / "line.fmu", fmi="3.0", nodes=nodes))
+    assert model.nodes == nodes
+    np.testing.assert_allclose(model.predict(loads), runtime(linear_onnx.read_bytes(), loads), rtol=1e-12)
+    array = np.tile([100.0, 100.0, 1000.0, 0.0, 2.0], (6, 1))
+    t = np.array([0.0, 0.5, 1.0, 0.0, 1.0, 3.0])
+    points = TriboLoads(
+        *array.T,
+        t=t,
+        test_id=np.array(["a", "a", "a", "b", "b", "b"]),
+        context=pd.DataFrame({"Ra": [0.2, 0.7]}, index=["a", "b"]),
+    )
+    roughness = np.repeat([0.2, 0.7], 3)
+    for fmi in ("2.0", "3.0"):
+        fmu = pack(memory_onnx, tmp_path / f"memory{fmi[0]}.fmu", fmi=fmi, nodes=nodes)
+        expected = 0.05 + 0.1 * roughness + 0.01 * (1.0 + t)
+        np.testing.assert_allclose(read_friction_fmu(fmu).predict(points), expected, rtol=1e-12)
+        still = TriboLoads(*array.T, test_id=points.test_id, context=points.context)
+        expected = 0.05 + 0.1 * roughness + 0.01
+        np.testing.assert_allclose(read_friction_fmu(fmu).predict(still), expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("target", ["native", "python"])
