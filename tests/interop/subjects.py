@@ -113,7 +113,7 @@ class Subjects:
             self._made[key] = make(folder / f"{name}.fmu", points)
         return self._made[key]
 
-    def expected(self, kind: str, loads: FloatArray) -> FloatArray:
+    def expected(self, kind: str, loads: FloatArray, step: float = STEP) -> FloatArray:
         """Return mu after each step by ONNX Runtime, shape (steps, points).
 
         Parameters
@@ -122,6 +122,8 @@ class Subjects:
             Of the model.
         loads : ndarray, shape (steps, 5 * points)
             What the FMU has in each step.
+        step : float
+            Length of the steps [s].
         """
         model = self.references[kind]
         points = loads.shape[1] // len(LOADS)
@@ -134,7 +136,7 @@ class Subjects:
                 rows.append(model.predict(inside))
                 continue
             if (now[:, 2] > 0.0).any():  # points without contact keep their memory; here all or none
-                _, state = model.step(now, state, STEP)
+                _, state = model.step(now, state, step)
             rows.append(model.predict(inside, state))
         if state is not None:
             # Without this a client could forget all about memory and nobody would see it.
