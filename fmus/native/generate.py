@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from friction_models.loads import InputError
+
 from ..interface import FrictionInterface
 from ..source import FrictionSource
 from . import ops
@@ -15,6 +17,8 @@ from .tables import Tables, interface_tables
 
 #: Largest buffers of a block on the stack; of a network that needs more, the points are run one by one.
 _STACK_BYTES = 64 * 1024
+#: The same for one point: more than this is not offered.
+_STACK_LIMIT = 512 * 1024
 _POINT = "const double *L, const double *S, const double *P"
 _SEEDS = "const double *dL, const double *dS, const double *dP"
 _UNUSED = "(void)L; (void)S; (void)P; (void)fused;"
@@ -39,6 +43,18 @@ def generate(source: FrictionSource, interface: FrictionInterface) -> str:
     InputError
         The graph holds something that is not translated; the message names it.
     """
+    try:
+        return _generate(source, interface)
+    except InputError:
+        raise
+    except (KeyError, IndexError, TypeError, ValueError, AssertionError) as error:
+        # A graph that breaks the rules of its own operators: an attribute, an operand or an index is missing.
+        raise InputError(
+            f"{source.where}: the ONNX graph breaks the rules of its operators ({error!r:.100})"
+        ) from error
+
+
+def _generate(source: FrictionSource, interface: FrictionInterface) -> str:
     where = source.where
     graph = read_graph(source.onnx, where, len(source.states), len(source.system))
     ode = "state_der" in graph.outputs
@@ -104,6 +120,9 @@ def _index_type(graph: Graph) -> str:
 
 
 def _body(writer: Writer) -> str:
+    needed = 8 * writer.buffers.total()
+    if not writer.lanes and needed > _STACK_LIMIT:
+        raise refuse(writer.where, f"the values of one point need {needed} bytes, allowed: {_STACK_LIMIT}")
     return "".join(f"    {line}\n" for line in writer.statements())
 
 

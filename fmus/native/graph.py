@@ -13,6 +13,9 @@ from friction_models.loads import LOADS, InputError
 
 Array = npt.NDArray[Any]
 
+#: Values of one contact point that a node may have: they stand on the stack of the caller's thread.
+MAX_VALUES = 1 << 14
+
 
 @dataclass
 class Tensor:
@@ -132,6 +135,9 @@ def read_graph(content: bytes, where: str, states: int, system: int) -> Graph:
         arguments = [known[n] if n else None for n in node.input]
         shape = infer_shape(node.op_type, node.domain, attributes, arguments, where)
         output = Tensor(node.output[0], shape)
+        if output.size > MAX_VALUES:
+            name = node.name or node.op_type
+            raise refuse(where, f"node {name!r} has {output.size} values a point, allowed: {MAX_VALUES}")
         known[node.output[0]] = output
         result.steps.append(Step(node.op_type, attributes, arguments, output))
     names = [o.name for o in graph.output]

@@ -108,6 +108,14 @@ def mixed() -> bytes:
     return graph_bytes(nodes, constants, {"system": [1, 1]}, metadata={"system": [variable]})
 
 
+def broad(width: int) -> bytes:
+    """Return a network that is too wide for a block of points on the stack (600), or for a point (60 000)."""
+    rng = np.random.default_rng(2)
+    constants = {"w": rng.normal(size=(5, width)) / 500.0, "u": rng.normal(size=(width, 1)) / width}
+    nodes = [node("MatMul", "loads w", "h"), node("Tanh", "h", "t"), node("MatMul", "t u", "y")]
+    return graph_bytes([*nodes, node("Abs", "y", "mu")], constants)
+
+
 def trees(**changes: Any) -> bytes:
     attributes: dict[str, Any] = {
         "n_targets": 1,
@@ -128,7 +136,8 @@ def trees(**changes: Any) -> bytes:
 
 @pytest.fixture(scope="module")
 def operators(tmp_path_factory: pytest.TempPathFactory) -> Compiled:
-    contents = {op: case(op) for op in CASES} | {"mixed": mixed(), "TreeEnsemble": trees()}
+    contents = {op: case(op) for op in CASES}
+    contents |= {"mixed": mixed(), "TreeEnsemble": trees(), "broad": broad(600)}
     return Compiled(contents, tmp_path_factory.mktemp("operators"))
 
 
@@ -176,6 +185,11 @@ def test_every_translated_operator_has_a_case() -> None:
     assert set(CASES) | {"Where", "TreeEnsemble"} == set(ops.SUPPORTED)
 
 
+def test_a_broad_network_runs_point_by_point(operators: Compiled) -> None:
+    loads = random_loads(100)
+    compare_values(operators, "broad", loads, runtime(broad(600), loads))
+
+
 def test_trees_agree_with_onnx_runtime_also_on_a_split(operators: Compiled) -> None:
     loads = random_loads(60)
     loads[0, 0], loads[1, 1], loads[2, 4] = 200.0, 100.0, 5.0
@@ -198,6 +212,29 @@ def test_trees_agree_with_onnx_runtime_also_on_a_split(operators: Compiled) -> N
 )
 def test_trees_that_are_none_are_refused(changes: dict[str, Any], words: str) -> None:
     source = parse_source(trees(**changes), "m.onnx")
+    with pytest.raises(InputError, match=words):
+        generate(source, source.interface(1))
+
+
+#: Concatenated with itself again and again, 20 times.
+DOUBLED = [node("Concat", f"a{k} a{k}", f"a{k + 1}", axis=1) for k in range(20)]
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (broad(60_000), "60000 values a point, allowed: 16384; pack it with --target python"),
+        (graph_bytes([node("Identity", "loads", "a0"), *DOUBLED]), "20480 values a point"),
+        (
+            graph_bytes([node("Gather", "loads six", "mu", axis=1)], {"six": np.array([6])}),
+            "breaks the rules",
+        ),
+        (graph_bytes([node("Cast", "loads", "mu")]), "breaks the rules"),
+        (graph_bytes([node("Exp", "nowhere", "mu")]), "uses 'nowhere', which does not exist"),
+    ],
+)
+def test_graphs_that_cannot_be_are_refused(content: bytes, words: str) -> None:
+    source = parse_source(content, "m.onnx")
     with pytest.raises(InputError, match=words):
         generate(source, source.interface(1))
 
