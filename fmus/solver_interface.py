@@ -137,7 +137,7 @@ class SolverInterface:
                 "canBeInstantiatedOnlyOncePerProcess": False,
                 "canNotUseMemoryManagementFunctions": True,
                 "canGetAndSetFMUstate": True,
-                "canSerializeFMUstate": False,
+                "canSerializeFMUstate": True,
             },
             step=step,
             stop=stop,

@@ -15,7 +15,7 @@
 #error "the messages are little-endian"
 #endif
 
-enum { TF_HELLO = 1, TF_CONFIGURE, TF_START, TF_STEP, TF_SAVE, TF_RESTORE, TF_FREE, TF_QUIT };
+enum { TF_HELLO = 1, TF_CONFIGURE, TF_START, TF_STEP, TF_SAVE, TF_RESTORE, TF_FREE, TF_QUIT, TF_SERIALIZE, TF_DESERIALIZE };
 enum { TF_PROTOCOL = 1 };
 #define TF_AT_LEAST_ONE(n) ((n) > 0 ? (n) : 1)
 

@@ -5,7 +5,19 @@ typedef struct {
     const tf_front *owner;
     unsigned long long life, number;
     tf_data data;
+    unsigned char *bytes; /* once serialized */
+    size_t size;
 } tf_state;
+
+static const char serial_mark[] = "tribofmu 1 " TF_GUID;
+
+static fmi2Status belongs(tf_front *f, const tf_state *s) {
+    if (!f) return fmi2Error;
+    if (!s) return tf_say(f, fmi2Error, "the FMU state is empty");
+    if (s->owner != f) return tf_say(f, fmi2Error, "the FMU state belongs to another instance");
+    if (s->life != f->life) return tf_say(f, fmi2Error, "the FMU state was in a solver process that is gone");
+    return fmi2OK;
+}
 
 /* Free the number in the process; a process that is gone has taken its states along. */
 static fmi2Status forget(tf_front *f, const tf_state *s) {
@@ -23,11 +35,13 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
     memcpy(&number, f->buffer + 1, sizeof number);
     s = (tf_state *)*state;
     if (s) status = forget(f, s);
-    else s = (tf_state *)malloc(sizeof *s);
+    else s = (tf_state *)calloc(1, sizeof *s);
     if (!s) {
         tf_number_request(f, TF_FREE, number);
         return tf_say(f, fmi2Error, "out of memory");
     }
+    free(s->bytes);
+    s->bytes = NULL;
     s->owner = f;
     s->life = f->life;
     s->number = number;
@@ -39,13 +53,8 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
     tf_front *f = (tf_front *)c;
     const tf_state *s = (const tf_state *)state;
-    fmi2Status status;
-    if (!f) return fmi2Error;
-    if (!s) return tf_say(f, fmi2Error, "the FMU state to be set is empty");
-    if (s->owner != f) return tf_say(f, fmi2Error, "the FMU state belongs to another instance");
-    if (s->life != f->life)
-        return tf_say(f, fmi2Error, "the FMU state was in a solver process that is gone");
-    status = tf_number_request(f, TF_RESTORE, s->number);
+    fmi2Status status = belongs(f, s);
+    if (status == fmi2OK) status = tf_number_request(f, TF_RESTORE, s->number);
     if (status == fmi2OK) f->data = s->data;
     return status;
 }
@@ -55,29 +64,87 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
     if (state && *state) {
         const tf_state *s = (const tf_state *)*state;
         if (s->owner == (const tf_front *)c) status = forget((tf_front *)c, s);
+        free(s->bytes);
         free(*state);
         *state = NULL;
     }
     return status;
 }
 
-static fmi2Status no_bytes(fmi2Component c) {
-    return tf_say((tf_front *)c, fmi2Error, "the FMU state cannot be serialized (canSerializeFMUstate is false)");
+/* Have the process write the state, with the front's own part in it, under one check sum. */
+static fmi2Status serialize(tf_front *f, tf_state *s) {
+    fmi2Status status = belongs(f, s);
+    if (status != fmi2OK || s->bytes) return status;
+    if (!tf_begin(f, TF_SERIALIZE, sizeof s->number + sizeof serial_mark + sizeof s->data))
+        return tf_say(f, fmi2Error, "out of memory");
+    tf_add(f, &s->number, sizeof s->number);
+    tf_add(f, serial_mark, sizeof serial_mark);
+    tf_add(f, &s->data, sizeof s->data);
+    status = tf_exchange(f);
+    if (status != fmi2OK) return status;
+    s->size = f->length - 1;
+    s->bytes = (unsigned char *)malloc(s->size + 1);
+    if (!s->bytes) return tf_say(f, fmi2Error, "out of memory");
+    memcpy(s->bytes, f->buffer + 1, s->size);
+    return fmi2OK;
 }
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
-    (void)state; (void)size;
-    return no_bytes(c);
+    const fmi2Status status = serialize((tf_front *)c, (tf_state *)state);
+    if (status == fmi2OK) *size = ((tf_state *)state)->size;
+    return status;
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-    (void)state; (void)bytes; (void)size;
-    return no_bytes(c);
+    tf_state *s = (tf_state *)state;
+    const fmi2Status status = serialize((tf_front *)c, s);
+    if (status != fmi2OK) return status;
+    if (size < s->size)
+        return tf_say((tf_front *)c, fmi2Error, "the buffer for the FMU state has %lu bytes, allowed: at least %lu",
+                      (unsigned long)size, (unsigned long)s->size);
+    memcpy(bytes, s->bytes, s->size);
+    return fmi2OK;
+}
+
+/* Whether the front's own part can be what this FMU has written. */
+static int credible(const tf_data *d) {
+    int good = isfinite(d->begin) && isfinite(d->now) && (d->running | 1) == 1 && (d->initialized | 1) == 1;
+    for (size_t i = 0; good && i < TF_REALS; ++i) good = isfinite(d->values[i]);
+    for (size_t i = 0; good && i < sizeof d->flags; ++i) good = d->flags[i] <= 1;
+    return good;
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-    (void)bytes; (void)size; (void)state;
-    return no_bytes(c);
+    tf_front *f = (tf_front *)c;
+    tf_state read, *s;
+    fmi2Status status;
+    if (!f || !state) return fmi2Error;
+    memset(&read, 0, sizeof read);
+    if (!bytes || size > 64u * 1024u * 1024u - 1) return tf_say(f, fmi2Error, "the serialized state has no such size");
+    if (!tf_begin(f, TF_DESERIALIZE, size)) return tf_say(f, fmi2Error, "out of memory");
+    tf_add(f, bytes, size);
+    status = tf_ask(f, sizeof read.number + sizeof serial_mark + sizeof read.data);
+    if (status != fmi2OK) return status;
+    memcpy(&read.number, f->buffer + 1, sizeof read.number);
+    memcpy(&read.data, f->buffer + 1 + sizeof read.number + sizeof serial_mark, sizeof read.data);
+    read.owner = f;
+    read.life = f->life;
+    if (memcmp(f->buffer + 1 + sizeof read.number, serial_mark, sizeof serial_mark) != 0 || !credible(&read.data)) {
+        forget(f, &read);
+        return tf_say(f, fmi2Error, "the serialized state does not belong to this FMU");
+    }
+    s = (tf_state *)*state;
+    if (s) {
+        status = forget(f, s);
+        free(s->bytes);
+    } else s = (tf_state *)malloc(sizeof *s);
+    if (!s) {
+        forget(f, &read);
+        return tf_say(f, fmi2Error, "out of memory");
+    }
+    *s = read;
+    *state = s;
+    return status;
 }
 
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Boolean value[]) {

@@ -62,7 +62,7 @@ class SolverSlave(Fmi2Slave):
     def ensure_started(self) -> None:
         """Build the process on first use, when all parameters are set."""
         if not self.running:
-            self.solver.start()
+            self.solver.launch()
             self.running = True
 
     @guarded
@@ -125,11 +125,27 @@ class SolverSlave(Fmi2Slave):
     @guarded
     def _get_fmu_state(self) -> dict[str, Any]:
         self.ensure_started()
-        times = (self.begin, self.now)
-        return {"solver": self.solver.save(), "times": times, "initialized": self.initialized}
+        more = [self.begin, self.now, self.initialized]
+        return {"solver": self.solver, "saved": self.solver.save(), "more": more}
 
     @guarded
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
-        self.solver.restore(state["solver"])
-        self.begin, self.now = state["times"]
-        self.initialized, self.running = state["initialized"], True
+        saved, more = state.get("saved"), state.get("more")
+        if saved is None or more is None:  # PythonFMU reads bytes where no instance is at hand
+            saved, more = self.solver.from_bytes(state["bytes"])
+        if len(more) != 3 or not all(math.isfinite(number) for number in more):
+            raise InputError("the serialized state cannot be read (its times are not finite numbers)")
+        self.solver.restore(saved)
+        self.begin, self.now, self.initialized = more[0], more[1], bool(more[2])
+        self.running = True
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
+        if "bytes" in state:
+            return bytes(state["bytes"])
+        content: bytes = state["solver"].to_bytes(state["saved"], state["more"])
+        return content
+
+    @staticmethod
+    def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
+        return {"bytes": state}

@@ -2,12 +2,28 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from abc import ABC, abstractmethod
-from typing import Any
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from friction_models.loads import FloatArray
+from friction_models.loads import FloatArray, InputError
+
+from .state_bytes import from_bytes, to_bytes
+
+
+class Saved(NamedTuple):
+    """State of a solver: its variables, what its process was started with, the process and its snapshot."""
+
+    values: FloatArray
+    flags: npt.NDArray[np.bool_]
+    started: FloatArray
+    process: Any
+    snapshot: Any
 
 
 class Solver(ABC):
@@ -29,9 +45,13 @@ class Solver(ABC):
         All Real variables.
     flags : numpy.ndarray of bool
         Boolean outputs.
+    started : numpy.ndarray
+        Inputs and parameters with which the process was started.
     """
 
     process: Any = None
+    #: Classes that a snapshot of the process is made of.
+    snapshot_classes: ClassVar[tuple[type, ...]] = ()
 
     def __init__(self, config: dict[str, Any]) -> None:
         self.config = config
@@ -40,6 +60,7 @@ class Solver(ABC):
         self.first_parameter: int = config["first_parameter"]
         self.values: FloatArray = np.array(config["start"], dtype=np.float64)
         self.flags = np.zeros(config["flags"], dtype=bool)
+        self.started: FloatArray = np.empty(0)
 
     @abstractmethod
     def start(self) -> None:
@@ -57,14 +78,57 @@ class Solver(ABC):
         """Return the inputs in order of their value references."""
         return self.values[self.first_input : self.first_parameter]
 
-    def save(self) -> Any:
+    def launch(self) -> None:
+        """Start the process with the present inputs and parameters."""
+        started = self.values[self.first_input :].copy()
+        self.start()
+        self.started = started
+
+    def save(self) -> Saved:
         """Return a copy of the whole state; `restore` continues from it exactly."""
         # The process is part of it: another one, with other parameters, may run when the state comes back.
-        return self.values.copy(), self.flags.copy(), self.process, self.process.snapshot()
+        values, flags, snapshot = self.values.copy(), self.flags.copy(), self.process.snapshot()
+        return Saved(values, flags, self.started, self.process, snapshot)
 
-    def restore(self, saved: Any) -> None:
+    def restore(self, saved: Saved) -> None:
         """Go back to what `save` returned, exactly; it can be used again."""
-        values, flags, process, snapshot = saved
-        self.values[:], self.flags[:] = values, flags
-        self.process = process
-        self.process.restore(snapshot)
+        self.values[:], self.flags[:] = saved.values, saved.flags
+        self.started, self.process = saved.started, saved.process
+        self.process.restore(saved.snapshot)
+
+    def to_bytes(self, saved: Saved, more: list[Any]) -> bytes:
+        """Return a state as bytes, together with what the host has to remember (numbers and texts)."""
+        content = [saved.values, saved.flags, saved.started, saved.snapshot, more]
+        return to_bytes(content, self.identity(), self.snapshot_classes)
+
+    def from_bytes(self, content: bytes) -> tuple[Saved, list[Any]]:
+        """Return the state and what the host had to remember; the solver stays as it is.
+
+        Raises
+        ------
+        InputError
+            Not a state of this FMU and this version of tribofmu, or a damaged one.
+        """
+        found = from_bytes(content, self.identity(), self.snapshot_classes)
+        if not isinstance(found, list) or len(found) != 5:
+            raise InputError("the serialized state cannot be read (it has other parts)")
+        values, flags, started, snapshot, more = found
+        if np.shape(values) != self.values.shape or np.shape(flags) != self.flags.shape:
+            raise InputError("the serialized state cannot be read (it has other variables)")
+        if self.process is not None and np.array_equal(started, self.started):
+            return Saved(values, flags, started, self.process, snapshot), more
+        # What does not change during a run is not in the snapshot: the process is built again.
+        other = type(self)(self.config)
+        other.values[other.first_input :] = started
+        other.launch()
+        return Saved(values, flags, started, other.process, snapshot), more
+
+    def identity(self) -> str:
+        """Return a text that differs between FMUs and versions of the package."""
+        try:
+            package = version("tribofmu")
+        except PackageNotFoundError:
+            package = ""
+        shown = {k: v for k, v in self.config.items() if k != "names"}
+        text = json.dumps([type(self).__name__, package, shown], sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()

@@ -7,8 +7,13 @@ from typing import Any
 import numpy as np
 
 from forming.bce import BackwardCupExtrusion
+from forming.fe.body import Body
+from forming.fe.markers import SurfaceLoads, SurfaceMarkers
+from forming.fe.state import Energy, OldMesh, Record, State
+from forming.fe.tool_heat import ToolField, ToolSteel
 from forming.fre import ForwardRodExtrusion
 from forming.material import HenselSpittel
+from forming.tooling import Tool
 
 from .core import Solver
 
@@ -20,6 +25,19 @@ PROCESSES: dict[str, Any] = {"fre": ForwardRodExtrusion, "bce": BackwardCupExtru
 
 class FormingSolver(Solver):
     """Outputs: five loads of n markers, stroke, force, work, max_tau_over_k, active; input: mu of n markers."""
+
+    snapshot_classes = (
+        State,
+        Body,
+        Tool,
+        ToolField,
+        ToolSteel,
+        SurfaceMarkers,
+        SurfaceLoads,
+        OldMesh,
+        Energy,
+        Record,
+    )
 
     def start(self) -> None:
         material = HenselSpittel(**self.config["material"])

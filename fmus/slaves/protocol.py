@@ -15,6 +15,8 @@ SAVE         nothing                                       number of the state (
 RESTORE      number of a state                             nothing
 FREE         number of a state                             nothing
 QUIT         nothing                                       none: the process ends
+SERIALIZE    number of a state, the front's own part       the state as bytes
+DESERIALIZE  the state as bytes                            number of the state, the front's own part
 ============ ============================================= ===============================================
 
 HELLO and its reply stay as they are in all versions, so that two versions can tell each other apart.
@@ -30,7 +32,7 @@ MAGIC = b"TFMU"
 #: Longest message [bytes].
 LONGEST = 64 * 1024**2
 
-HELLO, CONFIGURE, START, STEP, SAVE, RESTORE, FREE, QUIT = range(1, 9)
+HELLO, CONFIGURE, START, STEP, SAVE, RESTORE, FREE, QUIT, SERIALIZE, DESERIALIZE = range(1, 11)
 #: Statuses are those of FMI 2.0.
 OK, DISCARD, ERROR = 0, 2, 3
 

@@ -58,6 +58,8 @@ class Server:
             protocol.SAVE: self.save,
             protocol.RESTORE: self.restore,
             protocol.FREE: self.free,
+            protocol.SERIALIZE: self.serialize,
+            protocol.DESERIALIZE: self.deserialize,
         }
 
     def run(self) -> None:
@@ -108,7 +110,7 @@ class Server:
     def start(self, content: bytes) -> bytes:
         solver = self._configured()
         solver.values[solver.first_input :] = _numbers(content, len(solver.values) - solver.first_input)
-        solver.start()
+        solver.launch()
         return self._published()
 
     def step(self, content: bytes) -> bytes:
@@ -119,10 +121,13 @@ class Server:
         return self._published()
 
     def save(self, _: bytes) -> bytes:
+        return self._keep(self._configured().save())
+
+    def _keep(self, state: Any) -> bytes:
         if len(self.states) >= MOST_STATES:
             raise InputError(f"{len(self.states)} states are kept, allowed: at most {MOST_STATES}; free some")
         number, self.next_state = self.next_state, self.next_state + 1
-        self.states[number] = self._configured().save()
+        self.states[number] = state
         return struct.pack("<Q", number)
 
     def restore(self, content: bytes) -> bytes:
@@ -132,6 +137,16 @@ class Server:
     def free(self, content: bytes) -> bytes:
         del self.states[self._state(content)]
         return b""
+
+    def serialize(self, content: bytes) -> bytes:
+        state = self.states[self._state(content[:8])]
+        return self._configured().to_bytes(state, [content[8:].hex()])
+
+    def deserialize(self, content: bytes) -> bytes:
+        state, more = self._configured().from_bytes(content)
+        if len(more) != 1 or not isinstance(more[0], str):
+            raise InputError("the serialized state is one of the Python form of this FMU")
+        return self._keep(state) + bytes.fromhex(more[0])
 
     def _configured(self) -> Solver:
         if self.solver is None:

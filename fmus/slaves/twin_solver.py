@@ -5,13 +5,24 @@ from __future__ import annotations
 from typing import Any
 
 from forming.material import HenselSpittel
-from sct_twin.process import SctProcess
+from sct_twin.contact_temperature import ContactTemperature, SlidingContact, ThermalBody, ThermalSettings
+from sct_twin.process import ProcessSnapshot, SctProcess
+from sct_twin.upsetting import ContactState
 
 from .core import Solver
 
 
 class TwinSolver(Solver):
     """Outputs: the five loads of the contact mean; inputs: F_n, v_slide, T_tool, mu."""
+
+    snapshot_classes = (
+        ProcessSnapshot,
+        ContactState,
+        SlidingContact,
+        ThermalSettings,
+        ThermalBody,
+        ContactTemperature,
+    )
 
     def start(self) -> None:
         F_n, v_slide, T_tool, mu = self.inputs().tolist()
