@@ -47,6 +47,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
     double dP[TF_AT_LEAST_ONE(TF_SYSTEM)] = {0.0};
     int good = given(m, n, unknowns, result) && given(m, nKnown, knowns, seed), group = 0;
     size_t point = 0, seeded = 0;
+    if (n == 0) return STATUS(good); /* nothing is asked for, so no seed can be wrong */
     for (; good && seeded < nKnown; seeded += (size_t)good)
         good = place_of(m, knowns[seeded], &group, &point) && tf_add_seed(m, dP, group, point, seed[seeded]);
     for (size_t k = 0; good && k < n; ++k)
