@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import shutil
 import tempfile
+import weakref
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,8 +26,9 @@ class UnpackedSsp:
     """The folder of an unpacked SSP; it lasts as long as a system refers to it."""
 
     def __init__(self, folder: str | None = None) -> None:
-        self._temporary = None if folder else tempfile.TemporaryDirectory(prefix="tribofmu-")
-        self.folder = Path(folder or self._temporary.name).resolve()  # type: ignore[union-attr]
+        self.folder = Path(folder or tempfile.mkdtemp(prefix="tribofmu-")).resolve()
+        if folder is None:
+            weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
 
     def __deepcopy__(self, _memo: Any) -> UnpackedSsp:
         return self
@@ -73,6 +76,13 @@ def export_ssp(system: System, path: str | os.PathLike[str], boundary: bool = Fa
         stop=system.stop_time,
         step=system.communication_step,
     )
+    names = [component.name for component in structure.components]
+    if len(set(names)) != len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise InputError(
+            f"{system.source}: the contact points of a component become components of their own, and the name {twice!r} "
+            "is taken; allowed: another name for one of them"
+        )
     structure.notes = {
         "name": system.name,
         "order": [copy for name in system.evaluation_order() for copy in _copies(wiring, name)],

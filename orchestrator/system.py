@@ -3,18 +3,30 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    PrivateAttr,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
 from friction_models.loads import InputError, nearest, unknown_name, write_text
 
 from .errors import collected
 from .ssp_systems import UnpackedSsp, export_ssp, load_ssp
+
+_MAX_NAME = 100
+_NAME = re.compile(rf"\w[\w \-+#@()\[\]]{{0,{_MAX_NAME - 1}}}(?<! )")
 
 StartValue = bool | int | float | str | list[float]
 
@@ -40,8 +52,9 @@ class System(BaseModel):
     components : dict of str to Component
         FMU files and start values; file names are relative to the YAML file.
     connections : list of str
-        ``"forming.v_rel -> friction.v_rel"``; structured variables connect element by element, and a scalar friction
-        FMU fed by a vector runs once a contact point.
+        ``"forming.v_rel -> friction.v_rel"``; structured variables connect element by element. A scalar friction
+        FMU fed by a vector runs once a contact point; arrays of FMI 3.0 whose length is a structural parameter
+        become as long as what feeds them.
     order : list of str or None
         Order of evaluation in the mode ``gauss_seidel``; None: a component named ``friction`` first,
         the others as they stand in the file.
@@ -68,6 +81,18 @@ class System(BaseModel):
     _folder: Path = PrivateAttr(default_factory=Path.cwd)
     _source: str = PrivateAttr(default="system")
     _unpacked: UnpackedSsp | None = PrivateAttr(default=None)
+
+    @field_validator("components")
+    @classmethod
+    def _plain_names(cls, components: dict[str, Component]) -> dict[str, Component]:
+        # Names become parts of paths, of connections and of archives.
+        for name in components:
+            if not _NAME.fullmatch(name):
+                raise ValueError(
+                    f"component name {name!r} cannot be used; allowed: letters, digits, spaces and _-+#@()[] "
+                    f"after a letter or digit, at most {_MAX_NAME} characters"
+                )
+        return components
 
     @model_validator(mode="after")
     def _whole_steps(self) -> System:
@@ -209,4 +234,6 @@ def _sentence(item: Any) -> str:
         return f"the key {place!r} is missing"
     text = str(item["msg"]).removeprefix("Value error, ")
     text = text[0].lower() + text[1:]
-    return f"{place}: {text} (value {item['input']!r})" if place else text
+    if not place or isinstance(item["input"], dict):
+        return text
+    return f"{place}: {text} (value {item['input']!r})"

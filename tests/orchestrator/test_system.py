@@ -171,3 +171,11 @@ def test_an_fmu_without_this_platform_is_refused(tiny: dict[str, Path], tmp_path
     (tmp_path / "out").mkdir()
     with pytest.raises(InputError, match=r"no binary for the platform.*present: vax"):
         unpack(describe(archive(tmp_path / "x.fmu", only)), tmp_path / "out")
+
+
+@pytest.mark.parametrize("name", ["../../evil", "/abs", "a.b", "a->b", "", " x", "x ", "x" * 101, "a\\b"])
+def test_component_names_are_no_paths(tiny: dict[str, Path], name: str) -> None:
+    content = system_content(tiny["law"], tiny["process"], connections=[])
+    content["components"] = {name: {"fmu": str(tiny["law"])}}
+    with pytest.raises(InputError, match="component name"):
+        System.from_dict(content)
