@@ -84,6 +84,13 @@ def read_members(path: str | os.PathLike[str]) -> dict[str, zipfile.ZipInfo]:
     total = sum(m.file_size for m in members)
     if total > MAX_BYTES:
         raise InputError(f"{file}: unpacks to {total} bytes, allowed: at most {MAX_BYTES}")
+    end = 0
+    for member in sorted(members, key=lambda m: m.header_offset):
+        if member.header_offset < end:
+            raise InputError(
+                f"{file}: member {member.filename[:60]!r} lies in another one, allowed: one after the other"
+            )
+        end = member.header_offset + 30 + len(member.orig_filename) + member.compress_size
     found: dict[str, zipfile.ZipInfo] = {}
     taken: set[str] = set()
     for member in members:

@@ -24,7 +24,7 @@ td,th{border-bottom:1px solid var(--line);padding:.35em 1.1em .35em 0;text-align
 thead th{color:var(--soft);font-weight:600}tbody th{font-weight:600}
 td.n,th.n{text-align:right;white-space:nowrap}
 code,pre{font:0.93em/1.5 ui-monospace,"DejaVu Sans Mono",Menlo,Consolas,monospace;background:var(--wash);
-border-radius:4px;padding:.08em .3em}
+border-radius:4px;padding:.08em .3em}td code{white-space:nowrap}
 pre{padding:.8em 1em;overflow-x:auto;white-space:pre-wrap}
 .badge{display:inline-block;background:var(--notewash);color:var(--note);border-radius:99px;padding:.05em .8em;
 font-size:.85rem;font-weight:600}

@@ -87,7 +87,7 @@ def _curves(source: FrictionSource, interface: FrictionInterface) -> str:
     if not picture:
         return ""
     outside = (
-        " Darker grey lies outside of the trained domain: there the FMU uses the nearest point of the domain."
+        " The margins lie outside of the trained domain: there the FMU uses the nearest point of the domain."
         if interface.domain
         else " No trained domain is recorded; usual ranges are shown."
     )

@@ -16,7 +16,7 @@ from .source import FrictionSource
 
 _POINTS = 61
 _WIDTH, _HEIGHT, _GAP = 186, 150, 16
-_LEFT, _TOP, _BOTTOM = 46, 26, 36
+_LEFT, _TOP, _BOTTOM = 56, 26, 36
 #: Where a load's domain is not recorded.
 _USUAL = {"v_rel": (5, 500), "T": (20, 300), "sigma_n": (500, 2750), "sd": (0, 60), "psi": (1, 20)}
 #: The load that is varied from curve to curve, and in its own picture another one.
@@ -27,7 +27,7 @@ _SHARES = (0.1, 0.5, 0.9)
 def response_curves(source: FrictionSource, interface: FrictionInterface) -> str:
     """Return an SVG with mu over each load, the others in the middle of the domain; memory at its start.
 
-    Grey parts lie outside of the trained domain, where the FMU moves the loads to its border. Numbers
+    The margins lie outside of the trained domain, where the FMU moves the loads to its border. Numbers
     are rounded to a tenth of a pixel: equal models give equal pictures. Empty where mu is not a number.
     """
     box = {q.name: interface.domain.get(q.name, _USUAL[q.name]) for q in LOADS}
@@ -70,7 +70,7 @@ def legend(interface: FrictionInterface) -> str:
         return ", ".join(short(lower + s * (upper - lower)) for s in _SHARES) + f" {units[name]}"
 
     return (
-        f"Light to dark: {_FAMILY} = {values(_FAMILY)}; in the picture over {_FAMILY}, {_OTHER} = {values(_OTHER)}. "
+        f"Faint to strong: {_FAMILY} = {values(_FAMILY)}; in the picture over {_FAMILY}, {_OTHER} = {values(_OTHER)}. "
         "The other loads are in the middle of the domain, memory is at its start."
     )
 

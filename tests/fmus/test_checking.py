@@ -102,6 +102,38 @@ def bad_archives(good: Path, folder: Path) -> dict[str, tuple[Path, str]]:
     start = bomb.index(b"PK\x01\x02")
     bomb[start + 24 : start + 28] = struct.pack("<I", 0xFFFFFFF0)
     make("bomb", "unpacks to", bytes(bomb))
+    overlap = bytearray(whole)
+    second = overlap.index(b"PK\x01\x02", start + 4)
+    overlap[second + 42 : second + 46] = bytes(4)
+    make("overlap", "lies in another one", bytes(overlap))
+    for name, other in (
+        ("capitals", "RESOURCES/model.ONNX"),
+        ("folder", "resources"),
+        ("reserved", "resources/nul.txt"),
+        ("dot", "resources/readme."),
+        ("drive", "c:readme.txt"),
+        ("long", "resources/" + "a" * 300),
+    ):
+        words = {
+            "capitals": "stands twice",
+            "folder": "is a file and a folder",
+            "drive": "points outside",
+            "long": "has more than 240 bytes",
+        }
+        make(name, words.get(name, "cannot exist on Windows"), files | {other: b"hello"})
+    link = zipfile.ZipInfo("resources/link")
+    link.create_system, link.external_attr = 3, 0o120777 << 16
+    squeezed = zipfile.ZipInfo("resources/zeros")
+    squeezed.compress_type = zipfile.ZIP_BZIP2
+    for name, member, words in (
+        ("link", link, "is a link or a device"),
+        ("bzip2", squeezed, "allowed: stored or deflate"),
+    ):
+        make(name, words, files)
+        with zipfile.ZipFile(folder / f"{name}.fmu", "a") as archive:
+            archive.writestr(member, b"/etc")
+    hidden = b'<!DOCTYPE x [<!ENTITY a "aaaa">]><x>&a;</x>'
+    make("terminals", "declares a document type", files | {"terminalsAndIcons/terminalsAndIcons.xml": hidden})
     damaged = bytearray(whole)
     damaged[60:400] = bytes(340)
     make("damaged", "modelDescription.xml", bytes(damaged))
@@ -120,6 +152,16 @@ NAMES = (
     "entities",
     "bomb",
     "damaged",
+    "overlap",
+    "capitals",
+    "folder",
+    "reserved",
+    "dot",
+    "drive",
+    "long",
+    "link",
+    "bzip2",
+    "terminals",
 )
 
 
