@@ -7,7 +7,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#if defined(__GNUC__)
+#if defined(__GNUC__) && !defined(TF_PLAIN_ONLY) /* TF_PLAIN_ONLY: the language standard and nothing else */
 #define TF_UNUSED __attribute__((unused)) /* a program need not use everything */
 #define TF_ALIGNED __attribute__((aligned(64)))
 #define TF_INLINE TF_UNUSED static inline __attribute__((always_inline))

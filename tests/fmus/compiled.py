@@ -90,7 +90,7 @@ def compiler() -> list[str] | None:
     return [*zig, "-target", compiling.host_platform().target] if zig else compiling.system_command()
 
 
-def compile_library(sources: Mapping[str, str], folder: Path) -> ctypes.CDLL:
+def compile_library(sources: Mapping[str, str], folder: Path, *more: str) -> ctypes.CDLL:
     """Compile C files with the flags of the FMUs, and load the library."""
     command = compiler()
     if command is None:
@@ -98,7 +98,7 @@ def compile_library(sources: Mapping[str, str], folder: Path) -> ctypes.CDLL:
     for name, text in sources.items():
         (folder / name).write_text(text, encoding="utf-8")
     files = [n for n in sources if n.endswith(".c")]
-    flags = [*compiling._FLAGS, "-Wall", "-Wextra", "-Wshadow", "-Werror", "-shared", "-fPIC"]
+    flags = [*compiling._FLAGS, "-Wall", "-Wextra", "-Wshadow", "-Werror", "-shared", "-fPIC", *more]
     done = subprocess.run(
         [*command, *flags, *files, "-o", "models.so", "-lm"],
         cwd=folder,
@@ -125,9 +125,11 @@ class Compiled:
         Name to ONNX file.
     folder : Path
         Empty folder for the build.
+    *flags : str
+        More options of the compiler.
     """
 
-    def __init__(self, models: Mapping[str, bytes], folder: Path) -> None:
+    def __init__(self, models: Mapping[str, bytes], folder: Path, *flags: str) -> None:
         self.sources: dict[str, FrictionSource] = {n: parse_source(c, n) for n, c in models.items()}
         self._number = {name: k for k, name in enumerate(models)}
         texts = kernel_sources()
@@ -135,7 +137,7 @@ class Compiled:
             k = self._number[name]
             texts[f"model_{k}.h"] = generate(source, source.interface(1))
             texts[f"model_{k}.c"] = _MODEL.replace("@", str(k))
-        self.library = compile_library(texts, folder)
+        self.library = compile_library(texts, folder, *flags)
         self.has_wide = bool(self.library.has_wide())
 
     def builds(self) -> Sequence[str]:

@@ -105,6 +105,20 @@ def test_a_point_has_the_same_bits_alone_and_anywhere_in_a_block(name: str, mode
     )
 
 
+def test_compilers_without_extensions_get_the_plain_build(
+    models: Compiled, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    name = "ffnn + work_exhaustion + tool_roughness"
+    flags = ("-DTF_PLAIN_ONLY", "-Wpedantic", "-Wno-unused")
+    strict = Compiled({name: content_of(name)}, tmp_path_factory.mktemp("strict"), *flags)
+    assert not strict.has_wide
+    loads = loads_of(models, name)
+    states, system = states_of(models, name, POINTS), system_of(models, name)
+    expected = models.mu(name, loads, states, system, "plain")
+    assert np.array_equal(strict.mu(name, loads, states, system), expected)
+    assert np.array_equal(strict.mu(name, loads, states, system, first=3), expected)
+
+
 def smooth_points(models: Compiled, name: str, count: int = 120) -> tuple[Array, Array, Array]:
     """Return loads well inside the domain, states and system variables."""
     low, high = domain_of(models, name)
