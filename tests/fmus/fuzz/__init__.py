@@ -1,0 +1,1 @@
+"""Fuzzers of the friction FMUs' C interface; for longer runs: ``python -m tests.fmus.fuzz --seconds 600``."""
