@@ -6,21 +6,13 @@ given as they are, which costs half of what conversion does. Every argument is t
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from ctypes import (
     CDLL,
-    CFUNCTYPE,
-    Structure,
     byref,
     c_bool,
-    c_char_p,
     c_double,
-    c_int,
-    c_size_t,
-    c_uint,
     c_void_p,
-    cast,
 )
 from pathlib import Path
 from typing import Any, ClassVar
@@ -179,149 +171,10 @@ class Slave:
         self._component = c_void_p(pointer)
 
 
-_LOGGER2 = CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p)
-_LOGGER3 = CFUNCTYPE(None, c_void_p, c_int, c_char_p, c_char_p)
-
-
-class _Callbacks2(Structure):
-    _fields_ = (
-        ("logger", _LOGGER2),
-        ("allocate", c_void_p),
-        ("free", c_void_p),
-        ("step_finished", c_void_p),
-        ("environment", c_void_p),
-    )
-
-
-class Fmi2Slave(Slave):
-    """FMI 2.0 for co-simulation."""
-
-    version = "2.0"
-    prefix = "fmi2"
-
-    def instantiate(self, name: str, receive: Receiver) -> None:
-        """Create the instance; `receive` gets status and text of its messages."""
-        from fmpy import calloc, free
-
-        # A receiver of its own for each instance. fmpy's proxy, which fills in the placeholders of formats,
-        # has one receiver a process: messages of every instance would arrive at the one created last.
-        def logger(
-            _environment: Any, _name: bytes, status: int, _category: bytes, message: bytes | None
-        ) -> None:
-            receive(status, message)
-
-        keep = _Callbacks2(_LOGGER2(logger), cast(calloc, c_void_p), cast(free, c_void_p), None, None)
-        self._keep = keep
-        create = self.function("Instantiate")
-        create.restype = c_void_p
-        co_simulation, visible, logging = c_int(1), c_int(0), c_int(1)
-        self._created(
-            create(
-                c_char_p(name.encode()),
-                co_simulation,
-                c_char_p(self.description.raw.guid.encode()),
-                c_char_p((self.unpacked.resolve() / "resources").as_uri().encode()),
-                byref(keep),
-                visible,
-                logging,
-            )
-        )
-
-    def enter_initialization(self, stop_time: float) -> None:
-        """Begin the initialization mode of a run from 0 to `stop_time`."""
-        self.call("SetupExperiment", c_int(0), c_double(0.0), c_double(0.0), c_int(1), c_double(stop_time))
-        self.call("EnterInitializationMode")
-
-    def advance(self) -> tuple[Any, tuple[Any, ...]]:
-        """Return function and arguments of a step from `now` by `size`."""
-        keeps_no_older_state = c_int(1)
-        return self.function("DoStep"), (self._component, self.now, self.size, keeps_no_older_state)
-
-    def set_string(self, reference: int, value: str) -> None:
-        """Set a string variable."""
-        text = (c_char_p * 1)(value.encode())
-        self.call("SetString", byref(c_uint(reference)), c_size_t(1), text)
-
-
-class Fmi3Slave(Slave):
-    """FMI 3.0 for co-simulation, without event mode and early return."""
-
-    version = "3.0"
-    prefix = "fmi3"
-
-    def instantiate(self, name: str, receive: Receiver) -> None:
-        """Create the instance and set its structural parameters; `receive` gets its messages."""
-
-        def logger(_environment: Any, status: int, _category: bytes, message: bytes | None) -> None:
-            receive(status, message)
-
-        self._keep = _LOGGER3(logger)
-        resources = self.unpacked.resolve() / "resources"
-        create = self.function("InstantiateCoSimulation")
-        create.restype = c_void_p
-        no, yes, nothing = c_bool(False), c_bool(True), c_void_p(None)
-        self._created(
-            create(
-                c_char_p(name.encode()),
-                c_char_p(self.description.raw.guid.encode()),
-                c_char_p((str(resources) + os.sep).encode() if resources.is_dir() else None),
-                no,
-                yes,
-                no,
-                no,
-                nothing,
-                c_size_t(0),
-                nothing,
-                self._keep,
-                nothing,
-            )
-        )
-        from .ports import Port
-
-        chosen = self.description.structural()
-        if chosen:
-            self.call("EnterConfigurationMode")
-            port = Port([variable for variable, _ in chosen])
-            port.values[:] = [value for _, value in chosen]
-            port.to_buffers()
-            for group in port.groups:
-                function, arguments = self.exchange(group, "Set")
-                self.passed("Set" + group.exchange.removeprefix(self.prefix), function(*arguments))
-            self.call("ExitConfigurationMode")
-
-    def enter_initialization(self, stop_time: float) -> None:
-        """Begin the initialization mode of a run from 0 to `stop_time`."""
-        self.call(
-            "EnterInitializationMode",
-            c_bool(False),
-            c_double(0.0),
-            c_double(0.0),
-            c_bool(True),
-            c_double(stop_time),
-        )
-
-    def advance(self) -> tuple[Any, tuple[Any, ...]]:
-        """Return function and arguments of a step from `now` by `size`."""
-        events, early, reached = c_bool(False), c_bool(False), c_double(0.0)
-        keeps_no_older_state = c_bool(True)
-        return self.function("DoStep"), (
-            self._component,
-            self.now,
-            self.size,
-            keeps_no_older_state,
-            byref(events),
-            byref(self.wants_to_end),
-            byref(early),
-            byref(reached),
-        )
-
-    def set_string(self, reference: int, value: str) -> None:
-        """Set a string variable."""
-        text = (c_char_p * 1)(value.encode())
-        self.call("SetString", byref(c_uint(reference)), c_size_t(1), text, c_size_t(1))
-
-
 def load(description: FmuDescription, unpacked: Path) -> Slave:
     """Load the binary of a described FMU."""
+    from .fmi2_slave import Fmi2Slave
+    from .fmi3_slave import Fmi3Slave
+
     kind = Fmi3Slave if description.version == "3.0" else Fmi2Slave
     return kind(description, unpacked)

@@ -234,6 +234,5 @@ def _sentence(item: Any) -> str:
         return f"the key {place!r} is missing"
     text = str(item["msg"]).removeprefix("Value error, ")
     text = text[0].lower() + text[1:]
-    if not place or isinstance(item["input"], dict):
-        return text
-    return f"{place}: {text} (value {item['input']!r})"
+    shown = "" if isinstance(item["input"], dict) else f" (value {item['input']!r})"
+    return f"{place}: {text}{shown}" if place else text
