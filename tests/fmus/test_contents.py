@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import csv
+import os
 import shutil
 import struct
 import subprocess
+import sys
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -50,11 +52,17 @@ def ageing(ageing_onnx: Path) -> Get:
 
 
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
-def test_sources_compile_with_fmpy(ageing: Get, fmi: str, tmp_path: Path) -> None:
+def test_sources_compile_with_fmpy(
+    ageing: Get, fmi: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from fmpy.build import build_platform_binary
 
+    # The CMake of the development requirements lies beside this interpreter.
+    monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
     if shutil.which("cmake") is None:
         pytest.skip("CMake is not installed")
+    if shutil.which("make") is None and os.name == "posix":
+        pytest.skip("make is not installed, which CMake's build needs")
     if not any(shutil.which(c) for c in ("cc", "gcc", "clang", "cl")):
         pytest.skip("no C compiler is installed, and CMake finds none inside the extra [cross]")
     own = UnpackedFmu(ageing(fmi, 1))

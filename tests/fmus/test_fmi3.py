@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from fmpy import simulate_fmu
-from fmpy.fmi3 import FMU3Slave
+from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.validation import validate_fmu
 
 from fmus import pack
@@ -21,7 +21,7 @@ from fmus.native.compile import fmi_headers
 from fmus.running import FmuError, RunningFmu, UnpackedFmu
 from friction_models.loads import LOAD_NAMES
 from tests.fmus.graphs import inside, random_loads, runtime
-from tests.fmus.memory_models import AGE_0, ageing_bytes
+from tests.fmus.memory_models import AGE_0, D, ageing_bytes
 
 Get = Callable[..., UnpackedFmu]
 
@@ -236,6 +236,37 @@ def test_calls_that_are_not_allowed_say_why(unpacked: Get) -> None:
     for bad in (0, MAX_NODES + 1, 2**63):
         with pytest.raises(FmuError, match=f"n = {bad}, allowed: 1 to {MAX_NODES}"):
             RunningFmu(fmu, points=bad)
+
+
+def test_model_exchange_with_a_chosen_number_of_points(unpacked: Get) -> None:
+    fmu = unpacked("ageing")
+    reference = {n: v.valueReference for n, v in fmu.variables.items()}
+    model: Any = FMU3Model(
+        guid=fmu.description.guid,
+        unzipDirectory=str(fmu.folder),
+        modelIdentifier=fmu.description.modelExchange.modelIdentifier,
+        instanceName="me",
+    )
+    model.instantiate()
+    assert model.getNumberOfContinuousStates() == 1
+    model.enterConfigurationMode()
+    model.setUInt64([reference["n"]], [2])
+    model.exitConfigurationMode()
+    model.enterInitializationMode()
+    model.setFloat64([reference["v_rel"]], [20.0, 40.0])
+    model.exitInitializationMode()
+    model.updateDiscreteStates()
+    model.enterContinuousTimeMode()
+    assert model.getNumberOfContinuousStates() == 2
+    assert model.getNumberOfEventIndicators() == 1
+    values = (ctypes.c_double * 2)()
+    model.getContinuousStates(values, 2)
+    assert list(values) == [AGE_0, AGE_0]
+    model.getContinuousStateDerivatives(values, 2)
+    assert list(values) == pytest.approx([1.0 - 20.0 * AGE_0 / D, 1.0 - 40.0 * AGE_0 / D])
+    model.reset()
+    assert model.getUInt64([reference["n"]]) == [1]
+    model.freeInstance()
 
 
 def test_every_function_of_the_standard_is_there(unpacked: Get) -> None:
