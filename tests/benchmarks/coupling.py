@@ -13,7 +13,7 @@ from orchestrator.processes import extrusion_system
 
 from .common import Section, Table, section
 from .data import models
-from .master_overhead import overhead
+from .master_overhead import coupled_step, overhead
 
 
 def measure(folder: Path) -> Section:
@@ -59,8 +59,10 @@ def measure(folder: Path) -> Section:
         "Forward rod extrusion and its coupling",
         "Reference case: 20 to 14.14 mm, 2 alpha = 90 degrees, billet 30 mm, 5 mm/s, stroke 20 mm, one core, without compilation. "
         "Alone with constant friction, then as an FMU with a friction FMU at 80 material markers, 200 steps, one-step lag. "
-        "Last: what the master adds to the C calls of a scalar friction FMU, other loads every step included in all rows.",
+        "Then: what the master adds to the C calls of a scalar friction FMU, other loads every step included in all rows, "
+        "and a coupled step in this and other masters.",
         alone,
         coupled,
         overhead(place),
+        coupled_step(place),
     )

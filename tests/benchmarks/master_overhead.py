@@ -15,6 +15,9 @@ from friction_models.loads import LOADS
 from orchestrator.fmu_files import describe, unpack
 from orchestrator.instance import Instance
 from orchestrator.ports import Port
+from tests.interop.masters import seconds_a_step
+from tests.interop.running import version
+from tests.interop.subjects import Subjects
 
 from .common import Table
 
@@ -27,6 +30,7 @@ def overhead(folder: Path) -> Table:
     Bare calls come in two forms: with ready-made ctypes objects as arguments and no declared types, the
     fastest that ctypes offers, and with declared types, as it is usually written.
     """
+    folder.mkdir(parents=True, exist_ok=True)
     path = pack(ConstantFriction(0.08), folder / "overhead.fmu")
     description = describe(path)
     with tempfile.TemporaryDirectory() as place:
@@ -49,6 +53,24 @@ def overhead(folder: Path) -> Table:
     master = cost["master (Instance.step)"]
     table = Table(["scalar FMI 2.0 set-step-get", "us", "master / this"])
     table.rows += [(name, f"{1e6 * value:.2f}", f"{master / value:.2f}") for name, value in cost.items()]
+    return table
+
+
+def coupled_step(folder: Path) -> Table:
+    """Time one step of two small native FMUs that feed each other, by each master that is installed."""
+    masters: dict[str, tuple[str, tuple[str, ...]]] = {
+        "this master, gauss_seidel, results recorded": ("gauss_seidel", ()),
+        "this master, jacobi, results recorded": ("jacobi", ()),
+        "ecos": ("ecos_python", ("ecospy", "tbb")),
+        "libcosim": ("libcosim", ("libcosimpy",)),
+    }
+    table = Table(["coupled step of two scalar FMUs, six connections", "us"])
+    with tempfile.TemporaryDirectory() as place:
+        subjects = Subjects(Path(place))
+        for label, (client, wanted) in masters.items():
+            if all(version(name) for name in wanted):
+                cost = seconds_a_step(subjects, client, Path(place) / client, STEPS)
+                table.rows.append((label, f"{1e6 * cost:.1f}"))
     return table
 
 

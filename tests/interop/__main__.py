@@ -15,6 +15,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 from friction_models.loads import write_text
 
 from .cases import CASES, Case, Result
+from .forming import INCREMENTS, MARKERS, compare_forming
 from .machines import MACHINES
 from .masters import compare_masters
 from .subjects import POINTS, STEP, STEPS, Subjects
@@ -63,6 +64,7 @@ def main() -> None:
             print(machine.label, flush=True)
             machines.append(machine.row(subjects, folder / machine.name))
         masters = compare_masters(subjects, folder / "masters")
+        masters += compare_forming(subjects, folder / "forming")
     lines = [
         "# Interoperability",
         "",
@@ -92,6 +94,9 @@ def main() -> None:
         "the step before gave them. libcosim shows values as they are after the step; ecos after they were passed on, so that an "
         "output that follows its inputs at once already shows the next ones (its `friction::mu` is ahead by one exchange; what the "
         "other FMU receives is the same). fmpy.ssp is a Jacobi master, too, but starts connected inputs at zero.",
+        "",
+        f"The extrusion has {MARKERS} markers and runs for {INCREMENTS} increments of 0.1 mm, from one SSP whose forming FMU starts the solver as a "
+        "process of its own, so that the ecos command line can run it, too.",
         "",
         *table(("compared", "largest relative difference"), masters),
         "",

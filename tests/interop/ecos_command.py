@@ -12,7 +12,7 @@ from .running import Outcome, run
 from .subjects import STEP, STEPS
 
 
-def run_ecos(ssp: Path, columns: list[str], folder: Path) -> Outcome:
+def run_ecos(ssp: Path, columns: list[str], folder: Path, step: float = STEP, steps: int = STEPS) -> Outcome:
     """Run an SSP and read columns of the results, without the row at the start.
 
     Parameters
@@ -23,6 +23,8 @@ def run_ecos(ssp: Path, columns: list[str], folder: Path) -> Outcome:
         ``meter::scaled``.
     folder : Path
         Where it may write.
+    step, steps : float, int
+        Communication step [s], and how many.
     """
     found = find_spec("ecospy")
     assert found is not None and found.submodule_search_locations
@@ -35,8 +37,8 @@ def run_ecos(ssp: Path, columns: list[str], folder: Path) -> Outcome:
         "HOME": str(folder),
         "LD_LIBRARY_PATH": str(Path(sys.prefix, "lib")),
     }
-    command = [str(program), "simulate", "--path", str(ssp), "--stepSize", repr(STEP), "--noParallel"]
-    outcome = run([*command, "--stopTime", repr((STEPS + 0.5) * STEP)], folder, environment, folder)
+    command = [str(program), "simulate", "--path", str(ssp), "--stepSize", repr(step), "--noParallel"]
+    outcome = run([*command, "--stopTime", repr((steps + 0.5) * step)], folder, environment, folder)
     files = sorted(folder.glob("*.csv"))
     if outcome.result is None or not files:
         return Outcome(None, outcome.seen or "no results were written")

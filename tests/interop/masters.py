@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -43,6 +44,21 @@ def ours(subjects: Subjects, mode: str, folder: Path, fmi: str = "2.0") -> Float
 
 def theirs(subjects: Subjects, client: str, folder: Path, fmi: str = "2.0") -> FloatArray:
     """Return the same of `libcosim` or `ecos_python`."""
+    return np.array(_run(subjects, client, folder, fmi, 0)["values"])
+
+
+def seconds_a_step(subjects: Subjects, client: str, folder: Path, steps: int) -> float:
+    """Return the time of one coupled step in `libcosim`, `ecos_python` or a mode of our master [s]."""
+    if client in {"libcosim", "ecos_python"}:
+        return float(_run(subjects, client, folder, "2.0", steps)["seconds"]) / steps
+    system = coupled(subjects)
+    system.stop_time = STEP * steps
+    master = Master(system, client)
+    master.run(folder)
+    return master.loop_seconds / steps
+
+
+def _run(subjects: Subjects, client: str, folder: Path, fmi: str, timed: int) -> dict[str, Any]:
     work = {
         "fmus": {"slider": str(subjects.slider()), "friction": str(subjects.friction("memory", fmi))},
         "connections": [
@@ -52,10 +68,11 @@ def theirs(subjects: Subjects, client: str, folder: Path, fmi: str = "2.0") -> F
         "outputs": [*RECORDED, "friction.mu"],
         "step": STEP,
         "steps": STEPS,
+        "timed": timed,
     }
     outcome = run_child(client, work, folder)
     assert outcome.result is not None, outcome.seen
-    return np.array(outcome.result["values"])
+    return outcome.result
 
 
 def difference(a: FloatArray, b: FloatArray) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -36,9 +37,14 @@ def main() -> None:
             simulation.set_real(full.replace(".", "::", 1), value)
         simulation.step()
         values.append([simulation.get_real(name) for name in outputs])
+    more = work.get("timed", 0)
+    began = time.perf_counter()
+    if more:
+        simulation.step(more)
+    seconds = time.perf_counter() - began
     simulation.terminate()
     simulation.free()
-    done(values)
+    done(values, seconds=seconds)
 
 
 if __name__ == "__main__":

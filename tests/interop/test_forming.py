@@ -1,0 +1,33 @@
+"""A forming process coupled with friction runs in the clients as it runs here."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from .forming import Extrusion
+from .running import version
+from .subjects import Subjects
+
+
+@pytest.fixture(scope="module")
+def extrusion(subjects: Subjects, tmp_path_factory: pytest.TempPathFactory) -> Extrusion:
+    return Extrusion.made(subjects, tmp_path_factory.mktemp("extrusion"))
+
+
+@pytest.fixture(scope="module")
+def force(extrusion: Extrusion) -> np.ndarray:
+    return extrusion.ours()
+
+
+def test_libcosim(extrusion: Extrusion, force: np.ndarray) -> None:
+    if not version("libcosimpy"):
+        pytest.skip("not installed: libcosimpy (extra [interop])")
+    assert force[-1] > 10.0
+    np.testing.assert_allclose(extrusion.theirs("libcosim"), force, rtol=1e-9)
+
+
+def test_a_host_without_python(extrusion: Extrusion, force: np.ndarray) -> None:
+    if not (version("ecospy") and version("tbb")):
+        pytest.skip("not installed: ecospy and tbb (extra [interop])")
+    np.testing.assert_allclose(extrusion.theirs("ecos"), force, atol=1e-6)
