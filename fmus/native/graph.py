@@ -15,6 +15,8 @@ Array = npt.NDArray[Any]
 
 #: Values of one contact point that a node may have: they stand on the stack of the caller's thread.
 MAX_VALUES = 1 << 14
+#: Numbers that a graph may hold: twice as many take compilers a minute and gigabytes of memory.
+MAX_CONSTANTS = 1 << 21
 
 
 @dataclass
@@ -99,6 +101,9 @@ def read_graph(content: bytes, where: str, states: int, system: int) -> Graph:
 
     graph = onnx.load_model_from_string(content).graph
     constants = {t.name: np.asarray(numpy_helper.to_array(t)) for t in graph.initializer}
+    held = sum(a.size for a in constants.values())
+    if held > MAX_CONSTANTS:
+        raise refuse(where, f"the graph holds {held} numbers, allowed: {MAX_CONSTANTS}")
     known = {name: Tensor(name, a.shape, a) for name, a in constants.items()}
     real_inputs = [i for i in graph.input if i.name not in constants]
     shapes = {

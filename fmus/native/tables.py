@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -15,22 +16,19 @@ from .graph import Array
 
 def literal(value: float) -> str:
     """Return a C constant that is exactly `value` (hexadecimal)."""
-    if np.isnan(value):
-        return "NAN"
-    if np.isinf(value):
-        return "INFINITY" if value > 0 else "(-INFINITY)"
+    if not math.isfinite(value):
+        return "NAN" if math.isnan(value) else "INFINITY" if value > 0 else "(-INFINITY)"
     text = float(value).hex()
     return f"({text})" if text.startswith("-") else text
 
 
-def table(name: str, values: Sequence[float] | Array, kind: str = "double") -> str:
-    """Return the definition of a constant array, about eight values a line."""
-    texts = [literal(v) if kind == "double" else str(int(v)) for v in np.ravel(values)]
-    return rows(name, texts, kind)
+def table(name: str, values: Sequence[float] | Array) -> str:
+    """Return the definition of a constant array of doubles."""
+    return rows(name, [literal(v) for v in np.ravel(values).astype(float).tolist()], "double")
 
 
 def rows(name: str, texts: Sequence[str], kind: str) -> str:
-    """Return the definition of a constant array of which every element is written already."""
+    """Return the definition of a constant array of elements written already, eight a line."""
     lines = [", ".join(texts[i : i + 8]) for i in range(0, len(texts), 8)]
     # Vectors that cross a line of the cache cost twice.
     aligned = "TF_ALIGNED " if len(texts) >= 8 else ""
@@ -42,19 +40,27 @@ class Tables:
     """Constant tables of a model; equal ones are written once, whichever function uses them."""
 
     def __init__(self) -> None:
-        self._names: dict[str, str] = {}
+        self._names: dict[bytes, str] = {}
+        self._definitions: list[str] = []
 
     def add(self, values: Array) -> str:
         """Return the name of a table of doubles."""
-        return self.add_rows(table("@", values))
+        numbers = np.ascontiguousarray(values, dtype=np.float64)
+        return self._add(numbers.tobytes(), lambda name: table(name, numbers))
 
-    def add_rows(self, definition: str) -> str:
-        """Return the name of a table defined with the name ``@``."""
-        return self._names.setdefault(definition, f"c{len(self._names)}")
+    def add_rows(self, texts: Sequence[str], kind: str) -> str:
+        """Return the name of a table whose elements are written already."""
+        return self._add(f"{kind} {texts}".encode(), lambda name: rows(name, texts, kind))
+
+    def _add(self, key: bytes, write: Callable[[str], str]) -> str:
+        if key not in self._names:
+            self._names[key] = name = f"c{len(self._names)}"
+            self._definitions.append(write(name))
+        return self._names[key]
 
     def text(self) -> str:
         """Return all definitions."""
-        return "\n".join(d.replace(" @[", f" {name}[", 1) for d, name in self._names.items())
+        return "\n".join(self._definitions)
 
 
 def interface_tables(source: FrictionSource, interface: FrictionInterface) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from friction_models.loads import InputError
 
-from .tables import Tables, literal, rows
+from .tables import Tables, literal
 
 
 def tree_tables(
@@ -71,8 +71,4 @@ def tree_tables(
             size += len(following)
             level = following
         trees.append(f"{{{first}, {depth}}}")
-    names = [
-        tables.add_rows(rows("@", texts, kind))
-        for texts, kind in ((nodes, "tf_tree_node"), (trees, "tf_tree"))
-    ]
-    return names[0], names[1], len(trees)
+    return tables.add_rows(nodes, "tf_tree_node"), tables.add_rows(trees, "tf_tree"), len(trees)

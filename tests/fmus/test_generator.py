@@ -8,7 +8,7 @@ import numpy as np
 import onnx
 import pytest
 
-from fmus.native import ops
+from fmus.native import graph, ops
 from fmus.native.generate import generate
 from fmus.source import parse_source
 from friction_models.loads import InputError
@@ -236,6 +236,13 @@ DOUBLED = [node("Concat", f"a{k} a{k}", f"a{k + 1}", axis=1) for k in range(20)]
 def test_graphs_that_cannot_be_are_refused(content: bytes, words: str) -> None:
     source = parse_source(content, "m.onnx")
     with pytest.raises(InputError, match=words):
+        generate(source, source.interface(1))
+
+
+def test_graphs_with_more_numbers_than_compilers_take_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(graph, "MAX_CONSTANTS", 50)
+    source = parse_source(broad(10), "m.onnx")
+    with pytest.raises(InputError, match="the graph holds 60 numbers, allowed: 50; pack it with --target py"):
         generate(source, source.interface(1))
 
 
