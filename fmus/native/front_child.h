@@ -16,8 +16,8 @@
 enum { TF_DONE = 0, TF_GONE, TF_LATE };          /* results of sending and receiving */
 enum { TF_STARTED = 0, TF_NOT_FOUND, TF_REFUSED }; /* results of starting */
 
-/* Last lines of standard error that are kept, longest message, longest file name. */
-enum { TF_TAIL = 16384, TF_TEXT = 20480, TF_PATH = 4096 };
+/* Bytes of standard error that are kept, longest message (hosts may have small stacks), longest file name. */
+enum { TF_TAIL = 16384, TF_TEXT = 4096, TF_PATH = 4096 };
 
 /* What the interpreter runs. It must not fail in any Python, and must not take modules from the folder
    in which the host happens to run. "connection" is the last argument. */
@@ -65,6 +65,7 @@ static const char *tf_tail_line(tf_tail *tail) {
     if (!end) end = tail->text + tail->length;
     while (end > start && (end[-1] == '\n' || end[-1] == '\r' || end[-1] == ' ')) --end;
     *end = '\0';
+    if (end - start > TF_TEXT / 2) start = end - TF_TEXT / 2;
     for (c = end; c > start; --c)
         if (c[-1] == '\n' && ++lines == 8) start = c;
     while (*start == '\n' || *start == ' ') ++start;

@@ -21,7 +21,7 @@ STAND_IN = Path(__file__).parent / "stand_in.py"
 @pytest.fixture(autouse=True)
 def own_python(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TRIBOFMU_PYTHON", sys.executable)
-    monkeypatch.delenv("TRIBOFMU_TIMEOUT", raising=False)
+    monkeypatch.setenv("TRIBOFMU_TIMEOUT", "120")  # what would hang for ever ends as an error
 
 
 @pytest.fixture(scope="package")
