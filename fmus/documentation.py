@@ -15,6 +15,7 @@ _STYLE = """
 *{box-sizing:border-box}
 body{font:16px/1.55 system-ui,-apple-system,"Segoe UI",Roboto,"Noto Sans","DejaVu Sans",sans-serif;color:var(--ink);
 background:var(--paper);font-variant-numeric:tabular-nums;max-width:68rem;margin:0 auto;padding:2.4rem 1.5rem 4rem}
+a{color:var(--accent)}
 h1{font-size:1.9rem;line-height:1.2;margin:0 0 .3em;letter-spacing:-.01em}
 h2{font-size:1.2rem;margin:2.4em 0 .4em}
 p,li{max-width:48em}p{margin:.5em 0}.soft,figcaption{color:var(--soft)}figcaption{font-size:.9rem;max-width:52em}

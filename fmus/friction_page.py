@@ -99,6 +99,10 @@ def _number(value: float | None) -> str:
     return "" if value is None else f"{value:.4g}" if abs(value) < 1000.0 else short(value)
 
 
+def _range(lower: float | None, upper: float | None) -> str:
+    return "" if lower is None or upper is None else f"{_number(lower)}&nbsp;to&nbsp;{_number(upper)}"
+
+
 def _variables(source: FrictionSource, interface: FrictionInterface, fmi: str) -> str:
     several = {"2.0": "[1] ...", "3.0": "[n]"}[fmi] if fmi == "3.0" or interface.nodes > 1 else ""
 
@@ -113,7 +117,7 @@ def _variables(source: FrictionSource, interface: FrictionInterface, fmi: str) -
     rows = []
     for q in LOADS:
         lower, upper = interface.domain.get(q.name, (None, None))
-        trained = f"{_number(lower)} to {_number(upper)}" if lower is not None else "not recorded"
+        trained = _range(lower, upper) or "not recorded"
         rows.append(row(name(q.name), "input", q.unit, q.meaning, _number(interface.start(q)), trained))
     rows.append(row(name(MU.name), "output", MU.unit, MU.meaning + ", never negative"))
     rows.append(
@@ -130,7 +134,7 @@ def _variables(source: FrictionSource, interface: FrictionInterface, fmi: str) -
     for s in interface.states:
         rows.append(row(name(s.name), "memory", s.unit, "memory of the contact point", _number(s.start)))
     for p in interface.system:
-        trained = "" if p.lower is None or p.upper is None else f"{_number(p.lower)} to {_number(p.upper)}"
+        trained = _range(p.lower, p.upper)
         rows.append(row(name(p.name, False), "parameter", p.unit, p.description, _number(p.start), trained))
     clamp = "whether loads outside the trained domain are moved to its border before mu is evaluated"
     rows.append(row(name("clamp_to_domain", False), "parameter", "", clamp, "true"))

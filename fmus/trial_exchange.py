@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from friction_models.loads import LOADS
+from friction_models.loads import LOADS, FloatArray
 
 from .running import RunningFmu
 from .unpacked import UnpackedFmu
@@ -46,7 +46,10 @@ def exchange(fmu: UnpackedFmu, notes: Notes) -> None:
     notes.add(
         finite and len(result) > 1, f"simulated by fmpy over {_TIME} s, {len(recorded)} outputs are finite"
     )
-    if not is_friction or fmu.description.coSimulation is None:
+    if not is_friction:
+        return
+    if fmu.description.coSimulation is None:
+        _reference(fmu, start, np.concatenate([np.ravel(result[n][0]) for n in recorded]), notes)
         return
     with RunningFmu(fmu, "stepped", start=start) as stepped:
         mine = [stepped.get_real(recorded)]
@@ -59,6 +62,20 @@ def exchange(fmu: UnpackedFmu, notes: Notes) -> None:
         first <= 1e-12 and last <= 1e-4,
         f"mu is that of co-simulation: differences {first:.1e} at the start, {last:.1e} at the end",
     )
+
+
+def _reference(fmu: UnpackedFmu, start: dict[str, Any], mu: FloatArray, notes: Notes) -> None:
+    """Compare mu at the start with ONNX Runtime, where there is no co-simulation to do so at many points."""
+    from .trial_friction import packed_model
+
+    model = packed_model(fmu, notes)
+    if model is None:
+        return
+    names = fmu.friction()
+    loads = np.array([np.concatenate([np.ravel(start[n]) for n in names[q.name]]) for q in LOADS]).T
+    expected = model.predict(loads if model.domain is None else model.domain.clamp(loads))
+    worst = float(np.abs(mu - expected).max())
+    notes.add(worst <= 1e-9, f"mu against ONNX Runtime at the start: difference {worst:.1e}")
 
 
 def _start(fmu: UnpackedFmu) -> dict[str, Any]:

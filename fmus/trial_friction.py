@@ -31,7 +31,7 @@ def friction(fmu: UnpackedFmu, notes: Notes) -> None:
     if not fmu.is_friction() or fmu.description.coSimulation is None:
         return
     fmu.friction()
-    model = _model(fmu, notes)
+    model = packed_model(fmu, notes)
     default = Friction(fmu)
     notes.note("noted", f"{default.width} contact point{'s' if default.width > 1 else ''}{_choice(fmu)}")
     widths = [None] if fmu.sizing is None else [None, 1 if default.width > 1 else SEVERAL]
@@ -82,7 +82,8 @@ class Friction:
         fmu.set_real(self.inputs, loads.T.ravel())
 
 
-def _model(fmu: UnpackedFmu, notes: Notes) -> OnnxModel | None:
+def packed_model(fmu: UnpackedFmu, notes: Notes) -> OnnxModel | None:
+    """Return the model in resources/, None with a note where there is none that ONNX Runtime runs."""
     packed = fmu.folder / "resources" / "model.onnx"
     if not packed.is_file():
         notes.note("skipped", "mu against ONNX Runtime: the FMU carries no model.onnx")
