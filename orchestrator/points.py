@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -11,9 +12,24 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from friction_models.loads import FloatArray
+
 from .fmu_files import FmuDescription
 from .instance import Instance, Start
 from .ports import Port
+
+
+@dataclass(frozen=True)
+class _Split:
+    """A port of all points, cut into the ports of the instances.
+
+    `values` holds what is in `ports`, one after the other: value k of it is value `order[k]` of `whole`.
+    """
+
+    whole: Port
+    ports: list[Port]
+    values: FloatArray
+    order: npt.NDArray[np.intp]
 
 
 class PointInstances:
@@ -43,7 +59,7 @@ class PointInstances:
     ) -> None:
         self.name = name
         self.description = description
-        self._parts: dict[int, list[tuple[Port, npt.NDArray[np.intp]]]] = {}
+        self._splits: dict[int, _Split] = {}
         with ExitStack() as opened:
             self.instances = [
                 opened.enter_context(Instance(f"{name}[{k + 1}]", description, unpacked, log))
@@ -56,16 +72,21 @@ class PointInstances:
         """Time spent in steps, exchange of values included [s]."""
         return sum(instance.seconds for instance in self.instances)
 
-    def _split(self, port: Port) -> list[tuple[Port, npt.NDArray[np.intp]]]:
-        """Return the port of each instance and where its values stand in `port`."""
-        if id(port) not in self._parts:
+    def _split(self, port: Port) -> _Split:
+        """Return the port of each instance, all in one array."""
+        if id(port) not in self._splits:
             rows: list[list[int]] = [[] for _ in self.instances]
             for row, variable in enumerate(port.variables):
                 rows[variable.point].append(row)
-            self._parts[id(port)] = [
-                (Port([port.variables[i] for i in part]), np.array(part, dtype=np.intp)) for part in rows
+            order = np.array([row for part in rows for row in part], dtype=np.intp)
+            values = port.values[order]
+            ends = np.cumsum([len(part) for part in rows])
+            ports = [
+                Port([port.variables[i] for i in part], values[end - len(part) : end])
+                for part, end in zip(rows, ends)
             ]
-        return self._parts[id(port)]
+            self._splits[id(port)] = _Split(port, ports, values, order)
+        return self._splits[id(port)]
 
     def enter_initialization(self, starts: Iterable[Start], stop_time: float) -> None:
         """Set start values, the same in every instance, and enter initialization mode."""
@@ -80,23 +101,25 @@ class PointInstances:
 
     def step(self, inputs: Port, outputs: Port, now: float, size: float) -> None:
         """Write the inputs, advance every instance from `now` by `size` seconds, read the outputs."""
-        parts = zip(self.instances, self._split(inputs), self._split(outputs))
-        for instance, (given, rows), (found, places) in parts:
-            given.values[:] = inputs.values[rows]
-            instance.step(given, found, now, size)
-            outputs.values[places] = found.values
+        given, found = self._split(inputs), self._split(outputs)
+        given.values[:] = inputs.values[given.order]
+        for instance, written, read in zip(self.instances, given.ports, found.ports):
+            instance.step(written, read, now, size)
+        outputs.values[found.order] = found.values
 
     def write(self, inputs: Port, now: float = 0.0) -> None:
         """Write inputs outside a step."""
-        for instance, (given, rows) in zip(self.instances, self._split(inputs)):
-            given.values[:] = inputs.values[rows]
-            instance.write(given, now)
+        given = self._split(inputs)
+        given.values[:] = inputs.values[given.order]
+        for instance, written in zip(self.instances, given.ports):
+            instance.write(written, now)
 
     def read(self, outputs: Port, now: float = 0.0) -> None:
         """Read outputs outside a step."""
-        for instance, (found, rows) in zip(self.instances, self._split(outputs)):
-            instance.read(found, now)
-            outputs.values[rows] = found.values
+        found = self._split(outputs)
+        for instance, read in zip(self.instances, found.ports):
+            instance.read(read, now)
+        outputs.values[found.order] = found.values
 
     def save_state(self) -> Any:
         """Return handles to the states of all instances; give them to `free_state` in the end."""

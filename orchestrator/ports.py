@@ -80,11 +80,14 @@ class Port:
     variables : iterable of Variable
         Numeric variables; `values` holds them as float64 in this order, at first with their start values.
         Of an FMI 3.0 array the elements that are not in the port keep what was read last.
+    values : ndarray, shape (variables,), optional
+        Where the values shall be, contiguous float64; what is there is kept.
     """
 
-    def __init__(self, variables: Iterable[Variable]) -> None:
+    def __init__(self, variables: Iterable[Variable], values: FloatArray | None = None) -> None:
         self.variables = list(variables)
-        self.values: FloatArray = np.array([v.starts[v.element] for v in self.variables], dtype=np.float64)
+        starts = np.array([v.starts[v.element] for v in self.variables], dtype=np.float64)
+        self.values: FloatArray = starts if values is None else values
         self.index = {v.name: i for i, v in enumerate(self.variables)}
         kinds = dict.fromkeys(v.exchange for v in self.variables)
         self.groups = [self._group(kind) for kind in kinds]

@@ -141,3 +141,27 @@ def test_errors_of_fmi3_name_variable_and_component(fmu: dict[str, Path], tmp_pa
     connections = [f"process.{q} -> friction.{q}" for q in LOAD_NAMES]
     with pytest.raises(SimulationError, match=r"component 'friction' failed at t = .*v_rel"):
         Master(system(fmu, "three", components=parts, connections=connections)).run(tmp_path / "run")
+
+
+def test_booleans_in_and_out(fmu: dict[str, Path], tmp_path: Path) -> None:
+    """Outside the domain mu depends on the switch, and in_domain says no, in both versions."""
+    names = ("friction.mu", "friction.in_domain", "friction.domain_distance")
+    connections = [f"process.{q} -> friction.{q}" for q in LOAD_NAMES if q != "T"]
+    runs = {}
+    for which in ("all", "three"):
+        for clamp in (True, False):
+            parts = {
+                "friction": {"fmu": str(fmu[which]), "start": {"clamp_to_domain": clamp, "T": 900.0}},
+                "process": {"fmu": str(fmu["process"])},
+            }
+            wired = system(
+                fmu, which, components=parts, connections=[*connections, "friction.mu -> process.mu"]
+            )
+            wired.record = list(names)
+            runs[which, clamp] = Master(wired).run(tmp_path / f"{which}-{clamp}")
+    for clamp in (True, False):
+        for name in names:
+            np.testing.assert_allclose(runs["three", clamp][name], runs["all", clamp][name], rtol=1e-13)
+        assert not runs["three", clamp]["friction.in_domain"][1:].any()
+        assert (runs["three", clamp]["friction.domain_distance"][1:] > 1.0).all()
+    assert (runs["three", False]["friction.mu"][1:] != runs["three", True]["friction.mu"][1:]).all()
