@@ -1,0 +1,370 @@
+"""Every command given hostile or damaged files: one sentence, no traceback, nothing written outside, in bounded time."""
+
+from __future__ import annotations
+
+import gc
+import random
+import re
+import shutil
+import tempfile
+import typing
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from fmus import pack
+from fmus.native.compile import build
+from friction_models import LinearFriction
+from friction_models.loads import DataSet, InputError
+from orchestrator.cli.app import app
+from orchestrator.cli.main import run
+from tests.fmus.graphs import BOX, graph_bytes, node
+from tests.orchestrator.test_command_line import points
+
+from .hostile import SECRET, archive, archives, members, texts
+
+
+@dataclass(frozen=True)
+class Attack:
+    """A command and the parameter through which it is given a file.
+
+    Attributes
+    ----------
+    command, parameter : str
+    kind : str
+        What kind of file is expected: ``fmu``, ``ssp``, ``onnx``, ``yaml``, ``csv`` or ``folder``.
+    arguments : tuple of str
+        ``{bad}`` is the hostile file; other names in braces are good files of the sandbox.
+    files : tuple of str
+        For folders: the files in it that are hostile.
+    """
+
+    command: str
+    parameter: str
+    kind: str
+    arguments: str
+    files: tuple[str, ...] = ()
+
+
+ATTACKS = [
+    Attack("check", "fmu", "fmu", "{bad}"),
+    Attack("evaluate", "model", "fmu", "{bad} --data {data}"),
+    Attack("predict", "model", "fmu", "{bad} --data {data} -o {out}.csv"),
+    Attack("compare", "models", "fmu", "--models 0.1 {bad} --data {data}"),
+    Attack("diagnose", "model", "fmu", "--data {data} --model {bad}"),
+    Attack("refine", "model", "fmu", "--data {data} --model {bad} --add stribeck -o {out}"),
+    Attack("simulate", "system", "fmu", "{with_bad} -o {out}"),
+    Attack("simulate", "swap", "fmu", "{system} --swap friction={bad} -o {out}"),
+    Attack("export", "system", "fmu", "{with_bad} -o {out}.ssp"),
+    Attack("export", "swap", "fmu", "{system} --swap friction={bad} -o {out}.ssp"),
+    Attack("pack", "model", "fmu", "{bad} -o {out}.fmu"),
+    Attack("simulate", "system", "ssp", "{bad} -o {out}"),
+    Attack("export", "system", "ssp", "{bad} -o {out}.ssp"),
+    Attack("pack", "model", "onnx", "{bad} -o {out}.fmu"),
+    Attack("pack", "model", "onnx", "{bad} --target python -o {out}.fmu"),
+    Attack("pack", "spec", "yaml", "{onnx} --spec {bad} -o {out}.fmu"),
+    Attack("simulate", "system", "yaml", "{bad} -o {out}"),
+    Attack("export", "system", "yaml", "{bad} -o {out}.ssp"),
+    Attack("ingest", "channels", "yaml", "{points} --map {bad} -o {out}"),
+    Attack("ingest", "files", "csv", "{bad} -o {out}"),
+    Attack("ingest", "tests", "csv", "{points} --tests {bad} -o {out}"),
+    Attack("train", "data", "csv", "linear --data {bad} -o {out}"),
+    Attack("train", "data", "parquet", "linear --data {bad} -o {out}"),
+    Attack("train", "tests", "csv", "linear --data {points} --tests {bad} -o {out}"),
+    Attack("evaluate", "data", "csv", "0.1 --data {bad}"),
+    Attack("evaluate", "tests", "csv", "0.1 --data {points} --tests {bad}"),
+    Attack("predict", "data", "csv", "0.1 --data {bad} -o {out}.csv"),
+    Attack("predict", "tests", "csv", "0.1 --data {points} --tests {bad} -o {out}.csv"),
+    Attack("compare", "data", "csv", "--models 0.1 --data {bad}"),
+    Attack("compare", "tests", "csv", "--models 0.1 --data {points} --tests {bad}"),
+    Attack("diagnose", "data", "csv", "--data {bad} --model linear"),
+    Attack("diagnose", "tests", "csv", "--data {points} --tests {bad} --model linear"),
+    Attack("refine", "data", "csv", "--data {bad} --model linear --add stribeck -o {out}"),
+    Attack("refine", "tests", "csv", "--data {points} --tests {bad} --model linear --add stribeck -o {out}"),
+    Attack("simulate", "press", "csv", "{system} --press {bad} -o {out}"),
+    Attack("evaluate", "model", "folder", "{bad} --data {data}", ("card.json", "parameters.npz")),
+    Attack("evaluate", "data", "folder", "0.1 --data {bad}", ("points.csv", "tests.csv", "dataset.json")),
+    Attack("compare", "data", "folder", "--models 0.1 --data {bad}", ("levels.csv", "press.json")),
+    Attack(
+        "report", "folder", "folder", "{bad} -o {out}.html", ("manifest.json", "results.nc", "system.yaml")
+    ),
+    Attack("twin", "campaign", "folder", "{bad} -o {out}", ("campaign.json", "tests.csv", "raw/t0.nc")),
+]
+#: Texts that name no file to be read: names, numbers, places to write to.
+NO_FILES = {
+    *("demo.out", "demo.hidden", "report.out", "lab.out", "lab.plan", "lab.hidden", "ingest.out", "twin.out"),
+    *("train.family", "train.out", "train.parameters", "evaluate.json", "predict.out", "pack.out", "pack.target"),
+    *("pack.fmi", "pack.platforms", "pack.parameters", "export.out", "simulate.out", "simulate.mode"),
+    *("compare.runs", "compare.json", "diagnose.json", "diagnose.report", "refine.add", "refine.out"),
+}  # fmt: skip
+#: Beside the sentence: progress before it, and the numbered list of a system with several mistakes.
+ALLOWED_LINES = re.compile(r"\w+: \d+/\d+ |  \d+\. ")
+#: Damage that does not matter where the model description is not validated.
+HARMLESS = {"xml_start_is_text", "xml_start_is_nan"}
+#: Refused only after a second process has validated the description: two of them are enough for `check`.
+SLOW = ("xml_identifier_path", "xml_reference_is_text")
+#: These three get every archive: they look, load and run. The others take turns, so that each archive meets some.
+FULL = {"check.fmu", "predict.model", "simulate.swap"}
+SHARE = 5
+#: Large ones: for these three only.
+HEAVY = {"xml_million_variables", "xml_huge_attribute", "many_files", "lying_size"}
+
+
+def test_every_parameter_that_may_be_a_file_is_attacked() -> None:
+    """A new command or option has to be put into one of the two lists."""
+    attacked = {f"{a.command}.{a.parameter}" for a in ATTACKS}
+    for command in app.registered_commands:
+        name = command.name or str(getattr(command.callback, "__name__", ""))
+        for parameter, hint in typing.get_type_hints(command.callback).items():
+            kinds = {hint, *typing.get_args(hint)}
+            if parameter != "return" and kinds & {Path, str, list[str], list[Path]}:
+                assert f"{name}.{parameter}" in attacked | NO_FILES, f"{name}: {parameter} is in no list"
+
+
+class Sandbox:
+    """A folder in a folder in a folder: commands run inside, everything around is watched."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.place = root / "a" / "b" / "c"
+        self.place.mkdir(parents=True)
+        self.secret = root / "secret.txt"
+        self.secret.write_text(SECRET)
+        content = graph_bytes(
+            [node("Gemm", "loads w b", "mu")],
+            {"w": np.array([[0.0], [-1e-4], [1e-5], [0.0], [0.0]]), "b": np.array([0.15])},
+            metadata={"domain": BOX},
+        )
+        (root / "model.onnx").write_bytes(content)
+        self.fmu = pack(root / "model.onnx", root / "good.fmu")
+        frame = points(3, 10)
+        DataSet(frame).save(root / "data")
+        frame.to_csv(root / "points.csv", index=False)
+        LinearFriction().fit_frame(points()).save(root / "linear")
+        start = {"v_rel": 1.0, "T": 20.0, "sigma_n": 100.0, "sd": 0.0, "psi": 1.0}
+        for name, fmu in (("system", "../../../good.fmu"), ("with_bad", "bad.fmu")):
+            content_of = {"communication_step": 0.1, "stop_time": 0.2}
+            part = {"components": {"friction": {"fmu": fmu, "start": start}}}
+            (self.place / f"{name}.yaml").write_text(yaml.safe_dump(content_of | part))
+        assert run(["export", str(self.place / "system.yaml"), "-o", str(root / "good.ssp")]) == 0
+        self.known = {
+            "data": root / "data",
+            "points": root / "points.csv",
+            "onnx": root / "model.onnx",
+            "system": self.place / "system.yaml",
+            "with_bad": self.place / "with_bad.yaml",
+            "out": self.place / "out",
+        }
+
+    def put(self, attack: Attack, content: bytes, file: str = "") -> Path:
+        """Write the hostile file (or the folder with one); return it."""
+        bad = self.place / ("bad" if attack.kind == "folder" else f"bad.{attack.kind}")
+        if attack.kind != "folder":
+            bad.write_bytes(content)
+            return bad
+        shutil.rmtree(bad, ignore_errors=True)
+        good = self.root / ("linear" if "card.json" in attack.files else "data")
+        shutil.copytree(good, bad)
+        for name in attack.files:
+            if name == file or not (good / name).is_file():
+                (bad / name).parent.mkdir(exist_ok=True)
+                (bad / name).write_bytes(content)
+        return bad
+
+    def arguments(self, attack: Attack, bad: Path) -> list[str]:
+        values = self.known | {"bad": bad}
+        return [attack.command, *(word.format_map(values) for word in attack.arguments.split())]
+
+    def seen(self) -> dict[Path, int]:
+        if any((self.root / "tmp").iterdir()):
+            gc.collect()  # folders of unpacked FMUs go when their objects do
+        return {p: p.stat().st_mtime_ns if p.is_file() else 0 for p in self.root.rglob("*")}
+
+
+@pytest.fixture(scope="module")
+def sandbox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sandbox]:
+    root = tmp_path_factory.mktemp("hostile")
+    box = Sandbox(root)
+    (root / "tmp").mkdir()
+    before, tempfile.tempdir = tempfile.tempdir, str(root / "tmp")
+    yield box
+    tempfile.tempdir = before
+
+
+@pytest.fixture(scope="module")
+def hostile(sandbox: Sandbox) -> dict[str, bytes]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # duplicate names, deliberately
+        return archives(sandbox.fmu, sandbox.secret)
+
+
+Try = Callable[..., str]
+
+
+@pytest.fixture
+def attempt(sandbox: Sandbox, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Try:
+    """Run an attack; return what went wrong, empty when it was refused as it should be."""
+    monkeypatch.chdir(sandbox.place)
+    monkeypatch.delenv("TRIBOFMU_TRACEBACK", raising=False)
+
+    def act(attack: Attack, content: bytes, file: str = "", may_work: bool = False) -> str:
+        bad = sandbox.put(attack, content, file)
+        before = sandbox.seen()
+        code = run(sandbox.arguments(attack, bad))
+        said = capsys.readouterr()
+        after = sandbox.seen()
+        new = [p for p in after if after[p] != before.get(p)] + [p for p in before if p not in after]
+        wrong = []
+        failed_check = attack.command == "check" and code == 1
+        if code not in {1, 2} and not (may_work and code == 0):
+            wrong.append(f"exit code {code}")
+        lines = [x for x in said.err.strip().splitlines() if not ALLOWED_LINES.match(x)]
+        if code and not failed_check and (len(lines) != 1 or not lines[0].startswith("tribofmu: error: ")):
+            wrong.append(f"{len(lines)} lines")
+        if "Traceback" in said.err + said.out or SECRET in said.err + said.out:
+            wrong.append("a traceback, or what is in another file")
+        if len(said.err) > 2000 or len(said.out) > 50_000:
+            wrong.append(f"{len(said.err) + len(said.out)} characters of output")
+        if code:
+            wrong += [f"written: {p.relative_to(sandbox.root)}" for p in new]
+        else:
+            wrong += [f"written: {p}" for p in new if not p.is_relative_to(sandbox.place)]
+        for path in sandbox.place.glob("out*"):
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+        return f"{', '.join(wrong)} ({said.err[-300:].strip()})" if wrong else ""
+
+    return act
+
+
+def label(attack: Attack) -> str:
+    return f"{attack.command}-{attack.parameter}-{attack.kind}"
+
+
+@pytest.mark.parametrize("attack", [a for a in ATTACKS if a.kind == "fmu"], ids=label)
+def test_hostile_fmus(attack: Attack, attempt: Try, hostile: dict[str, bytes], sandbox: Sandbox) -> None:
+    found = {}
+    for name, content in chosen(attack, hostile):
+        loaded = name.startswith("xml_") and attack.command == "check"
+        if not loaded or name in SLOW or refused_at_once(content, sandbox):
+            found[name] = attempt(attack, content, may_work=name in HARMLESS)
+    assert not {n: w for n, w in found.items() if w}
+
+
+def chosen(attack: Attack, hostile: dict[str, bytes]) -> list[tuple[str, bytes]]:
+    """The archives that an attack uses."""
+    if f"{attack.command}.{attack.parameter}" in FULL:
+        return [*hostile.items()]
+    usual = [(n, c) for n, c in hostile.items() if n not in HEAVY]
+    return usual[ATTACKS.index(attack) % SHARE :: SHARE]
+
+
+def refused_at_once(content: bytes, sandbox: Sandbox) -> bool:
+    from fmus.archive import read_description
+
+    path = sandbox.place / "bad.fmu"
+    path.write_bytes(content)
+    try:
+        read_description(path)
+    except InputError:
+        return True
+    return False
+
+
+@pytest.mark.parametrize("attack", [a for a in ATTACKS if a.kind == "ssp"], ids=label)
+def test_hostile_system_archives(
+    attack: Attack, attempt: Try, hostile: dict[str, bytes], sandbox: Sandbox
+) -> None:
+    """Hostile as an archive, and an archive with a hostile FMU in it."""
+    files = members(sandbox.root / "good.ssp")
+    inner = next(n for n in files if n.endswith(".fmu"))
+    found = {}
+    for name, content in chosen(attack, hostile):
+        if name not in HARMLESS:
+            found[f"in it {name}"] = attempt(attack, archive(files | {inner: content}))
+        if not name.startswith("xml_"):
+            found[name] = attempt(attack, content)
+    whole = (sandbox.root / "good.ssp").read_bytes()
+    for part in (0.1, 0.5, 0.9):
+        found[f"cut_{part}"] = attempt(attack, whole[: int(part * len(whole))])
+    entity = f'<!DOCTYPE x [<!ENTITY e SYSTEM "{sandbox.secret.as_uri()}">]>'.encode()
+    description = files["SystemStructure.ssd"]
+    root = description.index(b"<", description.index(b"?>"))
+    changed = {
+        "entity": description[:root] + entity + description[root:].replace(b'name="', b'name="&e;', 1),
+        "escape": description.replace(b"resources/", b"../../"),
+        "absolute": description.replace(b"resources/", b"/etc/"),
+        "address": description.replace(b"resources/", b"file:///etc/"),
+        "cut": description[: len(description) // 2],
+        "other": b"<svg/>",
+    }
+    for name, content in changed.items():
+        found[f"description {name}"] = attempt(attack, archive(files | {"SystemStructure.ssd": content}))
+    assert not {n: w for n, w in found.items() if w}
+
+
+@pytest.mark.parametrize("attack", [a for a in ATTACKS if a.kind not in {"fmu", "ssp"}], ids=label)
+def test_hostile_texts(attack: Attack, attempt: Try, sandbox: Sandbox) -> None:
+    found = {}
+    for name, content in texts(sandbox.secret).items():
+        for file in attack.files or ("",):
+            # A remark beside the data may be missing, and then be empty; a list of tests may be anything readable.
+            found[f"{name} {file}"] = attempt(attack, content, file)
+    assert not {n: w for n, w in found.items() if w}
+
+
+@pytest.mark.parametrize(
+    "attack",
+    [a for a in ATTACKS if f"{a.command}.{a.parameter}" in {"predict.model", "simulate.swap"}],
+    ids=label,
+)
+def test_flipped_bits(attack: Attack, attempt: Try, sandbox: Sandbox) -> None:
+    """Bits of the archive, and of the model description in a whole archive: worked or refused, never worse."""
+    draw = random.Random(attack.parameter)
+    whole, files = sandbox.fmu.read_bytes(), members(sandbox.fmu)
+    xml = files["modelDescription.xml"]
+    directory = whole.index(b"PK\x01\x02")
+    found = {}
+    for k in range(40):
+        changed = bytearray(whole)
+        for _ in range(draw.randint(1, 4)):
+            changed[draw.choice([draw.randrange(len(whole)), draw.randrange(directory, len(whole))])] ^= (
+                1 << draw.randrange(8)
+            )
+        found[f"archive {k}"] = attempt(attack, bytes(changed), may_work=True)
+    for k in range(25):
+        changed = bytearray(xml)
+        for _ in range(draw.randint(1, 3)):
+            changed[draw.randrange(len(xml))] ^= 1 << draw.randrange(7)
+        found[f"description {k}"] = attempt(
+            attack, archive(files | {"modelDescription.xml": bytes(changed)}), may_work=True
+        )
+    assert not {n: w for n, w in found.items() if w}
+
+
+@pytest.mark.parametrize("attack", [a for a in ATTACKS if f"{a.command}.{a.parameter}" in FULL], ids=label)
+def test_no_library_outside_the_archive_is_loaded(attack: Attack, attempt: Try, sandbox: Sandbox) -> None:
+    """The name of the binary leads to a library beside the archive, which would leave a file when it is loaded."""
+    source = (
+        "#include <stdio.h>\n"
+        '__attribute__((constructor)) static void loaded(void) { fclose(fopen("loaded.txt", "w")); }\n'
+    )
+    try:
+        built = build({"outside.c": source}, "outside.c", "outside")
+    except (InputError, RuntimeError) as error:
+        pytest.skip(f"no library can be built here: {error}")
+    folder, content = next(iter(built.items()))
+    suffix = Path(folder).suffix
+    (sandbox.root / f"outside{suffix}").write_bytes(content)
+    files = members(sandbox.fmu)
+    xml = files["modelDescription.xml"]
+    identifier = re.search(b'modelIdentifier="(.*?)"', xml).group(1)  # type: ignore[union-attr]
+    up = "../" * 40 + (sandbox.root / "outside").as_posix().lstrip("/")
+    for place in (up, (sandbox.root / "outside").as_posix()):
+        changed = xml.replace(identifier + b'"', place.encode() + b'"')
+        assert attempt(attack, archive(files | {"modelDescription.xml": changed})) == ""
+    assert not [*sandbox.root.rglob("loaded.txt")]
