@@ -95,6 +95,7 @@ def _generate(source: FrictionSource, interface: FrictionInterface) -> str:
             f"#define TF_HAS_DOMAIN {int(bool(interface.domain))}",
             f"#define TF_ODE {int(ode)}",
             f"#define TF_BLOCK {BLOCK}",
+            f"#define TF_BLOCK_LEAST {_least(graph)} /* fewer points are quicker one by one */",
             f"typedef unsigned {_index_type(graph)} tf_index; /* of a node within its tree, of a feature */",
             "",
             *((folder / part).read_text(encoding="utf-8") for part in parts),
@@ -104,6 +105,14 @@ def _generate(source: FrictionSource, interface: FrictionInterface) -> str:
             text,
         ]
     )
+
+
+def _least(graph: Graph) -> int:
+    """Return how many points make a block worth while, as measured on models of these kinds."""
+    kinds = {s.op for s in graph.needed_for("mu")}
+    layers = any(s.op in {"MatMul", "Gemm"} and s.output.size > 1 for s in graph.steps)
+    # One point alone has vectors of neurons too, and walks many trees at once; powers are taken one by one.
+    return 12 if layers or "TreeEnsemble" in kinds else 8 if "Pow" in kinds else 4
 
 
 def _index_type(graph: Graph) -> str:
