@@ -38,7 +38,10 @@ def read_ssp(path: str | os.PathLike[str]) -> Structure:
     file = Path(path)
     if not file.is_file():
         raise InputError(f"{file}: no such SSP")
-    members = read_members(file)
+    try:
+        members = read_members(file)
+    except InputError as error:
+        raise InputError(str(error).replace("not an FMU: ", "not an SSP: ")) from None
     if DESCRIPTION not in members:
         raise InputError(f"{file}: not an SSP: there is no {DESCRIPTION} in the archive")
     root = parse_xml(read_member(file, DESCRIPTION, MAX_DESCRIPTION_BYTES), f"{file}: {DESCRIPTION}")

@@ -112,6 +112,14 @@ def expand(
     return variables, arrays
 
 
+def integer_limits(exchange: str) -> tuple[int, int]:
+    """Return the least and the greatest whole number of a type; values pass through float64 on their way."""
+    bits = re.search(r"\d+$", exchange)
+    size = int(bits[0]) if bits else 32
+    low, high = (0, 2**size - 1) if "UInt" in exchange else (-(2 ** (size - 1)), 2 ** (size - 1) - 1)
+    return max(low, -(2**53)), min(high, 2**53)
+
+
 def sizing_parameter(item: Any) -> str | None:
     """Return the structural parameter that alone gives the length of an FMI 3.0 vector, or None."""
     if len(item.dimensions) != 1 or item.dimensions[0].variable is None:

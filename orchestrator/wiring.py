@@ -10,7 +10,7 @@ from friction_models.loads import InputError, unknown_name
 
 from .errors import collected
 from .fmu_files import FmuDescription, describe
-from .fmu_variables import Variable
+from .fmu_variables import Variable, integer_limits
 from .sizing import size_arrays
 
 if TYPE_CHECKING:
@@ -214,9 +214,9 @@ class Wiring:
             if len(values) != len(elements):
                 problems.append(f"{where} {key!r} has {len(values)} elements, the FMU has {len(elements)}")
                 continue
-            wrong = [v for v, e in zip(values, elements) if not _fits(v, e.type)]
+            wrong = [v for v, e in zip(values, elements) if not _fits(v, e)]
             if wrong:
-                problems.append(f"{where} {key!r} is {wrong[0]!r}; allowed: {elements[0].type}")
+                problems.append(f"{where} {key!r} is {wrong[0]!r}; allowed: {_allowed(elements[0])}")
                 continue
             pairs += list(zip(elements, values))
         return problems
@@ -274,11 +274,19 @@ class Wiring:
         return problems
 
 
-def _fits(value: object, kind: str) -> bool:
-    if kind == "Boolean":
+def _fits(value: object, variable: Variable) -> bool:
+    if variable.type == "Boolean":
         return isinstance(value, bool)
-    if kind in {"Integer", "Enumeration"}:
-        return isinstance(value, int) and not isinstance(value, bool)
-    if kind == "String":
+    if variable.type in {"Integer", "Enumeration"}:
+        low, high = integer_limits(variable.exchange)
+        return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
+    if variable.type == "String":
         return isinstance(value, str)
     return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _allowed(variable: Variable) -> str:
+    if variable.type not in {"Integer", "Enumeration"}:
+        return variable.type
+    low, high = integer_limits(variable.exchange)
+    return f"{variable.type} from {low} to {high}"

@@ -179,3 +179,18 @@ def test_component_names_are_no_paths(tiny: dict[str, Path], name: str) -> None:
     content["components"] = {name: {"fmu": str(tiny["law"])}}
     with pytest.raises(InputError, match="component name"):
         System.from_dict(content)
+
+
+@pytest.mark.parametrize(
+    ("exchange", "limits"),
+    [
+        ("fmi2Integer", (-(2**31), 2**31 - 1)),
+        ("fmi3UInt8", (0, 255)),
+        ("fmi3Int16", (-32768, 32767)),
+        ("fmi3UInt64", (0, 2**53)),
+    ],
+)
+def test_whole_numbers_fit_their_type(exchange: str, limits: tuple[int, int]) -> None:
+    from orchestrator.fmu_variables import integer_limits
+
+    assert integer_limits(exchange) == limits
