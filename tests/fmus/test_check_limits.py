@@ -11,6 +11,7 @@ import pytest
 from fmus import check, pack
 from fmus.archive import write_archive
 from fmus.native import compile as compiling
+from fmus.trial import problems_of
 from tests.fmus.graphs import BOX, graph_bytes, node, save
 
 #: What a library does as soon as it is loaded.
@@ -201,6 +202,36 @@ def test_model_exchange_alone_is_checked(fmi: str, good: dict[str, Path], tmp_pa
     assert report.ok, str(report)
     assert "skipped: not offered" in report.messages
     assert any("mu against ONNX Runtime at the start" in text for text in report.messages)
+
+
+@pytest.mark.parametrize(
+    ("name", "allowed"),
+    [
+        ("mu", True),
+        ("v_rel[12]", True),
+        ("a.b[1,2].c", True),
+        ("der(a.b[3],2)", True),
+        ("'any name'.c", True),
+        ("a-b", False),
+        ("1a", False),
+        ("der(x", False),
+        ("a[]", False),
+        ("a[x]", False),
+    ],
+)
+def test_names_of_variables_are_validated(
+    name: str, allowed: bool, good: dict[str, Path], tmp_path: Path
+) -> None:
+    """The same names as fmpy's own, slow validation lets pass."""
+    from fmpy.validation import validate_fmu
+
+    files = content_of(good["2.0"])
+    xml = files["modelDescription.xml"].replace(b'name="domain_distance"', f'name="{name}"'.encode())
+    if name == "mu":
+        xml = files["modelDescription.xml"]
+    path = write_archive(tmp_path / "names.fmu", files | {"modelDescription.xml": xml})
+    assert (problems_of(path) == []) == allowed
+    assert (validate_fmu(str(path)) == []) == allowed
 
 
 FOREIGN = """
