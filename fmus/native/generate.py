@@ -6,13 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from friction_models.loads import InputError
-
 from ..interface import FrictionInterface
 from ..source import FrictionSource
 from . import ops
 from .emission import BLOCK, Writer
-from .graph import Graph, read_graph, refuse
+from .graph import Graph, read_graph, refuse, rules_of
 from .tables import Tables, interface_tables
 
 #: Largest buffers of a block on the stack; of a network that needs more, the points are run one by one.
@@ -43,15 +41,8 @@ def generate(source: FrictionSource, interface: FrictionInterface) -> str:
     InputError
         The graph holds something that is not translated; the message names it.
     """
-    try:
+    with rules_of(source.where):
         return _generate(source, interface)
-    except InputError:
-        raise
-    except (KeyError, IndexError, TypeError, ValueError, AssertionError) as error:
-        # A graph that breaks the rules of its own operators: an attribute, an operand or an index is missing.
-        raise InputError(
-            f"{source.where}: the ONNX graph breaks the rules of its operators ({error!r:.100})"
-        ) from error
 
 
 def _generate(source: FrictionSource, interface: FrictionInterface) -> str:

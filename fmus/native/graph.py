@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -77,6 +78,20 @@ def refuse(where: str, what: str) -> InputError:
     return InputError(f"{where}: {what}; pack it with --target python, which runs ONNX Runtime")
 
 
+@contextmanager
+def rules_of(where: str) -> Iterator[None]:
+    """Turn what a damaged graph raises anywhere (an attribute, operand or index is missing) into one sentence."""
+    try:
+        yield
+    except InputError:
+        raise
+    except (ArithmeticError, AssertionError, LookupError, MemoryError, TypeError, ValueError) as error:
+        text = " ".join(str(error).split())[:100]
+        raise InputError(
+            f"{where}: the ONNX graph breaks the rules of its operators ({type(error).__name__}: {text})"
+        ) from None
+
+
 def read_graph(content: bytes, where: str, states: int, system: int) -> Graph:
     """Read a serialized model.
 
@@ -94,6 +109,11 @@ def read_graph(content: bytes, where: str, states: int, system: int) -> Graph:
     InputError
         An operator, a shape or an input outside what can be translated.
     """
+    with rules_of(where):
+        return _read(content, where, states, system)
+
+
+def _read(content: bytes, where: str, states: int, system: int) -> Graph:
     import onnx
     from onnx import numpy_helper
 
