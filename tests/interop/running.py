@@ -31,7 +31,9 @@ def run_child(client: str, job: dict[str, Any], folder: Path) -> Outcome:
     given.write_text(json.dumps(job | {"folder": str(folder)}), encoding="utf-8")
     found.unlink(missing_ok=True)
     command = [sys.executable, "-m", f"tests.interop.children.{client}", str(given), str(found)]
-    outcome = run(command, folder, os.environ | {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}, ROOT)
+    # What a client leaves behind when it crashes stays in the folder.
+    environment = {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1", "TMPDIR": str(folder)}
+    outcome = run(command, folder, os.environ | environment, ROOT)
     if found.is_file():  # a client that crashes at its exit has done its work
         return Outcome(json.loads(found.read_text(encoding="utf-8")), outcome.seen)
     return Outcome(None, outcome.seen or "no result")

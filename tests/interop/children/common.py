@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -12,6 +13,10 @@ from typing import Any
 
 def job() -> dict[str, Any]:
     """Return the job: ``fmu`` or ``ssp``, ``inputs``, ``outputs`` (names), ``series`` (a row a step), ``step`` [s]."""
+    with contextlib.suppress(ImportError):  # clients that crash write no core files
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     read: dict[str, Any] = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
     return read
 
