@@ -91,24 +91,23 @@ static void change_mode(slot *s) {
 
 /* ---- the same inputs give the same values: in a copy, after a reset, in a repeated step ---- */
 
+/* All Real variables: one by one, or first in one call, where blocks of points take another way through the code. */
 static void read_all(slot *s, double *value, int *status, int together) {
-    for (int i = 0; i < VARIABLES; ++i) {
-        const int k = together ? i : VARIABLES - 1 - i;
-        value[k] = 0.0;
-        status[k] = variables[k].type == REAL ? (int)fmi2GetReal(s->c, &variables[k].vr, 1, &value[k]) : OK;
-        if (good(status[k]) && variables[k].type == REAL) check_value(&variables[k], value[k]);
-    }
-    if (!together) return; /* once more in one call: blocks of points may take another way through the code */
     fmi2ValueReference vr[VARIABLES];
     double block[VARIABLES];
     size_t n = 0;
     for (int k = 0; k < VARIABLES; ++k)
-        if (variables[k].type == REAL && good(status[k])) vr[n++] = variables[k].vr;
-    if (!good((int)fmi2GetReal(s->c, vr, n, block))) broken("values that can be read alone cannot be read together");
+        if (variables[k].type == REAL) vr[n++] = variables[k].vr;
+    const int whole = together && good((int)fmi2GetReal(s->c, vr, n, block));
     n = 0;
-    for (int k = 0; k < VARIABLES; ++k)
-        if (variables[k].type == REAL && good(status[k]) && memcmp(&block[n++], &value[k], sizeof(double)) != 0)
-            broken("%s alone is %.17g and together %.17g", variables[k].name, value[k], block[n - 1]);
+    for (int i = 0; i < VARIABLES; ++i) {
+        const int k = together ? i : VARIABLES - 1 - i, real = variables[k].type == REAL;
+        value[k] = 0.0;
+        status[k] = real ? (int)fmi2GetReal(s->c, &variables[k].vr, 1, &value[k]) : OK;
+        if (good(status[k]) && real) check_value(&variables[k], value[k]);
+        if (whole && real && (!good(status[k]) || memcmp(&block[n++], &value[k], sizeof(double)) != 0))
+            broken("%s alone is %.17g (status %d) and together %.17g", variables[k].name, value[k], status[k], block[n - 1]);
+    }
 }
 
 static void compare(slot *a, slot *b, const char *what) {
@@ -191,14 +190,29 @@ static void step_twice(slot *s) {
 
 /* ---- states of the FMU, whole and corrupted ---- */
 
+/* The state of another instance: one of the same interface type can be taken over. */
+static void borrow(slot *s) {
+    const slot *other = &slots[below(INSTANCES)];
+    const int k = below(KEPT);
+    if (!other->c || !other->kept[k]) return;
+    const int status = CALL(s, fmi2SetFMUstate, other->kept[k]);
+    expect(s, status, other->exchange == s->exchange ? MUST_SUCCEED : MUST_FAIL, "the state of another instance");
+    if (!good(status)) return;
+    enter(s, other->kept_mode[k]);
+}
+
 static void states(slot *s) {
     const int k = below(KEPT);
     fmi2Byte *bytes = NULL;
     fmi2FMUstate read = NULL;
     size_t size;
-    switch (below(6)) {
+    switch (below(7)) {
+    case 6: borrow(s); return;
     case 0:
-        expect(s, CALL(s, fmi2GetFMUstate, &s->kept[k]), MUST_SUCCEED, "saving the state");
+        if (!good(CALL(s, fmi2GetFMUstate, &s->kept[k]))) {
+            if (!starved) broken("the state is not saved: %s", s->box.last);
+            return;
+        }
         s->kept_mode[k] = s->mode;
         return;
     case 1:
@@ -222,6 +236,7 @@ static void states(slot *s) {
     case 4: { const double bad = nasty(); if (size > 80) memcpy(bytes + 1 + size - 8 * (size_t)(1 + below(9)), &bad, 8); } break;
     default: for (int i = below(8); i >= 0; --i) bytes[1 + below((int)size)] ^= (fmi2Byte)(1 << below(8));
     }
+    if (told == size && chance(60)) seal(bytes + 1, size);
     fmi2Byte *exact = (fmi2Byte *)exactly(told, 1);
     if (told) memcpy(exact, bytes + 1, told);
     const int status = CALL(s, fmi2DeSerializeFMUstate, exact, told, &read);

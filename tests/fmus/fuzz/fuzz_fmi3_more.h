@@ -230,16 +230,32 @@ static void step_twice(slot *s) {
 
 /* ---- states of the FMU, whole and corrupted ---- */
 
+/* The state of another instance: one of the same interface type can be taken over. */
+static void borrow(slot *s) {
+    const slot *other = &slots[below(INSTANCES)];
+    const int k = below(KEPT);
+    if (!other->c || !other->kept[k]) return;
+    const int status = CALL(s, fmi3SetFMUState, other->kept[k]);
+    expect(s, status, other->exchange == s->exchange ? MUST_SUCCEED : MUST_FAIL, "the state of another instance");
+    if (!good(status)) return;
+    enter(s, other->kept_mode[k]);
+    s->n = other->kept_n[k];
+}
+
 static void states(slot *s) {
     const int k = below(KEPT);
     fmi3Byte *bytes = NULL;
     fmi3FMUState read = NULL;
     size_t size;
-    switch (below(6)) {
+    switch (below(7)) {
+    case 6: borrow(s); return;
     case 0:
-        expect(s, CALL(s, fmi3GetFMUState, &s->kept[k]), MUST_SUCCEED, "saving the state");
+        if (!good(CALL(s, fmi3GetFMUState, &s->kept[k]))) {
+            if (!starved) broken("the state is not saved: %s", s->box.last);
+            return;
+        }
         s->kept_mode[k] = s->mode;
-        if (!starved) s->kept_n[k] = s->n;
+        s->kept_n[k] = s->n;
         return;
     case 1:
         expect(s, CALL(s, fmi3SetFMUState, s->kept[k]), s->kept[k] ? MUST_SUCCEED : MUST_FAIL, "setting a state");
@@ -265,6 +281,7 @@ static void states(slot *s) {
     case 4: { const double bad = nasty(); if (size > 80) memcpy(bytes + 1 + size - 8 * (size_t)(1 + below(9)), &bad, 8); } break;
     default: for (int i = below(8); i >= 0; --i) bytes[1 + below((int)size)] ^= (fmi3Byte)(1 << below(8));
     }
+    if (told == size && chance(60)) seal(bytes + 1, size);
     fmi3Byte *exact = (fmi3Byte *)exactly(told, 1);
     if (told) memcpy(exact, bytes + 1, told);
     const int status = CALL(s, fmi3DeserializeFMUState, exact, told, &read);

@@ -71,6 +71,21 @@ def memory() -> bytes:
     )
 
 
+def wild() -> bytes:
+    """No memory, and values that are not finite in the middle of the domain: exp(T) sigma_n / sd."""
+    nodes = [
+        *(node("Gather", f"loads i{k}", f"x{k}", axis=1) for k in (1, 2, 3)),
+        node("Exp", "x1", "e"),
+        node("Mul", "e x2", "m"),
+        node("Div", "m x3", "mu"),
+    ]
+    return graph_bytes(
+        nodes,
+        {f"i{k}": np.array([k]) for k in (1, 2, 3)},
+        metadata={"domain": BOX, "model": {"family": "wild", "name": "wild"}},
+    )
+
+
 @cache
 def _data() -> tuple[pd.DataFrame, pd.DataFrame]:
     return campaign()
@@ -89,6 +104,7 @@ def boosting() -> object:
 MODELS: dict[str, Callable[[], object]] = {
     "network": network,
     "memory": memory,
+    "wild": wild,
     "ode": ode,
     "boosting": boosting,
 }
