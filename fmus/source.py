@@ -97,6 +97,10 @@ def read_source(
         has no translation.
     """
     if isinstance(model, FrictionSource):
+        if model.foreign is not None and target != "python":
+            raise InputError(
+                f"{model.where}: the graph runs in Python only; allowed: target 'python', not {target!r}"
+            )
         return model
     if isinstance(model, str | os.PathLike):
         path = Path(model)

@@ -9,12 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
+from friction_models.loads import LOAD_NAMES, LOADS
 
-from friction_models.loads import LOAD_NAMES, LOADS, InputError
-
+from .attempt import try_original
 from .lowering import lower
-from .parity import Agreement, compare, original_mu, sample, session
+from .parity import Agreement, compare, sample
 from .reading import NotTranslated, parse, pruned, read_graph
 from .signature import Signature, choose_output, domain_of, read_signature
 from .spec import Spec
@@ -115,7 +114,7 @@ def read_user_model(
     except NotTranslated as error:
         if not python:
             raise
-        _try_original(model, content, signature, domain, where)
+        try_original(content, signature, sample(domain)[::16], where)
         reason = str(error).removeprefix(f"{where}: ").partition("; pack it")[0].partition(", allowed")[0]
         card["runs"] = f"the original file in ONNX Runtime ({reason})"
         return UserModel(b"", signature, domain, name, given.family, given.formula, card, None)
@@ -164,23 +163,3 @@ def _card(content: bytes, name: str, spec: Spec, signature: Signature) -> dict[s
     )
     entries["SHA-256 of the original"] = hashlib.sha256(content).hexdigest()
     return entries
-
-
-def _try_original(
-    model: onnx.ModelProto,
-    content: bytes,
-    signature: Signature,
-    domain: dict[str, tuple[float, float]],
-    where: str,
-) -> None:
-    """Run a graph without translation at some points, so that one that cannot run is refused here."""
-    from friction_models.onnx_model import REFUSED_OPERATORS
-
-    used = {n.op_type for n in model.graph.node} & REFUSED_OPERATORS
-    if used:
-        raise InputError(
-            f"{where}: operator {min(used)!r} may grow without bound; allowed: a closed formula of the loads"
-        )
-    mu = original_mu(session(content, where), signature, sample(domain)[::16], where)
-    if not np.isfinite(mu).any():
-        raise InputError(f"{where}: mu is nowhere a finite number at random loads; allowed: finite numbers")

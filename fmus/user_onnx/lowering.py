@@ -111,4 +111,7 @@ def _close(
     if signature.add != 0.0:
         mu = mu + signature.add
     canvas.graph.output(MU.name, canvas.x.relu(mu), ["n", 1])
-    return canvas.graph.build(metadata).SerializeToString(deterministic=True)
+    try:
+        return canvas.graph.build(metadata).SerializeToString(deterministic=True)
+    except Exception:  # the checker's errors are of several libraries: arithmetic on Booleans and the like
+        raise refuse(canvas.where, "the types of the graph's values do not fit their operators") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -108,6 +109,10 @@ def parse(content: bytes, where: str) -> onnx.ModelProto:
     graph = model.graph
     if not graph.output:
         raise InputError(f"{where}: not an ONNX model (its graph has no output)")
+    if not all(
+        isinstance(text, str) for text in _texts(model)
+    ):  # the parser gives bytes for what is no UTF-8
+        raise InputError(f"{where}: holds a name that is no text; allowed: printable names")
     if len(graph.node) > MAX_NODES:
         raise InputError(f"{where}: {len(graph.node)} nodes, allowed: at most {MAX_NODES}")
     if model.functions:
@@ -130,6 +135,18 @@ def parse(content: bytes, where: str) -> onnx.ModelProto:
                 "allowed: a closed formula of the loads"
             )
     return model
+
+
+def _names(model: onnx.ModelProto) -> Iterator[Any]:
+    """Yield the names in a file."""
+    graph = model.graph
+    for node in graph.node:
+        yield from (node.op_type, node.domain, node.name, *node.input, *node.output)
+        yield from (text for a in node.attribute for text in (a.name, a.ref_attr_name))
+    yield from (v.name for v in (*graph.input, *graph.output, *graph.initializer))
+    yield from (o.domain for o in model.opset_import)
+    yield from (p.key for p in model.metadata_props)
+    yield from (f.name for f in model.functions)
 
 
 def _tensors(graph: onnx.GraphProto, where: str) -> list[onnx.TensorProto]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,6 +43,12 @@ class Feed:
     loads: tuple[int, ...]
     factor: tuple[float, ...]
     offset: tuple[float, ...]
+
+    @classmethod
+    def from_dict(cls, entry: Mapping[str, Any]) -> Feed:
+        """Build from an entry of `Signature.to_dict`."""
+        lists = {k: tuple(entry[k]) for k in ("shape", "loads", "factor", "offset")}
+        return cls(name=entry["name"], kind=entry["kind"], batch=entry["batch"], **lists)
 
     def fill(self, points: Array) -> Array:
         """Return what this input is given at loads of shape (n, 5); n is 1 unless `batch`."""

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
+import re
+import shlex
 import time
 from pathlib import Path
 from typing import Any
@@ -287,6 +291,7 @@ HOSTILE: dict[str, tuple[bytes, str]] = {
     "random": (model_bytes([node("RandomNormalLike", "in", "out")]), "draws random numbers"),
     "cycle": (model_bytes([node("Add", "in b", "a"), node("Neg", "a", "b"), node("Neg", "b", "out")]), "need each other"),
     "computed twice": (model_bytes([node("Neg", "in", "out"), node("Abs", "in", "out")]), "by two nodes"),
+    "bytes as name": (line().replace(b"\x03out", b"\x03\xff\xfet"), "no text"),
     "missing": (model_bytes([node("Add", "in nothing", "out")]), "'nothing' is used but never computed"),
     "dims lie": (changed(dims=[4000]), "holds other data than its dimensions"),
     "dims negative": (changed(dims=[-5]), "has dimensions"),
@@ -376,6 +381,37 @@ def test_trees_that_are_none(change: dict[str, Any], words: str) -> None:
     made = helper.make_node("TreeEnsembleRegressor", ["in"], ["out"], domain="ai.onnx.ml", **kept)
     with pytest.raises(InputError, match=words):
         read_user_model(model_bytes([made]), "m.onnx")
+
+
+def test_the_example_of_the_documentation_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("onnxscript", reason="torch's exporter needs onnxscript, extra [dev]")
+    import torch
+
+    from orchestrator.cli.main import run
+
+    text = (Path(__file__).parents[2] / "docs" / "own-onnx.md").read_text(encoding="utf-8")
+    example = text.partition("## Example")[2]
+    blocks = dict(re.findall(r"```(python|yaml|console)\n(.*?)```", example, re.DOTALL))
+    monkeypatch.chdir(tmp_path)
+    seen: dict[str, Any] = {}
+    with contextlib.redirect_stdout(io.StringIO()):
+        exec(blocks["python"], seen)
+    (tmp_path / "net.yaml").write_text(blocks["yaml"], encoding="utf-8")
+    for command in blocks["console"].splitlines():
+        assert run(shlex.split(command)[1:]) == 0
+    loads = np.array([[100.0, 80.0, 900.0, 5.0, 1.5], [400.0, 300.0, 2000.0, 0.0, 1.0]])
+    scaled = (loads[:, [1, 2, 0]] * [1.0, 1e-3, 1e-3] + [273.15, 0.0, 0.0] - [450, 1.5, 0.2]) / [
+        120,
+        0.7,
+        0.2,
+    ]
+    with torch.no_grad():
+        expected = 0.08 + 0.1 * seen["net"].double()(torch.tensor(scaled)).numpy()[:, 0]
+    assert expected.min() > 0.0
+    with RunningFmu(UnpackedFmu(tmp_path / "net.fmu")) as fmu:
+        for row, mu in zip(loads, expected):
+            fmu.set_real(LOAD_NAMES, row)
+            assert fmu.get_real(["mu"])[0] == pytest.approx(mu, rel=1e-9)
 
 
 def test_a_wrong_translation_is_not_packed(monkeypatch: pytest.MonkeyPatch) -> None:

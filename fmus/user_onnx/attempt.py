@@ -1,0 +1,84 @@
+"""A graph without translation, tried in a second process: it may run without end or take all memory."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from friction_models.loads import InputError
+
+from .parity import original_mu, session
+from .signature import Feed, Signature
+
+Array = npt.NDArray[Any]
+#: Longest time [s] and most memory [bytes] of the attempt.
+TIME_LIMIT = 60.0
+MEMORY_LIMIT = 2 * 1024**3
+_START = (
+    "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from fmus.user_onnx.attempt import main; main()"
+)
+
+
+def try_original(content: bytes, signature: Signature, points: Array, where: str) -> None:
+    """Run the original graph at `points`, shape (n, 5), in a process of its own.
+
+    Raises
+    ------
+    InputError
+        It cannot be run, does not end, takes too much memory, or gives no numbers.
+    """
+    with tempfile.TemporaryDirectory(prefix="tribofmu-") as name:
+        folder = Path(name)
+        (folder / "original.onnx").write_bytes(content)
+        task = {"where": where, "signature": signature.to_dict(), "points": points.tolist()}
+        (folder / "task.json").write_text(json.dumps(task), encoding="utf-8")
+        paths = json.dumps([p or os.getcwd() for p in sys.path])
+        command = [sys.executable, "-c", _START, paths, name]
+        try:
+            subprocess.run(
+                command, stdin=subprocess.DEVNULL, capture_output=True, timeout=TIME_LIMIT, check=False
+            )
+        except subprocess.TimeoutExpired:
+            raise InputError(
+                f"{where}: {len(points)} points are not evaluated after {TIME_LIMIT:g} s; allowed: a closed formula"
+            ) from None
+        answer = folder / "answer.json"
+        if not answer.is_file():
+            raise InputError(
+                f"{where}: the process that runs the graph ended early; allowed: a graph that ONNX Runtime runs in "
+                f"{MEMORY_LIMIT >> 30} GiB of memory"
+            )
+        error = json.loads(answer.read_text(encoding="utf-8"))["error"]
+    if error:
+        raise InputError(error)
+
+
+def main() -> None:
+    """Run the task in the folder of the second argument; the answer is a sentence, or empty."""
+    from ..trial import limit_memory
+
+    limit_memory(MEMORY_LIMIT)
+    folder = Path(sys.argv[2])
+    task = json.loads((folder / "task.json").read_text(encoding="utf-8"))
+    where, error = str(task["where"]), ""
+    entry = task["signature"]
+    feeds = tuple(Feed.from_dict(f) for f in entry["inputs"])
+    signature = Signature(feeds, entry["output"], entry["multiply"], entry["add"])
+    try:
+        content = (folder / "original.onnx").read_bytes()
+        mu = original_mu(session(content, where), signature, np.array(task["points"]), where)
+        if not np.isfinite(mu).any():
+            error = f"{where}: mu is nowhere a finite number at random loads; allowed: finite numbers"
+    except InputError as problem:
+        error = str(problem)
+    part = folder / "answer.part"
+    part.write_text(json.dumps({"error": error}), encoding="utf-8")
+    part.replace(folder / "answer.json")
