@@ -109,9 +109,8 @@ def parse(content: bytes, where: str) -> onnx.ModelProto:
     graph = model.graph
     if not graph.output:
         raise InputError(f"{where}: not an ONNX model (its graph has no output)")
-    if not all(
-        isinstance(text, str) for text in _texts(model)
-    ):  # the parser gives bytes for what is no UTF-8
+    # The parser gives bytes for what is no UTF-8.
+    if not all(isinstance(text, str) and text.isprintable() for text in _names(model)):
         raise InputError(f"{where}: holds a name that is no text; allowed: printable names")
     if len(graph.node) > MAX_NODES:
         raise InputError(f"{where}: {len(graph.node)} nodes, allowed: at most {MAX_NODES}")
