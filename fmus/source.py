@@ -203,7 +203,7 @@ def parse_source(content: bytes, where: str) -> FrictionSource:
             return empty
         try:
             value = json.loads(texts[f"tribofmu.{key}"])
-        except ValueError:
+        except (ValueError, RecursionError):
             value = None
         if not isinstance(value, type(empty)):
             raise InputError(f"{where}: metadata tribofmu.{key} is not a JSON {type(empty).__name__}")

@@ -127,9 +127,12 @@ def read_signature(inputs: list[ForeignInput], output: str, spec: Spec, where: s
         Inputs of another form, more or fewer columns than loads, a column fed twice or never, a unit
         that does not measure its load.
     """
-    slots = [(i.name, j) for i in inputs for j in range(_width(i, len(inputs), spec, where))]
-    if not 1 <= len(slots) <= len(LOADS):
-        shown = ", ".join(f"{i.name} {_shown(i)}" for i in inputs)[:200] or "none"
+    widths = {i.name: _width(i, len(inputs), spec, where) for i in inputs}
+    # Sizes are looked at before anything of that size is made.
+    total = sum(widths.values()) if len(inputs) <= len(LOADS) else 0
+    slots = [(n, j) for n, w in widths.items() for j in range(w)] if 1 <= total <= len(LOADS) else []
+    if not slots:
+        shown = ", ".join(f"{i.name:.60} {_shown(i)}" for i in inputs[:9])[:200] or "none"
         raise InputError(
             f"{where}: the graph has inputs {shown}; allowed: {len(LOADS)} columns or inputs, or fewer that a YAML names"
         )
@@ -162,7 +165,7 @@ def _width(i: ForeignInput, count: int, spec: Spec, where: str) -> int:
     shape = i.shape
     if i.kind == "bool":
         raise InputError(f"{where}: input {i.name!r} is Boolean; allowed: float or double")
-    free = 1 if count > 1 else max(5, 0)
+    free = 1 if count > 1 else len(LOADS)
     if spec.inputs and count == 1:
         columns = [e.column for e in spec.inputs.values() if e.column is not None]
         if len(columns) == len(spec.inputs):

@@ -328,6 +328,7 @@ HOSTILE: dict[str, tuple[bytes, str]] = {
     "five values": (model_bytes([node("Neg", "in", "out")]), "has 5 values a point"),
     "image": (model_bytes([node("Neg", "in", "out")], inputs={"in": ["n", 3, 28, 28]}), r"has shape \['n', 3, 28, 28\]"),
     "six columns": (model_bytes([node("Neg", "in", "out")], inputs={"in": ["n", 6]}), r"has inputs in \['n', 6\]"),
+    "endless input": (model_bytes([node("Neg", "in", "out")], inputs={"in": ["n", 1 << 40]}), "has inputs in"),
     "no number": (
         model_bytes([node("Sqrt", "m", "r"), node("ReduceSum", "r axis", "out")], {"m": np.full((1, 5), -1.0), "axis": np.array([1])}),
         "finite number",
