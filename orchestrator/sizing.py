@@ -55,8 +55,8 @@ def size_arrays(
                 _fit(descriptions, end, _length(descriptions, other), sizes, problems)
         for end in (end for pair in ends for end in pair):
             match = _INDEXED.match(end)
-            if match:
-                _fit(descriptions, match["base"], int(match["index"]), sizes, problems, grow=True)
+            if match and int(match["index"]) > 1:
+                _fit(descriptions, match["base"], int(match["index"]), sizes, problems)
         if sizes == before:
             break
     return sizes
@@ -66,29 +66,22 @@ def _length(descriptions: dict[str, FmuDescription], end: str) -> int:
     component, _, name = end.partition(".")
     if component not in descriptions:
         return 0
-    return len(descriptions[component].arrays.get(name, ()))
+    description = descriptions[component]
+    return len(description.arrays.get(name, ())) or int(name in description.variables)
 
 
 def _fit(
-    descriptions: dict[str, FmuDescription],
-    end: str,
-    length: int,
-    sizes: dict[str, int],
-    problems: list[str],
-    grow: bool = False,
+    descriptions: dict[str, FmuDescription], end: str, length: int, sizes: dict[str, int], problems: list[str]
 ) -> None:
-    """Size the array `end` if its length is open; an index in a connection makes it grow."""
+    """Size the array `end` if its length is open; the longest of what is connected decides."""
     component, _, name = end.partition(".")
-    if component not in descriptions or length < 2:
+    if component not in descriptions or not length or length <= sizes.get(component, 0):
         return
     description = descriptions[component]
     parameter = description.sizing(name)
-    if parameter is None:
+    if parameter is None or length == len(description.arrays[name]):
         return
-    if component in sizes:
-        if not grow or length <= sizes[component]:
-            return
-    elif parameter in description.sizes:
+    if component not in sizes and parameter in description.sizes:
         return  # a start value says it
     if _resize(descriptions, component, {parameter: length}, problems):
         sizes[component] = length

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from friction_models.loads import InputError
+from friction_models.loads import MU, InputError
 
 from .fmu_files import FmuDescription, describe
 from .fmu_variables import Variable
@@ -128,6 +128,12 @@ def _components(wiring: Wiring, name: str) -> list[Component]:
 
     description = wiring.descriptions[name]
     used: dict[str, dict[str, Connector]] = {copy: {} for copy in _copies(wiring, name)}
+
+    if name in wiring.sizes and len(describe(description.path).resolve(MU.name)) > 1:
+        raise InputError(
+            f"{description.path}: its arrays have more than one element by default, which SSP 1.0 cannot express; "
+            "allowed: an FMU for one point (`--nodes 1`), or FMI 2.0"
+        )
 
     def use(variables: Sequence[Variable], kind: str) -> None:
         for v in variables:

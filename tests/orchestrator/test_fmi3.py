@@ -48,6 +48,7 @@ def fmu(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
         "one": pack(model, folder / "one.fmu"),
         "all": pack(model, folder / "all.fmu", nodes=POINTS),
         "three": pack(model, folder / "three.fmu", fmi="3.0"),
+        "long": pack(model, folder / "long.fmu", fmi="3.0", nodes=9),
         "process": native_fmu(folder / "process.fmu", variables, "\n".join(lines), step),
     }
 
@@ -69,10 +70,10 @@ def test_swapping_versions_changes_nothing(fmu: dict[str, Path], tmp_path: Path,
     base = system(fmu, "all")
     runs = {
         which: Master(base.swap("friction", fmu[which]), mode).run(tmp_path / which)
-        for which in ("all", "one", "three")
+        for which in ("all", "one", "three", "long")
     }
     assert np.ptp(runs["all"]["friction.mu"][-1]) > 1e-4, "points must differ"
-    for which in ("one", "three"):
+    for which in ("one", "three", "long"):
         for name in ("process.force", "process.sd", "friction.mu"):
             np.testing.assert_allclose(runs[which][name], runs["all"][name], rtol=1e-13)
     assert runs["three"]["friction.mu"].shape == (STEPS + 1, POINTS)
@@ -104,7 +105,7 @@ def test_length_by_start_value_and_what_is_refused(fmu: dict[str, Path]) -> None
         system(fmu, "three", **friction(0)).validate()
 
 
-@pytest.mark.parametrize("which", ["one", "three"])
+@pytest.mark.parametrize("which", ["one", "three", "long"])
 def test_one_value_for_all_points(fmu: dict[str, Path], tmp_path: Path, which: str) -> None:
     connections = [
         "process.T_all -> friction.T" if q == "T" else f"process.{q} -> friction.{q}" for q in LOAD_NAMES
@@ -113,6 +114,21 @@ def test_one_value_for_all_points(fmu: dict[str, Path], tmp_path: Path, which: s
     base = system(fmu, which, connections=connections, record=["friction.T"])
     run = Master(base).run(tmp_path / "run")
     np.testing.assert_array_equal(run["friction.T"], np.full((STEPS + 1, POINTS), 70.0))
+
+
+def test_a_long_array_becomes_a_scalar(fmu: dict[str, Path], tmp_path: Path) -> None:
+    connections = [f"process.{q}[1] -> friction.{q}" for q in LOAD_NAMES] + ["friction.mu -> process.mu[1]"]
+    parts = {
+        "friction": {"fmu": str(fmu["one"])},
+        "process": {"fmu": str(fmu["process"]), "start": {"mu": 0.1}},
+    }
+    base = system(fmu, "one", components=parts, connections=connections)
+    one = Master(base).run(tmp_path / "one")
+    long = Master(base.swap("friction", fmu["long"])).run(tmp_path / "long")
+    np.testing.assert_allclose(long["friction.mu"], one["friction.mu"], rtol=1e-13)
+    assert long["friction.mu"].shape == (STEPS + 1,)
+    with pytest.raises(InputError, match=r"more than one element by default.*--nodes 1"):
+        base.swap("friction", fmu["long"]).export(tmp_path / "x.ssp")
 
 
 def test_part_of_an_array_is_connected(fmu: dict[str, Path], tmp_path: Path) -> None:
