@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 # Tests need more: their own tools, and the simulators of others in which our FMUs must run.
 TESTING := $(VENV)/.installed-testing
 
-.PHONY: install demo test lint bench clean
+.PHONY: install demo test lint bench interop clean
 install: $(TESTING)
 
 $(STAMP): pyproject.toml constraints.txt
@@ -33,6 +33,9 @@ lint: $(TESTING)
 
 bench: $(TESTING)
 	$(BIN)/python -m tests.benchmarks -o docs/benchmarks.md
+
+interop: $(TESTING)
+	$(BIN)/python -m tests.interop -o docs/interoperability.md
 
 clean:
 	rm -rf $(VENV) build .pytest_cache .mypy_cache .ruff_cache
