@@ -104,6 +104,14 @@ def test_trees_branch_as_in_the_original_also_on_their_splits(modes: str, aggreg
     assert len(np.unique(np.round(expected, 7))) > 4
 
 
+def test_native_fmu_of_trees_is_the_original(tmp_path: Path) -> None:
+    content = model_bytes([forest(["BRANCH_LT", "BRANCH_GT"], "AVERAGE", trees=20, depth=4)])
+    path = pack(save(content, tmp_path / "trees.onnx"), tmp_path / "trees.fmu")
+    loads = random_loads(200)
+    expected = original(content, {"in": loads.astype(np.float32)})
+    np.testing.assert_allclose(evaluate(path, loads), expected, rtol=1e-6)
+
+
 def test_scaled_inputs_of_trees_round_step_by_step() -> None:
     """Scaler, Sub and Div before trees: a point at a split must not end on the other side."""
     scaler = node("ai.onnx.ml/Scaler", "in", "a", offset=[3.3] * 5, scale=[0.37] * 5)

@@ -18,7 +18,7 @@ from onnx import TensorProto, helper, numpy_helper
 from fmus import check, pack
 from fmus.running import RunningFmu, UnpackedFmu
 from fmus.source import read_source
-from fmus.user_onnx import arithmetic, read_user_model
+from fmus.user_onnx import arithmetic, attempt, read_user_model
 from fmus.user_onnx.spec import Spec
 from friction_models import ConstantFriction, OnnxModel
 from friction_models.loads import LOAD_NAMES, LOADS, InputError
@@ -352,6 +352,29 @@ def test_hostile_and_wrong_files_are_refused_in_one_sentence(name: str, tmp_path
     assert "\n" not in str(caught.value)
     assert "m.onnx" in str(caught.value)
     assert time.process_time() - start < 30.0  # bounded work, not speed: unbounded would take hours
+
+
+def test_what_would_take_all_memory_is_tried_in_a_second_process(tmp_path: Path) -> None:
+    nodes = [
+        node("ConstantOfShape", "huge", "big"),
+        node("ReduceSum", "big", "sum", keepdims=0),
+        node("ReduceSum", "in axis", "s"),
+        node("Add", "s sum", "t"),
+        node("Sin", "t", "out"),
+    ]
+    model = save(model_bytes(nodes, {"huge": HUGE, "axis": np.array([1])}), tmp_path / "m.onnx")
+    with pytest.raises(InputError, match=r"m\.onnx: (ONNX Runtime cannot run|the process that runs)"):
+        pack(model, tmp_path / "m.fmu", target="python")
+    assert not (tmp_path / "m.fmu").exists()
+
+
+def test_what_does_not_end_is_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(attempt, "TIME_LIMIT", 0.01)  # no process starts that fast
+    content = model_bytes(
+        [node("Sin", "in", "a"), node("ReduceSum", "a axis", "out")], {"axis": np.array([1])}
+    )
+    with pytest.raises(InputError, match="are not evaluated after"):
+        read_user_model(content, "m.onnx", python=True)
 
 
 def test_a_deep_graph_is_no_deep_recursion(tmp_path: Path) -> None:
