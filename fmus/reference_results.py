@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from lxml import etree
 
-from friction_models.loads import LOADS, FloatArray
+from friction_models.loads import LOADS, FloatArray, InputError
 
 from .interface import FrictionInterface
 from .model_description import number
@@ -49,13 +49,22 @@ def reference_files(source: FrictionSource, interface: FrictionInterface, fmi: s
 
     Empty for an FMI 3.0 FMU with more than `MAX_POINTS` points by default, and where a result is
     not a finite number. Values have `DIGITS` significant digits.
+
+    Raises
+    ------
+    InputError
+        ONNX Runtime refuses the graph.
     """
     points = min(interface.nodes, MAX_POINTS)
     if fmi == "3.0" and interface.nodes > MAX_POINTS:
         return {}
     time = np.array([float(f"{STEP * k:.6g}") for k in range(ROWS)])
     loads = stimuli(interface, points)
-    results = reference_run(source, interface, loads)
+    try:
+        results = reference_run(source, interface, loads)
+    except Exception as error:  # ONNX Runtime has errors of its own, which are no one family
+        reason = " ".join(str(error).split())[:200]
+        raise InputError(f"{source.where}: ONNX Runtime cannot run the graph ({reason})") from None
     if not all(np.isfinite(values).all() for values in results.values()):
         return {}
 

@@ -176,8 +176,16 @@ def describe(path: str | os.PathLike[str]) -> FmuDescription:
     if raw.coSimulation is None:
         raise InputError(f"{file}: the FMU offers no co-simulation, allowed: FMI {version} for co-simulation")
     identifier = str(raw.coSimulation.modelIdentifier)
-    if not re.fullmatch(r"[A-Za-z_]\w*", identifier, flags=re.ASCII):
-        raise InputError(f"{file}: modelIdentifier {identifier!r} is no name of a binary, allowed: a C name")
+    if not re.fullmatch(r"[A-Za-z_]\w{0,199}", identifier, flags=re.ASCII):
+        raise InputError(
+            f"{file}: modelIdentifier {identifier[:60]!r} is no name of a binary, allowed: a C name"
+        )
+    for variable in raw.modelVariables:
+        if not 0 <= int(variable.valueReference) < 2**32:
+            raise InputError(
+                f"{file}: variable {str(variable.name)[:60]!r} has value reference {variable.valueReference}, "
+                f"allowed: 0 to {2**32 - 1}"
+            )
     return FmuDescription(file, raw, variables, arrays)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -82,11 +83,10 @@ def test_random_calls(kind: str, nodes: int, fmi: str, program: Program, tool: C
         ("stale", "copy through bytes|after a reset"),
         ("message", "names no variable"),
     ],
+    ids=["negative", "stale", "message"],
 )
 def test_the_harness_sees_faults(fault: str, words: str, fmi: str, program: Program, tool: Compiler) -> None:
     """A bad value, a value that is out of date and a message without a name, each put in by the harness itself."""
-    import re
-
     done = run(program("network", 4 if fmi == "3.0" else 1, fmi), tool, 1, CALLS, fault)
     assert done.returncode == 3
     assert re.search(f"BROKEN at seed 1, call \\d+: .*({words})", done.stderr), done.stderr[-1000:]
