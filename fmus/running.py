@@ -156,11 +156,15 @@ class RunningFmu:
 
     def set_real(self, names: Sequence[str], values: FloatArray) -> None:
         """Set floating-point variables; the values of an array follow each other."""
+        if not names:
+            return
         setter = self.slave.setFloat64 if self._three else self.slave.setReal
         self._call(setter, self._references(names), np.asarray(values, dtype=float).ravel().tolist())
 
     def get_real(self, names: Sequence[str]) -> FloatArray:
         """Return floating-point variables; the values of an array follow each other."""
+        if not names:
+            return np.empty(0)
         references = self._references(names)
         if not self._three:
             return np.array(self._call(self.slave.getReal, references))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import getpass
 import importlib.util
 import os
 import shutil
@@ -204,9 +206,7 @@ def _undated(library: bytes) -> bytes:
 def _run(command: list[str], folder: Path) -> None:
     environment = dict(os.environ)
     if not _writable_home():
-        environment.setdefault(
-            "ZIG_GLOBAL_CACHE_DIR", str(Path(tempfile.gettempdir()) / "tribofmu-zig-cache")
-        )
+        environment.setdefault("ZIG_GLOBAL_CACHE_DIR", _temporary_cache())
     try:
         done = subprocess.run(
             command,
@@ -223,6 +223,21 @@ def _run(command: list[str], folder: Path) -> None:
         raise RuntimeError(f"the C compiler was not ready after {_TIME_LIMIT:g} s") from None
     if done.returncode:
         raise RuntimeError(f"the C compiler failed ({' '.join(command[:4])} ...):\n{done.stderr[-2000:]}")
+
+
+@functools.cache
+def _temporary_cache() -> str:
+    """Return a folder for the compiler's cache that no other user can write to, kept until the next start."""
+    try:
+        folder = Path(tempfile.gettempdir()) / f"tribofmu-zig-cache-{getpass.getuser()}"
+        folder.mkdir(mode=0o700, exist_ok=True)
+        there = folder.lstat()
+        mine = not hasattr(os, "getuid") or (there.st_uid == os.getuid() and not there.st_mode & 0o022)
+        if mine and not folder.is_symlink():
+            return str(folder)
+    except (OSError, KeyError, ImportError):  # the last two: a user without a name
+        pass
+    return tempfile.mkdtemp(prefix="tribofmu-zig-cache-")
 
 
 def _writable_home() -> bool:

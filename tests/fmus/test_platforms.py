@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import itertools
+import os
 import re
 import struct
 import zipfile
@@ -207,3 +208,18 @@ def test_parts_that_make_no_universal_file() -> None:
 def test_a_compiler_that_fails_says_so(tmp_path: Path) -> None:
     with pytest.raises(RuntimeError, match="the C compiler failed"):
         compiling.build({"m.c": "int f(void) { return missing; }"}, "m.c", "m")
+
+
+def test_the_cache_of_the_compiler_without_a_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the folder for temporary files, and only where nobody else can write to it."""
+    compiling._temporary_cache.cache_clear()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr("getpass.getuser", lambda: "somebody")
+    usual = tmp_path / "tribofmu-zig-cache-somebody"
+    assert compiling._temporary_cache() == str(usual)
+    assert usual.stat().st_mode & 0o022 == 0
+    compiling._temporary_cache.cache_clear()
+    if os.name == "posix":
+        usual.chmod(0o777)
+        assert compiling._temporary_cache() != str(usual)
+    compiling._temporary_cache.cache_clear()
