@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,48 +14,7 @@ from .fe.state import StepControl
 from .fe.tool_heat import ToolField
 from .material import HenselSpittel, steel_16MnCr5
 from .process import FormingProcess, check_range
-from .tooling import Tool, arc, line, plate, polylines
-
-#: Angle over which the punch shaft steps back behind the land, and its rounding [degrees, mm].
-RELIEF_ANGLE, RELIEF_RADIUS = 25.0, 3.0
-
-
-@dataclass(frozen=True)
-class CupPunch:
-    """Punch with a flat nose, a rounded edge, a land and a relieved shaft; z = 0 is the nose.
-
-    Attributes
-    ----------
-    radius, edge_radius, land : float
-        [mm].
-    """
-
-    radius: float
-    edge_radius: float
-    land: float
-
-    def segments(self, shaft: float) -> FloatArray:
-        """Return the chain from the shaft down to the axis, with `shaft` mm above the relief."""
-        rp, edge = self.radius, self.edge_radius
-        top = edge + self.land
-        a = math.radians(RELIEF_ANGLE)
-        back = (rp - RELIEF_RADIUS * (1.0 - math.cos(a)), top + RELIEF_RADIUS * math.sin(a))
-        rows = [
-            line((back[0], back[1] + shaft), back),
-            arc(back, (rp, top), (rp - RELIEF_RADIUS, top), RELIEF_RADIUS),
-            line((rp, top), (rp, edge)),
-            arc((rp, edge), (rp - edge, 0.0), (rp - edge, edge), edge),
-            line((rp - edge, 0.0), (-1.0, 0.0)),
-        ]
-        return np.array(rows)
-
-    def heat_field(self, shaft: float, size: _CupSize, T: float) -> ToolField:
-        """Return the heat field of the punch with `shaft` mm above the relief."""
-        face = [piece[::-1] for piece in polylines(self.segments(shaft))[::-1]]
-        face[0] = np.array([[0.0, 0.0], face[0][1]])
-        top = face[-1][-1]
-        back = np.array([top, [0.0, top[1]], [0.0, 0.0]])
-        return ToolField.build(face, back, lambda p: size(p + np.array([0.0, size.nose])), T)
+from .tooling import CupPunch, Tool, line, plate
 
 
 @dataclass(frozen=True)
@@ -70,10 +28,11 @@ class _CupSize:
 
     def __call__(self, points: FloatArray) -> FloatArray:
         rp, edge = self.punch.radius, self.punch.edge_radius
-        distance = np.hypot(points[:, 0] - (rp - 0.3 * edge), points[:, 1] - (self.nose + 0.5 * edge))
+        shoulder = self.nose + self.punch.nose_height
+        distance = np.hypot(points[:, 0] - (rp - 0.3 * edge), points[:, 1] - (shoulder + 0.5 * edge))
         growth = 0.15 * np.maximum(0.0, distance - 1.2 - edge)
         size = np.minimum(self.finest + growth, 2.6 * self.finest)
-        above = points[:, 1] > self.nose + edge
+        above = points[:, 1] > shoulder + edge
         through_wall = max(self.wall / 4.0, self.finest)
         through_base = max(max(self.nose, 0.3) / 4.0, 0.6 * self.finest)
         return np.minimum(size, np.where(above, through_wall, through_base))
@@ -98,8 +57,11 @@ class BackwardCupExtrusion(FormingProcess):
         Element size at the punch edge [mm]; smaller where wall or rounding ask for it.
     n_points : int
         Number of material markers, densest on the face under the punch, which becomes the inner wall.
-    edge_radius, land : float
-        Rounding and land of the punch [mm].
+    edge_radius, land, relief : float
+        Rounding and land of the punch, and how far its shaft steps back behind the land [mm].
+    nose_angle, tip_radius : float
+        Angle between the nose of the punch and a plane across the axis [degrees], 0 is flat; rounding of a
+        conical nose on the axis [mm].
     tool_heating : bool
         Conduct heat in the tools; False holds their surfaces at `T_tool`.
 
@@ -125,9 +87,12 @@ class BackwardCupExtrusion(FormingProcess):
         edge_radius: float = 1.5,
         land: float = 2.0,
         tool_heating: bool = True,
+        nose_angle: float = 0.0,
+        tip_radius: float = 2.0,
+        relief: float = 0.28,
     ) -> None:
         check_range(self.name, "diameter", diameter, 2.0, 200.0, "mm")
-        check_range(self.name, "punch_diameter", punch_diameter, 0.4 * diameter, 0.92 * diameter, "mm")
+        check_range(self.name, "punch_diameter", punch_diameter, 0.35 * diameter, 0.92 * diameter, "mm")
         check_range(self.name, "billet_length", billet_length, 0.3 * diameter, 5.0 * diameter, "mm")
         check_range(self.name, "speed", speed, 0.01, 2000.0, "mm/s")
         check_range(self.name, "T_billet", T_billet, -50.0, 700.0, "degC")
@@ -137,7 +102,10 @@ class BackwardCupExtrusion(FormingProcess):
         check_range(self.name, "edge_radius", edge_radius, 0.01 * diameter, 0.4 * punch_diameter, "mm")
         check_range(self.name, "land", land, 0.1, diameter, "mm")
         self.container_radius = 0.5 * diameter
-        self.punch = CupPunch(0.5 * punch_diameter, edge_radius, land)
+        check_range(self.name, "nose_angle", nose_angle, 0.0, 30.0, "degrees")
+        check_range(self.name, "tip_radius", tip_radius, 0.05, diameter, "mm")
+        check_range(self.name, "relief", relief, 0.02, 0.25 * punch_diameter, "mm")
+        self.punch = CupPunch(0.5 * punch_diameter, edge_radius, land, nose_angle, tip_radius, relief)
         self.billet_length = billet_length
         self.speed = speed
         self.T_billet, self.T_tool = T_billet, T_tool
@@ -153,8 +121,8 @@ class BackwardCupExtrusion(FormingProcess):
 
     def _build(self) -> Simulation:
         """Put the billet into the container, the punch on top of it."""
-        radius, height, rp = self.container_radius, self.billet_length, self.punch.radius
-        wall = radius - rp
+        radius, height = self.container_radius, self.billet_length
+        wall = radius - self.punch.radius
         finest = min(self.mesh_size, wall / 5.0, max(0.57 * self.mesh_size, 0.35 * self.punch.edge_radius))
 
         def size(stroke: float) -> _CupSize:
@@ -172,7 +140,9 @@ class BackwardCupExtrusion(FormingProcess):
         container = Tool("container", bore, temperature=self.T_tool)
         base = plate(0.0, self.T_tool)
         if self.tool_heating:
-            punch.heat_field = self.punch.heat_field(height, size(0.0), self.T_tool)
+            first = size(0.0)
+            shift = np.array([0.0, height])
+            punch.heat_field = self.punch.heat_field(height, lambda p: first(p + shift), self.T_tool)
             container.heat_field, base.heat_field = self._outer_fields(size(0.5 * height))
         outline = np.array([[0.0, 0.0], [radius, 0.0], [radius, height], [0.0, height]])
         tools = [container, punch, base]
@@ -181,8 +151,7 @@ class BackwardCupExtrusion(FormingProcess):
         body = Body.at_rest(
             mesh.x, mesh.quads, np.ascontiguousarray(mesh.loop[: len(surface)]), self.T_billet
         )
-        under = body.x[:, 0] < rp
-        body.velocity[:, 1] = -self.speed * np.clip(body.x[:, 1] / height, 0.0, 1.0) * under
+        body.velocity[:, 1] = -self.speed * np.clip(body.x[:, 1] / height, 0.0, 1.0)
         corners = np.cumsum([0.0, radius, height, radius])
         counted = np.cumsum([0.0, 0.3 * radius, 0.5 * height, 3.0 * radius])
         markers = np.interp(np.linspace(0.0, counted[-1], self.n_points), counted, corners)

@@ -65,8 +65,12 @@ class ForwardRodExtrusion(FormingProcess):
         Element size in the die [mm]; smaller where the exit radius asks for it.
     n_points : int
         Number of material markers on the billet surface.
-    entry_radius, edge_radius, land : float
-        Roundings and land of the die [mm].
+    entry_radius, edge_radius, land, relief : float
+        Roundings from container to cone and from cone to land, length of the land, and the radius at its
+        end [mm].
+    container_length : float, optional
+        Length of the container above the cone [mm]; by default it ends 2 mm above the billet. The billet must
+        stand inside.
     tool_heating : bool
         Conduct heat in the tools; False holds their surfaces at `T_tool`.
 
@@ -94,6 +98,8 @@ class ForwardRodExtrusion(FormingProcess):
         edge_radius: float = 1.5,
         land: float = 2.0,
         tool_heating: bool = True,
+        relief: float = 1.0,
+        container_length: float | None = None,
     ) -> None:
         check_range(self.name, "diameter", diameter, 2.0, 200.0, "mm")
         check_range(self.name, "exit_diameter", exit_diameter, 0.2 * diameter, 0.97 * diameter, "mm")
@@ -107,8 +113,9 @@ class ForwardRodExtrusion(FormingProcess):
         check_range(self.name, "entry_radius", entry_radius, 0.05, 0.5 * diameter, "mm")
         check_range(self.name, "edge_radius", edge_radius, 0.05, 0.5 * diameter, "mm")
         check_range(self.name, "land", land, 0.1, diameter, "mm")
+        check_range(self.name, "relief", relief, 0.1, diameter, "mm")
         self.die = ExtrusionDie(
-            0.5 * diameter, 0.5 * exit_diameter, half_angle, entry_radius, edge_radius, land
+            0.5 * diameter, 0.5 * exit_diameter, half_angle, entry_radius, edge_radius, land, relief
         )
         self.billet_length = billet_length
         self.speed = speed
@@ -119,6 +126,10 @@ class ForwardRodExtrusion(FormingProcess):
         self.tool_heating = bool(tool_heating)
         self._cone_end = self.die.segments(1.0)[1]
         self._billet_bottom = self._first_touch()
+        needed = self._billet_bottom + billet_length - self._cone_end
+        if container_length is not None:
+            check_range(self.name, "container_length", container_length, needed, 1000.0, "mm")
+        self.container_length = needed + 2.0 if container_length is None else float(container_length)
 
     @property
     def max_stroke(self) -> float:
@@ -147,7 +158,7 @@ class ForwardRodExtrusion(FormingProcess):
         finest = max(0.375 * self.mesh_size, min(base, 0.35 * die.edge_radius))
         size = _DieSize(finest, base, die, cone_end)
         if self.tool_heating:
-            tools[0].heat_field = die.heat_field(top + 2.0, size, self.T_tool)
+            tools[0].heat_field = die.heat_field(cone_end + self.container_length, size, self.T_tool)
             depth = 1.5 * die.container_radius
             tools[1].heat_field = block_field(die.container_radius, top, depth, size, self.T_tool)
         outline = np.array([[0.0, bottom], [radius, bottom], [radius, top], [0.0, top]])

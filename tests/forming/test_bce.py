@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from forming import BackwardCupExtrusion
+from forming.fe.contact import gap_and_normal
+from forming.tooling import CupPunch
 from friction_models.loads import InputError
 
 
@@ -49,11 +51,57 @@ def test_warm_tools_run_and_stepping_works():
     assert process.loads()[process.active, 1].max() > 55.0
 
 
-@pytest.mark.parametrize("wrong", [{"punch_diameter": 25.0}, {"edge_radius": 0.0}, {"billet_length": -3.0}])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"punch_diameter": 25.0},
+        {"edge_radius": 0.0},
+        {"billet_length": -3.0},
+        {"nose_angle": 45.0},
+        {"tip_radius": -1.0},
+        {"relief": 9.0},
+    ],
+)
 def test_impossible_processes_are_refused(wrong):
     name, value = next(iter(wrong.items()))
     with pytest.raises(InputError, match=f"backward cup extrusion: {name} = {value}"):
         BackwardCupExtrusion(**wrong)
+
+
+def test_a_blunt_tip_must_fit_the_nose():
+    with pytest.raises(InputError, match=r"tip_radius = 15 mm; allowed: at most 13\.9 mm"):
+        BackwardCupExtrusion(nose_angle=25.0, tip_radius=15.0)
+
+
+@pytest.mark.parametrize("nose_angle", [0.0, 10.0, 30.0])
+def test_punch_outline_is_closed_and_smooth(nose_angle):
+    punch = CupPunch(7.07, 1.5, 2.0, nose_angle, 2.0, 0.3)
+    segments = punch.segments(30.0)
+    assert segments[1:, 1:3] == pytest.approx(segments[:-1, 3:5], abs=1e-9)
+    for s in segments[segments[:, 0] == 1.0]:
+        for end in (s[1:3], s[3:5]):
+            assert np.hypot(*(end - s[5:7])) == pytest.approx(abs(s[7]), abs=1e-9)
+    # The lowest point stands on the axis at z = 0, and the shaft behind the land is thinner.
+    gap, _, nz = gap_and_normal(0.0, -1.0, segments, 0.0, 0.0)
+    assert (gap, nz) == pytest.approx((1.0, -1.0))
+    assert segments[0, 1] == pytest.approx(7.07 - 0.3)
+    direction = [(s[3:5] - s[1:3]) / np.hypot(*(s[3:5] - s[1:3])) for s in segments if s[0] == 0.0]
+    assert direction[-1] @ [
+        -np.cos(np.radians(nose_angle)),
+        -np.sin(np.radians(nose_angle)),
+    ] == pytest.approx(1.0)
+
+
+def test_conical_nose_and_thin_wall_run_from_first_touch():
+    flat, cone = (
+        BackwardCupExtrusion(mesh_size=0.6, n_points=40, tool_heating=False, nose_angle=a).run(0.08, 2.0)
+        for a in (0.0, 20.0)
+    )
+    assert flat.status == "ok" and cone.status == "ok", cone.message
+    # A cone meets the billet at its tip: less force at the start.
+    assert cone.force[3] < 0.5 * flat.force[3]
+    thin = BackwardCupExtrusion(punch_diameter=18.0, n_points=40).run(0.15, 0.3)
+    assert thin.status == "ok" and thin.force[-1] > 300.0, thin.message
 
 
 def test_a_base_must_stay():

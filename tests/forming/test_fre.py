@@ -178,6 +178,8 @@ def test_a_run_that_fails_keeps_what_it_has():
         {"n_points": 2},
         {"billet_length": 1.0},
         {"land": 0.0},
+        {"relief": -1.0},
+        {"container_length": 5.0},
     ],
 )
 def test_impossible_processes_are_refused(wrong):
