@@ -7,17 +7,21 @@
 #include <stdint.h>
 #include <string.h>
 
-#if defined(__GNUC__) && !defined(TF_PLAIN_ONLY) /* TF_PLAIN_ONLY: the language standard and nothing else */
+#if defined(__GNUC__)
 #define TF_UNUSED __attribute__((unused)) /* a program need not use everything */
+#else
+#define TF_UNUSED
+#endif
+
+#if defined(__GNUC__) && !defined(TF_PLAIN_ONLY) /* TF_PLAIN_ONLY: the language standard and nothing else */
 #define TF_ALIGNED __attribute__((aligned(64)))
 #define TF_INLINE TF_UNUSED static inline __attribute__((always_inline))
 #define TF_APART TF_UNUSED static __attribute__((noinline))
 #define TF_FMA(a, b, c) (fused ? __builtin_fma(a, b, c) : (a) * (b) + (c))
 #else
-#define TF_UNUSED
 #define TF_ALIGNED
-#define TF_INLINE static
-#define TF_APART static
+#define TF_INLINE TF_UNUSED static
+#define TF_APART TF_UNUSED static
 #define TF_FMA(a, b, c) ((void)fused, (a) * (b) + (c))
 #endif
 

@@ -3,7 +3,7 @@
 
 typedef struct {
     double value; /* the threshold of a node, the value of a leaf */
-    tf_index feature, low, high; /* next node within the tree: low where the feature is <= the threshold */
+    tf_index feature, next[2]; /* next node within the tree: the first where the feature is <= the threshold */
 } tf_tree_node;
 
 typedef struct {
@@ -27,7 +27,7 @@ TF_APART double tf_trees(const double *x, const tf_tree_node *nodes, const tf_tr
         for (int d = 0; d < depth; ++d)
             for (int k = 0; k < 8; ++k) {
                 const tf_tree_node *node = root[k] + at[k];
-                at[k] = x[node->feature] <= node->value ? node->low : node->high;
+                at[k] = node->next[!(x[node->feature] <= node->value)];
             }
         for (int k = 0; k < width; ++k) sum += root[k][at[k]].value;
     }
@@ -43,7 +43,7 @@ TF_APART void tf_trees_block(double *y, const double *x, const tf_tree_node *nod
         for (int d = 0; d < trees[t].depth; ++d)
             for (int l = 0; l < TF_BLOCK; ++l) {
                 const tf_tree_node *node = root + at[l];
-                at[l] = x[node->feature * TF_BLOCK + l] <= node->value ? node->low : node->high;
+                at[l] = node->next[!(x[node->feature * TF_BLOCK + l] <= node->value)];
             }
         for (int l = 0; l < TF_BLOCK; ++l) y[l] += root[at[l]].value;
     }

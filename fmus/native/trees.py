@@ -59,13 +59,13 @@ def tree_tables(
             start = size - len(level)
             for position, (index, leaf) in enumerate(level, start):
                 if leaf:
-                    nodes.append(f"{{{literal(weights[index])}, 0, {position}, {position}}}")
+                    nodes.append(f"{{{literal(weights[index])}, 0, {{{position}, {position}}}}}")
                     continue
                 children = [(int(ids[index]), bool(leafs[index])) for ids, leafs in sides]
                 for child in children:
                     take(*child)
                 low = size + len(following)
-                nodes.append(f"{{{literal(split[index])}, {feature[index]}, {low}, {low + 1}}}")
+                nodes.append(f"{{{literal(split[index])}, {feature[index]}, {{{low}, {low + 1}}}}}")
                 following += children
             depth += bool(following)
             size += len(following)

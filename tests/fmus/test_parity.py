@@ -109,7 +109,7 @@ def test_compilers_without_extensions_get_the_plain_build(
     models: Compiled, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     name = "ffnn + work_exhaustion + tool_roughness"
-    flags = ("-DTF_PLAIN_ONLY", "-Wpedantic", "-Wno-unused")
+    flags = ("-DTF_PLAIN_ONLY", "-Wpedantic")
     strict = Compiled({name: content_of(name)}, tmp_path_factory.mktemp("strict"), *flags)
     assert not strict.has_wide
     loads = loads_of(models, name)
