@@ -14,6 +14,8 @@ from .fe.shape import FloatArray
 #: ``mu = friction(loads, t)`` with loads of shape (n, 5) in the order of the contract and t in s.
 FrictionLaw = Callable[[FloatArray, float], npt.ArrayLike]
 Friction = float | FrictionLaw
+#: So large a coefficient that friction is limited by the shear yield stress alone: tau = m k.
+CONSTANT_SHEAR = MU.upper
 
 
 def checked_mu(mu: npt.ArrayLike, n: int, stroke: float) -> FloatArray:

@@ -28,12 +28,16 @@ class Settings:
         Then the increment has failed.
     slip_regularisation : float
         v0 of the friction law as a share of the tool speed.
+    shear_cap : float
+        Friction stress at most this share of the shear yield stress k. With a large mu the friction is
+        then tau = m k, m = `shear_cap`: the law of constant shear.
     """
 
     penalty: float = 1e5
     tolerance: float = 1e-4
     max_iterations: int = 30
     slip_regularisation: float = 0.02
+    shear_cap: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -125,6 +129,7 @@ def solve_increment(
     work = np.empty_like(body.strain)
     weights = np.zeros(n_s)
     shear_yield = nodal_shear_yield(body.quads, body.strain, body.rate, body.T, material)[chain]
+    most_shear = settings.shear_cap * shear_yield
     slip_scale = settings.slip_regularisation * max(tool.speed for tool in tools)
     active = [np.zeros(n_s, dtype=np.int64) for _ in tools]
     releases = [np.zeros(n_s, dtype=np.int64) for _ in tools]
@@ -179,7 +184,7 @@ def solve_increment(
                 moves[k],
                 tool.reach,
                 mu,
-                shear_yield,
+                most_shear,
                 settings.penalty,
                 slip_scale,
                 dt,

@@ -12,7 +12,7 @@ from ..tooling import Tool
 from .contact import gap_and_normal
 from .mesher import Mesh, quad_mesh
 from .polyline import SizeField, arc_length, at_arc_length, enclosed_volume, spaced
-from .shape import FloatArray
+from .shape import FloatArray, IntArray
 
 #: Turns of the surface beyond this angle stay nodes.
 CORNER = np.radians(35.0)
@@ -29,12 +29,12 @@ class Surface:
 def resample(
     chain: FloatArray, size: SizeField, tools: list[Tool], tables: list[FloatArray] | None
 ) -> Surface:
-    """Return new nodes spaced after `size` along the surface `chain`, from axis to axis.
+    """Return new nodes spaced after `size` along the surface `chain`.
 
     Parameters
     ----------
     chain : ndarray, shape (n, 2)
-        Old surface nodes.
+        Old surface nodes from axis to axis, or the closed loop of a ring, its first node repeated.
     tables : list of ndarray, shape (n, 6), or None
         Contact tables of the tools; None for a body that has not been in contact: it is then only
         pushed out of the tools and its volume is not corrected.
@@ -58,15 +58,29 @@ def resample(
     start = np.where(anchored[k][:, None], direction[k], tangent[k])
     end = np.where(anchored[k + 1][:, None], direction[k], tangent[k + 1])
     points = _hermite(chain[k], chain[k + 1], start, end, steps[k][:, None], u[:, None])
-    points[[0, -1], 0] = 0.0
+    closed = is_closed(chain)
+    _join_ends(points, closed)
     held = np.zeros(len(points), dtype=bool)
     for i, tool in enumerate(tools):
         table = np.zeros((len(chain), 6)) if tables is None else tables[i]
         _seat(points, k, u, table, tool.segments, tool.offset, held)
-    points[[0, -1], 0] = 0.0
+    _join_ends(points, closed)
     if tables is not None:
         _restore_volume(points, enclosed_volume(chain), held)
     return Surface(points, s)
+
+
+def is_closed(chain: FloatArray) -> bool:
+    """Return whether the surface is that of a ring, which ends where it starts."""
+    return bool((chain[0] == chain[-1]).all())
+
+
+def _join_ends(points: FloatArray, closed: bool) -> None:
+    """Put the ends of the surface on the axis, or those of a ring on each other."""
+    if closed:
+        points[-1] = points[0]
+    else:
+        points[[0, -1], 0] = 0.0
 
 
 def _anchors(direction: FloatArray, lengths: FloatArray, size: FloatArray) -> list[int]:
@@ -144,11 +158,21 @@ def _restore_volume(points: FloatArray, volume: float, held: np.ndarray) -> None
 
 
 def mesh_inside(surface: FloatArray, size: SizeField) -> Mesh:
-    """Mesh a body of revolution; its loop starts with the surface and ends with the nodes on the axis."""
-    axis_ends = np.array([surface[-1], surface[0]])
-    axis = at_arc_length(spaced(axis_ends, size), arc_length(axis_ends), axis_ends)[1:-1]
-    axis[:, 0] = 0.0
-    loop = np.concatenate([surface, axis])
+    """Mesh a body of revolution; its loop starts with the surface and ends with the nodes on the axis, if any."""
+    if is_closed(surface):
+        loop = surface[:-1]
+    else:
+        axis_ends = np.array([surface[-1], surface[0]])
+        axis = at_arc_length(spaced(axis_ends, size), arc_length(axis_ends), axis_ends)[1:-1]
+        axis[:, 0] = 0.0
+        loop = np.concatenate([surface, axis])
     mesh = quad_mesh(loop, size)
     mesh.x[mesh.loop] = loop
     return mesh
+
+
+def surface_chain(mesh: Mesh, surface: FloatArray) -> IntArray:
+    """Return the nodes along the surface that the mesh was made from, in its order."""
+    if is_closed(surface):
+        return np.append(mesh.loop, mesh.loop[0])
+    return np.ascontiguousarray(mesh.loop[: len(surface)])

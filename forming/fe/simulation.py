@@ -16,7 +16,7 @@ from .markers import SurfaceLoads, SurfaceMarkers
 from .mesh_kernels import qualities
 from .mesher import MeshError
 from .polyline import SizeField
-from .resample import mesh_inside, resample
+from .resample import mesh_inside, resample, surface_chain
 from .shape import FloatArray, gauss_volumes
 from .state import SCALES, OldMesh, Record, RemeshPolicy, State, StepControl
 from .threads import one_blas_thread
@@ -317,7 +317,7 @@ class Simulation:
         state.body = Body(
             mesh.x,
             mesh.quads,
-            np.ascontiguousarray(mesh.loop[: len(surface.points)]),
+            surface_chain(mesh, surface.points),
             np.ascontiguousarray(gauss[:, :, :4]),
             np.maximum(gauss[:, :, 4], 0.0),
             np.maximum(gauss[:, :, 5], 0.0),
