@@ -12,8 +12,8 @@ from typing import Any
 from friction_models.loads import LOADS, InputError, unknown_name
 
 from .archive import write_archive
-from .documentation import card_json, page
 from .exports import TARGETS as EXPORT_TARGETS
+from .friction_page import friction_documents
 from .interface3 import NAMES as FMI3_NAMES
 from .source import FrictionSource, read_source
 
@@ -100,7 +100,7 @@ def pack(
         from .python_target import friction_files
 
         files = friction_files(source, interface)
-    files |= _documents(source)
+    files |= friction_documents(source, interface, files, target, version)
     return write_archive(path, files)
 
 
@@ -121,27 +121,6 @@ def _export(
     from .exports import export
 
     return export(read_source(model, spec=spec, target=target), path, target, **options)
-
-
-def _documents(source: FrictionSource) -> dict[str, bytes]:
-    loads = [
-        {
-            "name": q.name,
-            "unit": q.unit,
-            "meaning": q.meaning,
-            "trained on": source.domain.get(q.name, "not recorded"),
-        }
-        for q in LOADS
-    ]
-    sections = {
-        "Model": {"family": source.family, "formula": source.formula},
-        "Loads": loads,
-        "Card": source.card,
-    }
-    files = {"documentation/index.html": page(f"Friction model {source.name}", sections)}
-    if source.card:
-        files["documentation/card.json"] = card_json(source.card)
-    return files
 
 
 def _check_names(source: FrictionSource) -> None:

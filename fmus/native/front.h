@@ -138,6 +138,11 @@ static fmi2Status tf_published(tf_front *f) {
     const size_t outputs = TF_FIRST_INPUT * sizeof(double), flags = TF_FLAGS;
     const fmi2Status status = tf_ask(f, outputs + flags);
     if (status != fmi2OK) return status;
+    for (size_t i = 0; i < TF_FIRST_INPUT; ++i) {
+        double value;
+        memcpy(&value, f->buffer + 1 + i * sizeof value, sizeof value);
+        if (!isfinite(value)) return tf_say(f, fmi2Error, "%s is not a finite number after the step", tf_names[i]);
+    }
     memcpy(f->data.values, f->buffer + 1, outputs);
     for (size_t i = 0; i < flags; ++i) f->data.flags[i] = f->buffer[1 + outputs + i] != 0;
     return fmi2OK;

@@ -19,9 +19,11 @@ static fmi2Status belongs(tf_front *f, const tf_state *s) {
     return fmi2OK;
 }
 
-/* Free the number in the process; a process that is gone has taken its states along. */
+/* Free the number in the process; a process that is gone has taken its states along, and the number of
+   another instance's state means nothing to this one's process. */
 static fmi2Status forget(tf_front *f, const tf_state *s) {
-    return s->number && f->alive && s->life == f->life ? tf_number_request(f, TF_FREE, s->number) : fmi2OK;
+    const int ours = s->owner == f && s->life == f->life;
+    return ours && s->number && f->alive ? tf_number_request(f, TF_FREE, s->number) : fmi2OK;
 }
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
@@ -63,7 +65,7 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
     fmi2Status status = fmi2OK;
     if (state && *state) {
         const tf_state *s = (const tf_state *)*state;
-        if (s->owner == (const tf_front *)c) status = forget((tf_front *)c, s);
+        if (c) status = forget((tf_front *)c, s);
         free(s->bytes);
         free(*state);
         *state = NULL;
@@ -91,6 +93,7 @@ static fmi2Status serialize(tf_front *f, tf_state *s) {
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
     const fmi2Status status = serialize((tf_front *)c, (tf_state *)state);
+    if (status == fmi2OK && !size) return tf_say((tf_front *)c, fmi2Error, "there is no place for the size");
     if (status == fmi2OK) *size = ((tf_state *)state)->size;
     return status;
 }
@@ -99,7 +102,7 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte b
     tf_state *s = (tf_state *)state;
     const fmi2Status status = serialize((tf_front *)c, s);
     if (status != fmi2OK) return status;
-    if (size < s->size)
+    if (!bytes || size < s->size)
         return tf_say((tf_front *)c, fmi2Error, "the buffer for the FMU state has %lu bytes, allowed: at least %lu",
                       (unsigned long)size, (unsigned long)s->size);
     memcpy(bytes, s->bytes, s->size);

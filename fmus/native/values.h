@@ -60,7 +60,7 @@ static int tf_evaluate(tf_instance *m, size_t first, size_t count) {
             waiting = 0;
         }
     }
-    if (waiting >= 4) return good & tf_evaluate_block(m, points, waiting); /* fewer are quicker one by one */
+    if (waiting >= TF_BLOCK_LEAST) return good & tf_evaluate_block(m, points, waiting); /* fewer are quicker one by one */
     for (int k = 0; k < waiting; ++k) good &= tf_evaluate_point(m, points[k]);
     return good;
 }

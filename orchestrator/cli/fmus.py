@@ -11,6 +11,13 @@ import typer
 from .console import say
 from .options import Swap, as_number, key_values, swapped
 
+Boundary = Annotated[
+    bool,
+    typer.Option(
+        "--boundary", help="SSP: open inputs and outputs become those of the system (for fmucontainer)."
+    ),
+]
+
 
 def pack(
     model: Annotated[
@@ -41,6 +48,7 @@ def pack(
         bool,
         typer.Option("--ssp", help="Write an SSP archive (.ssp) around the FMU, for simulators of systems."),
     ] = False,
+    boundary: Boundary = False,
     parameters: Annotated[
         list[str] | None,
         typer.Option(
@@ -69,8 +77,10 @@ def pack(
     chosen = target or "native"
     source = read_source(_source(model), spec=spec, target=chosen)
     options = {"target": chosen, "nodes": nodes, "fmi": fmi, "platforms": wanted, **values}
-    pack_as = fmus.pack_ssp if ssp or out.suffix == ".ssp" else fmus.pack
-    path = pack_as(source, out, **options)
+    if ssp or out.suffix == ".ssp":
+        path = fmus.pack_ssp(source, out, boundary=boundary, **options)
+    else:
+        path = fmus.pack(source, out, **options)
     say(f"written: {path}")
     if source.note:
         say(source.note)
@@ -82,21 +92,25 @@ def export(
     system: Annotated[Path, typer.Argument(help="System description (YAML).")],
     out: Annotated[Path, typer.Option("-o", "--out", help="SSP archive (.ssp) to write.")],
     swap: Swap = None,
+    boundary: Boundary = False,
 ) -> None:
     """Write a system and its FMUs as one SSP archive, which other simulators load."""
     from ..system import System
 
     description = swapped(System.load(system), swap)
-    say(f"written: {description.export(out)}")
+    say(f"written: {description.export(out, boundary=boundary)}")
 
 
 def check(
     fmu: Annotated[Path, typer.Argument(help="FMU file.")],
+    time_limit: Annotated[
+        float, typer.Option(min=1.0, help="Longest time that the trial runs may take [s].")
+    ] = 600.0,
 ) -> int:
     """Check an FMU: archive, schema, units, and a reference run; exit code 1 when it fails."""
     import fmus
 
-    report = fmus.check(fmu)
+    report = fmus.check(fmu, time_limit=time_limit)
     say(str(report))
     return 0 if report.ok else 1
 
