@@ -16,10 +16,11 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[Any]
 
-#: Bounds of what is read: nodes, elements of one constant, attributes that are lists.
+#: Bounds of what is read: nodes, elements of one constant, dimensions, characters of a name.
 MAX_NODES = 20_000
 MAX_ELEMENTS = 1 << 24
 MAX_RANK = 8
+MAX_NAME = 1000
 #: Oldest operator set: before it, operands spread by attributes instead of by their shapes.
 OLDEST_OPSET = 7
 #: Operators that hold graphs of their own, call themselves, or give other numbers at every call.
@@ -110,8 +111,11 @@ def parse(content: bytes, where: str) -> onnx.ModelProto:
     if not graph.output:
         raise InputError(f"{where}: not an ONNX model (its graph has no output)")
     # The parser gives bytes for what is no UTF-8.
-    if not all(isinstance(text, str) and text.isprintable() for text in _names(model)):
-        raise InputError(f"{where}: holds a name that is no text; allowed: printable names")
+    if not all(isinstance(t, str) and t.isprintable() and len(t) <= MAX_NAME for t in _names(model)):
+        raise InputError(
+            f"{where}: holds a name that is no text, or a long one; allowed: printable names of at most "
+            f"{MAX_NAME} characters"
+        )
     if len(graph.node) > MAX_NODES:
         raise InputError(f"{where}: {len(graph.node)} nodes, allowed: at most {MAX_NODES}")
     if model.functions:
