@@ -18,7 +18,7 @@ from friction_models.loads import FloatArray
 
 from .subjects import KINDS, Subjects, series
 
-HOST = Path(__file__).parents[1] / "fmus" / "other_machine.c"
+HOST = Path(__file__).parent / "other_machine.c"
 WINDOWS = Path(compiling.__file__).parent / "windows.c"
 #: The host's communication step [s].
 HOST_STEP = 0.1
