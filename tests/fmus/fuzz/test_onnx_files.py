@@ -8,7 +8,7 @@ import sys
 import pytest
 
 #: Files of one run; the changes are decided by their numbers, so that a finding can be repeated.
-COUNT = 250
+COUNT = 120
 
 
 @pytest.mark.parametrize("seed", [0, 10_000])
