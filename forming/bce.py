@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .elasticity import Elasticity
 from .fe.body import Body
 from .fe.resample import mesh_inside, resample
 from .fe.shape import FloatArray
@@ -64,6 +65,13 @@ class BackwardCupExtrusion(FormingProcess):
         conical nose on the axis [mm].
     tool_heating : bool
         Conduct heat in the tools; False holds their surfaces at `T_tool`.
+    die_outer_diameter : float, optional
+        Outer diameter of the die [mm]: it widens elastically; rigid by default.
+    punch_length, press_stiffness : float, optional
+        Length of the punch column [mm] and stiffness of the press [kN/mm]: `stroke` is then that of the ram,
+        ahead of the punch; rigid by default.
+    tool_modulus : float
+        Young's modulus of the tools [GPa].
 
     Raises
     ------
@@ -90,6 +98,10 @@ class BackwardCupExtrusion(FormingProcess):
         nose_angle: float = 0.0,
         tip_radius: float = 2.0,
         relief: float = 0.28,
+        die_outer_diameter: float | None = None,
+        punch_length: float | None = None,
+        press_stiffness: float | None = None,
+        tool_modulus: float = 210.0,
     ) -> None:
         check_range(self.name, "diameter", diameter, 2.0, 200.0, "mm")
         check_range(self.name, "punch_diameter", punch_diameter, 0.35 * diameter, 0.92 * diameter, "mm")
@@ -106,6 +118,15 @@ class BackwardCupExtrusion(FormingProcess):
         check_range(self.name, "tip_radius", tip_radius, 0.05, diameter, "mm")
         check_range(self.name, "relief", relief, 0.02, 0.25 * punch_diameter, "mm")
         self.punch = CupPunch(0.5 * punch_diameter, edge_radius, land, nose_angle, tip_radius, relief)
+        self.elasticity = Elasticity(
+            self.name,
+            diameter,
+            punch_diameter,
+            die_outer_diameter,
+            punch_length,
+            press_stiffness,
+            tool_modulus,
+        )
         self.billet_length = billet_length
         self.speed = speed
         self.T_billet, self.T_tool = T_billet, T_tool
@@ -137,7 +158,8 @@ class BackwardCupExtrusion(FormingProcess):
             temperature=self.T_tool,
         )
         bore = np.array([line((radius, -5.0), (radius, 10.0 * height + 60.0))])
-        container = Tool("container", bore, temperature=self.T_tool)
+        flexibility = self.elasticity.flexibility
+        container = Tool("container", bore, temperature=self.T_tool, flexibility=flexibility)
         base = plate(0.0, self.T_tool)
         if self.tool_heating:
             first = size(0.0)
@@ -156,7 +178,15 @@ class BackwardCupExtrusion(FormingProcess):
         counted = np.cumsum([0.0, 0.3 * radius, 0.5 * height, 3.0 * radius])
         markers = np.interp(np.linspace(0.0, counted[-1], self.n_points), counted, corners)
         control = StepControl(slip=0.5 * finest)
-        return Simulation(body, tools, self.material, markers, size=size, control=control)
+        return Simulation(
+            body,
+            tools,
+            self.material,
+            markers,
+            size=size,
+            control=control,
+            compliance=self.elasticity.compliance,
+        )
 
     def _outer_fields(self, size: _CupSize) -> tuple[ToolField, ToolField]:
         """Return the heat fields of container and base plate."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .elasticity import Elasticity
 from .fe.body import Body
 from .fe.contact import gap_and_normal
 from .fe.polyline import distance_to_segment
@@ -73,6 +74,13 @@ class ForwardRodExtrusion(FormingProcess):
         stand inside.
     tool_heating : bool
         Conduct heat in the tools; False holds their surfaces at `T_tool`.
+    die_outer_diameter : float, optional
+        Outer diameter of the die [mm]: it widens elastically; rigid by default.
+    punch_length, press_stiffness : float, optional
+        Length of the punch column [mm] and stiffness of the press [kN/mm]: `stroke` is then that of the ram,
+        ahead of the punch; rigid by default.
+    tool_modulus : float
+        Young's modulus of the tools [GPa].
 
     Raises
     ------
@@ -100,6 +108,10 @@ class ForwardRodExtrusion(FormingProcess):
         tool_heating: bool = True,
         relief: float = 1.0,
         container_length: float | None = None,
+        die_outer_diameter: float | None = None,
+        punch_length: float | None = None,
+        press_stiffness: float | None = None,
+        tool_modulus: float = 210.0,
     ) -> None:
         check_range(self.name, "diameter", diameter, 2.0, 200.0, "mm")
         check_range(self.name, "exit_diameter", exit_diameter, 0.2 * diameter, 0.97 * diameter, "mm")
@@ -124,6 +136,9 @@ class ForwardRodExtrusion(FormingProcess):
         self.mesh_size = mesh_size
         self.n_points = int(n_points)
         self.tool_heating = bool(tool_heating)
+        self.elasticity = Elasticity(
+            self.name, diameter, diameter, die_outer_diameter, punch_length, press_stiffness, tool_modulus
+        )
         self._cone_end = self.die.segments(1.0)[1]
         self._billet_bottom = self._first_touch()
         needed = self._billet_bottom + billet_length - self._cone_end
@@ -151,7 +166,13 @@ class ForwardRodExtrusion(FormingProcess):
         bottom = self._billet_bottom
         top = bottom + self.billet_length
         tools = [
-            Tool("die", segments, reach=0.5, temperature=self.T_tool),
+            Tool(
+                "die",
+                segments,
+                reach=0.5,
+                temperature=self.T_tool,
+                flexibility=self.elasticity.flexibility,
+            ),
             flat_punch(top, self.speed, self.T_tool),
         ]
         base = min(self.mesh_size, die.exit_radius / 7.0)
@@ -170,7 +191,15 @@ class ForwardRodExtrusion(FormingProcess):
         body.velocity[:, 1] = -self.speed
         control = StepControl(slip=0.5 * base)
         arc = self._marker_arc(radius)
-        return Simulation(body, tools, self.material, arc, size=lambda stroke: size, control=control)
+        return Simulation(
+            body,
+            tools,
+            self.material,
+            arc,
+            size=lambda travel: size,
+            control=control,
+            compliance=self.elasticity.compliance,
+        )
 
     def _marker_arc(self, radius: float) -> FloatArray:
         """Return where the markers start: densest on the side, which the die works on."""

@@ -113,8 +113,20 @@ class FormingProcess(ABC):
 
     @property
     def stroke(self) -> float:
-        """Punch travel [mm]."""
+        """Travel of the ram [mm]; that of the punch, too, where press and punch are rigid."""
         return self.simulation.state.stroke
+
+    @property
+    def compression(self) -> float:
+        """How much punch and press are shortened by the force [mm]."""
+        return self.simulation.state.compression
+
+    @property
+    def expansion(self) -> float:
+        """How far the bore of the die has moved outward [mm]."""
+        return max(
+            (float(t.offset[0]) for t in self.simulation.state.tools if t.flexibility > 0.0), default=0.0
+        )
 
     @property
     def time(self) -> float:
@@ -128,8 +140,8 @@ class FormingProcess(ABC):
 
     @property
     def work(self) -> float:
-        """Work of the punch so far [J]."""
-        return self.simulation.state.energy.external * 1e-3
+        """Work of the ram so far [J]."""
+        return self.simulation.state.ram_work * 1e-3
 
     @property
     def max_tau_over_k(self) -> float:
@@ -201,7 +213,7 @@ class _Log:
 
     def __init__(self, process: FormingProcess) -> None:
         self.process = process
-        self.scalars: list[tuple[float, float, float]] = [(0.0, 0.0, 0.0)]
+        self.scalars: list[tuple[float, ...]] = [(0.0,) * 5]
         self.loads: list[FloatArray] = []
         self.active: list[npt.NDArray[np.bool_]] = []
         self.mu: list[FloatArray] = []
@@ -211,7 +223,7 @@ class _Log:
         p = self.process
         if p.stroke <= self.scalars[-1][0]:
             return
-        self.scalars.append((p.stroke, p.force, p.work))
+        self.scalars.append((p.stroke, p.force, p.work, p.compression, p.expansion))
         self.loads.append(p.loads())
         self.active.append(p.active)
         self.mu.append(mu.copy())
@@ -219,7 +231,7 @@ class _Log:
 
     def result(self) -> FormingResult:
         state, n = self.process.simulation.state, self.process.n_points
-        stroke, force, work = np.array(self.scalars).T
+        stroke, force, work, compression, expansion = np.array(self.scalars).T
         history = state.history
         travel = np.diff([0.0, *(h.stroke for h in history)])
         area = np.array([h.contact_area for h in history]) * travel
@@ -244,6 +256,8 @@ class _Log:
             ),
             status=state.status,
             message=state.message,
+            compression=compression,
+            expansion=expansion,
         )
 
 

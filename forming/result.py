@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -57,11 +57,11 @@ class FormingResult:
     Attributes
     ----------
     stroke : ndarray, shape (n,)
-        Stroke [mm], starting at 0.
+        Stroke of the ram [mm], starting at 0.
     force : ndarray, shape (n,)
         Punch force [kN].
     work : ndarray, shape (n,)
-        Work of the punch so far [J].
+        Work of the ram so far [J].
     max_tau_over_k : float
         Highest friction stress over shear yield stress k = kf / sqrt(3) in the whole run.
     share_above_0_6k : float
@@ -76,6 +76,8 @@ class FormingResult:
         Loads at the material markers.
     status, message : str
         ``"ok"``, or ``"stopped"`` and where and why.
+    compression, expansion : ndarray, shape (n,)
+        Shortening of punch and press, widening of the die [mm]; 0 where the tools are rigid.
     """
 
     stroke: FloatArray
@@ -91,6 +93,8 @@ class FormingResult:
     contact: ContactHistory
     status: str = "ok"
     message: str = ""
+    compression: FloatArray = field(default_factory=lambda: np.zeros(0))
+    expansion: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     @property
     def smooth_force(self) -> FloatArray:

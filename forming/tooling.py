@@ -52,6 +52,10 @@ class Tool:
         Temperature at the start and, without a `heat_field`, always [degC].
     heat_field : ToolField or None
         Temperature field; its frame is the tool's.
+    flexibility : float
+        How far the whole surface moves outward for its mean contact pressure [mm/MPa]; 0: rigid.
+    pressure : float
+        That pressure after the last increment [MPa]: the mean over the contact, seen in radial direction.
     """
 
     name: str
@@ -61,6 +65,8 @@ class Tool:
     reach: float = 1.0
     temperature: float = 20.0
     heat_field: ToolField | None = None
+    flexibility: float = 0.0
+    pressure: float = 0.0
 
     @property
     def speed(self) -> float:

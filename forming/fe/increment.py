@@ -114,8 +114,13 @@ def solve_increment(
     settings: Settings,
     attempt: Attempt,
     space: Workspace,
+    moves: list[FloatArray] | None = None,
+    share: float = 1.0,
 ) -> Step:
     """Solve the increment `dt` [s] with the friction coefficients `mu` of the surface nodes.
+
+    The tools move by `moves` [mm], without them by their velocity; `share` of the body's velocity is the first
+    guess.
 
     Raises
     ------
@@ -124,7 +129,7 @@ def solve_increment(
     """
     chain = body.chain
     n_s = len(chain)
-    du = body.velocity * dt
+    du = body.velocity * (dt * share)
     stress, strain = np.empty_like(body.stress), np.empty_like(body.strain)
     work = np.empty_like(body.strain)
     weights = np.zeros(n_s)
@@ -133,7 +138,7 @@ def solve_increment(
     slip_scale = settings.slip_regularisation * max(tool.speed for tool in tools)
     active = [np.zeros(n_s, dtype=np.int64) for _ in tools]
     releases = [np.zeros(n_s, dtype=np.int64) for _ in tools]
-    moves = [tool.velocity * dt for tool in tools]
+    moves = moves or [tool.velocity * dt for tool in tools]
     light = attempt.light_pressure / settings.penalty
     for tool, move, on in zip(tools, moves, active):
         start_active(

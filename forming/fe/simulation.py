@@ -22,6 +22,12 @@ from .state import SCALES, OldMesh, Record, RemeshPolicy, State, StepControl
 from .threads import one_blas_thread
 from .transfer import transfer
 
+#: Share of the missing expansion that a tool makes up for in one increment. The workpiece pushes back up to
+#: three times as hard as the tool, which limits a stable share to 0.5.
+EXPANSION_RELAXATION = 0.3
+#: Steepest rise of the force that the spring of punch and press foresees [N/mm].
+STEEPEST = 3e6
+
 
 class Simulation:
     """An axisymmetric body formed by rigid tools, one of which drives.
@@ -39,7 +45,9 @@ class Simulation:
     mu : float
         Coefficient of friction until `set_mu` is called.
     size : callable or None
-        Returns the size field for remeshing at a stroke [mm]; None: never remesh.
+        Returns the size field for remeshing at a travel of the tools [mm]; None: never remesh.
+    compliance : float
+        Shortening of punch and press for the force on the moving tools [mm/N].
     """
 
     def __init__(
@@ -55,6 +63,7 @@ class Simulation:
         policy: RemeshPolicy | None = None,
         heat: HeatExchange | None = None,
         isothermal: bool = False,
+        compliance: float = 0.0,
     ) -> None:
         self.material = material
         self.size = size
@@ -62,6 +71,7 @@ class Simulation:
         self.control = control or StepControl()
         self.policy = policy or RemeshPolicy()
         self.heat = None if isothermal else (heat or HeatExchange())
+        self.compliance = compliance
         self.speed = max(tool.speed for tool in tools)
         self._vector = material.vector()
         markers = SurfaceMarkers(body.surface, marker_arc, float(body.T.mean()))
@@ -150,6 +160,8 @@ class Simulation:
     def _increment(self, dt: float) -> Step | None:
         state = self.state
         mu = state.markers.at_nodes(state.mu, len(state.body.chain))
+        share = self._share(dt)
+        moves = self._moves(dt, share)
         try:
             step = solve_increment(
                 state.body,
@@ -160,6 +172,8 @@ class Simulation:
                 self.settings,
                 Attempt.number(state.failures_in_row),
                 self._space,
+                moves,
+                share,
             )
         except StepError as error:
             self._recover(dt, str(error))
@@ -168,8 +182,31 @@ class Simulation:
         if change > self.control.force_change and dt * self.speed > 8.0 * self.control.smallest:
             state.next_dt = 0.5 * dt
             return None
-        self._accept(step, dt)
+        self._accept(step, dt, moves, share)
         return step
+
+    def _moves(self, dt: float, share: float) -> list[FloatArray]:
+        """Return the displacements of the tools in an increment [mm], elastic ones included."""
+        state = self.state
+        moves = [tool.velocity * (dt * share) for tool in state.tools]
+        for move, tool in zip(moves, state.tools):
+            if tool.flexibility > 0.0:
+                move[0] += EXPANSION_RELAXATION * (tool.flexibility * tool.pressure - tool.offset[0])
+        return moves
+
+    def _share(self, dt: float) -> float:
+        """Return the travel of the tools as a share of the ram's; the rest shortens punch and press.
+
+        The force at the end is foreseen with the slope of the last increments, so that the spring does not
+        lag behind a rising force; of what is missing at a steady force, half is made up for, because the
+        force depends on the speed of the punch, too. The punch never runs back.
+        """
+        state, c, travel = self.state, self.compliance, self.speed * dt
+        if c == 0.0:
+            return 1.0
+        foreseen = self.force + state.resistance_slope * travel
+        change = (c * foreseen - state.compression) / (1.0 + max(c * state.resistance_slope, 1.0))
+        return 1.0 - min(max(change / travel, -0.8), 0.8)
 
     def _recover(self, dt: float, reason: str) -> None:
         """Halve the increment, on a fresh mesh; a fresh mesh that fails twice is replaced by another one."""
@@ -201,15 +238,16 @@ class Simulation:
         if old.trial + 1 < len(SCALES):
             self.remesh(old.trial + 1)
 
-    def _accept(self, step: Step, dt: float) -> None:
+    def _accept(self, step: Step, dt: float, moves: list[FloatArray], share: float) -> None:
         state, body = self.state, self.state.body
-        before = self._resistance(state.forces)
+        before, forces_before = self.force, state.forces
         body.rate = (step.strain - body.strain) / dt
         body.x = body.x + step.du
-        body.velocity = step.du / dt
+        body.velocity = step.du / (dt * share)
         body.stress, body.strain = step.stress, step.strain
-        for tool in state.tools:
-            tool.offset = tool.offset + tool.velocity * dt
+        for tool, move, table in zip(state.tools, moves, step.tables):
+            tool.offset = tool.offset + move
+            tool.pressure = bore_pressure(table, step.weights)
         state.tables, state.forces, state.weights = step.tables, step.forces, step.weights
         state.stroke += self.speed * dt
         state.time += dt
@@ -220,7 +258,13 @@ class Simulation:
         state.old_mesh = None
         volumes = gauss_volumes(body.x, body.quads)
         energy = state.energy
-        energy.external += 0.5 * float((before + self._resistance(step.forces)).sum()) * self.speed * dt
+        energy.external -= 0.5 * float(((forces_before + step.forces) * moves).sum())
+        travel = self.speed * dt
+        state.ram_work += 0.5 * (before + self.force) * travel
+        if self.compliance > 0.0:
+            state.compression += (1.0 - share) * travel
+            slope = (self.force - before) / (share * travel)
+            state.resistance_slope = 0.5 * (state.resistance_slope + min(max(slope, 0.0), STEEPEST))
         energy.plastic += float((step.work * volumes).sum())
         energy.elastic = body.elastic_energy(self.material.shear_modulus, self.material.bulk_modulus)
         for table in step.tables:
@@ -294,7 +338,7 @@ class Simulation:
         if self.size is None:
             return False
         state, body = self.state, self.state.body
-        size = self.size(state.stroke)
+        size = self.size(state.stroke - state.compression)
         old_surface = body.surface
         for k in range(trial, len(SCALES)):
 
@@ -331,6 +375,13 @@ class Simulation:
         state.remeshes += 1
         self._space = Workspace(state.body)
         return True
+
+
+def bore_pressure(table: FloatArray, weights: FloatArray) -> float:
+    """Return the mean contact pressure of a tool over its contact area seen in radial direction [MPa]."""
+    area = np.where(table[:, 0] > 0.0, np.abs(table[:, 4]) * weights, 0.0)
+    total = float(area.sum())
+    return float(area @ table[:, 0]) / total if total > 0.0 else 0.0
 
 
 def surface_loads(surface: FloatArray, tables: list[FloatArray], tools: list[Tool]) -> SurfaceLoads:

@@ -101,7 +101,11 @@ class OldMesh:
 
 @dataclass
 class State:
-    """All that changes during a run; a deep copy of it is a snapshot."""
+    """All that changes during a run; a deep copy of it is a snapshot.
+
+    Where punch and press give way, `stroke` is that of the ram, the tools travel `compression` [mm] less, and
+    `resistance_slope` is how fast the force last rose over their travel [N/mm]. `ram_work` is in N mm.
+    """
 
     body: Body
     tools: list[Tool]
@@ -121,6 +125,9 @@ class State:
     tables: list[FloatArray] | None = None
     forces: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     weights: FloatArray = field(default_factory=lambda: np.zeros(0))
+    compression: float = 0.0
+    resistance_slope: float = 0.0
+    ram_work: float = 0.0
     energy: Energy = field(default_factory=Energy)
     history: list[Record] = field(default_factory=list)
     status: str = "ok"
