@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from .element import flow_stress
+from .flow import flow_stress
 from .shape import FAST, FloatArray, IntArray, gauss_volumes
 
 

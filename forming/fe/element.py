@@ -5,8 +5,7 @@ Winget (Int. J. Numer. Meth. Eng. 15, 1980), the return is radial (backward Eule
 part of B is averaged over the element (Nagtegaal, Parks and Rice, Comput. Meth. Appl. Mech. Eng. 4, 1974),
 which keeps the element from locking in isochoric flow.
 
-Material vector: 0 A, 1 m1, 2 m2, 3 m3, 4 coefficient of 1/strain, 5 temperature slope of the rate
-exponent, 6 shear modulus, 7 bulk modulus, 8 strain floor, 9 rate floor.
+The material vector is described in `forming.fe.flow`.
 Stress components: rr, zz, tt, rz.
 """
 
@@ -15,17 +14,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from .flow import elastic_moduli, flow_stress
 from .shape import FAST, N_GAUSS, FloatArray, IntArray, gradients
-
-
-@njit(cache=True, fastmath=FAST)
-def flow_stress(strain: float, rate: float, T: float, m: FloatArray) -> tuple[float, float, float]:
-    """Return the flow stress and its derivatives by strain and by strain rate."""
-    e = np.sqrt(strain * strain + m[8] * m[8])
-    r = np.sqrt(rate * rate + m[9] * m[9])
-    exponent = m[3] + m[5] * T
-    y = m[0] * np.exp(m[1] * T + m[4] / e + m[2] * np.log(e) + exponent * np.log(r))
-    return y, y * (m[2] / e - m[4] / (e * e)) * strain / e, y * exponent * rate / (r * r)
 
 
 @njit(cache=True, fastmath=FAST)
@@ -34,7 +24,7 @@ def radial_return(q: float, strain: float, T: float, dt: float, m: FloatArray) -
 
     Newton's method inside a bisection bracket: the law is steep near zero strain.
     """
-    g3 = 3.0 * m[6]
+    g3 = 3.0 * elastic_moduli(m)[0]
     y, _, _ = flow_stress(strain, 0.0, T, m)
     if q <= y:
         return 0.0, y, 0.0
@@ -107,8 +97,7 @@ def assemble(
     b_volume = np.empty(8)
     n = np.empty(4)
     s = np.empty(4)
-    shear = m[6]
-    bulk = m[7]
+    shear, bulk = elastic_moduli(m)
     diagonal = 2 * ((band.shape[1] - 1) // 3)
     inverted = 0
     for e in range(quads.shape[0]):

@@ -1,21 +1,48 @@
-"""Heat of an increment: plastic work and friction, conduction, exchange between workpiece and tools."""
+"""Heat of an increment: plastic work and friction, conduction, exchange with tools and environment."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..material import HenselSpittel
+from ..material import Material
+from ..temperature import integral
 from ..tooling import Tool
 from .body import Body
-from .shape import FloatArray
+from .shape import N_GAUSS, FloatArray, gauss_volumes
+from .state import Energy
 from .thermal import heat_step
+
+#: Stefan-Boltzmann constant [N/(mm s K4)]; 0 degC [K].
+STEFAN_BOLTZMANN, ZERO = 5.670374419e-11, 273.15
+
+
+@dataclass(frozen=True)
+class Environment:
+    """What free surfaces of the workpiece look at: still air and walls of one temperature.
+
+    Attributes
+    ----------
+    T : float
+        Temperature [degC].
+    h : float
+        Heat transfer coefficient of convection [N/(mm s K)]; 0.01 is 10 W/(m2 K), still air.
+    radiation : bool
+        Whether the surface radiates, with the emissivity of the material.
+    shelter : float
+        A free surface closer to a tool than this exchanges nothing: the gap shelters it [mm].
+    """
+
+    T: float = 20.0
+    h: float = 0.01
+    radiation: bool = True
+    shelter: float = 2.0
 
 
 @dataclass(frozen=True)
 class HeatExchange:
-    """Transfer between workpiece and tools; free surfaces are insulated.
+    """Transfer between workpiece, tools and environment.
 
     Attributes
     ----------
@@ -23,10 +50,13 @@ class HeatExchange:
         Heat transfer coefficient of the contact [N/(mm s K)], the number in kW/(m2 K).
     friction_share : float
         Share of the frictional power that enters the workpiece.
+    environment : Environment or None
+        None: free surfaces are insulated.
     """
 
     htc: float = 35.0
     friction_share: float = 0.5
+    environment: Environment | None = field(default_factory=Environment)
 
 
 def exchange_heat(
@@ -35,14 +65,16 @@ def exchange_heat(
     tables: list[FloatArray],
     weights: FloatArray,
     source: FloatArray,
-    material: HenselSpittel,
+    material: Material,
     heat: HeatExchange,
     dt: float,
+    account: Energy | None = None,
 ) -> FloatArray:
     """Advance the tools' fields by `dt` [s] and return the workpiece temperatures, shape (n,).
 
     The workpiece sees the tool surfaces as they were before the increment, the tools see the workpiece as
-    it is after it: each half is implicit, so the exchange is stable at any increment.
+    it is after it: each half is implicit, so the exchange is stable at any increment. Radiation is linear
+    in the temperature after the increment, with the slope of before.
 
     Parameters
     ----------
@@ -52,6 +84,8 @@ def exchange_heat(
         Surface area per radian of the surface nodes [mm2].
     source : ndarray, shape (n_e, 4)
         Heat released per volume in the increment [N/mm2].
+    account : Energy, optional
+        Its heat is brought up to date.
     """
     surface = body.surface
     nodes, conductance, outside, power = [], [], [], []
@@ -61,7 +95,15 @@ def exchange_heat(
         conductance.append(weights[on] * heat.htc)
         outside.append(tool.surface_temperature(surface[on]))
         power.append(heat.friction_share * np.abs(table[on, 1] * table[on, 2]) * weights[on])
-    at = np.concatenate(nodes)
+    at, rubbing = np.concatenate(nodes), np.concatenate(power)
+    touching = len(at)
+    if heat.environment is not None:
+        free = exposed(tables, tools, heat.environment.shelter)
+        film = film_coefficient(body.T[body.chain[free]], heat.environment, material.emissivity)
+        nodes.append(body.chain[free])
+        conductance.append(weights[free] * film)
+        outside.append(np.full(len(film), heat.environment.T))
+    films = np.concatenate(nodes), np.concatenate(conductance), np.concatenate(outside)
     T = heat_step(
         body.x,
         body.quads,
@@ -70,12 +112,46 @@ def exchange_heat(
         material.heat_capacity,
         material.conductivity,
         dt,
-        film=(at, np.concatenate(conductance), np.concatenate(outside)),
-        flux=(at, np.concatenate(power)),
+        film=films,
+        flux=(at, rubbing),
     )
+    if account is not None:
+        lost = films[1] * (T[films[0]] - films[2]) * (2.0 * np.pi * dt)
+        volumes = gauss_volumes(body.x, body.quads)
+        if account.heat_reference is None:
+            account.heat_reference = float(body.T.mean())
+            account.heat_start = _content(body, body.T, volumes, material, account.heat_reference)
+        account.heat_generated += float((source * volumes).sum() + 2.0 * np.pi * dt * rubbing.sum())
+        account.heat_to_tools += float(lost[:touching].sum())
+        account.heat_to_environment += float(lost[touching:].sum())
+        account.heat_content = _content(body, T, volumes, material, account.heat_reference)
     for table, tool in zip(tables, tools):
         if tool.heat_field is not None:
             into_tool = (1.0 - heat.friction_share) * np.abs(table[:, 1] * table[:, 2])
             points = surface - tool.offset
             tool.heat_field.step(dt, points, table[:, 0] > 0.0, T[body.chain], into_tool, heat.htc)
     return T
+
+
+def exposed(tables: list[FloatArray], tools: list[Tool], shelter: float) -> np.ndarray:
+    """Return which surface nodes face no tool: neither in contact nor within `shelter` [mm] of one."""
+    free = np.ones(len(tables[0]), dtype=bool)
+    for table, tool in zip(tables, tools):
+        free &= (table[:, 0] <= 0.0) & ((table[:, 3] > shelter) | (table[:, 3] <= -tool.reach))
+    return free
+
+
+def film_coefficient(T: FloatArray, environment: Environment, emissivity: float) -> FloatArray:
+    """Return heat flux over temperature difference at a surface of temperature `T` [N/(mm s K)]."""
+    film = np.full(len(T), environment.h)
+    if environment.radiation:
+        hot, cold = T + ZERO, environment.T + ZERO
+        film += emissivity * STEFAN_BOLTZMANN * (hot**2 + cold**2) * (hot + cold)
+    return film
+
+
+def _content(body: Body, T: FloatArray, volumes: FloatArray, material: Material, reference: float) -> float:
+    """Return the heat in the body above `reference` [N mm]."""
+    capacity = material.heat_capacity
+    density = integral(capacity, T) - integral(capacity, reference)
+    return float((volumes * (density[body.quads] @ N_GAUSS.T)).sum())

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..material import HenselSpittel
+from ..material import Material
 from ..tooling import Tool
 from .body import Body
 from .heat_exchange import HeatExchange, exchange_heat
@@ -38,7 +38,7 @@ class Simulation:
         Mesh and start state; its `velocity` is the first guess.
     tools : list of Tool
         Tools; those with a velocity share its magnitude. `stroke` is their travel.
-    material : HenselSpittel
+    material : Material
         Workpiece material.
     marker_arc : ndarray, shape (n,)
         Arc lengths of the material markers on the surface [mm].
@@ -54,7 +54,7 @@ class Simulation:
         self,
         body: Body,
         tools: list[Tool],
-        material: HenselSpittel,
+        material: Material,
         marker_arc: FloatArray,
         mu: float = 0.08,
         size: Callable[[float], SizeField] | None = None,
@@ -278,16 +278,17 @@ class Simulation:
 
     def _heat(self, step: Step, dt: float) -> FloatArray:
         assert self.heat is not None
-        body, material = self.state.body, self.material
+        state, body, material = self.state, self.state.body, self.material
         return exchange_heat(
             body,
-            self.state.tools,
+            state.tools,
             step.tables,
             step.weights,
             step.work * material.taylor_quinney,
             material,
             self.heat,
             dt,
+            state.energy,
         )
 
     def _record(self, step: Step, loads: SurfaceLoads) -> Record:

@@ -55,12 +55,40 @@ class RemeshPolicy:
 
 @dataclass
 class Energy:
-    """Energy account [N mm]."""
+    """Energy account of the workpiece [N mm].
+
+    Attributes
+    ----------
+    external : float
+        Work of the tools.
+    plastic, friction, elastic : float
+        Where it went.
+    heat_generated : float
+        Heat released in the workpiece: of plastic work, and its share of the friction.
+    heat_to_tools, heat_to_environment : float
+        Heat that left it by conduction, and by convection and radiation.
+    heat_content, heat_start : float
+        Heat in it above `heat_reference` [degC] now and at the start.
+    """
 
     external: float = 0.0
     plastic: float = 0.0
     friction: float = 0.0
     elastic: float = 0.0
+    heat_generated: float = 0.0
+    heat_to_tools: float = 0.0
+    heat_to_environment: float = 0.0
+    heat_content: float = 0.0
+    heat_start: float = 0.0
+    heat_reference: float | None = None
+
+    @property
+    def heat_imbalance(self) -> float:
+        """(rise of the content + what left) / generated - 1: what remeshing and elastic volume changes cost."""
+        if self.heat_generated <= 0.0:
+            return 0.0
+        left = self.heat_to_tools + self.heat_to_environment
+        return (self.heat_content - self.heat_start + left) / self.heat_generated - 1.0
 
     @property
     def imbalance(self) -> float:

@@ -1,4 +1,4 @@
-"""Heat conduction in an axisymmetric mesh: implicit Euler, lumped capacity."""
+"""Heat conduction in an axisymmetric mesh: implicit Euler, lumped capacity, data constant or over temperature."""
 
 from __future__ import annotations
 
@@ -6,7 +6,11 @@ import numpy as np
 from numba import njit
 from scipy.linalg.lapack import dpbsv
 
+from ..temperature import Property, mean_between, value_at
 from .shape import FAST, N_GAUSS, FloatArray, IntArray, gradients
+
+#: Iterations of a capacity over temperature end after so many, or when no node changes by more [K].
+ITERATIONS, SETTLED = 6, 1e-3
 
 
 @njit(cache=True, fastmath=FAST)
@@ -50,13 +54,54 @@ def assemble_heat(
                     band[column, row - column] += ke[a, b]
 
 
+@njit(cache=True, fastmath=FAST)
+def assemble_heat_over_T(
+    x: FloatArray,
+    quads: IntArray,
+    T: FloatArray,
+    source: FloatArray,
+    capacity: FloatArray,
+    conductivity: FloatArray,
+    dt: float,
+    band: FloatArray,
+    right: FloatArray,
+) -> None:
+    """Do what `assemble_heat` does for capacity and conductivity given at the nodes."""
+    xe = np.empty((4, 2))
+    dn = np.empty((4, 2))
+    ke = np.empty((4, 4))
+    for e in range(quads.shape[0]):
+        for a in range(4):
+            xe[a, 0] = x[quads[e, a], 0]
+            xe[a, 1] = x[quads[e, a], 1]
+        ke[:] = 0.0
+        for g in range(4):
+            w, _, _ = gradients(xe, g, dn)
+            k = 0.0
+            for a in range(4):
+                k += N_GAUSS[g, a] * conductivity[quads[e, a]]
+            for a in range(4):
+                node = quads[e, a]
+                lump = w * N_GAUSS[g, a]
+                band[node, 0] += lump * capacity[node] / dt
+                right[node] += lump * (capacity[node] * T[node] + source[e, g]) / dt
+                for b in range(4):
+                    ke[a, b] += w * k * (dn[a, 0] * dn[b, 0] + dn[a, 1] * dn[b, 1])
+        for a in range(4):
+            for b in range(4):
+                row = quads[e, a]
+                column = quads[e, b]
+                if row >= column:
+                    band[column, row - column] += ke[a, b]
+
+
 def heat_step(
     x: FloatArray,
     quads: IntArray,
     T: FloatArray,
     source: FloatArray,
-    capacity: float,
-    conductivity: float,
+    capacity: Property,
+    conductivity: Property,
     dt: float,
     film: tuple[IntArray, FloatArray, FloatArray] | None = None,
     flux: tuple[IntArray, FloatArray] | None = None,
@@ -67,15 +112,37 @@ def heat_step(
     ----------
     source : ndarray, shape (n_e, 4)
         Heat released in `dt` per volume at the Gauss points [N/mm2].
+    capacity, conductivity : float or pairs (temperature, value)
+        Of a volume [N/(mm2 K)], and [N/(s K)]. A capacity over temperature is iterated, so that the step
+        conserves enthalpy; a conductivity over temperature is that of the temperatures known so far.
     film : (nodes, conductance, temperature), optional
         Conductance [N mm/(s K)] per radian of each node to a body of given temperature; nodes may repeat.
     flux : (nodes, power), optional
         Heat flow into nodes [N mm/s] per radian; nodes may repeat.
     """
     half = int((quads.max(axis=1) - quads.min(axis=1)).max())
-    band = np.zeros((len(x), half + 1))
-    right = np.zeros(len(x))
-    assemble_heat(x, quads, T, source, capacity, conductivity, dt, band, right)
+    if not isinstance(capacity, tuple) and not isinstance(conductivity, tuple):
+        band, right = np.zeros((len(x), half + 1)), np.zeros(len(x))
+        assemble_heat(x, quads, T, source, capacity, conductivity, dt, band, right)
+        return _solve(band, right, film, flux)
+    after = T
+    for _ in range(ITERATIONS):
+        band, right = np.zeros((len(x), half + 1)), np.zeros(len(x))
+        mean, k = mean_between(capacity, T, after), value_at(conductivity, after)
+        assemble_heat_over_T(x, quads, T, source, mean, k, dt, band, right)
+        before, after = after, _solve(band, right, film, flux)
+        if not isinstance(capacity, tuple) or float(np.abs(after - before).max()) < SETTLED:
+            break
+    return after
+
+
+def _solve(
+    band: FloatArray,
+    right: FloatArray,
+    film: tuple[IntArray, FloatArray, FloatArray] | None,
+    flux: tuple[IntArray, FloatArray] | None,
+) -> FloatArray:
+    """Add the exchange at the surface and return the temperatures."""
     if film is not None:
         nodes, conductance, outside = film
         np.add.at(band[:, 0], nodes, conductance)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 
+from ..temperature import Property, scaled
 from .contact import surface_weights
 from .mesher import quad_mesh
 from .polyline import SizeField, arc_length, at_arc_length, spaced
@@ -23,22 +24,22 @@ class ToolSteel:
 
     Attributes
     ----------
-    conductivity : float
+    conductivity : float or pairs (T, value)
         [W/(m K)].
     rho : float
         [kg/m3].
-    cp : float
+    cp : float or pairs (T, value)
         [J/(kg K)].
     """
 
-    conductivity: float = 20.0
+    conductivity: Property = 20.0
     rho: float = 7700.0
-    cp: float = 460.0
+    cp: Property = 460.0
 
     @property
-    def capacity(self) -> float:
+    def capacity(self) -> Property:
         """Heat capacity of a volume [N/(mm2 K)]."""
-        return self.rho * self.cp * 1e-6
+        return scaled(self.cp, self.rho * 1e-6) if isinstance(self.cp, tuple) else self.rho * self.cp * 1e-6
 
 
 @njit(cache=True, fastmath=FAST)
