@@ -1,4 +1,4 @@
-/* Third part of fuzz_fmi2.c: model exchange, status functions, and the loop. */
+/* Last part of fuzz_fmi2.c: model exchange, status functions, and the loop. */
 
 static void exchange_modes(slot *s) {
     fmi2EventInfo info;
