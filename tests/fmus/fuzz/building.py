@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 import zipfile
 from dataclasses import dataclass, field
 from functools import cache
@@ -62,24 +63,21 @@ def compiler(flags: tuple[str, ...] = ADDRESS) -> Compiler | None:
     zig = (sys.executable, "-m", "ziglang", "cc")
     if flags == ADDRESS and _works(zig, TRAPS, {}):
         return Compiler(zig, TRAPS, "undefined behaviour only (no AddressSanitizer)")
+    if not flags and _works(zig, (), {}):
+        return Compiler(zig, (), "")
     return None
 
 
-@cache
-def _probe_folder() -> Path:
-    import tempfile
-
-    return Path(tempfile.mkdtemp(prefix="tribofmu-probe-"))
-
-
 def _works(command: tuple[str, ...], flags: tuple[str, ...], environment: dict[str, str]) -> bool:
-    folder = _probe_folder()
-    (folder / "probe.c").write_text("#include <stdlib.h>\nint main(void) { free(malloc(3)); return 0; }\n")
-    built = subprocess.run([*command, *flags, "probe.c", "-o", "probe"], cwd=folder, capture_output=True)
-    if built.returncode:
-        return False
-    ran = subprocess.run([str(folder / "probe")], env=os.environ | environment, capture_output=True)
-    return ran.returncode == 0
+    """Whether a program can be built with these flags, and runs."""
+    with tempfile.TemporaryDirectory(prefix="tribofmu-probe-") as folder:
+        text = "#include <stdlib.h>\nint main(void) { free(malloc(3)); return 0; }\n"
+        (Path(folder) / "probe.c").write_text(text)
+        built = subprocess.run([*command, *flags, "probe.c", "-o", "probe"], cwd=folder, capture_output=True)
+        if built.returncode:
+            return False
+        program = str(Path(folder) / "probe")
+        return subprocess.run([program], env=os.environ | environment, capture_output=True).returncode == 0
 
 
 def unpack_sources(fmu: Path, folder: Path) -> tuple[str, list[str]]:
