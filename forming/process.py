@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,8 @@ from friction_models.loads import InputError
 from .fe.shape import FloatArray
 from .fe.simulation import Simulation
 from .fe.state import State
+from .field_recorder import FieldRecorder, recorder_for
+from .fields import FieldHistory, surface_contact
 from .friction_input import Friction, checked_mu, start_mu
 from .result import ContactHistory, FormingResult
 
@@ -66,8 +68,13 @@ class FormingProcess(ABC):
             raise InputError(f"{self.name}: not started; call start() before anything else")
         return self._simulation
 
-    def advance(self, communication_step: float = 0.1) -> bool:
+    def advance(
+        self, communication_step: float = 0.1, observer: Callable[[Simulation], bool] | None = None
+    ) -> bool:
         """Move the punch by `communication_step` [mm] with the friction set last.
+
+        `observer` sees the simulation after each increment, a `field_recorder.FieldRecorder` for example; it must
+        not change it, and returns False.
 
         Returns
         -------
@@ -81,7 +88,7 @@ class FormingProcess(ABC):
                 f"{self.name}: stroke {target:.3f} mm; allowed: at most {self.max_stroke:.3f} mm, "
                 "where the punch would come too close to the die"
             )
-        return self.simulation.advance_to(target)
+        return self.simulation.advance_to(target, observer)
 
     def loads(self) -> FloatArray:
         """Return v_rel, T, sigma_n, sd, psi of the material markers, shape (n_points, 5).
@@ -173,6 +180,7 @@ class FormingProcess(ABC):
         stroke: float = 20.0,
         progress: Callable[[float], None] | None = None,
         communication_step: float = 0.1,
+        snapshots: int | Sequence[float] | None = None,
     ) -> FormingResult:
         """Extrude by `stroke` [mm] from a fresh billet.
 
@@ -185,6 +193,8 @@ class FormingProcess(ABC):
             Called with the share of the stroke done.
         communication_step : float
             Travel between two evaluations of the friction [mm].
+        snapshots : int or sequence of float, optional
+            Keep the fields: so many times, evenly from the start to the end, or at these strokes [mm].
 
         Raises
         ------
@@ -194,10 +204,12 @@ class FormingProcess(ABC):
         check_range(self.name, "stroke", stroke, 1e-3, self.max_stroke, "mm")
         self.start(friction)
         steps = max(1, math.ceil(stroke / communication_step - 1e-9))
-        log = _Log(self)
+        recorder = None if snapshots is None else recorder_for(snapshots, stroke, self.name)
+        log = _Log(self, recorder)
         for k in range(steps):
             mu = self.simulation.state.mu
-            going = self.advance(stroke * (k + 1) / steps - self.stroke)
+            log.end = stroke * (k + 1) / steps
+            going = self.advance(log.end - self.stroke, log.observe)
             log.add(mu)
             if not going:
                 break
@@ -211,18 +223,40 @@ class FormingProcess(ABC):
 class _Log:
     """Collects a run step by step."""
 
-    def __init__(self, process: FormingProcess) -> None:
+    def __init__(self, process: FormingProcess, recorder: FieldRecorder | None) -> None:
         self.process = process
+        self.recorder = recorder
+        self.end = 0.0
+        self.tau_over_k: list[FloatArray] = []
+        self._ratio = np.zeros(process.n_points)
+        if recorder is not None:
+            recorder.begin(process.simulation)
         self.scalars: list[tuple[float, ...]] = [(0.0,) * 5]
         self.loads: list[FloatArray] = []
         self.active: list[npt.NDArray[np.bool_]] = []
         self.mu: list[FloatArray] = []
         self.position: list[FloatArray] = []
 
+    def observe(self, simulation: Simulation) -> bool:
+        """See an increment before a remeshing takes the contact away."""
+        if simulation.state.stroke >= self.end - 1e-9:
+            self._read_ratio(simulation)
+        if self.recorder is not None:
+            self.recorder(simulation)
+        return False
+
+    def _read_ratio(self, simulation: Simulation) -> None:
+        markers = simulation.state.markers
+        ratio = markers.at_markers(surface_contact(simulation)[:, 3])
+        self._ratio = np.where(markers.active, ratio, 0.0)
+
     def add(self, mu: FloatArray) -> None:
         p = self.process
         if p.stroke <= self.scalars[-1][0]:
             return
+        if p.status != "ok" and p.simulation.state.tables is not None:
+            self._read_ratio(p.simulation)
+        self.tau_over_k.append(self._ratio)
         self.scalars.append((p.stroke, p.force, p.work, p.compression, p.expansion))
         self.loads.append(p.loads())
         self.active.append(p.active)
@@ -253,11 +287,15 @@ class _Log:
                 active=np.array(self.active).reshape(-1, n),
                 mu=np.array(self.mu).reshape(-1, n),
                 position=np.array(self.position).reshape(-1, n, 2),
+                tau_over_k=np.array(self.tau_over_k).reshape(-1, n),
             ),
             status=state.status,
             message=state.message,
             compression=compression,
             expansion=expansion,
+            fields=FieldHistory(())
+            if self.recorder is None
+            else self.recorder.finish(self.process.simulation),
         )
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +13,7 @@ import pandas as pd
 from friction_models.loads import LOAD_NAMES
 
 from .fe.shape import FloatArray
+from .fields import FieldHistory
 
 #: Stroke over which the force is averaged before its maximum is read [mm].
 FORCE_WINDOW = 0.5
@@ -32,6 +35,8 @@ class ContactHistory:
         Coefficients of friction that acted during the step.
     position : ndarray, shape (n, n_points, 2)
         r, z [mm].
+    tau_over_k : ndarray, shape (n, n_points)
+        Friction stress over shear yield stress k = kf / sqrt(3) at the end of the step; 0 out of contact.
     """
 
     stroke: FloatArray
@@ -39,13 +44,14 @@ class ContactHistory:
     active: npt.NDArray[np.bool_]
     mu: FloatArray
     position: FloatArray
+    tau_over_k: FloatArray
 
     def to_frame(self) -> pd.DataFrame:
         """Return one row for each marker in contact at each step."""
         step, point = np.nonzero(self.active)
         columns: dict[str, npt.ArrayLike] = {"stroke": self.stroke[step], "point": point}
         columns |= {name: self.loads[step, point, k] for k, name in enumerate(LOAD_NAMES)}
-        columns |= {"mu": self.mu[step, point]}
+        columns |= {"mu": self.mu[step, point], "tau_over_k": self.tau_over_k[step, point]}
         columns |= {"r": self.position[step, point, 0], "z": self.position[step, point, 1]}
         return pd.DataFrame(columns)
 
@@ -78,6 +84,8 @@ class FormingResult:
         ``"ok"``, or ``"stopped"`` and where and why.
     compression, expansion : ndarray, shape (n,)
         Shortening of punch and press, widening of the die [mm]; 0 where the tools are rigid.
+    fields : FieldHistory
+        Snapshots of the fields, if the run was asked for them.
     """
 
     stroke: FloatArray
@@ -95,6 +103,7 @@ class FormingResult:
     message: str = ""
     compression: FloatArray = field(default_factory=lambda: np.zeros(0))
     expansion: FloatArray = field(default_factory=lambda: np.zeros(0))
+    fields: FieldHistory = field(default_factory=lambda: FieldHistory(()))
 
     @property
     def smooth_force(self) -> FloatArray:
@@ -122,3 +131,39 @@ class FormingResult:
     def to_frame(self) -> pd.DataFrame:
         """Return stroke [mm], force [kN] and work [J] as a table."""
         return pd.DataFrame({"stroke": self.stroke, "force": self.force, "work": self.work})
+
+    def picture(self, path: str | os.PathLike[str], field: str = "T", stroke: float | None = None) -> Path:
+        """Draw a field over the full cross-section with the tools; return the path.
+
+        Parameters
+        ----------
+        path : path-like
+            ``.svg`` for a drawing, ``.html`` for a page on which stroke and field can be chosen.
+        field : str
+            One of `forming.fields.FIELDS`: T, strain, sigma_m ...
+        stroke : float, optional
+            The snapshot nearest to it is drawn [mm]; by default the last.
+
+        Raises
+        ------
+        InputError
+            No snapshots were kept, an unknown field, another kind of file.
+        """
+        from .picture import write_picture
+
+        return write_picture(self.fields, path, field, stroke)
+
+    def save(self, folder: str | os.PathLike[str], name: str = "forming") -> Path:
+        """Write ``forming.json``, ``force.csv``, ``contact.nc`` and the fields into a folder, which is replaced.
+
+        ``tribofmu report FOLDER`` makes a page of it; ``fields/fields.pvd`` opens in ParaView.
+        """
+        from .result_files import save_result
+
+        return save_result(self, Path(folder), name)
+
+    def report(self, path: str | os.PathLike[str], name: str = "forming") -> Path:
+        """Write a self-contained HTML page: key figures, force, animation of the fields, contact."""
+        from .report import write_report
+
+        return write_report(self, path, name)
