@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import inspect
 import json
 import os
@@ -134,7 +133,7 @@ def pack_forming(
         parameters={k: (unit, float(_value(solver, kwargs, k))) for k, unit in units.items()},
         experiment=(communication_step / made.speed, stroke / made.speed),
         flags=[f"active[{i + 1}]" for i in range(n)],
-        fixed={"process": process, "fixed": fixed, "material": dataclasses.asdict(made.material)},
+        fixed={"process": process, "fixed": fixed, "material": made.material.to_dict()},
     )
     return _write(path, interface, target, platforms, python)
 
@@ -168,7 +167,7 @@ def pack_twin(
     InputError
         Unknown target or parameter, or a geometry that cannot be; no compiler.
     """
-    from forming.material import steel_16MnCr5
+    from forming.material import as_material
     from forming.upsetting import PunchGeometry
     from sct_twin.process import SctProcess
 
@@ -214,7 +213,7 @@ def pack_twin(
         parameters={n: (u, float(values[n])) for n, u in units.items()},
         experiment=(communication_step, duration),
         fixed={
-            "material": dataclasses.asdict(kwargs.get("material") or steel_16MnCr5()),
+            "material": as_material(kwargs.get("material")).to_dict(),
             "T_specimen": values["T_specimen"],
         },
     )

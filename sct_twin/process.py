@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from forming.material import HenselSpittel, steel_16MnCr5
+from forming.material import Material, as_material
 from forming.upsetting import PunchGeometry
 from friction_models.loads import LOAD_NAMES, InputError
 
@@ -61,7 +61,7 @@ class SctProcess:
         Friction while upsetting.
     speed : float
         Typical sliding speed [mm/s].
-    material : HenselSpittel, optional
+    material : Material, name or path, optional
         Workpiece; 16MnCr5 by default.
     mesh_size : float
         Elements of the upsetting run [mm].
@@ -87,7 +87,7 @@ class SctProcess:
         T_specimen: float | None = None,
         upsetting_mu: float = 0.07,
         speed: float = 100.0,
-        material: HenselSpittel | None = None,
+        material: Material | str | None = None,
         mesh_size: float = 0.6,
         thermal: ThermalSettings | None = None,
     ) -> None:
@@ -109,7 +109,7 @@ class SctProcess:
             BEYOND * self.F_max,
             mesh_size,
             "SCT process",
-            material=material or steel_16MnCr5(),
+            material=as_material(material),
             mu=upsetting_mu,
             T0=self._T_tool if T_specimen is None else float(T_specimen),
             T_tool=self._T_tool,

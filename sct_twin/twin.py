@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from forming.material import HenselSpittel, steel_16MnCr5
+from forming.material import MaterialSource, as_material, steel_16MnCr5
 from friction_models.loads import DataSet, InputError
 
 from .contact_temperature import ThermalSettings
@@ -74,7 +74,7 @@ class SctTwin:
 
     Parameters
     ----------
-    material : HenselSpittel, optional
+    material : Material, name or path, optional
         Workpiece; 16MnCr5 by default.
     mesh_size : float
         Elements of the upsetting run [mm].
@@ -99,7 +99,7 @@ class SctTwin:
     in `sct_twin.result.ASSUMPTIONS` and in every file.
     """
 
-    material: HenselSpittel = field(default_factory=steel_16MnCr5)
+    material: MaterialSource = field(default_factory=steel_16MnCr5)
     mesh_size: float = 0.6
     thermal: ThermalSettings = field(default_factory=ThermalSettings)
     spacing: float = 0.1
@@ -146,7 +146,7 @@ class SctTwin:
             geometry(record),
             t,
             F_n,
-            self.material,
+            as_material(self.material),
             float(np.clip(np.median(series.mu[: max(10, len(series.mu) // 10)]), 0.0, 0.3)),
             record.number("T_specimen", T_tool),
             T_tool,

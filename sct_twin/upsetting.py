@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from forming.material import HenselSpittel
+from forming.material import Material
 from forming.upsetting import PunchGeometry, UpsettingResult, upset
 from friction_models.loads import FloatArray, InputError
 
@@ -108,7 +108,7 @@ def upset_specimen(
     punch: PunchGeometry,
     t: FloatArray,
     F_n: FloatArray,
-    material: HenselSpittel,
+    material: Material,
     mu: float,
     T_specimen: float,
     T_tool: float,

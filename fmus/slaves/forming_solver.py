@@ -12,7 +12,7 @@ from forming.fe.markers import SurfaceLoads, SurfaceMarkers
 from forming.fe.state import Energy, OldMesh, Record, State
 from forming.fe.tool_heat import ToolField, ToolSteel
 from forming.fre import ForwardRodExtrusion
-from forming.material import HenselSpittel
+from forming.material import material_from_dict
 from forming.tooling import Tool
 
 from .core import Solver
@@ -40,7 +40,7 @@ class FormingSolver(Solver):
     )
 
     def start(self) -> None:
-        material = HenselSpittel(**self.config["material"])
+        material = material_from_dict(self.config["material"])
         given: dict[str, Any] = self.config["fixed"] | self.parameters()
         kind = PROCESSES[self.config.get("process", "fre")]
         self.process = kind(material=material, **given)

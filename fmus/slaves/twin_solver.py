@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from forming.material import HenselSpittel
+from forming.material import material_from_dict
 from sct_twin.contact_temperature import ContactTemperature, SlidingContact, ThermalBody, ThermalSettings
 from sct_twin.process import ProcessSnapshot, SctProcess
 from sct_twin.upsetting import ContactState
@@ -30,7 +30,7 @@ class TwinSolver(Solver):
             "T_tool": T_tool,
             "T_specimen": self.config["T_specimen"],
         } | self.parameters()
-        self.process = SctProcess(material=HenselSpittel(**self.config["material"]), **given)
+        self.process = SctProcess(material=material_from_dict(self.config["material"]), **given)
         self.publish(self.process.advance(0.0, F_n, v_slide, T_tool, mu))
 
     def advance(self, elapsed: float, step: float) -> None:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from . import discovering, fmus, measuring, modelling, showing, simulating
+from . import discovering, fmus, measuring, modelling, showing, simulating, verifying
 
 app = typer.Typer(
     name="tribofmu",
@@ -38,5 +38,5 @@ def _start(
     """
 
 
-for module in (showing, measuring, modelling, fmus, simulating, discovering):
+for module in (showing, measuring, modelling, fmus, simulating, discovering, verifying):
     module.add_commands(app)

@@ -138,10 +138,12 @@ def test_runs_in_a_simulator_without_python(folder: Path, forming: UnpackedFmu, 
     column = next(i for i, name in enumerate(head) if "force" in name)
     seen = {round(float(row[1]), 6): float(row[column]) for row in rows}
     assert len(seen) > 20
+    # ecos adds up its time: the last bits of a step differ, and with them the force within the tolerance
+    # of equilibrium. That equal steps give equal bits is another test's matter.
     with RunningFmu(forming) as fmu:
         for k in range(25):
             if round(0.02 * k, 6) in seen and k:
-                assert seen[round(0.02 * k, 6)] == pytest.approx(fmu.get_real(["force"])[0], abs=1e-5)
+                assert seen[round(0.02 * k, 6)] == pytest.approx(fmu.get_real(["force"])[0], rel=1e-6)
             fmu.step(0.02 * k, 0.02)
 
 
