@@ -9,7 +9,10 @@ import importlib
 from typing import Any
 
 _EXPORTS = {
+    "Material": "material",
     "HenselSpittel": "material",
+    "PowerLaw": "material",
+    "FlowTable": "material",
     "steel_16MnCr5": "material",
     "PunchGeometry": "upsetting",
     "UpsettingResult": "upsetting",

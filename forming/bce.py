@@ -13,7 +13,8 @@ from .fe.shape import FloatArray
 from .fe.simulation import Simulation
 from .fe.state import StepControl
 from .fe.tool_heat import ToolField
-from .material import HenselSpittel, steel_16MnCr5
+from .heat_input import TOOLS, HeatInput
+from .material import MaterialSource, as_material
 from .process import FormingProcess, check_range
 from .tooling import CupPunch, Tool, line, plate
 
@@ -52,8 +53,8 @@ class BackwardCupExtrusion(FormingProcess):
         Punch speed [mm/s].
     T_billet, T_tool : float
         Temperatures of billet and tools at the start [degC].
-    material : HenselSpittel, optional
-        Billet; 16MnCr5 by default.
+    material : Material, name or path, optional
+        Billet; 16MnCr5 by default. See `forming.material.load`.
     mesh_size : float
         Element size at the punch edge [mm]; smaller where wall or rounding ask for it.
     n_points : int
@@ -72,6 +73,13 @@ class BackwardCupExtrusion(FormingProcess):
         ahead of the punch; rigid by default.
     tool_modulus : float
         Young's modulus of the tools [GPa].
+    tool_material : Material, name or path
+        Heat data of the tools.
+    htc : float
+        Heat transfer coefficient of the contact [kW/(m2 K)].
+    T_ambient, h_ambient : float
+        Temperature [degC] and heat transfer coefficient [W/(m2 K)] of the air around free surfaces, which also
+        radiate; 0 insulates them.
 
     Raises
     ------
@@ -89,7 +97,7 @@ class BackwardCupExtrusion(FormingProcess):
         speed: float = 5.0,
         T_billet: float = 20.0,
         T_tool: float = 20.0,
-        material: HenselSpittel | None = None,
+        material: MaterialSource = None,
         mesh_size: float = 0.35,
         n_points: int = 100,
         edge_radius: float = 1.5,
@@ -102,6 +110,10 @@ class BackwardCupExtrusion(FormingProcess):
         punch_length: float | None = None,
         press_stiffness: float | None = None,
         tool_modulus: float = 210.0,
+        tool_material: MaterialSource = TOOLS,
+        htc: float = 35.0,
+        T_ambient: float = 20.0,
+        h_ambient: float = 10.0,
     ) -> None:
         check_range(self.name, "diameter", diameter, 2.0, 200.0, "mm")
         check_range(self.name, "punch_diameter", punch_diameter, 0.35 * diameter, 0.92 * diameter, "mm")
@@ -130,7 +142,9 @@ class BackwardCupExtrusion(FormingProcess):
         self.billet_length = billet_length
         self.speed = speed
         self.T_billet, self.T_tool = T_billet, T_tool
-        self.material = material or steel_16MnCr5()
+        self.material = as_material(material)
+        self.material.check_start(self.name, T_billet)
+        self.heat_input = HeatInput(self.name, tool_material, htc, T_ambient, h_ambient)
         self.mesh_size = mesh_size
         self.n_points = int(n_points)
         self.tool_heating = bool(tool_heating)
@@ -178,7 +192,7 @@ class BackwardCupExtrusion(FormingProcess):
         counted = np.cumsum([0.0, 0.3 * radius, 0.5 * height, 3.0 * radius])
         markers = np.interp(np.linspace(0.0, counted[-1], self.n_points), counted, corners)
         control = StepControl(slip=0.5 * finest)
-        return Simulation(
+        simulation = Simulation(
             body,
             tools,
             self.material,
@@ -187,6 +201,7 @@ class BackwardCupExtrusion(FormingProcess):
             control=control,
             compliance=self.elasticity.compliance,
         )
+        return self.heat_input.apply(simulation)
 
     def _outer_fields(self, size: _CupSize) -> tuple[ToolField, ToolField]:
         """Return the heat fields of container and base plate."""

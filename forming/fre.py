@@ -14,7 +14,8 @@ from .fe.resample import mesh_inside, resample
 from .fe.shape import FloatArray
 from .fe.simulation import Simulation
 from .fe.state import StepControl
-from .material import HenselSpittel, steel_16MnCr5
+from .heat_input import TOOLS, HeatInput
+from .material import MaterialSource, as_material
 from .process import FormingProcess, check_range
 from .tooling import ExtrusionDie, Tool, block_field, flat_punch
 
@@ -60,8 +61,8 @@ class ForwardRodExtrusion(FormingProcess):
     T_billet, T_tool : float
         Temperatures of billet and tools at the start [degC]. The contact temperature at a marker is the mean
         of the workpiece and the tool surface.
-    material : HenselSpittel, optional
-        Billet; 16MnCr5 by default.
+    material : Material, name or path, optional
+        Billet; 16MnCr5 by default. See `forming.material.load`.
     mesh_size : float
         Element size in the die [mm]; smaller where the exit radius asks for it.
     n_points : int
@@ -81,6 +82,13 @@ class ForwardRodExtrusion(FormingProcess):
         ahead of the punch; rigid by default.
     tool_modulus : float
         Young's modulus of the tools [GPa].
+    tool_material : Material, name or path
+        Heat data of the tools.
+    htc : float
+        Heat transfer coefficient of the contact [kW/(m2 K)].
+    T_ambient, h_ambient : float
+        Temperature [degC] and heat transfer coefficient [W/(m2 K)] of the air around free surfaces, which also
+        radiate; 0 insulates them.
 
     Raises
     ------
@@ -99,7 +107,7 @@ class ForwardRodExtrusion(FormingProcess):
         speed: float = 5.0,
         T_billet: float = 20.0,
         T_tool: float = 20.0,
-        material: HenselSpittel | None = None,
+        material: MaterialSource = None,
         mesh_size: float = 0.4,
         n_points: int = 80,
         entry_radius: float = 2.0,
@@ -112,6 +120,10 @@ class ForwardRodExtrusion(FormingProcess):
         punch_length: float | None = None,
         press_stiffness: float | None = None,
         tool_modulus: float = 210.0,
+        tool_material: MaterialSource = TOOLS,
+        htc: float = 35.0,
+        T_ambient: float = 20.0,
+        h_ambient: float = 10.0,
     ) -> None:
         check_range(self.name, "diameter", diameter, 2.0, 200.0, "mm")
         check_range(self.name, "exit_diameter", exit_diameter, 0.2 * diameter, 0.97 * diameter, "mm")
@@ -132,7 +144,9 @@ class ForwardRodExtrusion(FormingProcess):
         self.billet_length = billet_length
         self.speed = speed
         self.T_billet, self.T_tool = T_billet, T_tool
-        self.material = material or steel_16MnCr5()
+        self.material = as_material(material)
+        self.material.check_start(self.name, T_billet)
+        self.heat_input = HeatInput(self.name, tool_material, htc, T_ambient, h_ambient)
         self.mesh_size = mesh_size
         self.n_points = int(n_points)
         self.tool_heating = bool(tool_heating)
@@ -191,7 +205,7 @@ class ForwardRodExtrusion(FormingProcess):
         body.velocity[:, 1] = -self.speed
         control = StepControl(slip=0.5 * base)
         arc = self._marker_arc(radius)
-        return Simulation(
+        simulation = Simulation(
             body,
             tools,
             self.material,
@@ -200,6 +214,7 @@ class ForwardRodExtrusion(FormingProcess):
             control=control,
             compliance=self.elasticity.compliance,
         )
+        return self.heat_input.apply(simulation)
 
     def _marker_arc(self, radius: float) -> FloatArray:
         """Return where the markers start: densest on the side, which the die works on."""

@@ -402,7 +402,11 @@ def load(source: str | os.PathLike[str]) -> Material:
     return read_material(source)
 
 
-def as_material(material: Material | str | os.PathLike[str] | None) -> Material:
+#: How a material is given: itself, the name of a shipped one, the path of a file, or what `to_dict` returned.
+MaterialSource = Material | str | os.PathLike[str] | Mapping[str, Any] | None
+
+
+def as_material(material: MaterialSource) -> Material:
     """Return a material as it is, or by name or path; None: 16MnCr5.
 
     Raises
@@ -416,6 +420,8 @@ def as_material(material: Material | str | os.PathLike[str] | None) -> Material:
         return material
     if isinstance(material, (str, os.PathLike)):
         return load(material)
+    if isinstance(material, Mapping):
+        return material_from_dict(material)
     raise InputError(
         f"material = {material!r:.60}; allowed: a material, the name of a shipped one, or the path of a file"
     )

@@ -17,7 +17,7 @@ from .fe.shape import FloatArray
 from .fe.simulation import Simulation
 from .fe.state import RemeshPolicy, StepControl
 from .friction_input import Friction, checked_mu, start_mu
-from .material import HenselSpittel, steel_16MnCr5
+from .material import Material, MaterialSource, as_material
 from .tooling import Tool, flat_punch, plate, sleeve
 
 #: Highest force, forces, or (instants, forces).
@@ -195,7 +195,7 @@ class UpsettingResult:
 def upset(
     punch: PunchGeometry | None = None,
     force: Force = 519e3,
-    material: HenselSpittel | None = None,
+    material: MaterialSource = None,
     mu: Friction = 0.08,
     T0: float = 20.0,
     T_tool: float = 20.0,
@@ -212,7 +212,7 @@ def upset(
     force : float or (t, F)
         Highest force [N], or a force history: instants [s] and forces [N], each of shape (n,). An
         array of forces alone gives the states at these forces.
-    material : HenselSpittel, optional
+    material : Material, name or path, optional
         Workpiece; 16MnCr5 by default.
     mu : float or callable
         Coefficient of friction, or ``mu(loads[n, 5], t) -> mu[n]`` evaluated at material markers after each
@@ -240,7 +240,9 @@ def upset(
             f"upset: mesh_size = {mesh_size!r} mm; allowed: 0.1 to {punch.specimen_diameter / 8.0:g} mm"
         )
     highest = float(forces.max())
-    simulation, size = _build(punch, material or steel_16MnCr5(), T0, T_tool, mesh_size, speed, highest)
+    steel = as_material(material)
+    steel.check_start("upset", T0)
+    simulation, size = _build(punch, steel, T0, T_tool, mesh_size, speed, highest)
     n_markers = len(simulation.state.markers)
     simulation.state.mu = start_mu(mu, n_markers, T0)
     fraction = np.linspace(0.0, 1.0, n_radii)
@@ -299,7 +301,7 @@ def _force_history(
 
 def _build(
     punch: PunchGeometry,
-    material: HenselSpittel,
+    material: Material,
     T0: float,
     T_tool: float,
     mesh_size: float,

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
+from forming import BackwardCupExtrusion, ForwardRodExtrusion
 from forming.fe.flow import flow_stress
 from forming.material import (
     FlowTable,
@@ -257,3 +258,72 @@ def test_limits_of_validity_are_told():
     with pytest.raises(InputError, match=r"fre: workpiece temperature = 350 degC; allowed: 20 to 300 degC"):
         steel.check_start("fre", 350.0)
     assert table_of(steel_16MnCr5()).T_range == (20.0, 300.0)
+
+
+def test_processes_take_a_material_by_name_and_refuse_what_cannot_be():
+    process = ForwardRodExtrusion(material="16MnCr5", tool_material="1.2379", T_ambient=25.0)
+    assert process.material == steel_16MnCr5()
+    for wrong, words in (
+        ({"material": "1.2379"}, "'1.2379' has no flow curve"),
+        ({"material": "16MnCr"}, "did you mean '16MnCr5'"),
+        (
+            {"T_billet": 650.0},
+            "forward rod extrusion: workpiece temperature = 650 degC; allowed: 0 to 500 degC",
+        ),
+        ({"tool_material": "1.2380"}, "did you mean '1.2379'"),
+        ({"h_ambient": -1.0}, "h_ambient = -1.0 W/(m2 K); allowed: 0 to"),
+        ({"T_ambient": float("nan")}, "T_ambient = nan"),
+        ({"htc": 0.0}, "htc = 0.0 kW/(m2 K)"),
+    ):
+        with pytest.raises(InputError) as caught:
+            ForwardRodExtrusion(**wrong)
+        assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("process", [ForwardRodExtrusion, BackwardCupExtrusion])
+def test_a_table_of_the_law_gives_the_force_of_the_law(process):
+    """The same steel as a table: the tangent converges as well, and heat over temperature is iterated."""
+    law = steel_16MnCr5()
+    T, cp = np.array([20.0, 400.0]), np.array([470.0, 470.0])
+    fine = np.unique(np.concatenate([STRAINS, np.geomspace(0.002, 5.0, 40)]))
+    wide = np.array([20.0, 100.0, 200.0, 300.0, 450.0])
+    rates = 10.0 ** np.arange(-3, 5)
+    table = FlowTable(
+        strains=fine,
+        rates=rates,
+        temperatures=wide,
+        stresses=law.flow_stress(fine, wide[:, None, None], rates[:, None]),
+        cp=tuple(zip(T, cp)),
+    )
+    runs = [process(material=steel, n_points=20).run(0.06, 1.5) for steel in (law, table)]
+    assert [run.status for run in runs] == ["ok", "ok"]
+    assert runs[1].force[3:] == pytest.approx(runs[0].force[3:], rel=3e-3)
+    assert abs(runs[1].increments - runs[0].increments) <= 3 and runs[1].failed_increments <= 1
+
+
+def test_a_snapshot_with_a_tabulated_material_continues_bit_by_bit():
+    table = table_of(steel_16MnCr5(), cp=((20.0, 460.0), (300.0, 560.0)))
+    process = ForwardRodExtrusion(material=table, mesh_size=0.6, n_points=20)
+    process.start(0.05)
+    process.advance(0.5)
+    kept = process.snapshot()
+    ends = []
+    for _ in range(2):
+        process.restore(kept)
+        process.advance(0.7)
+        state = process.simulation.state
+        ends.append(
+            (process.force, state.energy, state.body.T.tobytes(), state.tools[0].heat_field.T.tobytes())
+        )
+    assert ends[0] == ends[1]
+
+
+def test_heat_is_accounted_for_through_remeshing():
+    """What remeshing and elastic compression cost: the body's heat and what left it against what arose."""
+    process = ForwardRodExtrusion(mesh_size=0.5, n_points=20, h_ambient=100.0)
+    result = process.run(0.08, 4.0)
+    energy = process.simulation.state.energy
+    assert result.remeshes > 3 and abs(energy.heat_imbalance) < 0.01
+    assert 0.0 < energy.heat_to_environment < 0.1 * energy.heat_generated
+    assert energy.heat_to_tools > 0.1 * energy.heat_generated
+    assert energy.heat_generated == pytest.approx(0.9 * energy.plastic + 0.5 * energy.friction, rel=2e-3)
