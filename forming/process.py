@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from friction_models.loads import InputError
 
+from .fe.mesher import MeshError
 from .fe.shape import FloatArray
 from .fe.simulation import Simulation
 from .fe.state import State
@@ -38,6 +40,8 @@ class FormingProcess(ABC):
     name: str
     n_points: int
     T_billet: float
+    #: What the last `run` gave; after an error in the friction law, too: what there was until then.
+    result: FormingResult | None = None
     _simulation: Simulation | None = None
 
     @abstractmethod
@@ -52,7 +56,13 @@ class FormingProcess(ABC):
     def start(self, mu: Friction = 0.08) -> None:
         """Put the billet between the tools; `mu` acts until `set_mu` is called."""
         first = start_mu(mu, self.n_points, self.T_billet)
-        self._simulation = self._build()
+        try:
+            self._simulation = self._build()
+        except MeshError as error:
+            raise InputError(
+                f"{self.name}: billet or tools cannot be meshed ({error}); allowed: a smaller mesh_size, or radii "
+                "and a land that are not far below it"
+            ) from None
         self._simulation.state.mu = first
 
     @property
@@ -199,9 +209,11 @@ class FormingProcess(ABC):
         Raises
         ------
         InputError
-            An impossible stroke, or friction that is NaN or negative.
+            An impossible stroke, or friction that is NaN or negative; `result` then holds what there was
+            until then.
         """
         check_range(self.name, "stroke", stroke, 1e-3, self.max_stroke, "mm")
+        check_range(self.name, "communication_step", communication_step, 1e-4, 10.0, "mm")
         self.start(friction)
         steps = max(1, math.ceil(stroke / communication_step - 1e-9))
         recorder = None if snapshots is None else recorder_for(snapshots, stroke, self.name)
@@ -214,10 +226,16 @@ class FormingProcess(ABC):
             if not going:
                 break
             if callable(friction):
-                self.set_mu(friction(self.loads(), self.time))
+                try:
+                    self.set_mu(friction(self.loads(), self.time))
+                except Exception as error:
+                    message = f"stopped at stroke {self.stroke:.3f} mm: {error}"
+                    self.result = replace(log.result(), status="stopped", message=message)
+                    raise
             if progress is not None:
                 progress((k + 1) / steps)
-        return log.result()
+        self.result = log.result()
+        return self.result
 
 
 class _Log:

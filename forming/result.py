@@ -107,7 +107,11 @@ class FormingResult:
 
     @property
     def smooth_force(self) -> FloatArray:
-        """Force averaged over 0.5 mm of stroke [kN]: single nodes entering contact ripple it by up to 1 %."""
+        """Force averaged over 0.5 mm of stroke [kN].
+
+        Single nodes that enter contact ripple the force by 0.2 % (rms) and up to 0.5 % of its maximum at the
+        default mesh; the average leaves 0.05 % and 0.13 %, see `force_ripple`.
+        """
         if len(self.stroke) < 3:
             return self.force
         fine = np.linspace(self.stroke[0], self.stroke[-1], 4 * len(self.stroke))
@@ -122,6 +126,30 @@ class FormingResult:
         mean = np.interp(high, fine, area) - np.interp(low, fine, area)
         wide = half > 1e-9
         return np.where(wide, mean / np.where(wide, high - low, 1.0), self.force)
+
+    def force_ripple(self, smooth: bool = True) -> tuple[float, float]:
+        """Return the ripple of the force in the second half of the stroke, as shares of its maximum.
+
+        It is what is left over a fitted polynomial of degree 5; 0 for records below 20 entries.
+
+        Parameters
+        ----------
+        smooth : bool
+            Of `smooth_force`, which `max_force` is read from; else of `force`.
+
+        Returns
+        -------
+        tuple of float
+            Root of the mean square, and largest deviation.
+        """
+        end = self.stroke[-1]
+        late = (self.stroke >= 0.5 * end) & (self.stroke <= end - 0.5 * FORCE_WINDOW)
+        if late.sum() < 20 or not self.max_force > 0.0:
+            return 0.0, 0.0
+        force = (self.smooth_force if smooth else self.force)[late]
+        trend = np.polynomial.Chebyshev.fit(self.stroke[late], force, 5)
+        left = (force - trend(self.stroke[late])) / self.max_force
+        return float(np.sqrt(np.mean(left**2))), float(np.abs(left).max())
 
     @property
     def max_force(self) -> float:
