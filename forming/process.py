@@ -172,6 +172,15 @@ class FormingProcess(ABC):
         return self.simulation.state.status
 
     @property
+    def warnings(self) -> tuple[str, ...]:
+        """Where the run so far has left what is known of the material."""
+        history = self.simulation.state.history
+        highest = (
+            max((getattr(h, n) for h in history), default=0.0) for n in ("strain_max", "rate_max", "T_max")
+        )
+        return self.simulation.material.left_range(*highest)
+
+    @property
     def message(self) -> str:
         """Where and why the run stopped, or empty."""
         return self.simulation.state.message
@@ -314,6 +323,8 @@ class _Log:
             fields=FieldHistory(())
             if self.recorder is None
             else self.recorder.finish(self.process.simulation),
+            heat_balance=state.energy.heat_imbalance,
+            warnings=self.process.warnings,
         )
 
 

@@ -86,6 +86,10 @@ class FormingResult:
         Shortening of punch and press, widening of the die [mm]; 0 where the tools are rigid.
     fields : FieldHistory
         Snapshots of the fields, if the run was asked for them.
+    heat_balance : float
+        (rise of the workpiece's heat + what left it) / heat that arose in it - 1.
+    warnings : tuple of str
+        Where the run left what is known of the material; it went on with the edge or the law's own extension.
     """
 
     stroke: FloatArray
@@ -104,6 +108,8 @@ class FormingResult:
     compression: FloatArray = field(default_factory=lambda: np.zeros(0))
     expansion: FloatArray = field(default_factory=lambda: np.zeros(0))
     fields: FieldHistory = field(default_factory=lambda: FieldHistory(()))
+    heat_balance: float = 0.0
+    warnings: tuple[str, ...] = ()
 
     @property
     def smooth_force(self) -> FloatArray:

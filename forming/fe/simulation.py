@@ -325,6 +325,7 @@ class Simulation:
             share_above_0_6k=high / contact if contact > 0.0 else 0.0,
             contact_area=contact,
             nodes=len(body.x),
+            rate_max=float(body.rate.max()),
         )
 
     def _choose_next(self, step: Step, dt: float) -> None:

@@ -114,6 +114,7 @@ class Record:
     share_above_0_6k: float
     contact_area: float
     nodes: int
+    rate_max: float = 0.0
 
 
 @dataclass

@@ -327,3 +327,13 @@ def test_heat_is_accounted_for_through_remeshing():
     assert 0.0 < energy.heat_to_environment < 0.1 * energy.heat_generated
     assert energy.heat_to_tools > 0.1 * energy.heat_generated
     assert energy.heat_generated == pytest.approx(0.9 * energy.plastic + 0.5 * energy.friction, rel=2e-3)
+
+
+def test_a_run_says_where_it_left_the_range_of_its_material():
+    steel = replace(steel_16MnCr5(), strain_range=(0.0, 0.4), rate_range=(1e-3, 1e4), T_range=(0.0, 40.0))
+    run = ForwardRodExtrusion(material=steel, mesh_size=0.6, n_points=20).run(0.06, 2.0)
+    assert run.status == "ok" and len(run.warnings) == 2
+    assert "strain reached" in run.warnings[0] and "0 to 0.4" in run.warnings[0]
+    assert "temperature reached" in run.warnings[1]
+    assert abs(run.heat_balance) < 0.01
+    assert ForwardRodExtrusion(mesh_size=0.6, n_points=20).run(0.06, 0.3).warnings == ()
