@@ -14,7 +14,7 @@ from .fe.mesher import grid_mesh
 from .fe.shape import FloatArray
 from .fe.simulation import Simulation
 from .fe.state import RemeshPolicy, StepControl
-from .material import HenselSpittel, steel_16MnCr5
+from .material import MaterialSource, as_material
 from .process import FormingProcess, check_range
 from .tooling import block_field, flat_punch, plate
 
@@ -25,8 +25,8 @@ MOST = 0.8
 class Upsetting(FormingProcess):
     """Compression of a cylinder or a ring between a flat plate and a flat punch.
 
-    The mesh starts as a regular grid; it is replaced only when elements have become poor, as they do where the
-    side folds onto the tools.
+    The mesh is a regular grid that moves with the material: where the side folds onto the tools it carries
+    further than meshes that are replaced, and contact changes less.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Upsetting(FormingProcess):
         Punch speed [mm/s].
     T_billet, T_tool : float
         Temperatures at the start [degC].
-    material : HenselSpittel, optional
+    material : Material, name or path, optional
         Billet; 16MnCr5 by default.
     mesh_size : float, optional
         Element size [mm]; by default the smaller of height and wall, over 12.
@@ -51,6 +51,8 @@ class Upsetting(FormingProcess):
         Conduct heat in the tools; False holds their surfaces at `T_tool`.
     isothermal : bool
         Let no heat arise or flow: the billet stays at `T_billet`.
+    remeshing : bool
+        Replace the mesh when its elements have become poor.
 
     Raises
     ------
@@ -68,12 +70,13 @@ class Upsetting(FormingProcess):
         speed: float = 5.0,
         T_billet: float = 20.0,
         T_tool: float = 20.0,
-        material: HenselSpittel | None = None,
+        material: MaterialSource = None,
         mesh_size: float | None = None,
         n_points: int = 60,
         shear_factor: float = 1.0,
         tool_heating: bool = True,
         isothermal: bool = False,
+        remeshing: bool = False,
     ) -> None:
         check_range(self.name, "diameter", diameter, 1.0, 300.0, "mm")
         check_range(self.name, "height", height, 0.1 * diameter, 2.5 * diameter, "mm")
@@ -95,12 +98,14 @@ class Upsetting(FormingProcess):
         self.diameter, self.height, self.bore_diameter = diameter, height, bore_diameter
         self.speed = speed
         self.T_billet, self.T_tool = T_billet, T_tool
-        self.material = material or steel_16MnCr5()
+        self.material = as_material(material)
+        self.material.check_start(self.name, T_billet)
         self.mesh_size = mesh_size
         self.n_points = int(n_points)
         self.shear_factor = shear_factor
         self.tool_heating = bool(tool_heating)
         self.isothermal = bool(isothermal)
+        self.remeshing = bool(remeshing)
 
     @property
     def max_stroke(self) -> float:
@@ -125,7 +130,7 @@ class Upsetting(FormingProcess):
             tools,
             self.material,
             np.linspace(0.0, float(lengths.sum()), self.n_points),
-            size=lambda stroke: self._size,
+            size=(lambda stroke: self._size) if self.remeshing else None,
             settings=Settings(penalty=2e5, shear_cap=self.shear_factor),
             control=StepControl(first=0.005 * height, largest=0.0125 * height, slip=self.mesh_size),
             policy=RemeshPolicy(every=1_000_000, quality=0.25, strain=math.inf),
@@ -152,12 +157,13 @@ class RingCompression(Upsetting):
         speed: float = 5.0,
         T_billet: float = 20.0,
         T_tool: float = 20.0,
-        material: HenselSpittel | None = None,
+        material: MaterialSource = None,
         mesh_size: float | None = None,
         n_points: int = 60,
         shear_factor: float = 1.0,
         tool_heating: bool = True,
         isothermal: bool = False,
+        remeshing: bool = False,
     ) -> None:
         check_range(self.name, "bore_diameter", bore_diameter, 0.05 * diameter, 0.9 * diameter, "mm")
         super().__init__(
@@ -173,6 +179,7 @@ class RingCompression(Upsetting):
             shear_factor,
             tool_heating,
             isothermal,
+            remeshing,
         )
 
     def bore_profile(self, levels: int = 200) -> FloatArray:

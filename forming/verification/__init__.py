@@ -1,0 +1,11 @@
+"""Verification of the forming simulation against closed forms and an independent program."""
+
+from __future__ import annotations
+
+from . import extrusion, heat, ring, upsetting
+from .case import VERDICTS, Case, CaseResult, Outcome, Row, Unfinished, Verdict
+
+#: All cases of this package.
+CASES: tuple[Case, ...] = (*upsetting.CASES, *ring.CASES, *extrusion.CASES, *heat.CASES)
+
+__all__ = ["CASES", "VERDICTS", "Case", "CaseResult", "Outcome", "Row", "Unfinished", "Verdict"]

@@ -1,0 +1,138 @@
+"""Forward rod and backward cup extrusion: steady force, Dipper's band, energy, volume, mesh halving."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..bce import BackwardCupExtrusion
+from ..fe.simulation import Simulation
+from ..fre import ForwardRodExtrusion
+from .case import Case, Row
+from .runs import account_rows, finished, published_flow_stress
+
+GROUP = "Extrusion"
+#: Strokes between which the force of the rod is steady: the front has left the land, the punch is above the cone [mm].
+STEADY = (8.0, 19.5)
+#: Allowed deviations [%]: steady force, mesh halving, Dipper's formula.
+FLAT, HALVING, DIPPER = 0.5, 1.0, 20.0
+
+
+class _IsothermalRod(ForwardRodExtrusion):
+    def _build(self) -> Simulation:
+        simulation = super()._build()
+        simulation.heat = None
+        return simulation
+
+
+class _IsothermalCup(BackwardCupExtrusion):
+    def _build(self) -> Simulation:
+        simulation = super()._build()
+        simulation.heat = None
+        return simulation
+
+
+def rod_without_friction() -> list[Row]:
+    """Nothing changes along the steady part of a stroke without friction and heat."""
+    process = _IsothermalRod(tool_heating=False)
+    result = finished(process, process.run(0.0, 20.0))
+    steady = (result.stroke >= STEADY[0]) & (result.stroke <= STEADY[1])
+    force = result.smooth_force[steady]
+    mean = float(force.mean())
+    farthest = float(force[np.abs(force - mean).argmax()])
+    flat = Row(
+        f"steady force, farthest from its mean at {STEADY[0]:g} to {STEADY[1]:g} mm",
+        "kN",
+        mean,
+        "steady flow: constant force",
+        farthest,
+        FLAT,
+    )
+    return [flat, *account_rows(result)]
+
+
+def dipper(D: float, d: float, h0: float, h1: float, mu: float) -> float:
+    """Return the punch force of backward cup extrusion after Dipper [kN], flow stresses at 20 degC and 10/s.
+
+    F = A [kf1 (1 + mu d / (3 h1)) + kf2 (1 + (h1 / s) (1/4 + mu / 2))], phi1 = ln(h0 / h1),
+    phi2 = phi1 (1 + d / (8 s)), s = (D - d) / 2; Lange, Umformtechnik 2.
+    """
+    s = 0.5 * (D - d)
+    phi1 = math.log(h0 / h1)
+    kf1, kf2 = published_flow_stress([phi1, phi1 * (1.0 + d / (8.0 * s))], 20.0, 10.0)
+    pressure = kf1 * (1.0 + mu * d / (3.0 * h1)) + kf2 * (1.0 + h1 / s * (0.25 + 0.5 * mu))
+    return float(0.25 * math.pi * d**2 * pressure) * 1e-3
+
+
+def cup_without_friction() -> list[Row]:
+    """The plateau of the force against Dipper's formula, which is a band and not an oracle."""
+    process = _IsothermalCup(tool_heating=False)
+    result = finished(process, process.run(0.0, 14.0))
+    plateau = float(np.interp(10.0, result.stroke, result.smooth_force))
+    row = Row(
+        "force at 10 mm",
+        "kN",
+        dipper(20.0, 14.14, 20.0, 10.0, 0.0),
+        "Dipper's formula, a band",
+        plateau,
+        DIPPER,
+    )
+    return [row, *account_rows(result)]
+
+
+def rod_mesh() -> list[Row]:
+    """Highest force at mu 0.08 with elements of 0.4 mm and of half the size."""
+    return _halving(*(ForwardRodExtrusion(mesh_size=h) for h in (0.4, 0.2)))
+
+
+def cup_mesh() -> list[Row]:
+    """Highest force at mu 0.08 with elements of 0.35 mm and of half the size."""
+    return _halving(*(BackwardCupExtrusion(mesh_size=h) for h in (0.35, 0.175)))
+
+
+def _halving(
+    usual: ForwardRodExtrusion | BackwardCupExtrusion, half: ForwardRodExtrusion | BackwardCupExtrusion
+) -> list[Row]:
+    coarse, fine = (finished(process, process.run(0.08, 6.0)) for process in (usual, half))
+    row = Row(
+        f"Fmax with elements of {usual.mesh_size:g} mm",
+        "kN",
+        fine.max_force,
+        f"elements of {half.mesh_size:g} mm",
+        coarse.max_force,
+        HALVING,
+    )
+    return [row, *account_rows(coarse)]
+
+
+CASES = (
+    Case(
+        "fre-frictionless",
+        GROUP,
+        "Forward rod extrusion 20 to 14.14 mm, 90 degrees, 20 mm stroke, isothermal, no friction.",
+        rod_without_friction,
+        fast=False,
+    ),
+    Case(
+        "fre-mesh",
+        GROUP,
+        "Forward rod extrusion 20 to 14.14 mm, 90 degrees, mu 0.08, 6 mm stroke, with tool heat.",
+        rod_mesh,
+        fast=False,
+    ),
+    Case(
+        "bce-frictionless",
+        GROUP,
+        "Backward cup extrusion, billet 20 x 20 mm, punch 14.14 mm, 14 mm stroke, isothermal, no friction.",
+        cup_without_friction,
+        fast=False,
+    ),
+    Case(
+        "bce-mesh",
+        GROUP,
+        "Backward cup extrusion, billet 20 x 20 mm, punch 14.14 mm, mu 0.08, 6 mm stroke, with tool heat.",
+        cup_mesh,
+        fast=False,
+    ),
+)

@@ -1,0 +1,57 @@
+"""Rows against CalculiX, run beside ours; where it is missing, its last numbers stand in and the row says so."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from .calculix import CalculixError, Compression, compress
+from .case import Row
+
+
+@dataclass(frozen=True)
+class Kept:
+    """Numbers of an earlier CalculiX run: its version and day, and the values."""
+
+    version: str
+    day: str
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Peer:
+    """Numbers to compare with; `reason` says why they are not from a run of now, or is empty."""
+
+    values: Mapping[str, float]
+    source: str
+    reason: str = ""
+
+
+def peer(setup: Compression, kept: Kept) -> Peer:
+    """Run CalculiX; without it, return what was kept and why."""
+    try:
+        result = compress(setup)
+    except CalculixError as error:
+        source = f"CalculiX {kept.version} CAX8R, value kept from {kept.day}"
+        return Peer(kept.values, source, str(error))
+    values = {"force": result.force, "bore_middle": result.bore_middle}
+    if setup.inner:
+        values["bore_decrease"] = 100.0 * (1.0 - result.bore / setup.inner)
+    return Peer(values, f"CalculiX {result.version} CAX8R, run beside")
+
+
+def peer_row(
+    quantity: str, unit: str, other: Peer, key: str, ours: float, tolerance: float, absolute: bool = False
+) -> Row:
+    """Return the row that compares `ours` with one of the peer's numbers."""
+    return Row(
+        quantity,
+        unit,
+        other.values[key],
+        other.source,
+        ours,
+        tolerance,
+        absolute,
+        "skipped" if other.reason else "judged",
+        other.reason,
+    )

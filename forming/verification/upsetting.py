@@ -1,0 +1,61 @@
+"""Upsetting of a cylinder: the closed form without friction, CalculiX with it."""
+
+from __future__ import annotations
+
+import math
+
+from ..material import steel_16MnCr5
+from ..ring import Upsetting
+from .calculix import Compression
+from .case import Case, Row
+from .peer import Kept, peer, peer_row
+from .runs import account_rows, finished, published_flow_stress, rate_independent
+
+GROUP = "Upsetting"
+#: Kept from CalculiX, for where it is not installed.
+KEPT = Kept("2.20", "2026-11-21", {"force": 234.40})
+
+
+def frictionless() -> list[Row]:
+    """Cylinder 15 x 15 mm, 50 %, no friction: kf(ln 2) times the doubled area."""
+    process = Upsetting(mesh_size=1.25, isothermal=True, material=steel_16MnCr5())
+    result = finished(process, process.run(0.0, 7.5))
+    rate = 5.0 / 7.5
+    expected = float(published_flow_stress(math.log(2.0), 20.0, rate)) * 2.0 * math.pi * 7.5**2 * 1e-3
+    force = Row(
+        "force at 50 %",
+        "kN",
+        expected,
+        "closed form: kf(ln 2, 20 degC, 5 / 7.5 per s) x 2 A0",
+        result.force[-1],
+        0.5,
+    )
+    return [force, *account_rows(result)]
+
+
+def with_friction() -> list[Row]:
+    """Cylinder 15 x 15 mm, 50 %, mu 0.1, isothermal, one flow curve in both programs."""
+    process = Upsetting(mesh_size=0.75, isothermal=True, material=rate_independent())
+    result = finished(process, process.run(0.1, 7.5))
+    other = peer(Compression(outer=7.5, inner=0.0, height=15.0, mu=0.1, columns=10, rows=10), KEPT)
+    return [
+        peer_row("force at 50 %", "kN", other, "force", float(result.force[-1]), 1.0),
+        *account_rows(result),
+    ]
+
+
+CASES = (
+    Case(
+        "upset-frictionless",
+        GROUP,
+        "Cylinder 15 x 15 mm, 50 %, 5 mm/s, isothermal, no friction.",
+        frictionless,
+    ),
+    Case(
+        "upset-calculix",
+        GROUP,
+        "Cylinder 15 x 15 mm, 50 %, mu 0.1, isothermal; flow curve held at 0.5/s in both programs.",
+        with_friction,
+        fast=False,
+    ),
+)
