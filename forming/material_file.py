@@ -12,7 +12,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from friction_models.loads import InputError, nearest, unknown_name
 
-from .material import FlowTable, HenselSpittel, Material, PowerLaw
+from .flow_curves import FlowTable, HenselSpittel, PowerLaw
+from .material_base import Material
 
 SHIPPED = Path(__file__).parent / "materials"
 MAX_BYTES = 1024 * 1024
