@@ -87,7 +87,7 @@ class FormingResult:
     fields : FieldHistory
         Snapshots of the fields, if the run was asked for them.
     heat_balance : float
-        (rise of the workpiece's heat + what left it) / heat that arose in it - 1.
+        Rise of the workpiece's heat + what left it - what arose in it, over the largest of these.
     warnings : tuple of str
         Where the run left what is known of the material; it went on with the edge or the law's own extension.
     """

@@ -84,11 +84,11 @@ class Energy:
 
     @property
     def heat_imbalance(self) -> float:
-        """(rise of the content + what left) / generated - 1: what remeshing and elastic volume changes cost."""
-        if self.heat_generated <= 0.0:
-            return 0.0
-        left = self.heat_to_tools + self.heat_to_environment
-        return (self.heat_content - self.heat_start + left) / self.heat_generated - 1.0
+        """Heat risen + heat left - heat generated, over the largest of them: what remeshing and compression cost."""
+        rise = self.heat_content - self.heat_start
+        parts = (rise, self.heat_to_tools, self.heat_to_environment, -self.heat_generated)
+        largest = max(map(abs, parts))
+        return sum(parts) / largest if largest > 0.0 else 0.0
 
     @property
     def imbalance(self) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from forming.material import (
     material_from_dict,
     steel_16MnCr5,
 )
-from forming.material_file import MAX_BYTES, material_from_content
+from forming.material_file import FORMS, MAX_BYTES, material_from_content
 from friction_models.loads import InputError
 
 CONTENT = {
@@ -337,3 +338,19 @@ def test_a_run_says_where_it_left_the_range_of_its_material():
     assert "temperature reached" in run.warnings[1]
     assert abs(run.heat_balance) < 0.01
     assert ForwardRodExtrusion(mesh_size=0.6, n_points=20).run(0.06, 0.3).warnings == ()
+
+
+def test_the_file_in_the_documentation_runs(tmp_path):
+    page = Path(__file__).parents[2].joinpath("docs", "materials.md").read_text(encoding="utf-8")
+    file = tmp_path / "steel.yaml"
+    file.write_text(page.split("```yaml\n")[1].split("```")[0], encoding="utf-8")
+    steel = load(file)
+    assert float(steel.flow_stress(0.7, 20.0, 0.1)) == pytest.approx(635.0)
+    # Half way in ln(rate) and T: the geometric mean.
+    assert float(steel.flow_stress(0.7, 110.0, 1.0)) == pytest.approx((635 * 675 * 550 * 590) ** 0.25)
+    assert steel.T_range == (20.0, 200.0) and steel.strain_range == (0.0, 2.0)
+    process = ForwardRodExtrusion(material=file, mesh_size=0.6, n_points=20, T_tool=200.0)
+    run = process.run(0.06, 1.0)
+    assert run.status == "ok" and run.max_force > 40.0 and abs(run.heat_balance) < 0.03
+    for name in FORMS:
+        assert f"| `{name}` |" in page, name
