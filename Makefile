@@ -16,7 +16,7 @@ $(STAMP): pyproject.toml constraints.txt
 	touch $@
 
 $(TESTING): $(STAMP)
-	$(PIP) -e '.[cross,dev,interop]'
+	$(PIP) -e '.[cross,daq,dev,interop]'
 	touch $@
 
 demo: $(STAMP)
