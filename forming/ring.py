@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from .fe.mesher import grid_mesh
 from .fe.shape import FloatArray
 from .fe.simulation import Simulation
 from .fe.state import RemeshPolicy, StepControl
+from .heat_input import TOOLS, HeatInput
 from .material import MaterialSource, as_material
 from .process import FormingProcess, check_range
 from .tooling import block_field, flat_punch, plate
@@ -53,6 +55,13 @@ class Upsetting(FormingProcess):
         Let no heat arise or flow: the billet stays at `T_billet`.
     remeshing : bool
         Replace the mesh when its elements have become poor.
+    tool_material : Material, name or path
+        Heat data of the tools.
+    htc : float
+        Heat transfer coefficient of the contact [kW/(m2 K)].
+    T_ambient, h_ambient : float
+        Temperature [degC] and heat transfer coefficient [W/(m2 K)] of the air around free surfaces, which also
+        radiate; 0 insulates them.
 
     Raises
     ------
@@ -77,6 +86,10 @@ class Upsetting(FormingProcess):
         tool_heating: bool = True,
         isothermal: bool = False,
         remeshing: bool = False,
+        tool_material: MaterialSource = TOOLS,
+        htc: float = 35.0,
+        T_ambient: float = 20.0,
+        h_ambient: float = 10.0,
     ) -> None:
         check_range(self.name, "diameter", diameter, 1.0, 300.0, "mm")
         check_range(self.name, "height", height, 0.1 * diameter, 2.5 * diameter, "mm")
@@ -100,6 +113,7 @@ class Upsetting(FormingProcess):
         self.T_billet, self.T_tool = T_billet, T_tool
         self.material = as_material(material)
         self.material.check_start(self.name, T_billet)
+        self.heat_input = HeatInput(self.name, tool_material, htc, T_ambient, h_ambient)
         self.mesh_size = mesh_size
         self.n_points = int(n_points)
         self.shear_factor = shear_factor
@@ -125,7 +139,7 @@ class Upsetting(FormingProcess):
             tools[0].heat_field = block_field(reach, 0.0, -depth, self._size, self.T_tool)
             tools[1].heat_field = block_field(reach, height, depth, self._size, self.T_tool)
         lengths = np.hypot(*np.diff(body.surface, axis=0).T)
-        return Simulation(
+        simulation = Simulation(
             body,
             tools,
             self.material,
@@ -136,6 +150,7 @@ class Upsetting(FormingProcess):
             policy=RemeshPolicy(every=1_000_000, quality=0.25, strain=math.inf),
             isothermal=self.isothermal,
         )
+        return self.heat_input.apply(simulation)
 
     def _size(self, points: FloatArray) -> FloatArray:
         return np.full(len(points), self.mesh_size)
@@ -150,37 +165,10 @@ class RingCompression(Upsetting):
     name = "ring compression"
 
     def __init__(
-        self,
-        diameter: float = 12.0,
-        height: float = 4.0,
-        bore_diameter: float = 6.0,
-        speed: float = 5.0,
-        T_billet: float = 20.0,
-        T_tool: float = 20.0,
-        material: MaterialSource = None,
-        mesh_size: float | None = None,
-        n_points: int = 60,
-        shear_factor: float = 1.0,
-        tool_heating: bool = True,
-        isothermal: bool = False,
-        remeshing: bool = False,
+        self, diameter: float = 12.0, height: float = 4.0, bore_diameter: float = 6.0, **more: Any
     ) -> None:
         check_range(self.name, "bore_diameter", bore_diameter, 0.05 * diameter, 0.9 * diameter, "mm")
-        super().__init__(
-            diameter,
-            height,
-            bore_diameter,
-            speed,
-            T_billet,
-            T_tool,
-            material,
-            mesh_size,
-            n_points,
-            shear_factor,
-            tool_heating,
-            isothermal,
-            remeshing,
-        )
+        super().__init__(diameter, height, bore_diameter, **more)
 
     def bore_profile(self, levels: int = 200) -> FloatArray:
         """Return the radius of the bore at `levels` equal steps of the height, shape (levels,) [mm]."""
