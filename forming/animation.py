@@ -26,8 +26,9 @@ def animation(
     field: str = "T",
     stroke: float | None = None,
     force: tuple[FloatArray, FloatArray] | None = None,
+    largest: int = LARGEST,
 ) -> str:
-    """Return the HTML of an animation with a slider and a choice of fields, at most `LARGEST` bytes.
+    """Return the HTML of an animation with a slider and a choice of fields; its data take at most `largest` bytes.
 
     Parameters
     ----------
@@ -51,13 +52,13 @@ def animation(
         text = json.dumps(
             _data(chosen, low_high, field, stroke, force), separators=(",", ":"), allow_nan=False
         )
-        if len(text) <= LARGEST:
+        if len(text) <= largest:
             break
         if len(chosen) == 1:
             raise InputError(
                 f"forming: a snapshot of {len(chosen.at().x)} nodes is too large for an animation"
             )
-        fewer = max(1, int(0.95 * len(chosen) * LARGEST / len(text)))
+        fewer = max(1, int(0.95 * len(chosen) * largest / len(text)))
         index = np.unique(np.linspace(0, len(chosen) - 1, fewer).round().astype(int))[: len(chosen) - 1]
         chosen = FieldHistory(tuple(chosen.snapshots[k] for k in index))
     template = files(__package__).joinpath("animation.html").read_text(encoding="utf-8")

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -13,6 +15,11 @@ from .fe.shape import FloatArray
 from .fe.simulation import Simulation
 from .fe.state import State
 from .fields import MOST, FieldHistory, Snapshot
+
+#: Environment variables by which a forming FMU is asked for its fields: where to, and the stroke between two [mm].
+FIELDS_FOLDER, FIELDS_EVERY = "TRIBOFMU_FIELDS", "TRIBOFMU_FIELDS_EVERY"
+#: Allowed stroke between two snapshots, and the one where nothing is said [mm].
+LEAST_SPACING, MOST_SPACING, SPACING = 0.01, 100.0, 0.5
 
 
 class FieldRecorder:
@@ -36,7 +43,8 @@ class FieldRecorder:
 
     def begin(self, simulation: Simulation) -> None:
         """Forget everything and take the state at stroke 0, if it is wanted."""
-        self.taken, self._increments = [], []
+        while self.taken:
+            self._drop()
         if self.every is not None or (len(self.wanted) and self.wanted[0] <= 0.0):
             self._take(simulation)
 
@@ -44,8 +52,7 @@ class FieldRecorder:
         """Look at the state after an increment; never ends the advance."""
         state = simulation.state
         while self.taken and self.taken[-1].stroke >= state.stroke - 1e-9:
-            self.taken.pop()
-            self._increments.pop()
+            self._drop()
         if self._due(state):
             self._take(simulation)
         return False
@@ -63,10 +70,91 @@ class FieldRecorder:
         before = self.taken[-1].stroke if self.taken else -math.inf
         return bool(((self.wanted > before + 1e-9) & (self.wanted <= state.stroke + 1e-9)).any())
 
+    def _drop(self) -> None:
+        self.taken.pop()
+        self._increments.pop()
+
     def _take(self, simulation: Simulation) -> None:
         if len(self.taken) < MOST:
             self.taken.append(Snapshot.of(simulation))
             self._increments.append(simulation.state.increments)
+
+
+class FieldWriter(FieldRecorder):
+    """Writes each snapshot into a file at once: for a simulation that lives in a process of others.
+
+    Parameters
+    ----------
+    folder : path-like
+        Where a folder is made for the files ``0000.npz``, ``0001.npz`` ..., which `FieldHistory.load` reads.
+    name : str
+        Name of that folder; a number follows if it is there already.
+    spacing : float
+        Stroke between two snapshots [mm].
+    """
+
+    def __init__(self, folder: str | os.PathLike[str], name: str, spacing: float) -> None:
+        super().__init__(spacing * np.arange(MOST, dtype=np.float64))
+        self.folder = Path(folder).absolute()
+        self.name = name
+        self._place: Path | None = None
+
+    def _take(self, simulation: Simulation) -> None:
+        super()._take(simulation)
+        try:
+            if self._place is None:
+                self._place = self._claimed()
+            FieldHistory((self.taken[-1],)).save(self._file(len(self.taken) - 1))
+        except OSError as error:
+            raise InputError(
+                f"forming: fields cannot be written into {self.folder} ({error.strerror})"
+            ) from None
+
+    def _drop(self) -> None:
+        super()._drop()
+        self._file(len(self.taken)).unlink(missing_ok=True)
+
+    def _file(self, number: int) -> Path:
+        assert self._place is not None
+        return self._place / f"{number:04d}.npz"
+
+    def _claimed(self) -> Path:
+        for number in range(1, MOST):
+            place = self.folder / (self.name if number == 1 else f"{self.name}-{number}")
+            try:
+                place.mkdir(parents=True)
+            except FileExistsError:
+                if not self.folder.is_dir():
+                    raise
+                continue
+            return place
+        raise InputError(f"forming: {self.folder} holds {MOST} folders of fields; allowed: fewer")
+
+
+def writer_from_environment(name: str) -> FieldWriter | None:
+    """Return the writer that the environment asks for, None where it asks for none.
+
+    Raises
+    ------
+    InputError
+        The stroke between two snapshots is not a number from 0.01 to 100 mm.
+    """
+    folder = os.environ.get(FIELDS_FOLDER)
+    if not folder:
+        return None
+    given = os.environ.get(FIELDS_EVERY) or str(SPACING)
+    try:
+        spacing = float(given)
+    except ValueError:
+        spacing = math.nan
+    return FieldWriter(folder, name, checked_spacing(spacing, f"{FIELDS_EVERY}={given[:40]!r}"))
+
+
+def checked_spacing(spacing: float, where: str) -> float:
+    """Return a stroke between two snapshots that is allowed [mm]; raise InputError for another."""
+    if not LEAST_SPACING <= spacing <= MOST_SPACING:
+        raise InputError(f"{where}; allowed: {LEAST_SPACING:g} to {MOST_SPACING:g} mm")
+    return spacing
 
 
 def recorder_for(snapshots: int | Sequence[float] | FloatArray, stroke: float, where: str) -> FieldRecorder:

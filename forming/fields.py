@@ -253,13 +253,16 @@ class FieldHistory:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> FieldHistory:
-        """Read what `save` wrote.
+        """Read what `save` wrote, or all snapshots ``0000.npz``, ``0001.npz`` ... of a folder.
 
         Raises
         ------
         InputError
             Not such a file, or a damaged one.
         """
+        if os.path.isdir(path):
+            files = sorted(Path(path).glob("[0-9][0-9][0-9][0-9].npz"))[:MOST]
+            return cls(tuple(s for file in files for s in cls.load(file).snapshots))
         try:
             with np.load(path, allow_pickle=False) as data:
                 strokes, times = data["strokes"], data["times"]

@@ -11,6 +11,7 @@ from forming.fe.body import Body
 from forming.fe.markers import SurfaceLoads, SurfaceMarkers
 from forming.fe.state import Energy, OldMesh, Record, State
 from forming.fe.tool_heat import ToolField, ToolSteel
+from forming.field_recorder import FieldWriter, writer_from_environment
 from forming.fre import ForwardRodExtrusion
 from forming.material import material_from_dict
 from forming.tooling import Tool
@@ -38,6 +39,8 @@ class FormingSolver(Solver):
         Energy,
         Record,
     )
+    #: Writes the fields where the environment asks for them; it only looks, and is no part of the state.
+    fields: FieldWriter | None = None
 
     def start(self) -> None:
         material = material_from_dict(self.config["material"])
@@ -46,6 +49,8 @@ class FormingSolver(Solver):
         self.process = kind(material=material, **given)
         self.process.start()
         self.process.set_mu(self.inputs())
+        if self.fields is None:
+            self.fields = writer_from_environment(self.config.get("process", "fre"))
         self.publish()
 
     def advance(self, elapsed: float, step: float) -> None:
@@ -54,7 +59,9 @@ class FormingSolver(Solver):
         travel = process.speed * (elapsed + step) - process.stroke
         if travel < SHORTEST:
             return
-        if not process.advance(travel):
+        if self.fields is not None and process.stroke == 0.0:
+            self.fields.begin(process.simulation)
+        if not process.advance(travel, self.fields):
             raise RuntimeError(process.message)
         self.publish()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -17,6 +18,12 @@ def simulate(
     swap: Swap = None,
     mode: Annotated[str, typer.Option(help="gauss_seidel, jacobi or iterated.")] = "gauss_seidel",
     csv: Annotated[bool, typer.Option("--csv", help="Also write results.csv.")] = False,
+    fields: Annotated[
+        float | None,
+        typer.Option(
+            help="Keep the fields of the forming process each so many mm of stroke, for `report` and ParaView."
+        ),
+    ] = None,
     press: Annotated[
         Path | None, typer.Option(help="Compare with this measured force-stroke curve (CSV).")
     ] = None,
@@ -29,13 +36,29 @@ def simulate(
     description = swapped(System.load(system), swap)
     measured = read_press_curve(press) if press is not None else None
     master = Master(description, mode=mode)
-    with progress(description.name) as tick:
-        run = master.run(out, progress=share(tick, description.steps, "steps"), csv=csv)
+    snapshots: int | None = None
+    with ExitStack() as stack:
+        tick = stack.enter_context(progress(description.name))
+        tell = share(tick, description.steps, "steps")
+        if fields is None:
+            run = master.run(out, progress=tell, csv=csv)
+        else:
+            from ..run_fields import asked_for_fields, keep_fields
+
+            kept = stack.enter_context(asked_for_fields(fields))
+            run = master.run(out, progress=tell, csv=csv)
+            snapshots = keep_fields(kept, out)
     timing = run.manifest["timing_s"]
     say(
         f"run written: {out} ({description.steps} steps in {timing['total']:.1f} s, "
         f"{1e6 * timing['master'] / description.steps:.0f} us of them in the master each step)"
     )
+    if snapshots is not None:
+        say(
+            f"{snapshots} snapshots of the fields in {out / 'fields'}"
+            if snapshots
+            else "no fields: no component is a forming FMU of this version"
+        )
     if measured is not None:
         say(compare_force(run.force_curve(), measured, run.name).table())
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.loads import LOADS, MU
+from friction_models.loads import LOADS, MU, InputError
 
 from ..runs import Run
 from .markup import escape, table
@@ -29,6 +29,9 @@ def run_page(folder: Path) -> str:
     )
     if largest is not None:
         page.add("force", "Force over stroke", _force(run))
+    fields = _fields(run)
+    if fields:
+        page.add("fields", "Fields", fields)
     loads = _contact(run)
     if loads:
         page.add("contact", "Loads in the contact", loads)
@@ -55,6 +58,26 @@ def _force(run: Run) -> str:
     chart.update_xaxes(title_text="stroke [mm]")
     chart.update_yaxes(title_text="punch force [kN]", rangemode="tozero")
     return figure("force", chart, "Punch force over stroke, unfiltered.", "Force over stroke.")
+
+
+def _fields(run: Run) -> str:
+    """The fields that `simulate --fields` kept, as animations of 2.5 MB in all."""
+    if not (run.folder / "fields").is_dir():
+        return ""
+    from forming.animation import LARGEST, animation
+
+    from ..run_fields import fields_of
+
+    found = fields_of(run.folder)
+    try:
+        curve = run.force_curve() if len(found) == 1 else None
+    except InputError:
+        curve = None
+    force = None if curve is None else (curve.stroke, curve.force)
+    return "\n".join(
+        f"<h3>{escape(name)}</h3>\n{animation(history, force=force, largest=LARGEST // len(found))}"
+        for name, history in found.items()
+    )
 
 
 def _contact(run: Run) -> str:
