@@ -99,6 +99,8 @@ def pack_forming(
     InputError
         Unknown process, target or parameter, or a value that the solver refuses; no compiler.
     """
+    from forming.material import as_material
+
     from .slaves.forming_solver import PROCESSES
 
     if process not in PROCESSES:
@@ -124,6 +126,8 @@ def pack_forming(
         Signal("max_tau_over_k", "1", "highest friction stress over shear yield stress"),
     ]
     fixed = {k: v for k, v in kwargs.items() if k not in units and k != "material"} | {"n_points": n}
+    if fixed.get("tool_material") is not None:  # its data, not its name: the FMU goes where the file is not
+        fixed["tool_material"] = as_material(fixed["tool_material"]).to_dict()
     interface = SolverInterface(
         solver="forming",
         title=made.name,

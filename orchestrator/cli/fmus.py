@@ -62,8 +62,10 @@ def pack(
 
     values = key_values(parameters or [])
     wanted = [name for text in platforms or [] for name in text.replace(",", " ").split()] or None
-    if "material" in values:  # the name of a steel may look like a number: 1.2379
-        values["material"] = next(t.partition("=")[2] for t in parameters or [] if t.startswith("material="))
+    for text in parameters or []:
+        key, _, name = text.partition("=")
+        if key in {"material", "tool_material"}:  # the name of a steel may look like a number: 1.2379
+            values[key] = name
     if model in {"forming", "twin"}:
         if spec is not None or ssp:
             raise InputError(f"--spec and --ssp: allowed for friction models, not for {model!r}")
