@@ -30,7 +30,7 @@ def cells(row: Row) -> tuple[str, ...]:
 
 
 def _number(value: float) -> str:
-    return f"{value:.4g}" if abs(value) < 1000.0 else f"{value:.0f}"
+    return f"{value:#.4g}" if abs(value) < 1000.0 else f"{value:.0f}"
 
 
 def text_table(results: Sequence[CaseResult]) -> str:
