@@ -19,6 +19,8 @@ _EXPORTS = {
     "upset": "upsetting",
     "ForwardRodExtrusion": "fre",
     "BackwardCupExtrusion": "bce",
+    "Upsetting": "ring",
+    "RingCompression": "ring",
     "FormingResult": "result",
     "ContactHistory": "result",
     "PressCurves": "press",
