@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import MISSING, Field, fields, replace
 from functools import lru_cache
 from typing import Any, Literal
 
@@ -29,12 +30,29 @@ KINDS: dict[str, type[Material]] = {c.__name__: c for c in (HenselSpittel, Power
 
 
 def material_from_dict(content: Mapping[str, Any]) -> Material:
-    """Return the material that `Material.to_dict` was asked for; without a kind: Hensel-Spittel."""
+    """Return the material that `Material.to_dict` was asked for; without a kind: Hensel-Spittel.
+
+    Raises
+    ------
+    InputError
+        An unknown kind or parameter, a missing one, or a value outside its limits.
+    """
     given = dict(content)
     kind = given.pop("kind", "HenselSpittel")
     if kind not in KINDS:
         raise unknown_name("kind of material", kind, KINDS)
+    known = [f.name for f in fields(KINDS[kind])]
+    for name in given:
+        if name not in known:
+            raise unknown_name("parameter of a material", name, known)
+    missing = [f.name for f in fields(KINDS[kind]) if f.name not in given and _needed(f)]
+    if missing:
+        raise InputError(f"material: {missing[0]} is missing; allowed: a value for it")
     return KINDS[kind](**given)
+
+
+def _needed(f: Field[Any]) -> bool:
+    return f.default is MISSING and f.default_factory is MISSING
 
 
 def load(source: str | os.PathLike[str]) -> Material:
@@ -52,7 +70,7 @@ def load(source: str | os.PathLike[str]) -> Material:
 
 
 #: How a material is given: itself, the name of a shipped one, the path of a file, or what `to_dict` returned.
-MaterialSource = Material | str | os.PathLike[str] | Mapping[str, Any] | None
+MaterialSource = Material | str | float | os.PathLike[str] | Mapping[str, Any] | None
 
 
 def as_material(material: MaterialSource) -> Material:
@@ -67,6 +85,8 @@ def as_material(material: MaterialSource) -> Material:
         return steel_16MnCr5()
     if isinstance(material, Material):
         return material
+    if isinstance(material, float) and math.isfinite(material):
+        material = repr(material)  # numbers of steels, which YAML and command lines read as such
     if isinstance(material, (str, os.PathLike)):
         return load(material)
     if isinstance(material, Mapping):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -354,3 +355,43 @@ def test_the_file_in_the_documentation_runs(tmp_path):
     assert run.status == "ok" and run.max_force > 40.0 and abs(run.heat_balance) < 0.03
     for name in FORMS:
         assert f"| `{name}` |" in page, name
+
+
+def test_numbers_of_steels_and_dictionaries_are_materials():
+    assert as_material(1.2379) == load("1.2379")
+    assert as_material(steel_16MnCr5().to_dict()) == steel_16MnCr5()
+    for wrong, words in (
+        ({"kind": "Steel"}, "unknown kind of material 'Steel'"),
+        ({"kind": "PowerLaw", "k": 1.0}, "unknown parameter of a material 'k'"),
+        ({"A": 1.0, "m1": 0.0, "m2": 0.1}, "material: m3 is missing"),
+    ):
+        with pytest.raises(InputError, match=words):
+            as_material(wrong)
+
+
+def test_a_tabulated_material_goes_into_an_fmu_and_its_state_back(tmp_path):
+    """Roll back in the same instance, and continue in another one from bytes: bit by bit the same."""
+    from fmus.slaves.forming_solver import FormingSolver
+    from fmus.solver_fmus import pack_forming
+
+    table = table_of(steel_16MnCr5(), cp=((20.0, 460.0), (300.0, 560.0)))
+    path = pack_forming(
+        tmp_path / "t.fmu", n_points=20, mesh_size=0.6, material=table, tool_material="1.2379"
+    )
+    with zipfile.ZipFile(path) as archive:
+        name = next(n for n in archive.namelist() if n.endswith("interface.json"))
+        config = json.loads(archive.read(name))
+    solver = FormingSolver(config)
+    solver.launch()
+    assert solver.process.material == table
+    solver.advance(0.0, 0.1)
+    saved = solver.save()
+    content = solver.to_bytes(saved, [])
+    solver.advance(0.1, 0.1)
+    first = solver.values.copy()
+    solver.restore(saved)
+    solver.advance(0.1, 0.1)
+    other = FormingSolver(config)
+    other.restore(other.from_bytes(content)[0])
+    other.advance(0.1, 0.1)
+    assert np.array_equal(solver.values, first) and np.array_equal(other.values, first)
