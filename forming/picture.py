@@ -80,8 +80,7 @@ def svg(history: FieldHistory, field: str = "T", stroke: float | None = None) ->
     width, height = 2.0 * window.r_max * scale, (window.z_max - window.z_min) * scale
     left, top, bar = 16.0, 58.0, 118.0
     total_w, total_h = max(left + width + bar, 460.0), top + height + 40.0
-    # Half pixels of a micrometre grid: short numbers, and no seam between elements that share an edge.
-    half = _half(s, field, low, high, window)
+    half = _half(s, field, low, high, window, scale)
     heading = f"{f.meaning[:1].upper()}{f.meaning[1:]}"
     unit = "" if f.unit == "1" else " [" + f.unit.replace("degC", "°C") + "]"
     values = s.nodal(field)
@@ -111,21 +110,21 @@ def _quoted(text: str) -> str:
     return '"' + escape(text, {'"': "&quot;"}) + '"'
 
 
-def _half(s: Snapshot, field: str, low: float, high: float, window: Window) -> str:
-    """Return the right half: tools, elements by colour, outline; x = r, y = -z in mm."""
+def _half(s: Snapshot, field: str, low: float, high: float, window: Window, scale: float) -> str:
+    """Return the right half: tools, elements by colour, outline; x = r, y = -z in mm, lines in pixels / `scale`."""
     palette = colours(map_of(field, FIELDS[field].signed), BANDS)
     corners, values = subdivided(s, field)
     band = np.clip(((values - low) / (high - low) * BANDS).astype(int), 0, BANDS - 1)
-    parts = [_tool(chain, window) for chain in s.tools.values()]
+    parts = [_tool(chain, scale) for chain in s.tools.values()]
     for k in np.unique(band):
         path = "".join(
             "M" + "L".join(f"{r:.3f} {-z:.3f}" for r, z in quad) + "Z" for quad in corners[band == k]
         )
         parts.append(
-            f'<path d="{path}" fill="{palette[k]}" stroke="{palette[k]}" stroke-width="0.03" stroke-linejoin="round"/>'
+            f'<path d="{path}" fill="{palette[k]}" stroke="{palette[k]}" stroke-width="{0.6 / scale:.4f}" stroke-linejoin="round"/>'
         )
     outline = "L".join(f"{r:.3f} {-z:.3f}" for r, z in s.x[s.chain])
-    parts.append(f'<path d="M{outline}" fill="none" stroke="{INK}" stroke-width="0.07"/>')
+    parts.append(f'<path d="M{outline}" fill="none" stroke="{INK}" stroke-width="{1.4 / scale:.4f}"/>')
     return "\n".join(parts)
 
 
@@ -164,12 +163,12 @@ def _area(points: npt.NDArray[np.floating[Any]]) -> float:
     return 0.5 * float(r @ np.roll(z, -1) - z @ np.roll(r, -1))
 
 
-def _tool(chain: npt.NDArray[np.floating[Any]], window: Window) -> str:
+def _tool(chain: npt.NDArray[np.floating[Any]], scale: float) -> str:
     outline = "L".join(f"{r:.3f} {-z:.3f}" for r, z in tool_polygon(chain))
     surface = "L".join(f"{r:.3f} {-z:.3f}" for r, z in chain)
     return (
         f'<path d="M{outline}Z" fill="{STEEL}"/>'
-        f'<path d="M{surface}" fill="none" stroke="{STEEL_EDGE}" stroke-width="0.09"/>'
+        f'<path d="M{surface}" fill="none" stroke="{STEEL_EDGE}" stroke-width="{1.6 / scale:.4f}"/>'
     )
 
 
