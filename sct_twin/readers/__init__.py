@@ -1,5 +1,36 @@
 """Readers of measurement files: each returns a table of channels with their units."""
 
-from .csv import RawTable, read_csv
+from __future__ import annotations
 
-__all__ = ["RawTable", "read_csv"]
+import os
+from pathlib import Path
+
+from friction_models.loads import InputError
+
+from .catman import read_catman
+from .csv import read_csv
+from .formats import SUFFIXES, kind_of
+from .guarded import read_guarded
+from .table import RawTable
+
+__all__ = ["SUFFIXES", "RawTable", "read_catman", "read_csv", "read_file"]
+
+
+def read_file(path: str | os.PathLike[str]) -> RawTable:
+    """Read a measurement file of any format: CSV/ASCII, catman, MDF, TDMS, MATLAB, Parquet, Excel.
+
+    Raises
+    ------
+    InputError
+        No such file, no reader for it, or its content is damaged or not what the suffix says.
+    """
+    file = Path(path)
+    try:
+        kind = kind_of(file)
+        if kind == "CSV":
+            return read_csv(file)
+        if kind == "catman":
+            return read_catman(file)
+        return read_guarded(file.resolve(), kind)
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read ({error.strerror or error})") from None

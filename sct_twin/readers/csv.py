@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import codecs
+import io
 import os
 import re
 from dataclasses import dataclass
@@ -11,18 +13,25 @@ import pandas as pd
 
 from friction_models.loads import InputError
 
-#: Larger files are refused instead of filling the memory (10 million rows of six channels fit).
-MAX_BYTES = 2 * 1024**3
+from .table import MAX_BYTES, MAX_ROWS, RawTable, check_shape, split_unit
+
 _NUMBER = re.compile(r"^[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?$|^(nan|NaN|inf|-inf|)$")
+#: So many rows of numbers in a row are data and not part of a long header (catman writes 29 lines of it).
+_DATA_ROWS = 10
+_HEAD_BYTES = 1 << 18
 
 
 @dataclass(frozen=True)
-class RawTable:
-    """Columns as they stand in a file, and the unit of each (empty where the file names none)."""
+class _Layout:
+    """What stands before the numbers, and where they begin (lines to skip, or a byte behind a preamble)."""
 
-    frame: pd.DataFrame
-    units: dict[str, str]
-    source: str
+    delimiter: str
+    header: str
+    second: str
+    body: str
+    encoding: str
+    start: int | None = None
+    notes: tuple[str, ...] = ()
 
 
 def read_csv(path: str | os.PathLike[str]) -> RawTable:
@@ -41,8 +50,8 @@ def read_csv(path: str | os.PathLike[str]) -> RawTable:
         raise InputError(f"{file}: the file is empty; allowed: a header, a units row and rows of numbers")
     if size > MAX_BYTES:
         raise InputError(f"{file}: {size} bytes; allowed: at most {MAX_BYTES}")
-    header, second, body, encoding = _head(file)
-    delimiter = max(",;\t", key=header.count)
+    layout = _head(file)
+    header, second, delimiter = layout.header, layout.second, layout.delimiter
     if header.count(delimiter) == 0:
         raise InputError(
             f"{file}: the first line {header[:60]!r} names one column only; "
@@ -62,23 +71,27 @@ def read_csv(path: str | os.PathLike[str]) -> RawTable:
         skip = 2
     bare = []
     for name in names:
-        plain, bracket, unit = name.partition("[")
-        bare.append(plain.strip())
-        if bracket:
-            units[plain.strip()] = unit.rstrip("] ").strip()
+        plain, unit = split_unit(name)
+        bare.append(plain)
+        if name in units:
+            units[plain] = units.pop(name)
+        if unit:
+            units[plain] = unit
     if len(set(bare)) != len(bare):
         twice = next(name for name in bare if bare.count(name) > 1)
         raise InputError(f"{file}: column {twice!r} stands twice in the header; allowed: once")
-    decimal = "," if delimiter != "," and re.search(r"\d,\d", body) else "."
+    check_shape(0, len(bare), str(file))
+    decimal = "," if delimiter != "," and re.search(r"\d,\d", layout.body) else "."
     try:
         frame = pd.read_csv(
-            file,
+            file if layout.start is None else _rest(file, layout.start),
             sep=delimiter,
             decimal=decimal,
             header=None,
             names=bare,
-            skiprows=skip,
-            encoding=encoding,
+            skiprows=skip if layout.start is None else 0,
+            encoding=layout.encoding,
+            nrows=MAX_ROWS + 1,
             low_memory=False,
             index_col=False,
             on_bad_lines="error",
@@ -89,32 +102,102 @@ def read_csv(path: str | os.PathLike[str]) -> RawTable:
         raise InputError(f"{file}: not a readable table ({str(error).strip().splitlines()[-1]})") from None
     if frame.empty:
         raise InputError(f"{file}: no rows behind the header; allowed: rows of numbers")
-    return RawTable(frame, {name: units.get(name, "") for name in bare}, str(file))
+    check_shape(len(frame), len(bare), str(file))
+    named = {name: units.get(name, "") for name in bare}
+    return RawTable(frame, named, str(file), "CSV", layout.notes)
 
 
-def _head(file: Path) -> tuple[str, str, str, str]:
-    """Return the first line, the second, some of the body and the encoding."""
+def _rest(file: Path, start: int) -> io.BufferedReader:
+    stream = file.open("rb")
+    stream.seek(start)
+    return stream
+
+
+def _head(file: Path) -> _Layout:
+    """Return how the table is laid out, from the beginning of the file."""
     with file.open("rb") as stream:
-        raw = stream.read(65536)
+        raw = stream.read(_HEAD_BYTES)
+    text, encoding = _decode(raw, file)
+    if sum(not c.isprintable() and c not in "\t\r\n" for c in text[:4096]) > 8:
+        raise _binary(file)
+    lines = text.splitlines()
+    found = _behind_preamble(text, encoding, 3 if raw.startswith(codecs.BOM_UTF8) else 0)
+    if found is not None:
+        return found
+    if not lines or not lines[0].strip():
+        raise InputError(f"{file}: the first line is blank; allowed: a header with column names")
+    delimiter = max(",;\t", key=lines[0].count)
+    return _Layout(delimiter, lines[0], lines[1] if len(lines) > 1 else "", "\n".join(lines[2:20]), encoding)
+
+
+def _decode(raw: bytes, file: Path) -> tuple[str, str]:
+    """Return the text and its encoding: UTF-8, UTF-16 with a byte order mark, or Windows-1252."""
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return raw[: len(raw) // 2 * 2].decode("utf-16", "replace"), "utf-16"
     if b"\0" in raw or raw[:2] in (b"PK", b"\x80\x04", b"\x80\x05", b"\x1f\x8b"):
-        raise InputError(
-            f"{file}: binary content; allowed: a text file with a header, a units row and numbers"
-        )
-    encoding = "utf-8-sig"
+        raise _binary(file)
     try:
-        text = raw.decode(encoding)
+        return raw.decode("utf-8-sig"), "utf-8-sig"
     except UnicodeDecodeError as error:
         # A character cut at the end of the block is no fault; anything before it is Latin-1 or not text.
         if error.start >= len(raw) - 4:
-            text = raw[: error.start].decode(encoding)
-        else:
-            encoding = "cp1252"
-            text = raw.decode(encoding, errors="replace")
-    if sum(not c.isprintable() and c not in "\t\r\n" for c in text[:4096]) > 8:
-        raise InputError(
-            f"{file}: binary content; allowed: a text file with a header, a units row and numbers"
-        )
-    lines = text.splitlines()
-    if not lines or not lines[0].strip():
-        raise InputError(f"{file}: the first line is blank; allowed: a header with column names")
-    return lines[0], lines[1] if len(lines) > 1 else "", "\n".join(lines[2:20]), encoding
+            return raw[: error.start].decode("utf-8-sig"), "utf-8-sig"
+        return raw.decode("cp1252", errors="replace"), "cp1252"
+
+
+def _binary(file: Path) -> InputError:
+    return InputError(f"{file}: binary content; allowed: a text file with a header, a units row and numbers")
+
+
+def _behind_preamble(text: str, encoding: str, mark: int) -> _Layout | None:
+    """Return the layout of a file with lines before its header or many header lines, as catman writes.
+
+    The numbers begin where ten rows of them follow each other; the lines above with as many cells are the
+    header: names, units, then what else the logger says about each channel. None for a plain table.
+    """
+    lines = text.splitlines(keepends=True)
+    first, delimiter = _first_row(lines)
+    plain = first > 0 and lines[0].count(delimiter) == lines[first].count(delimiter)
+    if plain and any(_is_row(line, delimiter) for line in lines[1:3]):
+        return None
+    if first < 3 or encoding == "utf-16":
+        # pandas cannot start in the middle of UTF-16; such files are plain tables.
+        return None
+    width = lines[first].count(delimiter)
+    block: list[str] = []
+    for line in reversed(lines[:first]):
+        if line.rstrip("\r\n").count(delimiter) != width or not line.strip():
+            if block:
+                break
+            continue
+        block.insert(0, line.rstrip("\r\n"))
+    if not block:
+        return None
+    start = mark + sum(len(line.encode(encoding.removesuffix("-sig"), "replace")) for line in lines[:first])
+    body = "".join(lines[first : first + 20])
+    second = block[1] if len(block) > 1 else ""
+    note = f"{first} lines before the numbers: names in line {_lines_before(lines, block[0]) + 1}"
+    return _Layout(delimiter, block[0], second, body, encoding, start, (note,))
+
+
+def _lines_before(lines: list[str], wanted: str) -> int:
+    """Return how many lines stand before a line."""
+    return next(i for i, line in enumerate(lines) if line.rstrip("\r\n") == wanted)
+
+
+def _first_row(lines: list[str]) -> tuple[int, str]:
+    """Return the first of `_DATA_ROWS` rows of numbers and their delimiter; (0, '') without such rows."""
+    for delimiter in "\t;,":
+        run, width = 0, 0
+        for index, line in enumerate(lines):
+            numbers = _is_row(line, delimiter)
+            run = run + 1 if numbers and (run == 0 or line.count(delimiter) == width) else int(numbers)
+            width = line.count(delimiter)
+            if run == _DATA_ROWS:
+                return index - _DATA_ROWS + 1, delimiter
+    return 0, ""
+
+
+def _is_row(line: str, delimiter: str) -> bool:
+    cells = [cell.strip() for cell in line.rstrip("\r\n").split(delimiter)]
+    return len(cells) > 1 and all(map(_NUMBER.match, cells)) and any(cells)

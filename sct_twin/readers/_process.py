@@ -1,0 +1,86 @@
+"""The reading process of `readers.guarded`: ``python -m sct_twin.readers._process``, a line a file."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from friction_models.loads import InputError
+
+from .formats import read_kind
+from .guarded import MEMORY
+
+
+def _limit_memory() -> None:
+    try:
+        import resource
+
+        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+        soft = MEMORY if hard == resource.RLIM_INFINITY else min(MEMORY, hard)
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
+    except (ImportError, ValueError, OSError):
+        # Windows has no such limit; the sizes that the readers check remain.
+        return
+
+
+def _answer(question: dict[str, Any]) -> dict[str, Any]:
+    file = Path(question["file"])
+    try:
+        table = read_kind(file, question["kind"])
+        folder = Path(question["folder"])
+        for number, name in enumerate(table.frame.columns):
+            np.save(folder / f"{number}.npy", _numbers(table.frame[name], name, file), allow_pickle=False)
+    except InputError as error:
+        return {"error": str(error)}
+    except MemoryError:
+        return {"error": f"{file}: needs more than {MEMORY} bytes of memory; allowed: smaller files"}
+    except OSError as error:
+        return {"error": f"{file}: cannot be read ({_line(error)})"}
+    except Exception as error:
+        # Libraries raise anything on damaged files; the user gets a sentence whatever it is.
+        return {"error": f"{file}: not a readable {question['kind']} file ({_line(error)})"}
+    return {
+        "names": [str(name) for name in table.frame.columns],
+        "units": table.units,
+        "format": table.format,
+        "notes": list(table.notes),
+    }
+
+
+def _numbers(values: pd.Series[Any], name: str, file: Path) -> np.ndarray:
+    if values.dtype.kind in "fiub":
+        return values.to_numpy()
+    numbers = pd.to_numeric(values, errors="coerce")
+    bad = (numbers.isna() & values.notna()).to_numpy()
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise InputError(f"{file}: column {name!r}, row {row}: value {values.iloc[row]!r} is not a number")
+    return numbers.to_numpy(np.float64)
+
+
+def _line(error: BaseException) -> str:
+    text = " ".join(str(error).split()) or type(error).__name__
+    return "".join(c for c in text if c.isprintable())[:200]
+
+
+def main() -> None:
+    """Answer every line of the input until it ends."""
+    _limit_memory()
+    warnings.simplefilter("ignore")
+    # What a library prints must not stand between the answers.
+    out = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    for line in sys.stdin:
+        print(json.dumps(_answer(json.loads(line))), file=out, flush=True)
+
+
+if __name__ == "__main__":
+    main()

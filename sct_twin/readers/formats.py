@@ -1,0 +1,121 @@
+"""Which reader reads a file: by its first bytes, then by its suffix."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+
+from friction_models.loads import InputError
+
+from .catman import looks_like_catman
+from .table import MAX_BYTES, RawTable
+
+#: Suffix -> kind; the kinds without a reader of our own run guarded.
+SUFFIXES: dict[str, str] = {
+    ".csv": "CSV",
+    ".txt": "CSV",
+    ".asc": "CSV",
+    ".dat": "CSV",
+    ".tsv": "CSV",
+    ".bin": "catman",
+    ".mf4": "MDF",
+    ".mdf": "MDF",
+    ".tdms": "TDMS",
+    ".mat": "MATLAB",
+    ".parquet": "Parquet",
+    ".xlsx": "Excel",
+    ".xlsm": "Excel",
+}
+_READERS = {
+    "MDF": (".mdf", "read_mdf"),
+    "TDMS": (".tdms", "read_tdms"),
+    "MATLAB": (".matlab", "read_matlab"),
+    "Parquet": (".parquet", "read_parquet"),
+    "Excel": (".excel", "read_excel"),
+}
+_PICKLE = (b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05")
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+
+
+def kind_of(file: Path) -> str:
+    """Return the kind of a file.
+
+    Raises
+    ------
+    InputError
+        No such file, empty, too large, a suffix without a reader, or content that is something else than
+        the suffix says.
+    """
+    if not file.is_file():
+        raise InputError(f"{file}: no such file")
+    size = file.stat().st_size
+    if size == 0:
+        raise InputError(f"{file}: the file is empty; allowed: a header, a units row and rows of numbers")
+    if size > MAX_BYTES:
+        raise InputError(f"{file}: {size} bytes; allowed: at most {MAX_BYTES}")
+    kind = SUFFIXES.get(file.suffix.lower())
+    if kind is None:
+        raise InputError(
+            f"{file}: suffix {file.suffix!r} has no reader; allowed: {', '.join(sorted(SUFFIXES))}"
+        )
+    with file.open("rb") as stream:
+        head = stream.read(512)
+    if head[:2] in _PICKLE:
+        raise InputError(f"{file}: binary content, a Python pickle; allowed: {_allowed(kind)}")
+    if kind == "CSV":
+        return kind
+    if not _fits(kind, head):
+        raise InputError(f"{file}: the content is not that of a {kind} file; allowed: {_allowed(kind)}")
+    return kind
+
+
+def _fits(kind: str, head: bytes) -> bool:
+    if kind == "catman":
+        return looks_like_catman(head)
+    if kind == "MDF":
+        return head.startswith((b"MDF     ", b"UnFinMF "))
+    if kind == "TDMS":
+        return head.startswith(b"TDSm")
+    if kind == "Parquet":
+        return head.startswith(b"PAR1")
+    if kind == "Excel":
+        return head.startswith(b"PK\x03\x04")
+    # MATLAB: a text of 116 bytes and a byte order mark; version 7.3 is HDF5 behind such a header.
+    return head[126:128] in (b"IM", b"MI") or head.startswith(_HDF5)
+
+
+def _allowed(kind: str) -> str:
+    return {
+        "CSV": "a text file with a header, a units row and numbers",
+        "catman": "a file that catman saved as catman binary",
+        "MDF": "MDF 3 or 4",
+        "TDMS": "a TDMS file (not its .tdms_index)",
+        "Parquet": "a Parquet file",
+        "Excel": "an Excel workbook (.xlsx)",
+        "MATLAB": "a MATLAB file of version 5 to 7.2 (save with -v7)",
+    }[kind]
+
+
+def library(module: str, package: str, file: Path, kind: str) -> ModuleType:
+    """Import a library of an extra.
+
+    Raises
+    ------
+    InputError
+        It is not installed; names the extra.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        raise InputError(
+            f"{file}: {kind} files need {package} ({error}); install it with pip install 'tribofmu[daq]'"
+        ) from None
+
+
+def read_kind(file: Path, kind: str) -> RawTable:
+    """Read a file with the library of its kind, in this process."""
+    module, function = _READERS[kind]
+    reader: Callable[[Path], RawTable] = getattr(importlib.import_module(module, __package__), function)
+    return reader(file)

@@ -1,0 +1,149 @@
+"""Readers that rest on other people's libraries run in a process of their own.
+
+A damaged file can make such a library loop, fill the memory or crash; then this process is ended and the
+file gets its sentence, while the caller goes on. One process serves all files until it has to be ended.
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import json
+import os
+import queue
+import subprocess
+import sys
+import tempfile
+import threading
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+import pandas as pd
+
+from friction_models.loads import InputError
+
+from .table import RawTable
+
+#: Memory a reader may use [bytes], where the system can limit it.
+MEMORY = 6 * 1024**3
+#: Time a reader may take [s]: a start, and a rate that the slowest library (Excel) reaches.
+PATIENCE = 60.0
+BYTES_PER_SECOND = 2e5
+
+_lock = threading.Lock()
+_reader: _Process | None = None
+
+
+class _Process:
+    """A reading process and the thread that listens to it."""
+
+    def __init__(self) -> None:
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        self.process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "sct_twin.readers._process"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env=environment,
+            text=True,
+            encoding="utf-8",
+        )
+        self.answers: queue.Queue[str] = queue.Queue()
+        assert self.process.stdout is not None
+        threading.Thread(target=self._listen, args=(self.process.stdout,), daemon=True).start()
+
+    def _listen(self, stream: IO[str]) -> None:
+        for line in stream:
+            self.answers.put(line)
+        self.answers.put("")
+
+    def ask(self, question: dict[str, Any], patience: float) -> dict[str, Any] | None:
+        """Return the answer; None when the process ended.
+
+        Raises
+        ------
+        TimeoutError
+            No answer within `patience` seconds.
+        """
+        assert self.process.stdin is not None
+        try:
+            self.process.stdin.write(json.dumps(question) + "\n")
+            self.process.stdin.flush()
+        except OSError:
+            return None
+        try:
+            line = self.answers.get(timeout=patience)
+        except queue.Empty:
+            raise TimeoutError from None
+        answer: dict[str, Any] | None = json.loads(line) if line else None
+        return answer
+
+    def end(self) -> None:
+        """End the process."""
+        self.process.kill()
+        self.process.wait()
+        for stream in (self.process.stdin, self.process.stdout):
+            if stream is not None:
+                with contextlib.suppress(OSError):
+                    stream.close()
+
+
+def close() -> None:
+    """End the reading process, if there is one."""
+    global _reader
+    with _lock:
+        if _reader is not None:
+            _reader.end()
+            _reader = None
+
+
+atexit.register(close)
+
+
+def read_guarded(file: Path, kind: str, patience: float | None = None) -> RawTable:
+    """Read a file of one of the kinds of `readers.formats` in the reading process.
+
+    Raises
+    ------
+    InputError
+        What the reader says; or it took too long, too much memory, or crashed.
+    """
+    global _reader
+    limit = PATIENCE + file.stat().st_size / BYTES_PER_SECOND if patience is None else patience
+    with _lock, tempfile.TemporaryDirectory(prefix="tribofmu-read-") as folder:
+        if _reader is None or _reader.process.poll() is not None:
+            _reader = _Process()
+        try:
+            answer = _reader.ask({"file": str(file), "kind": kind, "folder": folder}, limit)
+        except TimeoutError:
+            _end_locked()
+            raise InputError(
+                f"{file}: reading it as {kind} takes longer than {limit:.0f} s; the file looks damaged"
+            ) from None
+        except BaseException:
+            # An interrupt leaves an answer on its way: the next file must not get it.
+            _end_locked()
+            raise
+        if answer is None:
+            _end_locked()
+            raise InputError(f"{file}: the {kind} library crashed on it; the file looks damaged")
+        if "error" in answer:
+            raise InputError(str(answer["error"]))
+        return _load(Path(folder), answer, str(file))
+
+
+def _end_locked() -> None:
+    global _reader
+    if _reader is not None:
+        _reader.end()
+        _reader = None
+
+
+def _load(folder: Path, answer: dict[str, Any], where: str) -> RawTable:
+    columns: dict[str, Any] = {}
+    for number, name in enumerate(answer["names"]):
+        columns[name] = np.load(folder / f"{number}.npy", allow_pickle=False)
+    return RawTable(
+        pd.DataFrame(columns), dict(answer["units"]), where, answer["format"], tuple(answer["notes"])
+    )
