@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,8 @@ Ints = npt.NDArray[np.int32]
 
 #: Most snapshots of one run.
 MOST = 1000
+#: Largest file of snapshots that is read, unpacked [bytes].
+_LARGEST = 2_000_000_000
 
 
 @dataclass(frozen=True)
@@ -264,6 +267,9 @@ class FieldHistory:
             files = sorted(Path(path).glob("[0-9][0-9][0-9][0-9].npz"))[:MOST]
             return cls(tuple(s for file in files for s in cls.load(file).snapshots))
         try:
+            with zipfile.ZipFile(path) as archive:
+                if sum(member.file_size for member in archive.infolist()) > _LARGEST:
+                    raise ValueError(f"more than {_LARGEST} bytes unpacked")
             with np.load(path, allow_pickle=False) as data:
                 strokes, times = data["strokes"], data["times"]
                 tools = [str(name) for name in data["tools"]]

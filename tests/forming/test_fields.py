@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import xml.etree.ElementTree as ElementTree
+import zipfile
 from dataclasses import replace
 
 import meshio
@@ -122,7 +123,7 @@ def test_result_folder_reads_back_and_is_replaced(kept, tmp_path):
     assert set(read.fields.at().tools) == set(kept.fields.at().tools)
 
 
-def test_damaged_files_are_refused_in_one_sentence(kept, tmp_path):
+def test_damaged_files_are_refused_in_one_sentence(kept, tmp_path, monkeypatch):
     path = kept.fields.save(tmp_path / "f.npz")
     whole = path.read_bytes()
     for damage in (whole[:2000], b"", b"no archive", whole[:300] + b"\0" * 400 + whole[700:]):
@@ -133,6 +134,12 @@ def test_damaged_files_are_refused_in_one_sentence(kept, tmp_path):
     wrong = replace(snapshot, quads=snapshot.quads + len(snapshot.x))
     FieldHistory((wrong,)).save(path)
     with pytest.raises(InputError, match="out of range"):
+        FieldHistory.load(path)
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("T.npy", "w") as member:
+        for _ in range(60):
+            member.write(bytes(1_000_000))
+    monkeypatch.setattr("forming.fields._LARGEST", 50_000_000)
+    with pytest.raises(InputError, match="bytes unpacked"):
         FieldHistory.load(path)
     kept.save(tmp_path / "run")
     (tmp_path / "run" / "forming.json").write_text('{"force": 1}')
