@@ -148,6 +148,7 @@ class BackwardCupExtrusion(FormingProcess):
         self.mesh_size = mesh_size
         self.n_points = int(n_points)
         self.tool_heating = bool(tool_heating)
+        self._check_stroke(billet_length)
 
     @property
     def max_stroke(self) -> float:
@@ -172,8 +173,13 @@ class BackwardCupExtrusion(FormingProcess):
             temperature=self.T_tool,
         )
         bore = np.array([line((radius, -5.0), (radius, 10.0 * height + 60.0))])
-        flexibility = self.elasticity.flexibility
-        container = Tool("container", bore, temperature=self.T_tool, flexibility=flexibility)
+        container = Tool(
+            "container",
+            bore,
+            temperature=self.T_tool,
+            flexibility=self.elasticity.flexibility,
+            spread=self.elasticity.spread,
+        )
         base = plate(0.0, self.T_tool)
         if self.tool_heating:
             first = size(0.0)

@@ -15,7 +15,7 @@ def bore_flexibility(bore_radius: float, outer_radius: float, modulus: float) ->
     """Return the widening of a bore for a pressure in it [mm/MPa].
 
     Thick-walled cylinder with free ends (Lame): ``u = p a / E ((b^2 + a^2) / (b^2 - a^2) + nu)``. It is loaded
-    along its whole length, which overstates the widening where only a part of the bore is under pressure.
+    along its whole length; see `Elasticity.spread` for a short contact.
 
     Parameters
     ----------
@@ -72,6 +72,16 @@ class Elasticity:
         if self.die_outer_diameter is None:
             return 0.0
         return bore_flexibility(0.5 * self.diameter, 0.5 * self.die_outer_diameter, 1e3 * self.tool_modulus)
+
+    @property
+    def spread(self) -> float:
+        """Least area per radian that carries the contact force [mm2]: the bore over one thickness of the wall.
+
+        The load of a shorter contact reaches that far into the wall around it (Saint-Venant).
+        """
+        if self.die_outer_diameter is None:
+            return 0.0
+        return 0.25 * self.diameter * (self.die_outer_diameter - self.diameter)
 
     @property
     def compliance(self) -> float:

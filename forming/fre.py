@@ -159,6 +159,7 @@ class ForwardRodExtrusion(FormingProcess):
         if container_length is not None:
             check_range(self.name, "container_length", container_length, needed, 1000.0, "mm")
         self.container_length = needed + 2.0 if container_length is None else float(container_length)
+        self._check_stroke(billet_length)
 
     @property
     def max_stroke(self) -> float:
@@ -186,6 +187,7 @@ class ForwardRodExtrusion(FormingProcess):
                 reach=0.5,
                 temperature=self.T_tool,
                 flexibility=self.elasticity.flexibility,
+                spread=self.elasticity.spread,
             ),
             flat_punch(top, self.speed, self.T_tool),
         ]

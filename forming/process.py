@@ -53,6 +53,14 @@ class FormingProcess(ABC):
     def max_stroke(self) -> float:
         """Largest stroke [mm]."""
 
+    def _check_stroke(self, billet_length: float) -> None:
+        """Raise when the billet is too short for any stroke."""
+        if self.max_stroke < 0.1:
+            shortest = billet_length - self.max_stroke + 0.1
+            raise InputError(
+                f"{self.name}: billet_length = {billet_length:g} mm; allowed: at least {shortest:.3g} mm in these tools"
+            )
+
     def start(self, mu: Friction = 0.08) -> None:
         """Put the billet between the tools; `mu` acts until `set_mu` is called."""
         first = start_mu(mu, self.n_points, self.T_billet)

@@ -54,6 +54,8 @@ class Tool:
         Temperature field; its frame is the tool's.
     flexibility : float
         How far the whole surface moves outward for its mean contact pressure [mm/MPa]; 0: rigid.
+    spread : float
+        Least area per radian over which the contact force is taken to act for that [mm2].
     pressure : float
         That pressure after the last increment [MPa]: the mean over the contact, seen in radial direction.
     """
@@ -66,6 +68,7 @@ class Tool:
     temperature: float = 20.0
     heat_field: ToolField | None = None
     flexibility: float = 0.0
+    spread: float = 0.0
     pressure: float = 0.0
 
     @property

@@ -255,7 +255,7 @@ class Simulation:
         body.stress, body.strain = step.stress, step.strain
         for tool, move, table in zip(state.tools, moves, step.tables):
             tool.offset = tool.offset + move
-            tool.pressure = bore_pressure(table, step.weights)
+            tool.pressure = bore_pressure(table, step.weights, tool.spread)
         state.tables, state.forces, state.weights = step.tables, step.forces, step.weights
         state.stroke += self.speed * dt
         state.time += dt
@@ -392,10 +392,13 @@ class Simulation:
         return True
 
 
-def bore_pressure(table: FloatArray, weights: FloatArray) -> float:
-    """Return the mean contact pressure of a tool over its contact area seen in radial direction [MPa]."""
+def bore_pressure(table: FloatArray, weights: FloatArray, spread: float = 0.0) -> float:
+    """Return the mean contact pressure of a tool over its contact area seen in radial direction [MPa].
+
+    A short contact is carried by the tool around it: the force counts over an area of at least `spread`.
+    """
     area = np.where(table[:, 0] > 0.0, np.abs(table[:, 4]) * weights, 0.0)
-    total = float(area.sum())
+    total = max(float(area.sum()), spread)
     return float(area @ table[:, 0]) / total if total > 0.0 else 0.0
 
 

@@ -207,6 +207,19 @@ def test_the_punch_may_not_reach_the_cone():
         process.advance(0.1)
 
 
+def test_a_billet_too_short_for_any_stroke_is_refused():
+    with pytest.raises(InputError, match=r"billet_length = 1 mm; allowed: at least [12]\.\d+ mm"):
+        ForwardRodExtrusion(
+            diameter=2.0,
+            exit_diameter=1.0,
+            billet_length=1.0,
+            mesh_size=0.1,
+            edge_radius=0.1,
+            entry_radius=0.2,
+            land=0.2,
+        )
+
+
 def test_die_outline_is_closed_and_smooth():
     for angle in (15.0, 45.0, 75.0):
         die = ExtrusionDie(10.0, 7.07, angle, entry_radius=4.0)
