@@ -47,6 +47,8 @@ POINTS = 3.0
 #: Another published finite element study, an aluminium at 300 degC between tools at 250 degC, 50 %, by m; it says
 #: -40.33 where volume alone gives -41.42.
 PUBLISHED_BY_M = {0.0: -40.33, 0.10: -15.10, 0.30: 14.00, 0.40: 24.46}
+#: Above 1 / sqrt(3): with it CalculiX sticks wherever the pressure is that of yielding.
+STICKING = 0.6
 SOURCE = "equilibrium solution (Hawkyard, Johnson), bore stays straight"
 #: Kept from CalculiX, for where it is not installed.
 KEPT = {
@@ -54,6 +56,7 @@ KEPT = {
     0.2: Kept("2.20", "2026-11-21", {"bore_decrease": 32.57}),
     0.3: Kept("2.20", "2026-11-21", {"bore_decrease": 42.47}),
     0.4: Kept("2.20", "2026-11-21", {"bore_decrease": 45.86}),
+    STICKING: Kept("2.20", "2026-11-21", {"bore_decrease": 47.60}),
 }
 
 
@@ -95,6 +98,21 @@ def high_friction_with_calculix() -> Outcome:
                 f"bore decrease at 50 %, mu {mu:g}", "points", other, "bore_decrease", ours, POINTS, True
             )
         )
+    # Coulomb's law with mu p above the shear yield stress everywhere sticks, as constant shear does at m = 1.
+    other = peer(in_calculix(STICKING), KEPT[STICKING])
+    sticking = readings(ring(1.0), CONSTANT_SHEAR)[-1]
+    rows.append(
+        peer_row(
+            f"bore decrease at 50 %, sticking: m 1 (CalculiX: mu {STICKING:g})",
+            "points",
+            other,
+            "bore_decrease",
+            sticking,
+            POINTS,
+            True,
+        )
+    )
+    lines.append(f"| m 1 | {sticking:.1f} | {other.values['bore_decrease']:.1f} | {BY_M[1.0][4]:.1f} |")
     title = "Decrease of the bore in % at 50 %, high friction:"
     return Outcome(rows, title + "\n\n" + "\n".join(lines))
 
@@ -140,7 +158,7 @@ def _calibration(
 ) -> Outcome:
     limit = STRAIGHT_UP_TO[law]
     low, high = [v for v in closed if v <= limit], [v for v in closed if v > limit]
-    judge = "judges here" if law == "mu" else "judges Coulomb's law, the only one it has"
+    judge = "judges here" if law == "mu" else "judges the end of the range, m 1, because it has no such law"
     note = (
         "at 50 % the bore bulges by more than the tolerance, which the closed form leaves out; CalculiX departs "
         f"from it as well and {judge}: ring-calculix-high"
@@ -190,7 +208,7 @@ CASES = (
     Case(
         "ring-calculix-high",
         GROUP,
-        "The same ring at mu 0.2, 0.3 and 0.4: the decrease of the bore (straight bore of equal volume).",
+        "The same ring at mu 0.2, 0.3, 0.4 and sticking: the decrease of the bore (straight bore of equal volume).",
         high_friction_with_calculix,
         fast=False,
     ),
