@@ -14,8 +14,14 @@ import pandas as pd
 from friction_models.loads import InputError, missing_column, unknown_name
 
 from .channels import CHANNEL_NAMES, channel, check_scale
+from .phases import Phases
 from .readers import RawTable
 from .record import SctRecord
+from .units import conversion
+
+#: A channel map is a page of text.
+_MAX_BYTES = 1_000_000
+_KEYS = ("channels", "moving_mass", "metadata", "phases")
 
 
 @dataclass(frozen=True)
@@ -37,6 +43,7 @@ class ChannelMap:
     )
     moving_mass: float | None = None
     metadata: Mapping[str, Any] = field(default_factory=dict)
+    phases: Phases | None = None
     source: str = "channel map"
 
     @classmethod
@@ -44,7 +51,7 @@ class ChannelMap:
         """Read a channel map from YAML or a dictionary; None stands for canonical names.
 
         The layout is ``channels: {column name: {quantity, unit, sign, offset}}``, ``moving_mass: kg``,
-        ``metadata: {...}``.
+        ``metadata: {...}``, ``phases: detect`` or what `Phases.load` takes.
 
         Raises
         ------
@@ -62,17 +69,18 @@ class ChannelMap:
             path = Path(source)
             if not path.is_file():
                 raise InputError(f"{path}: no such file; allowed: a YAML file with a channel map")
+            if path.stat().st_size > _MAX_BYTES:
+                raise InputError(f"{path}: {path.stat().st_size} bytes; allowed: at most {_MAX_BYTES}")
             try:
                 content = yaml.safe_load(path.read_text(encoding="utf-8"))
-            except (yaml.YAMLError, UnicodeDecodeError) as error:
-                raise InputError(f"{path}: not YAML ({str(error).splitlines()[0]})") from None
+            except (yaml.YAMLError, ValueError, RecursionError) as error:
+                said = (str(error).splitlines() or [type(error).__name__])[0]
+                raise InputError(f"{path}: not YAML ({said})") from None
         if not isinstance(content, Mapping):
-            raise InputError(
-                f"{where}: holds {type(content).__name__}, allowed: keys channels, moving_mass, metadata"
-            )
+            raise InputError(f"{where}: holds {type(content).__name__}, allowed: keys {', '.join(_KEYS)}")
         for key in content:
-            if key not in {"channels", "moving_mass", "metadata"}:
-                raise unknown_name("key", key, ["channels", "moving_mass", "metadata"], where)
+            if key not in _KEYS:
+                raise unknown_name("key", key, _KEYS, where)
         columns = _columns(content.get("channels"), where)
         mass = content.get("moving_mass")
         if mass is not None and not (_is_number(mass) and 0.0 <= mass < 1e5):
@@ -80,7 +88,8 @@ class ChannelMap:
         metadata = content.get("metadata") or {}
         if not isinstance(metadata, Mapping):
             raise InputError(f"{where}: metadata is {metadata!r}; allowed: names with values")
-        return cls(columns, None if mass is None else float(mass), dict(metadata), where)
+        phases = Phases.load(content.get("phases"), where)
+        return cls(columns, None if mass is None else float(mass), dict(metadata), phases, where)
 
     def record(self, table: RawTable, test_id: str, metadata: Mapping[str, Any] | None = None) -> SctRecord:
         """Return the record that a file holds, in canonical channels and units.
@@ -100,7 +109,7 @@ class ChannelMap:
                     f"{table.source}: column {name!r} has no unit; allowed: one of "
                     f"{', '.join(channel(column.quantity).units)} in a units row or in the channel map"
                 )
-            factor, shift = channel(column.quantity).factor(unit, table.source)
+            factor, shift = conversion(column.quantity, unit, table.source)
             values = table.frame[name]
             if values.dtype.kind not in "fiu":
                 numbers = pd.to_numeric(values, errors="coerce")
@@ -115,9 +124,12 @@ class ChannelMap:
             data[column.quantity] = column.sign * (
                 (values.to_numpy(np.float64) - column.offset) * factor + shift
             )
-        return SctRecord.from_frame(
-            test_id, pd.DataFrame(data), {**self.metadata, **(metadata or {})}, table.source
-        )
+        frame = pd.DataFrame(data)
+        about = {**self.metadata, **(metadata or {})}
+        if self.phases is not None:
+            frame, times = self.phases.cut(frame, table)
+            about |= times
+        return SctRecord.from_frame(test_id, frame, about, table.source)
 
 
 def _columns(content: Any, where: str) -> dict[str, MappedColumn]:
@@ -138,7 +150,7 @@ def _columns(content: Any, where: str) -> dict[str, MappedColumn]:
         quantity = channel(str(entry.get("quantity")), here).name
         unit = entry.get("unit")
         if unit is not None:
-            channel(quantity).factor(check_scale(unit, here), here)
+            conversion(quantity, check_scale(unit, here), here)
         sign, offset = entry.get("sign", 1), entry.get("offset", 0.0)
         if sign not in (1, -1):
             raise InputError(f"{here}: sign is {sign!r}; allowed: 1 or -1")

@@ -13,12 +13,14 @@ import pandas as pd
 from friction_models.loads import InputError, atomic_folder
 
 from .channel_map import ChannelMap
-from .quality import quality_row
+from .quality import quality_row, repeats, warnings
 from .raw_campaign import RawCampaign, check_target, check_test_id, read_json, read_tests, write_tables
-from .readers import read_csv
+from .readers import SUFFIXES, read_file
 from .record import write_csv
 
-_SUFFIXES = {".csv", ".txt", ".asc", ".dat"}
+#: Files of a campaign folder that hold no test, and companions of measurement files.
+_OTHER = {"tests.csv", "quality.csv", "points.csv", "channels.yaml", "channels.yml"}
+_COMPANIONS = {".yaml", ".yml", ".json", ".md", ".pdf", ".png", ".jpg", ".npz", ".tdms_index"}
 
 
 @dataclass
@@ -30,7 +32,7 @@ class IngestReport:
     campaign : RawCampaign
         The new folder.
     quality : pandas.DataFrame
-        One row a test: sampling rate, gaps, clipping, zeros, spikes, duration, sliding distance.
+        One row a test: sampling rate, gaps, clipping, zeros and drift, spikes, phases, repeats.
     left_out : pandas.DataFrame
         `file` and `reason` of what could not be used.
     """
@@ -41,6 +43,9 @@ class IngestReport:
 
     def __str__(self) -> str:
         text = f"{len(self.quality)} tests in {self.campaign.folder}, {len(self.left_out)} files left out"
+        for row in self.quality.to_dict("records"):
+            named = {str(name): None if pd.isna(value) else value for name, value in row.items()}
+            text += "".join(f"\n  {row['test_id']}: {said}" for said in warnings(named))
         return text + "".join(f"\n  left out: {reason}" for reason in self.left_out["reason"])
 
 
@@ -81,7 +86,8 @@ def ingest(
         raise InputError("ingest: out is missing; allowed: the folder to write")
     check_target(Path(out))
     mapping = ChannelMap.load(channel_map)
-    files, home = _files(source)
+    files, home = measurement_files(source)
+    passed_over = _passed_over(source)
     table = None
     if tests is not None:
         table = read_tests(Path(tests))
@@ -92,6 +98,7 @@ def ingest(
         info = read_json(home / "campaign.json")
     if mapping.moving_mass is not None:
         info["moving_mass_kg"] = mapping.moving_mass
+    mass = float(info.get("moving_mass_kg") or 0.0)
     rows: list[dict[str, Any]] = []
     quality: list[dict[str, Any]] = []
     left_out: list[dict[str, str]] = []
@@ -99,25 +106,23 @@ def ingest(
         (temporary / "raw").mkdir()
         for number, file in enumerate(files):
             test_id = file.stem
-            metadata: dict[str, Any] = dict(mapping.metadata)
-            if table is not None:
-                hits = table[table["test_id"] == test_id]
-                if not hits.empty:
-                    metadata |= {str(k): v for k, v in hits.iloc[0].dropna().items()}
             try:
                 check_test_id(test_id, str(file))
-                record = mapping.record(read_csv(file), test_id, metadata)
                 if test_id in {row["test_id"] for row in rows}:
                     raise InputError(f"{file}: a second file of test {test_id!r}; allowed: one file a test")
-                quality.append(quality_row(record))
+                record = mapping.record(read_file(file), test_id, _metadata(table, test_id, mapping.metadata))
+                quality.append(quality_row(record, mass))
             except InputError as error:
                 left_out.append({"file": str(file), "reason": str(error)})
+                continue
+            except MemoryError:
+                left_out.append({"file": str(file), "reason": f"{file}: too large for the memory"})
                 continue
             finally:
                 if progress is not None:
                     progress(number + 1, len(files), test_id)
             write_csv(temporary / "raw" / f"{test_id}.csv", record)
-            rows.append({**metadata, "test_id": test_id})
+            rows.append({**record.metadata, "test_id": test_id})
         if not rows:
             raise InputError(f"none of {len(files)} files can be used; the first: {left_out[0]['reason']}")
         if table is not None:
@@ -128,6 +133,9 @@ def ingest(
         front = ["test_id"]
         frame = pd.DataFrame(rows)
         frame = frame[front + [c for c in frame.columns if c not in front]]
+        for row, count in zip(quality, repeats(frame)):
+            row["repeats"] = count
+        left_out += passed_over
         info["left_out"] = left_out
         write_tables(temporary, frame, info)
         pd.DataFrame(quality).to_csv(temporary / "quality.csv", index=False, lineterminator="\n")
@@ -136,10 +144,47 @@ def ingest(
     )
 
 
-def _files(
+def _metadata(table: pd.DataFrame | None, test_id: str, common: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what is known about a test: its row of the test table over what all tests share."""
+    metadata = dict(common)
+    if table is not None:
+        hits = table[table["test_id"] == test_id]
+        if not hits.empty:
+            metadata |= {str(k): v for k, v in hits.iloc[0].dropna().items()}
+    return metadata
+
+
+def _listing(folder: Path) -> list[Path]:
+    return sorted(
+        file
+        for file in folder.iterdir()
+        if file.is_file() and file.name not in _OTHER and not file.name.startswith((".", "~$"))
+    )
+
+
+def _passed_over(source: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> list[dict[str, str]]:
+    """Return the files of a folder that no reader reads, so that none is lost without a word."""
+    if not isinstance(source, str | os.PathLike) or not Path(source).is_dir():
+        return []
+    folder = Path(source) / "raw" if (Path(source) / "raw").is_dir() else Path(source)
+    allowed = ", ".join(sorted(SUFFIXES))
+    return [
+        {"file": str(file), "reason": f"{file}: suffix {file.suffix!r} has no reader; allowed: {allowed}"}
+        for file in _listing(folder)
+        if file.suffix.lower() not in SUFFIXES and file.suffix.lower() not in _COMPANIONS
+    ]
+
+
+def measurement_files(
     source: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
 ) -> tuple[list[Path], Path | None]:
-    """Return the measurement files and the folder that may hold a test table."""
+    """Return the measurement files and the folder that may hold a test table.
+
+    Raises
+    ------
+    InputError
+        No such file or folder, or no measurement files in it.
+    """
     if isinstance(source, str | os.PathLike):
         path = Path(source)
         if path.is_file():
@@ -149,13 +194,10 @@ def _files(
                 f"{path}: no such file or folder; allowed: measurement files or a folder of them"
             )
         folder = path / "raw" if (path / "raw").is_dir() else path
-        files = sorted(f for f in folder.iterdir() if f.suffix.lower() in _SUFFIXES and f.name != "tests.csv")
-        files = [
-            f for f in files if f.name not in {"quality.csv", "points.csv"} and not f.name.startswith(".")
-        ]
+        files = [file for file in _listing(folder) if file.suffix.lower() in SUFFIXES]
         if not files:
             raise InputError(
-                f"{folder}: no measurement files; allowed suffixes: {', '.join(sorted(_SUFFIXES))}"
+                f"{folder}: no measurement files; allowed suffixes: {', '.join(sorted(SUFFIXES))}"
             )
         return files, path
     files = [Path(item) for item in source]

@@ -41,11 +41,21 @@ def ingest(
         Path | None, typer.Option("--map", help="YAML: which column is which channel, units, signs, offsets.")
     ] = None,
     tests: Annotated[Path | None, typer.Option("--tests", help="Test table with a column test_id.")] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Only show what was found; -o is not written.")
+    ] = False,
 ) -> None:
-    """Turn measurement files of any layout into a campaign folder with canonical channels and units."""
+    """Turn measurement files of any layout into a campaign folder with canonical channels and units.
+
+    Shows what it found first. Reads CSV and ASCII, catman, MDF, TDMS, MATLAB, Parquet and Excel.
+    """
     from sct_twin.ingest import ingest as read
+    from sct_twin.preview import preview
 
     source = files[0] if len(files) == 1 else files
+    say(preview(source, channels))
+    if dry_run:
+        return
     with progress("ingest") as tick:
         report = read(source, channels, out, tests, progress=tick)
     say(str(report))

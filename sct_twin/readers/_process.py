@@ -42,8 +42,6 @@ def _answer(question: dict[str, Any]) -> dict[str, Any]:
         return {"error": str(error)}
     except MemoryError:
         return {"error": f"{file}: needs more than {MEMORY} bytes of memory; allowed: smaller files"}
-    except OSError as error:
-        return {"error": f"{file}: cannot be read ({_line(error)})"}
     except Exception as error:
         # Libraries raise anything on damaged files; the user gets a sentence whatever it is.
         return {"error": f"{file}: not a readable {question['kind']} file ({_line(error)})"}

@@ -77,7 +77,7 @@ def _collect(variables: dict[str, Any], group: str, signals: list[Signal], notes
             inner = {field: _plain(value[field]) for field in fields}
             data = next((inner[k] for k in _VALUES if _is_vector(inner.get(k))), None)
             if data is not None:
-                unit = next((text_of(inner[k]) for k in _UNITS if k in inner), "")
+                unit = next((_text(inner[k]) for k in _UNITS if k in inner), "")
                 signals.append(Signal(name, unit, data, group=group))
             elif not group:
                 _collect(inner, name, signals, notes)
@@ -106,16 +106,21 @@ def _is_vector(value: Any) -> bool:
     return isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiub" and len(value) > 1
 
 
+def _text(value: Any) -> str:
+    # An empty text comes as an empty array.
+    return "" if isinstance(value, np.ndarray) and value.size == 0 else text_of(value)
+
+
 def _texts(value: Any) -> list[str]:
     if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "UO":
-        return [text_of(item) for item in value]
+        return [_text(item) for item in value]
     return []
 
 
 def _unit_of(name: str, units: Any, column: int) -> str:
     if isinstance(units, np.ndarray):
         if units.dtype.names and units.ndim == 0 and name in units.dtype.names:
-            return text_of(_plain(units[name]))
+            return _text(_plain(units[name]))
         if 0 <= column < len(texts := _texts(units)):
             return texts[column]
     return ""
