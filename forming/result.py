@@ -116,7 +116,7 @@ class FormingResult:
         """Force averaged over 0.5 mm of stroke [kN].
 
         Single nodes that enter contact ripple the force by 0.2 % (rms) and up to 0.5 % of its maximum at the
-        default mesh; the average leaves 0.05 % and 0.13 %, see `force_ripple`.
+        default mesh; the average leaves 0.08 % and 0.24 % (rod, 20 mm), see `force_ripple`.
         """
         if len(self.stroke) < 3:
             return self.force
