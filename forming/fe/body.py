@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from .flow import flow_stress
-from .shape import FAST, FloatArray, IntArray, gauss_volumes
+from .shape import FloatArray, IntArray, gauss_volumes
 
 
 @dataclass
@@ -91,7 +91,7 @@ class Body:
         return float((gauss_volumes(self.x, self.quads) * density).sum())
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def nodal_shear_yield(
     quads: IntArray, strain: FloatArray, rate: FloatArray, T: FloatArray, m: FloatArray
 ) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .shape import FAST, FloatArray, IntArray
+from .shape import FloatArray, IntArray
 
 # Columns of the contact table of one tool, one row a surface node.
 PRESSURE, SHEAR, SLIP, GAP, NORMAL_R, NORMAL_Z = range(6)
@@ -15,7 +15,7 @@ DEEP = 0.02
 JOIN, LEAVE = 1e-4, 2.5e-4
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def gap_and_normal(
     pr: float, pz: float, segments: FloatArray, off_r: float, off_z: float
 ) -> tuple[float, float, float]:
@@ -71,7 +71,7 @@ def gap_and_normal(
     return gap, nr, nz
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def surface_weights(x: FloatArray, chain: IntArray, weights: FloatArray) -> None:
     """Write the surface area per radian that belongs to each node of the chain (consistent, lumped)."""
     weights[:] = 0.0
@@ -83,7 +83,7 @@ def surface_weights(x: FloatArray, chain: IntArray, weights: FloatArray) -> None
         weights[i + 1] += length * (x[a, 0] + 2.0 * x[b, 0]) / 6.0
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def start_active(
     x: FloatArray,
     du: FloatArray,
@@ -119,7 +119,7 @@ def start_active(
                     active[i] = 0
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def add_contact(
     x0: FloatArray,
     du: FloatArray,

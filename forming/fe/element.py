@@ -15,10 +15,10 @@ import numpy as np
 from numba import njit
 
 from .flow import elastic_moduli, flow_stress
-from .shape import FAST, N_GAUSS, FloatArray, IntArray, gradients
+from .shape import N_GAUSS, FloatArray, IntArray, gradients
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def radial_return(q: float, strain: float, T: float, dt: float, m: FloatArray) -> tuple[float, float, float]:
     """Return plastic strain increment, flow stress and hardening slope for a trial equivalent stress `q`.
 
@@ -49,7 +49,7 @@ def radial_return(q: float, strain: float, T: float, dt: float, m: FloatArray) -
     return dp, y, slope
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def assemble(
     x0: FloatArray,
     du: FloatArray,

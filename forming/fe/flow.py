@@ -22,14 +22,14 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .shape import FAST, FloatArray
+from .shape import FloatArray
 
 EXTENDED, POWER, TABLE = 1.0, 2.0, 3.0
 #: Where the axes of a table begin in the material vector.
 AXES = 14
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def flow_stress(strain: float, rate: float, T: float, m: FloatArray) -> tuple[float, float, float]:
     """Return the flow stress and its derivatives by strain and by strain rate."""
     if m.ndim == 2:
@@ -49,7 +49,7 @@ def elastic_moduli(m: FloatArray) -> tuple[float, float]:
     return m[6], m[7]
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def _other_laws(strain: float, rate: float, T: float, m: FloatArray) -> tuple[float, float, float]:
     if m[10] == TABLE:
         return _table(strain, rate, T, m)
@@ -76,7 +76,7 @@ def _other_laws(strain: float, rate: float, T: float, m: FloatArray) -> tuple[fl
     return y, y * slope * strain / e, y * exponent * rate / (r * r)
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def _place(value: float, m: FloatArray, start: int, n: int) -> tuple[int, float]:
     """Return the interval of an axis that holds a value and the share of it; outside, the nearest end."""
     if n == 1 or value <= m[start]:
@@ -94,7 +94,7 @@ def _place(value: float, m: FloatArray, start: int, n: int) -> tuple[int, float]
     return low, (value - m[start + low]) / (m[start + low + 1] - m[start + low])
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def _table(strain: float, rate: float, T: float, m: FloatArray) -> tuple[float, float, float]:
     """Interpolate ln of the stress: monotone cubic in strain, linear in ln(rate) and in temperature."""
     n_e = int(m[11])
@@ -146,7 +146,7 @@ def _table(strain: float, rate: float, T: float, m: FloatArray) -> tuple[float, 
     return y, y * by_strain, by_rate
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def flow_stresses(strain: FloatArray, rate: FloatArray, T: FloatArray, m: FloatArray) -> FloatArray:
     """Return the flow stress for arrays of one length."""
     y = np.empty(strain.shape[0])

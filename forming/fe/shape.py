@@ -9,8 +9,8 @@ from numba import njit
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-#: Reordering and contraction are allowed; NaN and infinity keep their meaning (a diverging step must show).
-FAST = {"contract", "reassoc", "nsz", "arcp", "afn"}
+# The kernels are compiled without fast-math flags: these gain no time, and with them the last bits depend on what
+# else was compiled before - two processes that meet an empty cache would then not give the same numbers.
 
 GAUSS = 1.0 / np.sqrt(3.0)
 XI = np.array([-1.0, 1.0, 1.0, -1.0])
@@ -21,7 +21,7 @@ DN_DXI = 0.25 * XI * (1.0 + np.outer(ETA, ETA) * GAUSS)
 DN_DETA = 0.25 * ETA * (1.0 + np.outer(XI, XI) * GAUSS)
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def gradients(xe: FloatArray, g: int, dn: FloatArray) -> tuple[float, float, float]:
     """Fill dn[4, 2] with dN/d(r, z) at Gauss point g; return (det J * r, r, det J)."""
     j00 = 0.0
@@ -42,7 +42,7 @@ def gradients(xe: FloatArray, g: int, dn: FloatArray) -> tuple[float, float, flo
     return det * r, r, det
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def gauss_volumes(x: FloatArray, quads: IntArray) -> FloatArray:
     """Return the volume of each Gauss point's share, [element, Gauss point], over the full turn [mm3]."""
     volumes = np.empty((quads.shape[0], 4))
@@ -58,7 +58,7 @@ def gauss_volumes(x: FloatArray, quads: IntArray) -> FloatArray:
     return volumes
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def local_coordinates(px: float, py: float, xe: FloatArray) -> tuple[float, float]:
     """Return (xi, eta) of a point in the element with corners xe[4, 2], by Newton, bounded to +-3."""
     xi = 0.0

@@ -7,13 +7,13 @@ from numba import njit
 from scipy.linalg.lapack import dpbsv
 
 from ..temperature import Property, mean_between, value_at
-from .shape import FAST, N_GAUSS, FloatArray, IntArray, gradients
+from .shape import N_GAUSS, FloatArray, IntArray, gradients
 
 #: Iterations of a capacity over temperature end after so many, or when no node changes by more [K].
 ITERATIONS, SETTLED = 6, 1e-3
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def assemble_heat(
     x: FloatArray,
     quads: IntArray,
@@ -54,7 +54,7 @@ def assemble_heat(
                     band[column, row - column] += ke[a, b]
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def assemble_heat_over_T(
     x: FloatArray,
     quads: IntArray,

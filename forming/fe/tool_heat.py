@@ -11,7 +11,7 @@ from ..temperature import Property, scaled
 from .contact import surface_weights
 from .mesher import quad_mesh
 from .polyline import SizeField, arc_length, at_arc_length, spaced
-from .shape import FAST, FloatArray, IntArray
+from .shape import FloatArray, IntArray
 from .thermal import heat_step
 
 #: A tool point further from the workpiece than this has no contact [mm].
@@ -42,7 +42,7 @@ class ToolSteel:
         return scaled(self.cp, self.rho * 1e-6) if isinstance(self.cp, tuple) else self.rho * self.cp * 1e-6
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def nearest_on_chain(points: FloatArray, chain: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return for each point the nearest edge of a polyline, the fraction along it, and the distance."""
     edge = np.zeros(points.shape[0], np.int64)

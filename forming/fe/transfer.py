@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .shape import ETA, FAST, N_GAUSS, XI, FloatArray, IntArray, local_coordinates
+from .shape import ETA, N_GAUSS, XI, FloatArray, IntArray, local_coordinates
 
 
 @njit(cache=True)
@@ -44,7 +44,7 @@ def bin_elements(
     return start, members
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def locate(
     pr: float,
     pz: float,
@@ -110,7 +110,7 @@ def patch_range(quads: IntArray, gauss: FloatArray, n_nodes: int) -> tuple[Float
     return low, high
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def interpolate_state(
     x_old: FloatArray,
     quads_old: IntArray,
