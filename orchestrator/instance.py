@@ -8,6 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from fmus.running import offer_interpreter
 from friction_models.loads import InputError
 
 from .errors import SimulationError
@@ -59,6 +60,7 @@ class Instance:
         self._slave: Slave = load(description, unpacked)
         # FMI 2.0 messages are formats, those of FMI 3.0 plain text.
         formats = description.version == "2.0"
+        offer_interpreter()
         try:
             self._slave.instantiate(name, lambda status, text: self._messages.receive(status, text, formats))
         except InputError:

@@ -224,3 +224,14 @@ def test_descriptors_of_the_simulator_are_closed_in_the_process(twin: UnpackedFm
             (pid,) = children() - before
             held = {os.path.realpath(f"/proc/{pid}/fd/{n}") for n in os.listdir(f"/proc/{pid}/fd")}
             assert str(tmp_path / "open") not in held
+
+
+def test_our_own_hosts_offer_their_interpreter(forming: UnpackedFmu, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The Python on PATH may be another one than that of the command."""
+    from orchestrator.fmu_files import describe
+    from orchestrator.instance import Instance
+
+    monkeypatch.delenv("TRIBOFMU_PYTHON", raising=False)
+    monkeypatch.setenv("PATH", "/nowhere")
+    with Instance("forming", describe(forming.path), forming.folder) as instance:
+        instance.initialize([], 1.0)
