@@ -7,17 +7,16 @@ import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import yaml
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from friction_models.loads import InputError, nearest, unknown_name
+from friction_models.loads.yaml_text import read_yaml
 
 from .flow_curves import FlowTable, HenselSpittel, PowerLaw
 from .material_base import Material
 
 SHIPPED = Path(__file__).parent / "materials"
 MAX_BYTES = 1024 * 1024
-MAX_DEPTH = 8
 
 
 def _number(value: Any) -> Any:
@@ -233,14 +232,7 @@ def read_material(source: str | os.PathLike[str]) -> Material:
             raise InputError(f"{file}: no such file; allowed: a YAML file that describes a material")
     if file.stat().st_size > MAX_BYTES:
         raise InputError(f"{file}: {file.stat().st_size} bytes; allowed: at most {MAX_BYTES}")
-    try:
-        text = file.read_text(encoding="utf-8")
-        _check_events(text, str(file))
-        content = yaml.safe_load(text)
-    except InputError:
-        raise
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
-        raise InputError(f"{file}: not YAML ({' '.join(str(error).split())[:200]})") from None
+    content = read_yaml(file)
     return material_from_content(content, file.name if file.parent == SHIPPED else str(file))
 
 
@@ -264,17 +256,6 @@ def material_from_content(content: object, where: str = "material") -> Material:
     except ValidationError as error:
         raise InputError(f"{where}: {_sentence(error.errors()[0])}") from None
     return read.material(where)
-
-
-def _check_events(text: str, where: str) -> None:
-    """Refuse aliases (they may grow without bound) and deep nesting, before anything is built."""
-    depth = 0
-    for event in yaml.parse(text, Loader=yaml.SafeLoader):
-        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-        if isinstance(event, yaml.AliasEvent):
-            raise InputError(f"{where}: holds an alias (*name); allowed: plain keys and values")
-        if depth > MAX_DEPTH:
-            raise InputError(f"{where}: nested deeper than {MAX_DEPTH} levels; allowed: at most that")
 
 
 def _sentence(item: Any) -> str:

@@ -6,13 +6,12 @@ import os
 from pathlib import Path
 from typing import Annotated, Any
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from friction_models.loads import LOAD_NAMES, InputError, nearest, unknown_name
+from friction_models.loads.yaml_text import read_yaml
 
 MAX_SPEC_BYTES = 64 * 1024
-MAX_DEPTH = 8
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Text = Annotated[str, Field(max_length=2000)]
 Name = Annotated[str, Field(min_length=1, max_length=120)]
@@ -100,15 +99,7 @@ class Spec(BaseModel):
             raise InputError(f"{file}: no such file; allowed: a YAML file that describes an ONNX file")
         if file.stat().st_size > MAX_SPEC_BYTES:
             raise InputError(f"{file}: {file.stat().st_size} bytes, allowed: at most {MAX_SPEC_BYTES}")
-        try:
-            text = file.read_text(encoding="utf-8")
-            _check_events(text, str(file))
-            content = yaml.safe_load(text)
-        except (yaml.YAMLError, UnicodeDecodeError, RecursionError, ValueError) as error:
-            if isinstance(error, InputError):
-                raise
-            raise InputError(f"{file}: not YAML ({' '.join(str(error).split())[:200]})") from None
-        return cls.from_dict(content, str(file))
+        return cls.from_dict(read_yaml(file), str(file))
 
     @classmethod
     def from_dict(cls, content: object, where: str = "specification") -> Spec:
@@ -134,17 +125,6 @@ class Spec(BaseModel):
             return cls.model_validate(content)
         except ValidationError as error:
             raise InputError(f"{where}: {_sentence(error.errors()[0])}") from None
-
-
-def _check_events(text: str, where: str) -> None:
-    """Refuse aliases (they may grow without bound) and deep nesting, before anything is built."""
-    depth = 0
-    for event in yaml.parse(text, Loader=yaml.SafeLoader):
-        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-        if isinstance(event, yaml.AliasEvent):
-            raise InputError(f"{where}: holds an alias (*name), allowed: plain keys and values")
-        if depth > MAX_DEPTH:
-            raise InputError(f"{where}: nested deeper than {MAX_DEPTH} levels, allowed: at most that")
 
 
 def _columns(entries: list[Any], where: str) -> dict[str, Any]:

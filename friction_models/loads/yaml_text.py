@@ -1,0 +1,41 @@
+"""YAML from others: bounded before anything is built, one sentence where it cannot be read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from .errors import InputError
+
+#: Deepest nesting of a file.
+MAX_DEPTH = 8
+
+
+def read_yaml(file: Path) -> Any:
+    """Return what a YAML file holds, which the caller found to be there and small enough.
+
+    Raises
+    ------
+    InputError
+        Not UTF-8, not YAML, nested deeper than `MAX_DEPTH`, or an alias (aliases may grow without bound).
+    """
+    try:
+        text = file.read_text(encoding="utf-8")
+        _check_events(text, str(file))
+        return yaml.safe_load(text)
+    except InputError:
+        raise
+    except (yaml.YAMLError, RecursionError, ValueError) as error:
+        raise InputError(f"{file}: not YAML ({' '.join(str(error).split())[:200]})") from None
+
+
+def _check_events(text: str, where: str) -> None:
+    depth = 0
+    for event in yaml.parse(text, Loader=yaml.SafeLoader):
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if isinstance(event, yaml.AliasEvent):
+            raise InputError(f"{where}: holds an alias (*name), allowed: plain keys and values")
+        if depth > MAX_DEPTH:
+            raise InputError(f"{where}: nested deeper than {MAX_DEPTH} levels, allowed: at most that")
