@@ -80,7 +80,7 @@ class SurfaceMarkers:
         return below[k] + 2.0 * np.pi * length[k] * u * (r[k] + 0.5 * u * (r[k + 1] - r[k]))
 
     def update(self, surface: FloatArray, T: FloatArray, loads: SurfaceLoads, dt: float) -> None:
-        """Take over the state at the end of an increment `dt` [s].
+        """Take over the state at the end of an increment `dt` [s]; `T` are the temperatures of the surface nodes.
 
         Markers in contact get new loads; the others keep v_rel, sigma_n and T of their last contact. The
         contact temperature is the mean of workpiece and tool surface.

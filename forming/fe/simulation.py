@@ -286,7 +286,7 @@ class Simulation:
             body.T = T_before
             self._stop("a temperature is not finite; allowed: finite material and heat data")
             return
-        state.markers.update(body.surface, body.T, loads, dt)
+        state.markers.update(body.surface, body.T[body.chain], loads, dt)
         state.history.append(self._record(step, loads))
 
     def _heat(self, step: Step, dt: float) -> FloatArray:

@@ -7,12 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from forming import ForwardRodExtrusion
 from forming.fe.markers import SurfaceLoads, SurfaceMarkers
 from forming.fe.mesh_kernels import qualities
 from forming.fe.mesher import grid_mesh, quad_mesh
 from forming.fe.polyline import arc_length, enclosed_volume
 from forming.fe.resample import mesh_inside, resample
 from forming.fe.shape import gauss_volumes
+from forming.fe.simulation import surface_loads
 from forming.fe.transfer import transfer
 from forming.tooling import plate
 
@@ -160,3 +162,31 @@ def test_markers_follow_a_remeshing_and_measure_expansion():
     assert markers.psi[faces] == pytest.approx(4.0, rel=1e-6)
     assert markers.psi[side] == pytest.approx(0.5, rel=1e-3)
     assert not markers.active.any() and (markers.sd == 0.0).all()
+
+
+def test_the_contact_temperature_is_that_of_the_surface_where_the_marker_is():
+    """Mean of workpiece and tool surface at the place of the marker; node numbers are those of the mesh, not of the surface."""
+    process = ForwardRodExtrusion(mesh_size=0.6, n_points=60, T_billet=120.0)
+    process.start(0.1)
+    process.advance(1.0)
+    simulation = process.simulation
+    assert simulation.remesh() and process.advance(0.1)
+    seen: list[int] = []
+
+    def compare(sim):
+        body, markers = sim.state.body, sim.state.markers
+        loads = surface_loads(body.surface, sim.state.tables, sim.state.tools)
+        at = np.interp(markers.position, np.arange(len(body.chain)), loads.active) > 0.999
+        mean = 0.5 * (body.T[body.chain] + loads.tool_T)
+        expected = np.interp(markers.position, np.arange(len(body.chain)), mean)
+        assert markers.T[at & markers.active] == pytest.approx(expected[at & markers.active], abs=1e-9)
+        seen.append(int((at & markers.active).sum()))
+        return False
+
+    process.advance(0.1, compare)
+    assert min(seen) > 4 and body_T_differs(process.simulation.state.body)
+
+
+def body_T_differs(body):
+    """Return whether the first nodes of the mesh would give another temperature than those of the surface."""
+    return np.abs(body.T[body.chain] - body.T[: len(body.chain)]).max() > 10.0
