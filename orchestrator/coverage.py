@@ -1,0 +1,294 @@
+"""Coverage map: which of the loads that a forming process puts on its contacts were ever tested.
+
+A contact state is inside when each of its loads, and each pair of them, lies in the hull of the tested
+points (with `TOLERANCE` of the range around it). A box would call a hot and slow contact tested where
+only hot and fast ones were; the hull of the pair does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from friction_models.loads import LOAD_NAMES, LOADS, FloatArray
+
+from .contact_history import ContactHistory
+
+#: How far beyond the tested points a state still counts as tested, in tested ranges.
+TOLERANCE = 0.02
+#: Points of a test that take part: loads change slowly along it.
+POINTS_OF_A_TEST = 40
+#: Cells of a map along each load.
+CELLS = 12
+#: Slow speeds are told apart down to this one [mm/s].
+SLOW = 0.5
+
+
+def natural(name: str, values: npt.ArrayLike) -> FloatArray:
+    """Return a load on the scale on which distances are judged: speed and expansion by their ratio."""
+    array = np.asarray(values, dtype=np.float64)
+    if name == "v_rel":
+        return np.log(array + SLOW)
+    if name == "psi":
+        return np.log(np.maximum(array, 0.05))
+    return array
+
+
+@dataclass(frozen=True)
+class Region:
+    """What was tested of one load or of a pair: the hull of the tested points.
+
+    Attributes
+    ----------
+    names : tuple of str
+        One load, or two.
+    low, width : ndarray, shape (1 or 2,)
+        Lower limit and range on the natural scale.
+    faces : ndarray, shape (f, 3), or None
+        ``a x + b y + c <= 0`` inside, on the scaled range; None for one load.
+    outline : ndarray, shape (k, 2), or None
+        Corners of the hull, natural scale.
+    """
+
+    names: tuple[str, ...]
+    low: FloatArray
+    width: FloatArray
+    faces: FloatArray | None = None
+    outline: FloatArray | None = None
+
+    @classmethod
+    def of(cls, names: tuple[str, ...], tested: FloatArray) -> Region:
+        """Return the region of tested points, shape (n, 1 or 2), natural scale."""
+        low, high = tested.min(axis=0), tested.max(axis=0)
+        size = np.maximum(np.abs(high), 1.0) * 1e-3
+        width = np.where(high - low > 1e-9 * size, high - low, size)
+        if len(names) == 1:
+            return cls(names, low, width)
+        from scipy.spatial import ConvexHull, QhullError
+
+        scaled = (tested - low) / width
+        try:
+            hull = ConvexHull(scaled)
+        except QhullError:  # all points on a line: give it the width of the tolerance
+            step = TOLERANCE * np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])
+            ends = scaled[[int(np.argmin(scaled @ [1, 1.3])), int(np.argmax(scaled @ [1, 1.3]))]]
+            hull = ConvexHull((ends[:, None, :] + 0.05 * step[None]).reshape(-1, 2))
+        corners = hull.points[hull.vertices] * width + low
+        return cls(names, low, width, hull.equations, corners)
+
+    def contains(self, points: FloatArray) -> npt.NDArray[np.bool_]:
+        """Return which points, shape (n, 1 or 2), natural scale, lie inside."""
+        scaled = (points - self.low) / self.width
+        box = np.all((scaled >= -TOLERANCE) & (scaled <= 1.0 + TOLERANCE), axis=1)
+        if self.faces is None:
+            return np.asarray(box)
+        far = scaled @ self.faces[:, :2].T + self.faces[:, 2]
+        return np.asarray(box & np.all(far <= TOLERANCE, axis=1))
+
+
+@dataclass(frozen=True)
+class Share:
+    """How much of a process lies outside what was tested, for one load or a pair (or all of them)."""
+
+    names: tuple[str, ...]
+    area: float
+    work: float
+    tested: tuple[tuple[float, float], ...] = ()
+    asked: tuple[tuple[float, float], ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {
+            "loads": list(self.names),
+            "area_outside": self.area,
+            "work_outside": self.work,
+            "tested": [list(x) for x in self.tested],
+            "process": [list(x) for x in self.asked],
+        }
+
+
+@dataclass
+class Coverage:
+    """Tested loads against the loads of a process.
+
+    Attributes
+    ----------
+    history : ContactHistory
+    tested : ndarray, shape (n, 5)
+        Tested points, thinned.
+    loads : list of Share
+        One for each load that the history holds.
+    pairs : list of Share
+        One for each pair of them; counted only where both loads lie inside by themselves.
+    whole : Share
+        Outside by any load or pair.
+    synthetic : bool
+    proposals : list of dict
+        Tests that would cover more; see `coverage_tests.propose_tests`.
+    beyond_rig : list of str
+        What no test of the rig reaches.
+    notes : list of str
+    """
+
+    history: ContactHistory
+    tested: FloatArray
+    loads: list[Share]
+    pairs: list[Share]
+    whole: Share
+    synthetic: bool
+    proposals: list[dict[str, Any]] = field(default_factory=list)
+    beyond_rig: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def sentence(self) -> str:
+        """The result in one sentence."""
+        area, work = 100 * self.whole.area, 100 * self.whole.work
+        if max(area, work) < 0.5:
+            return "All but 0.5 % of the contact lies within the tested loads."
+        worst = max([*self.loads, *self.pairs], key=lambda s: max(s.work, s.area))
+        return (
+            f"{area:.0f} % of the contact area and {work:.0f} % of the friction work lie outside the tested loads, "
+            f"most of it by {' with '.join(worst.names)}."
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what ``coverage --json`` writes."""
+        return {
+            "sentence": self.sentence,
+            "synthetic": self.synthetic,
+            "source": self.history.source,
+            "tolerance": TOLERANCE,
+            "outside": {"area": self.whole.area, "work": self.whole.work},
+            "loads": [s.to_dict() for s in self.loads],
+            "pairs": [s.to_dict() for s in self.pairs],
+            "proposed_tests": self.proposals,
+            "beyond_rig": list(self.beyond_rig),
+            "notes": list(self.notes),
+        }
+
+    def report(self) -> str:
+        """Return the text report, the result in one sentence first."""
+        lines = [self.sentence, *(["(synthetic data)"] if self.synthetic else []), ""]
+        lines.append(f"{'load':<10}{'tested':>22}{'process':>22}{'area outside':>15}{'work outside':>15}")
+        for s in self.loads:
+            tested, asked = ("{:.4g} to {:.4g}".format(*x[0]) for x in (s.tested, s.asked))
+            lines.append(
+                f"{s.names[0]:<10}{tested:>22}{asked:>22}{100 * s.area:13.1f} %{100 * s.work:13.1f} %"
+            )
+        worst = [
+            p for p in sorted(self.pairs, key=lambda p: -max(p.area, p.work)) if max(p.area, p.work) >= 5e-4
+        ]
+        lines += ["", "Combinations that were not tested, though each load alone was:"]
+        lines += [
+            f"{' with '.join(p.names):<54}{100 * p.area:13.1f} %{100 * p.work:13.1f} %" for p in worst[:6]
+        ] or ["none"]
+        if self.proposals:
+            lines += ["", "Tests that would cover more (share of the process that each adds)"]
+            for p in self.proposals:
+                s, c = p["setpoints"], p["covers"]
+                what = ", ".join(f"{' with '.join(x['loads'])} {100 * x['share']:.1f} %" for x in c)
+                lines.append(
+                    f"  sigma_set {s['sigma_set']:g} MPa, psi_set {s['psi_set']:g}, v_set {s['v_set']:g} mm/s, "
+                    f"T_tool {s['T_tool']:g} degC, sd_set {s['sd_set']:g} mm: {what}"
+                )
+        if self.beyond_rig:
+            lines += ["", "No test of the rig reaches"] + [f"  - {b}" for b in self.beyond_rig]
+        if self.notes:
+            lines += ["", "Note"] + [f"  - {n}" for n in self.notes]
+        return "\n".join(lines) + "\n"
+
+
+def coverage(points: pd.DataFrame, history: ContactHistory, synthetic: bool = False) -> Coverage:
+    """Compare the loads of a process with tested ones.
+
+    Parameters
+    ----------
+    points : pandas.DataFrame
+        Tested points in the columns of the contract.
+    history : ContactHistory
+        Loads of the process.
+    synthetic : bool
+        Whether the tested points come from a virtual laboratory.
+    """
+    tested = tested_points(points)
+    regions = regions_of(tested, history.present)
+    outside = {r.names: ~r.contains(_columns(history.loads, r.names)) for r in regions}
+    alone = {r.names[0]: outside[r.names] for r in regions if len(r.names) == 1}
+    loads, pairs = [], []
+    for region in regions:
+        where = outside[region.names]
+        if len(region.names) == 2:
+            where = where & ~alone[region.names[0]] & ~alone[region.names[1]]
+            pairs.append(_share(history, region.names, where, tested))
+        else:
+            loads.append(_share(history, region.names, where, tested))
+    any_of = np.any(list(outside.values()), axis=0)
+    whole = Share((), float(history.area @ any_of), float(history.work @ any_of))
+    return Coverage(
+        history, tested, loads, pairs, whole, synthetic or history.synthetic, notes=list(history.notes)
+    )
+
+
+def tested_points(points: pd.DataFrame) -> FloatArray:
+    """Return the loads of some points of every test, its ends included, shape (n, 5)."""
+    rows = []
+    for _, index in points.groupby("test_id", sort=False).indices.items():
+        chosen = np.unique(np.linspace(0, len(index) - 1, POINTS_OF_A_TEST).round().astype(int))
+        rows.append(index[chosen])
+    return points[list(LOAD_NAMES)].to_numpy(dtype=np.float64)[np.concatenate(rows)]
+
+
+def regions_of(tested: FloatArray, present: Sequence[str]) -> list[Region]:
+    """Return the tested region of each load and of each pair of loads."""
+    names: list[tuple[str, ...]] = [(n,) for n in present]
+    names += list(combinations(present, 2))
+    return [Region.of(n, _columns(tested, n)) for n in names]
+
+
+def _columns(loads: FloatArray, names: tuple[str, ...]) -> FloatArray:
+    return np.column_stack([natural(n, loads[:, LOAD_NAMES.index(n)]) for n in names])
+
+
+def _share(
+    history: ContactHistory, names: tuple[str, ...], where: npt.NDArray[np.bool_], tested: FloatArray
+) -> Share:
+    spans = []
+    for table in (tested, history.loads):
+        columns = [table[:, LOAD_NAMES.index(n)] for n in names]
+        spans.append(tuple((float(c.min()), float(c.max())) for c in columns))
+    return Share(names, float(history.area @ where), float(history.work @ where), spans[0], spans[1])
+
+
+def cell_map(
+    coverage: Coverage, first: str, second: str
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return edges along two loads (natural scale), and the shares of work and area in each cell.
+
+    Returns
+    -------
+    tuple of ndarray
+        Edges (m + 1,), edges (n + 1,), work (n, m), area (n, m).
+    """
+    history = coverage.history
+    both = [_columns(history.loads, (n,))[:, 0] for n in (first, second)]
+    tested = [_columns(coverage.tested, (n,))[:, 0] for n in (first, second)]
+    edges = [
+        np.linspace(min(a.min(), b.min()), max(a.max(), b.max()) + 1e-12, CELLS + 1)
+        for a, b in zip(both, tested, strict=True)
+    ]
+    work, _, _ = np.histogram2d(both[0], both[1], bins=(edges[0], edges[1]), weights=history.work)
+    area, _, _ = np.histogram2d(both[0], both[1], bins=(edges[0], edges[1]), weights=history.area)
+    return edges[0], edges[1], work.T, area.T
+
+
+def unit_of(name: str) -> str:
+    """Return the unit of a load, '' for a plain number."""
+    unit = next(q.unit for q in LOADS if q.name == name)
+    return "" if unit == "1" else unit
