@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from .packing import pack as pack
     from .reading import FmuModel as FmuModel
     from .reading import read_friction_fmu as read_friction_fmu
+    from .signal_fmu import pack_signals as pack_signals
     from .solver_fmus import pack_forming as pack_forming
     from .solver_fmus import pack_twin as pack_twin
     from .ssp import pack_ssp as pack_ssp
@@ -24,6 +25,7 @@ _EXPORTS = {
     "check": "checking",
     "pack": "packing",
     "pack_forming": "solver_fmus",
+    "pack_signals": "signal_fmu",
     "pack_ssp": "ssp",
     "pack_twin": "solver_fmus",
     "read_friction_fmu": "reading",

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from .forces import compare_force as compare_force
     from .master import Master as Master
     from .runs import Run as Run
+    from .sct_prediction import predict_sct as predict_sct
     from .system import System as System
 
 _EXPORTS = {
@@ -23,6 +24,7 @@ _EXPORTS = {
     "SimulationError": "errors",
     "System": "system",
     "compare_force": "forces",
+    "predict_sct": "sct_prediction",
 }
 
 __all__ = sorted(_EXPORTS)

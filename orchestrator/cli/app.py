@@ -6,7 +6,17 @@ from typing import Annotated
 
 import typer
 
-from . import discovering, fmus, measuring, modelling, showing, simulating, verifying
+from . import (
+    covering,
+    discovering,
+    fmus,
+    measuring,
+    modelling,
+    predicting_sct,
+    showing,
+    simulating,
+    verifying,
+)
 
 app = typer.Typer(
     name="tribofmu",
@@ -38,5 +48,15 @@ def _start(
     """
 
 
-for module in (showing, measuring, modelling, fmus, simulating, discovering, verifying):
+for module in (
+    showing,
+    measuring,
+    modelling,
+    fmus,
+    simulating,
+    predicting_sct,
+    discovering,
+    covering,
+    verifying,
+):
     module.add_commands(app)

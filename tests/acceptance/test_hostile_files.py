@@ -27,7 +27,9 @@ NO_FILES = {
     *("train.family", "train.out", "train.parameters", "evaluate.json", "predict.out", "pack.out", "pack.target"),
     *("pack.fmi", "pack.platforms", "pack.parameters", "export.out", "simulate.out", "simulate.mode"),
     *("compare.runs", "compare.json", "diagnose.json", "diagnose.report", "refine.add", "refine.out"),
-    *("verify.only", "verify.json", "verify.out"),
+    *("verify.only", "verify.json", "verify.out", "predict-sct.out", "predict-sct.only", "predict-sct.json"),
+    *("predict-sct.parameters", "coverage.column", "coverage.rig", "coverage.json", "coverage.report"),
+    *("coverage.plan",),
 }  # fmt: skip
 #: Beside the sentence: progress before it, and the numbered list of a system with several mistakes.
 ALLOWED_LINES = re.compile(r"\w+: \d+/\d+ |  \d+\. ")
