@@ -74,7 +74,8 @@ def assemble(
     force : ndarray, shape (n_dof,)
         Internal nodal forces per radian, added to.
     stress1, strain1, work : ndarray, shape (n_e, 4, 4), (n_e, 4), (n_e, 4)
-        Written: stress, plastic strain and plastic work [N/mm2] at the end of the increment.
+        Written: stress and plastic strain at the end of the increment, and the plastic work in it [N/mm2], with the
+        mean of the stresses at both ends.
 
     Returns
     -------
@@ -97,6 +98,7 @@ def assemble(
     b_volume = np.empty(8)
     n = np.empty(4)
     s = np.empty(4)
+    old = np.empty(4)
     shear, bulk = elastic_moduli(m)
     diagonal = 2 * ((band.shape[1] - 1) // 3)
     inverted = 0
@@ -157,16 +159,24 @@ def assemble(
             s_rz = stress0[e, g, 3]
             pressure = (s_rr + s_zz + s_tt) / 3.0
             shift = 2.0 * cos * sin * s_rz
-            s[0] = cos * cos * s_rr + sin * sin * s_zz + shift - pressure + 2.0 * shear * (e_rr - mean)
-            s[1] = sin * sin * s_rr + cos * cos * s_zz - shift - pressure + 2.0 * shear * (e_zz - mean)
-            s[2] = s_tt - pressure + 2.0 * shear * (e_tt - mean)
-            s[3] = (cos * cos - sin * sin) * s_rz - cos * sin * (s_rr - s_zz) + shear * g_rz
+            old[0] = cos * cos * s_rr + sin * sin * s_zz + shift - pressure
+            old[1] = sin * sin * s_rr + cos * cos * s_zz - shift - pressure
+            old[2] = s_tt - pressure
+            old[3] = (cos * cos - sin * sin) * s_rz - cos * sin * (s_rr - s_zz)
+            s[0] = old[0] + 2.0 * shear * (e_rr - mean)
+            s[1] = old[1] + 2.0 * shear * (e_zz - mean)
+            s[2] = old[2] + 2.0 * shear * (e_tt - mean)
+            s[3] = old[3] + shear * g_rz
             pressure += bulk * dilatation
             q = np.sqrt(1.5 * (s[0] ** 2 + s[1] ** 2 + s[2] ** 2 + 2.0 * s[3] ** 2))
             dp, y, slope = radial_return(q, strain0[e, g], temperature, dt, m)
             a1 = 2.0 * shear
             a2 = 0.0
+            work[e, g] = 0.0
             if dp > 0.0:
+                # The stress before, along the plastic strain of this increment.
+                before = 1.5 * (old[0] * s[0] + old[1] * s[1] + old[2] * s[2] + 2.0 * old[3] * s[3]) / q
+                work[e, g] = 0.5 * dp * (before + y)
                 keep = 1.0 - 3.0 * shear * dp / q
                 a1 = 2.0 * shear * keep
                 a2 = 6.0 * shear * shear * (dp / q - 1.0 / (3.0 * shear + slope))
@@ -174,7 +184,6 @@ def assemble(
                 for i in range(4):
                     n[i] = s[i] / norm
                     s[i] *= keep
-            work[e, g] = dp * y
             strain1[e, g] = strain0[e, g] + dp
             for i in range(3):
                 stress1[e, g, i] = s[i] + pressure

@@ -10,8 +10,8 @@ from ..material import Material
 from ..temperature import integral
 from ..tooling import Tool
 from .body import Body
+from .energy import Energy
 from .shape import N_GAUSS, FloatArray, gauss_volumes
-from .state import Energy
 from .thermal import heat_step
 
 #: Stefan-Boltzmann constant [N/(mm s K4)]; 0 degC [K].
@@ -69,6 +69,7 @@ def exchange_heat(
     heat: HeatExchange,
     dt: float,
     account: Energy | None = None,
+    rubbing: float = 1.0,
 ) -> FloatArray:
     """Advance the tools' fields by `dt` [s] and return the workpiece temperatures, shape (n,).
 
@@ -86,16 +87,19 @@ def exchange_heat(
         Heat released per volume in the increment [N/mm2].
     account : Energy, optional
         Its heat is brought up to date.
+    rubbing : float
+        Friction heat of the increment over that with friction stress and slip velocity of its end.
     """
     surface = body.surface
     nodes, conductance, outside, power = [], [], [], []
-    for table, tool in zip(tables, tools):
+    powers = [rubbing * np.abs(table[:, 1] * table[:, 2]) for table in tables]
+    for table, tool, frictional in zip(tables, tools, powers):
         on = table[:, 0] > 0.0
         nodes.append(body.chain[on])
         conductance.append(weights[on] * heat.htc)
         outside.append(tool.surface_temperature(surface[on]))
-        power.append(heat.friction_share * np.abs(table[on, 1] * table[on, 2]) * weights[on])
-    at, rubbing = np.concatenate(nodes), np.concatenate(power)
+        power.append(heat.friction_share * frictional[on] * weights[on])
+    at, warming = np.concatenate(nodes), np.concatenate(power)
     touching = len(at)
     if heat.environment is not None:
         free = exposed(tables, tools, heat.environment.shelter)
@@ -113,7 +117,7 @@ def exchange_heat(
         material.conductivity,
         dt,
         film=films,
-        flux=(at, rubbing),
+        flux=(at, warming),
     )
     if account is not None:
         lost = films[1] * (T[films[0]] - films[2]) * (2.0 * np.pi * dt)
@@ -121,13 +125,13 @@ def exchange_heat(
         if account.heat_reference is None:
             account.heat_reference = float(body.T.mean())
             account.heat_start = _content(body, body.T, volumes, material, account.heat_reference)
-        account.heat_generated += float((source * volumes).sum() + 2.0 * np.pi * dt * rubbing.sum())
+        account.heat_generated += float((source * volumes).sum() + 2.0 * np.pi * dt * warming.sum())
         account.heat_to_tools += float(lost[:touching].sum())
         account.heat_to_environment += float(lost[touching:].sum())
         account.heat_content = _content(body, T, volumes, material, account.heat_reference)
-    for table, tool in zip(tables, tools):
+    for table, tool, frictional in zip(tables, tools, powers):
         if tool.heat_field is not None:
-            into_tool = (1.0 - heat.friction_share) * np.abs(table[:, 1] * table[:, 2])
+            into_tool = (1.0 - heat.friction_share) * frictional
             points = surface - tool.offset
             tool.heat_field.step(dt, points, table[:, 0] > 0.0, T[body.chain], into_tool, heat.htc)
     return T

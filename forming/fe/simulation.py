@@ -11,6 +11,7 @@ from scipy.spatial import QhullError
 from ..material import Material
 from ..tooling import Tool
 from .body import Body
+from .energy import Loading
 from .heat_exchange import HeatExchange, exchange_heat
 from .increment import Attempt, Settings, Step, StepError, Workspace, solve_increment
 from .markers import SurfaceLoads, SurfaceMarkers
@@ -248,7 +249,8 @@ class Simulation:
 
     def _accept(self, step: Step, dt: float, moves: list[FloatArray], share: float) -> None:
         state, body = self.state, self.state.body
-        before, forces_before, T_before = self.force, state.forces, body.T
+        before, T_before = self.force, body.T
+        ends = self._ends(step)
         body.rate = (step.strain - body.strain) / dt
         body.x = body.x + step.du
         body.velocity = step.du / (dt * share)
@@ -265,8 +267,8 @@ class Simulation:
         state.failures_in_row = 0
         state.old_mesh = None
         volumes = gauss_volumes(body.x, body.quads)
-        energy = state.energy
-        energy.external -= 0.5 * float(((forces_before + step.forces) * moves).sum())
+        energy, friction = state.energy, state.energy.friction
+        energy.add_contact(step.du[body.chain], moves, ends)
         travel = self.speed * dt
         state.ram_work += 0.5 * (before + self.force) * travel
         if self.compliance > 0.0:
@@ -275,11 +277,8 @@ class Simulation:
             state.resistance_slope = 0.5 * (state.resistance_slope + min(max(slope, 0.0), STEEPEST))
         energy.plastic += float((step.work * volumes).sum())
         energy.elastic = body.elastic_energy(self.material.shear_modulus, self.material.bulk_modulus)
-        for table in step.tables:
-            power = np.abs(table[:, 1] * table[:, 2]) * step.weights
-            energy.friction += 2.0 * np.pi * float(power.sum()) * dt
         if self.heat is not None:
-            body.T = self._heat(step, dt)
+            body.T = self._heat(step, dt, energy.friction - friction)
         loads = surface_loads(body.surface, step.tables, state.tools, step.weights)
         if not (np.isfinite(body.T).all() and np.isfinite(loads.tool_T).all()):
             # What markers and history hold stays as it was before this increment.
@@ -289,8 +288,20 @@ class Simulation:
         state.markers.update(body.surface, body.T[body.chain], loads, dt)
         state.history.append(self._record(step, loads))
 
-    def _heat(self, step: Step, dt: float) -> FloatArray:
+    def _ends(self, step: Step) -> list[Loading]:
+        """Return the contact at the start, where it is known, and at the end of an increment not yet accepted."""
+        state, end = self.state, Loading(step.tables, step.weights, step.forces)
+        if state.tables is not None:
+            return [Loading(state.tables, state.weights, state.forces), end]
+        if state.increments > 0:
+            return [end]
+        return [Loading([np.zeros_like(table) for table in step.tables], step.weights, state.forces), end]
+
+    def _heat(self, step: Step, dt: float, friction: float) -> FloatArray:
+        """Return the temperatures after an increment in which `friction` [N mm] became heat."""
         assert self.heat is not None
+        power = sum(float(np.abs(table[:, 1] * table[:, 2]) @ step.weights) for table in step.tables)
+        at_end = 2.0 * np.pi * power * dt
         state, body, material = self.state, self.state.body, self.material
         return exchange_heat(
             body,
@@ -302,6 +313,7 @@ class Simulation:
             self.heat,
             dt,
             state.energy,
+            max(friction, 0.0) / at_end if at_end > 0.0 else 1.0,
         )
 
     def _record(self, step: Step, loads: SurfaceLoads) -> Record:

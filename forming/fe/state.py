@@ -8,6 +8,7 @@ import numpy as np
 
 from ..tooling import Tool
 from .body import Body
+from .energy import Energy
 from .markers import SurfaceMarkers
 from .shape import FloatArray
 
@@ -51,51 +52,6 @@ class RemeshPolicy:
     every: int = 10
     quality: float = 0.3
     strain: float = 0.4
-
-
-@dataclass
-class Energy:
-    """Energy account of the workpiece [N mm].
-
-    Attributes
-    ----------
-    external : float
-        Work of the tools.
-    plastic, friction, elastic : float
-        Where it went.
-    heat_generated : float
-        Heat released in the workpiece: of plastic work, and its share of the friction.
-    heat_to_tools, heat_to_environment : float
-        Heat that left it by conduction, and by convection and radiation.
-    heat_content, heat_start : float
-        Heat in it above `heat_reference` [degC] now and at the start.
-    """
-
-    external: float = 0.0
-    plastic: float = 0.0
-    friction: float = 0.0
-    elastic: float = 0.0
-    heat_generated: float = 0.0
-    heat_to_tools: float = 0.0
-    heat_to_environment: float = 0.0
-    heat_content: float = 0.0
-    heat_start: float = 0.0
-    heat_reference: float | None = None
-
-    @property
-    def heat_imbalance(self) -> float:
-        """Heat risen + heat left - heat generated, over the largest of them: what remeshing and compression cost."""
-        rise = self.heat_content - self.heat_start
-        parts = (rise, self.heat_to_tools, self.heat_to_environment, -self.heat_generated)
-        largest = max(map(abs, parts))
-        return sum(parts) / largest if largest > 0.0 else 0.0
-
-    @property
-    def imbalance(self) -> float:
-        """(plastic + friction + elastic) / external - 1."""
-        if self.external <= 0.0:
-            return 0.0
-        return (self.plastic + self.friction + self.elastic) / self.external - 1.0
 
 
 @dataclass
