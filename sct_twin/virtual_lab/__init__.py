@@ -8,16 +8,30 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .campaign import Campaign as Campaign
     from .campaign import load_truth as load_truth
+    from .campaign import run_protocol as run_protocol
     from .hidden import HIDDEN as HIDDEN
+    from .instruments import Faults as Faults
+    from .instruments import Instruments as Instruments
+    from .lubricants import LUBRICANTS as LUBRICANTS
     from .plans import PLAN_NAMES as PLAN_NAMES
     from .press import press_curves as press_curves
+    from .protocols import PROTOCOLS as PROTOCOLS
+    from .rig_files import FORMATS as FORMATS
+    from .specimen import Rig as Rig
 
 _EXPORTS = {
     "Campaign": "campaign",
     "load_truth": "campaign",
+    "run_protocol": "campaign",
     "HIDDEN": "hidden",
+    "Faults": "instruments",
+    "Instruments": "instruments",
+    "LUBRICANTS": "lubricants",
     "PLAN_NAMES": "plans",
     "press_curves": "press",
+    "PROTOCOLS": "protocols",
+    "FORMATS": "rig_files",
+    "Rig": "specimen",
 }
 
 __all__ = sorted(_EXPORTS)

@@ -6,8 +6,8 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +17,29 @@ import pandas as pd
 from forming.upsetting import PunchGeometry, UpsettingResult
 from friction_models.loads import FloatArray, InputError, atomic_folder, atomic_path, write_json, write_text
 
+from ..contact_temperature import ThermalBody, ThermalSettings
 from ..pool import Progress, map_unordered
 from ..raw_campaign import RawCampaign, check_target, write_tables
 from ..result import fingerprint
-from .experiment import Instruments, run_test
+from .experiment import Specimen, run_test
+from .instruments import Faults, Instruments
 from .law import TrueLaw
-from .plans import SIGMA_LEVELS, make_plan, parse_plan
-from .specimen import TEMPERATURES, Rig, SpecimenTable, compute_run, solver_fingerprint
+from .lubricants import lubricant_named
+from .plans import SIGMA_LEVELS, make_plan, parse_plan, read_plan
+from .reality import perturbations
+from .rig_files import file_format as file_format_named
+from .rig_files import write_channel_map
+from .specimen import (
+    DIAMETER,
+    HEIGHT,
+    STEPS,
+    TABLE_MU,
+    TEMPERATURES,
+    Rig,
+    SpecimenTable,
+    compute_run,
+    solver_fingerprint,
+)
 
 TRUTH_JSON, TRUTH_NPZ = "truth.json", "truth.npz"
 #: Specimens are upset a little beyond the largest force, for those that are softer.
@@ -36,40 +52,83 @@ class Campaign:
 
     Parameters
     ----------
-    plan : str
-        ``family-count[+heldout]``: ``factorial-81+30``, ``reduced-27+10``, ``tiny-6+3``.
+    plan : str, path-like or DataFrame
+        ``family-count[+heldout]``: ``factorial-81+30``, ``reduced-27+10``, ``tiny-6+3``; or rows of one's own
+        (a table or the path of a ``.csv``), see `plans.complete_plan`.
     hidden : str or sequence of str, optional
-        Hidden effects by name (``"stribeck"``, ``"stribeck+wear_out"``); None: the linear law alone.
+        Hidden effects by name (``"stribeck"``, ``"stribeck+wear_out"``); None: the base law alone.
     seed : int
         Everything random follows from it.
-    rig, instruments : Rig, Instruments
-        The laboratory's reality and its sensors.
+    rig, instruments : Rig, Instruments, optional
+        The laboratory's reality and its sensors; plain ones by default, realistic ones with a lubricant.
     cache : path-like, optional
         Folder in which upsetting runs are kept; the user's cache folder by default.
+    lubricant : str, optional
+        One of `lubricants.LUBRICANTS`; None: a law that is linear in the five loads.
+    repeats : int
+        How often every training test of a named plan is run.
+    faults : Faults, optional
+        What goes wrong in the tests.
+    law : TrueLaw, optional
+        A law that is known already, of another campaign, instead of one that is drawn.
 
     Raises
     ------
     InputError
-        Unknown plan or hidden effect, or a seed that is not a whole number from 0 on.
+        Unknown plan, lubricant or hidden effect, rows that cannot be tested, or a seed that is not a whole
+        number from 0 on.
     """
 
-    plan: str = "reduced-27+10"
+    plan: str | os.PathLike[str] | pd.DataFrame = "reduced-27+10"
     hidden: str | Sequence[str] | None = None
     seed: int = 0
-    rig: Rig = field(default_factory=Rig)
-    instruments: Instruments = field(default_factory=Instruments)
+    rig: Rig | None = None
+    instruments: Instruments | None = None
     cache: str | os.PathLike[str] | None = None
+    lubricant: str | None = None
+    repeats: int = 1
+    faults: Faults | None = None
+    law: TrueLaw | None = None
 
     def __post_init__(self) -> None:
-        parse_plan(self.plan)
         if isinstance(self.seed, bool) or not isinstance(self.seed, int | np.integer) or self.seed < 0:
             raise InputError(f"campaign: seed {self.seed!r}; allowed: a whole number from 0 on")
-        self.law = TrueLaw.draw(self.hidden, int(self.seed))
+        if isinstance(self.repeats, bool) or not (isinstance(self.repeats, int) and 1 <= self.repeats <= 50):
+            raise InputError(f"campaign: repeats = {self.repeats!r}; allowed: 1 to 50")
+        plain = self.lubricant is None
+        usual = Rig()
+        if self.lubricant is not None:
+            usual = replace(Rig.realistic(), upsetting_mu=lubricant_named(self.lubricant).upsetting_mu)
+        self._rig = self.rig or usual
+        self._instruments = self.instruments or (Instruments() if plain else Instruments.realistic())
+        self._law = self.law or TrueLaw.draw(self.hidden, int(self.seed), self.lubricant)
+        self._tests = self._table()
+
+    @property
+    def true_law(self) -> TrueLaw:
+        """Return the friction law of the campaign."""
+        return self._law
 
     @property
     def tests(self) -> pd.DataFrame:
         """Return the test table."""
-        return make_plan(self.plan, int(self.seed))
+        return self._tests.copy()
+
+    def _table(self) -> pd.DataFrame:
+        seed = int(self.seed)
+        if isinstance(self.plan, str) and not self.plan.lower().endswith(".csv"):
+            table = make_plan(self.plan, seed, self.repeats)
+        elif self.repeats > 1:
+            raise InputError("campaign: repeats belong to a named plan; allowed: a row a test in one's own")
+        else:
+            table = read_plan(self.plan, seed)
+        if self.lubricant is not None:
+            table["lubricant"] = self.lubricant
+        if self._rig.scattered or self._instruments.caliper > 0.0:
+            drawn = [Specimen.draw(str(t), self._rig, self._instruments, seed) for t in table["test_id"]]
+            table["specimen_diameter"] = [specimen.diameter_measured for specimen in drawn]
+            table["specimen_height"] = [specimen.height_measured for specimen in drawn]
+        return table
 
     def run(
         self,
@@ -100,11 +159,47 @@ class Campaign:
         """
         temporary = tempfile.TemporaryDirectory(prefix="tribofmu-lab-") if out is None else None
         target = Path(temporary.name) / "campaign" if temporary is not None else Path(out or "")
+        self.write(target, jobs=jobs, progress=progress)
+        campaign = RawCampaign.load(target)
+        campaign._temporary = temporary
+        return campaign
+
+    def write(
+        self,
+        out: str | os.PathLike[str],
+        file_format: str = "canonical",
+        jobs: int | None = None,
+        progress: Progress | None = None,
+    ) -> Path:
+        """Carry out all tests and write their files as the logger of a rig would.
+
+        Parameters
+        ----------
+        out : path-like
+            Folder to write, atomically: ``raw/`` with a file a test, ``tests.csv``, ``campaign.json``, the truth,
+            and ``channels.yaml`` for `ingest` unless the format is ``canonical``.
+        file_format : str
+            One of `rig_files.FORMATS`.
+        jobs, progress
+            See `run`.
+
+        Returns
+        -------
+        Path
+            The folder.
+
+        Raises
+        ------
+        InputError
+            Unknown format, or `out` holds something else than a campaign.
+        """
+        kind = file_format_named(file_format)
+        target = Path(out)
         check_target(target)
         tests = self.tests
         rows = tests.to_dict("records")
         report = progress or (lambda done, of, what: None)
-        partial = self._partial(target)
+        partial = self._partial(target, kind.name)
         known = {row["test_id"] for row in rows if (partial / "truth" / f"{row['test_id']}.npz").is_file()}
         tables = self._tables(tests, jobs, report, len(rows))
         if known:
@@ -113,11 +208,13 @@ class Campaign:
         items = [
             (
                 row,
-                self.law.to_dict(),
+                self._law.to_dict(),
                 tables[_shape(row)],
-                self.rig,
-                self.instruments,
+                self._rig,
+                self._instruments,
                 int(self.seed),
+                self.faults,
+                kind.name,
                 str(partial),
             )
             for row in open_rows
@@ -128,17 +225,24 @@ class Campaign:
         with atomic_folder(target) as folder:
             (partial / "raw").rename(folder / "raw")
             self._write_truth(partial / "truth", folder, [str(row["test_id"]) for row in rows])
-            write_tables(folder, tests, self._info())
+            write_tables(folder, tests, self._info(kind.name))
+            if kind.name != "canonical":
+                write_channel_map(folder, kind, self._instruments.moving_mass)
         shutil.rmtree(partial, ignore_errors=True)
-        campaign = RawCampaign.load(target)
-        campaign._temporary = temporary
-        return campaign
+        return target
 
-    def _partial(self, target: Path) -> Path:
+    def _partial(self, target: Path, kind: str) -> Path:
         """Return the folder beside `target` in which finished tests wait; emptied if it is another campaign's."""
         partial = target.parent / f".{target.name}.partial"
         key = fingerprint(
-            self.plan, self.law.to_dict(), int(self.seed), self.rig, self.instruments, solver_fingerprint()
+            self._tests.to_csv(),
+            self._law.to_dict(),
+            int(self.seed),
+            self._rig,
+            self._instruments,
+            self.faults,
+            kind,
+            solver_fingerprint(),
         )
         mark = partial / "key"
         whole = mark.is_file() and (partial / "raw").is_dir() and (partial / "truth").is_dir()
@@ -161,9 +265,10 @@ class Campaign:
             folder / TRUTH_JSON,
             {
                 "synthetic": True,
-                "law": self.law.to_dict(),
-                "rig": asdict(self.rig),
-                "instruments": asdict(self.instruments),
+                "law": self._law.to_dict(),
+                "rig": asdict(self._rig),
+                "instruments": asdict(self._instruments),
+                "faults": None if self.faults is None else asdict(self.faults),
                 "tests": scatter,
             },
         )
@@ -173,34 +278,56 @@ class Campaign:
     ) -> dict[float, SpecimenTable]:
         shapes = {_shape(row): float(row["bore"]) for row in tests.to_dict("records")}
         cache = None if self.cache is None else str(self.cache)
+        changed = [name for name in STEPS if name == "mu" or self._rig.scattered]
+        cases: list[tuple[float, dict[str, float]]] = [(T, {}) for T in TEMPERATURES]
+        cases += [(TEMPERATURES[0], {name: STEPS[name]}) for name in changed]
         items = [
             (
-                PunchGeometry(bore_diameter=bore, tip_diameter=tip or None),
+                PunchGeometry(
+                    DIAMETER + change.get("diameter", 0.0),
+                    HEIGHT + change.get("height", 0.0),
+                    bore_diameter=bore,
+                    tip_diameter=tip or None,
+                ),
                 T,
+                TABLE_MU + change.get("mu", 0.0),
                 FORCE_MARGIN * SIGMA_LEVELS[-1] * np.pi / 4.0 * bore**2,
-                self.rig,
+                self._rig,
                 cache,
             )
             for tip, bore in shapes.items()
-            for T in TEMPERATURES
+            for T, change in cases
         ]
         runs: dict[int, UpsettingResult] = {}
         for index, run in map_unordered(compute_run, items, jobs):
             runs[index] = run
             report(0, total, f"virtual upsetting {len(runs)} of {len(items)}")
-        m1 = self.rig.material.m1
-        return {shape: SpecimenTable((runs[2 * k], runs[2 * k + 1]), m1) for k, shape in enumerate(shapes)}
+        m1 = self._rig.material.m1
+        tables = {}
+        for number, shape in enumerate(shapes):
+            mine = [runs[len(cases) * number + k] for k in range(len(cases))]
+            tables[shape] = SpecimenTable((mine[0], mine[1]), m1, dict(zip(changed, mine[2:])))
+        return tables
 
-    def _info(self) -> dict[str, Any]:
-        family, held_out = parse_plan(self.plan)
+    def _plan_info(self) -> dict[str, Any]:
+        if isinstance(self.plan, str) and not self.plan.lower().endswith(".csv"):
+            family, held_out = parse_plan(self.plan)
+            return {"plan": self.plan, "plan_meaning": family.meaning, "held_out": held_out}
+        name = "rows of a table" if isinstance(self.plan, pd.DataFrame) else Path(self.plan).name
+        held_out = int((self._tests["role"] == "test").sum())
+        return {"plan": name, "plan_meaning": "rows given by the user", "held_out": held_out}
+
+    def _info(self, kind: str) -> dict[str, Any]:
         return {
             "synthetic": True,
             "notice": "synthetic: made by the virtual laboratory, not measured",
-            "plan": self.plan,
-            "plan_meaning": family.meaning,
-            "held_out": held_out,
+            **self._plan_info(),
             "seed": int(self.seed),
-            "moving_mass_kg": self.instruments.moving_mass,
+            **({} if self.lubricant is None else {"lubricant": f"{self.lubricant} (virtual)"}),
+            **({} if self.repeats == 1 else {"repeats": self.repeats}),
+            "files": kind,
+            "reality": perturbations(self._rig, self._instruments),
+            "moving_mass_kg": self._instruments.moving_mass,
             "sampling_rate_Hz": 1000.0,
             "specimen": {"diameter_mm": 15.0, "height_mm": 15.0, "material": "16MnCr5"},
             "plate": {"material": "1.2379"},
@@ -215,8 +342,65 @@ class Campaign:
                 "bore": "mm",
                 "tip": "mm",
                 "F_set": "N",
+                "specimen_diameter": "mm",
+                "specimen_height": "mm",
+                "sigma_end": "MPa",
+                "sigma_levels": "MPa",
+                "v_levels": "mm/s",
+                "hold_at": "mm",
+                "hold": "s",
+                "zero_reading": "s",
             },
         }
+
+
+def run_protocol(
+    source: Campaign | RawCampaign | str | os.PathLike[str],
+    rows: pd.DataFrame | Sequence[Mapping[str, Any]] | str | os.PathLike[str],
+    out: str | os.PathLike[str] | None = None,
+    seed: int = 1,
+    jobs: int | None = None,
+) -> RawCampaign:
+    """Carry out further tests with the lubricant of an earlier virtual campaign.
+
+    Parameters
+    ----------
+    source : Campaign, RawCampaign or path-like
+        The campaign, or the folder it was written to.
+    rows : DataFrame, sequence of mapping, or path-like
+        Rows of a plan, as `plans.complete_plan` takes them; `diagnose` proposes such rows.
+    out : path-like, optional
+        Folder to write; a temporary folder by default.
+    seed : int
+        Of specimens and noise; another one than the campaign's gives new specimens.
+    jobs : int, optional
+        Processes; all cores by default.
+
+    Raises
+    ------
+    InputError
+        No truth there, or rows that cannot be tested.
+    """
+    if not isinstance(rows, pd.DataFrame | str | os.PathLike):
+        rows = pd.DataFrame(list(rows))
+    if isinstance(source, Campaign):
+        law, rig, instruments = source.true_law, source._rig, source._instruments
+        lubricant, cache = source.lubricant, source.cache
+    else:
+        content = load_truth(source.folder if isinstance(source, RawCampaign) else source)[0]
+        law, cache = TrueLaw.from_dict(content["law"]), None
+        lubricant = law.lubricant
+        rig, instruments = _rig_from(content["rig"]), Instruments(**content["instruments"])
+    campaign = Campaign(
+        rows, seed=seed, rig=rig, instruments=instruments, cache=cache, lubricant=lubricant, law=law
+    )
+    return campaign.run(out, jobs)
+
+
+def _rig_from(content: dict[str, Any]) -> Rig:
+    thermal = content["thermal"]
+    bodies = {name: ThermalBody(**thermal[name]) for name in ("plate", "specimen")}
+    return Rig(**{**content, "thermal": ThermalSettings(**{**thermal, **bodies})})
 
 
 def load_truth(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, dict[str, FloatArray]]]:
@@ -253,12 +437,15 @@ def _test_to_files(
     rig: Rig,
     instruments: Instruments,
     seed: int,
+    faults: Faults | None,
+    kind: str,
     folder: str,
 ) -> None:
     """Carry out one test in a pool; its truth, written last, says that it is finished."""
-    test = run_test(row, TrueLaw.from_dict(law), table, rig, instruments, seed)
-    test_id = test.record.test_id
-    test.record.save(Path(folder) / "raw" / f"{test_id}.csv")
+    test = run_test(row, TrueLaw.from_dict(law), table, rig, instruments, seed, faults)
+    test_id, form = str(row["test_id"]), file_format_named(kind)
+    with atomic_path(Path(folder) / "raw" / f"{test_id}{form.suffix}") as temporary:
+        form.save(temporary, test.frame)
     content = {**test.truth, **{f"scatter/{name}": np.array(value) for name, value in test.scatter.items()}}
     with atomic_path(Path(folder) / "truth" / f"{test_id}.npz") as temporary, temporary.open("wb") as stream:
         np.savez(stream, **content)  # type: ignore[arg-type]

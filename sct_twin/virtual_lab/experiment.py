@@ -2,75 +2,77 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.signal import lfilter
+import pandas as pd
 
 from friction_models.loads import FloatArray
 
-from ..record import SctRecord
 from ..signals import integral
-from ..sliding import rest, step_ends
 from ..upsetting import ContactState
+from .heating import MU_MIN, Sliding, heat
+from .instruments import Faults, Instruments, measured, wander
 from .law import LawInput, TrueLaw
-from .specimen import Rig, SpecimenTable
+from .motion import RATE, commanded, on_elastic_drive
+from .protocols import Schedule, schedule
+from .specimen import DIAMETER, HEIGHT, TABLE_MU, Rig, SpecimenTable
 
-RATE = 1000.0
-
-
-@dataclass(frozen=True)
-class Instruments:
-    """Sensors and specimen scatter; standard deviations unless said otherwise.
-
-    Attributes
-    ----------
-    moving_mass : float
-        Mass between force cell and contact [kg].
-    offset : float
-        Of mu from test to test: specimen and lubricant.
-    drift, drift_length : float
-        Slow change of mu within a test, and the distance over which it forgets [mm].
-    roughness : float
-        Fast fluctuation of mu from sample to sample.
-    F_n_noise, F_r_noise, zero : float
-        Force cells: noise and unloaded reading [N].
-    position_noise : float
-        Of the plate position [mm].
-    acceleration_noise : float
-        Of the plate acceleration [mm/s2].
-    temperature_noise : float
-        Of the plate thermocouple [K].
-    control : float
-        Relative wobble of the force control.
-    acceleration : float
-        With which the plate is set in motion [mm/s2]; not a standard deviation.
-    """
-
-    moving_mass: float = 25.0
-    offset: float = 0.0042
-    drift: float = 0.0016
-    drift_length: float = 15.0
-    roughness: float = 0.0012
-    F_n_noise: float = 90.0
-    F_r_noise: float = 35.0
-    zero: float = 40.0
-    position_noise: float = 0.0015
-    acceleration_noise: float = 150.0
-    temperature_noise: float = 0.15
-    control: float = 0.002
-    acceleration: float = 12000.0
+#: Time in which the load is taken off after a test [s].
+UNLOADING = 0.3
+#: Friction that the drive is wound up for at most, over the normal force.
+WIND_UP = 0.3
 
 
 @dataclass(frozen=True, eq=False)
 class VirtualTest:
-    """The record that is handed out, and the truth that is not."""
+    """The record that is handed out, and the truth that is not.
 
-    record: SctRecord
+    Attributes
+    ----------
+    frame : pandas.DataFrame
+        Channels in canonical names and units.
+    truth : dict of ndarray
+        Loads and friction at equal distances.
+    scatter : dict of float
+        What this specimen, cell and lubricant film were.
+    """
+
+    frame: pd.DataFrame
     truth: dict[str, FloatArray]
     scatter: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """Diameter and height [mm] as they are and as the caliper says, and friction while it is upset."""
+
+    diameter: float
+    height: float
+    diameter_measured: float
+    height_measured: float
+    upsetting_mu: float
+
+    @classmethod
+    def draw(cls, test_id: str, rig: Rig, instruments: Instruments, seed: int) -> Specimen:
+        """Draw the specimen of a test, from a stream of its own."""
+        z = np.clip(np.random.default_rng([seed, 7015, stream(test_id)]).standard_normal(5), -2.5, 2.5)
+        diameter = float(DIAMETER + rig.diameter_scatter * z[0])
+        height = float(HEIGHT + rig.height_scatter * z[1])
+        read = instruments.caliper * z[2:4]
+        mu = rig.upsetting_mu * (1.0 + rig.upsetting_scatter * float(z[4]))
+        return cls(
+            diameter, height, round(diameter + float(read[0]), 3), round(height + float(read[1]), 3), mu
+        )
+
+
+def stream(test_id: str) -> int:
+    """Return the number of the random stream of a test."""
+    tail = test_id.removeprefix("sct")
+    return int(tail) if tail.isdecimal() and len(tail) <= 9 else zlib.crc32(test_id.encode())
 
 
 def run_test(
@@ -80,6 +82,7 @@ def run_test(
     rig: Rig,
     instruments: Instruments,
     seed: int,
+    faults: Faults | None = None,
 ) -> VirtualTest:
     """Carry out one test of the plan.
 
@@ -95,10 +98,27 @@ def run_test(
         Reality and sensors.
     seed : int
         Of the campaign; the test draws from its own stream.
+    faults : Faults, optional
+        What goes wrong.
+
+    Raises
+    ------
+    InputError
+        A protocol that cannot be.
     """
-    rng = np.random.default_rng([seed, 7003, int(str(row["test_id"])[3:])])
+    test_id = str(row["test_id"])
+    rng = np.random.default_rng([seed, 7003, stream(test_id)])
+    more = np.random.default_rng([seed, 7013, stream(test_id)])
+    told = schedule(row, f"test {test_id}")
     flow_stress = float(1.0 + rig.flow_stress_scatter * np.clip(rng.standard_normal(), -2.5, 2.5))
     offset = float(instruments.offset * np.clip(rng.standard_normal(), -2.5, 2.5))
+    offset += _batch_offset(str(row.get("batch", "")), instruments, seed)
+    specimen = Specimen.draw(test_id, rig, instruments, seed)
+    table = table.of(
+        diameter=specimen.diameter - DIAMETER,
+        height=specimen.height - HEIGHT,
+        mu=specimen.upsetting_mu - TABLE_MU,
+    )
     T_tool, force = float(row["T_tool"]), float(row["F_set"])
     context = {
         "Ra": float(row["Ra"]),
@@ -107,51 +127,81 @@ def run_test(
     }
     loading = _loading(table, force, T_tool, flow_stress, rig)
     state = table.state(force, T_tool, flow_stress)
-    free, wait = round(0.12 * RATE), round(float(row["t_wait"]) * RATE)
-    slide_v = _motion(float(row["v_set"]), float(row["sd_set"]), instruments, rng)
-    slide_sd = integral(slide_v, 1.0 / RATE)
-    before = free + len(loading) + wait
-    F_n = np.concatenate([np.zeros(free), loading, np.full(wait + len(slide_v), force)])
-    wobble = _wander(before + len(slide_v), 0.4 * RATE, instruments.control, rng)
-    wobble[:before] *= np.clip((np.arange(before) - free - len(loading)) / max(wait, 1), 0.0, 1.0)
-    F_n = F_n * (1.0 + wobble)
-    v = np.concatenate([np.zeros(before), slide_v])
-    sd = np.concatenate([np.zeros(before), slide_sd])
-    drift = _wander(int(slide_sd[-1] / 0.1) + 3, instruments.drift_length / 0.1, instruments.drift, rng)
-    drift_at = np.interp(sd, 0.1 * np.arange(len(drift)), drift) + offset
-    sliding = slice(before, None)
-    T, work = _heat(
-        state,
-        law,
-        context,
-        rig,
-        T_tool,
-        float(row["t_wait"]),
-        F_n[sliding],
-        slide_v,
-        slide_sd,
-        drift_at[sliding],
+    distance = float(row["sd_set"])
+    # An elastic drive is ahead of the plate: it goes on until the plate has slid its way.
+    ahead = WIND_UP * force / instruments.stiffness if instruments.stiffness > 0.0 else 0.0
+    command = _motion(told, distance, ahead, instruments, rng)
+    plate_v, plate_sd, drive_force = _follow(
+        command, distance, force, state, law, context, T_tool, offset, instruments
     )
-    sigma_n = state.sigma_n(F_n[sliding])
-    psi = np.full(len(slide_sd), state.psi)
-    law_mu = law.mu(LawInput(slide_v, T, sigma_n, slide_sd, psi, work, context))
-    mu = np.zeros(len(F_n))
-    mu[sliding] = np.maximum(law_mu + drift_at[sliding], 0.002)
-    record = _measure(row, F_n, mu, v, sd, T_tool, instruments, rng)
-    grid = 0.1 * np.arange(1, int(slide_sd[-1] / 0.1 - 0.5) + 1)
-    time = np.arange(len(slide_sd)) / RATE
+    free = round((0.12 + told.zero_reading) * RATE)
+    wait = round(float(row["t_wait"]) * RATE)
+    begin = free + len(loading) + wait
+    F_n = _forces(told, force, loading, free, wait, plate_sd, distance, float(row["v_set"]))
+    after = _after(told, instruments, float(F_n[-1]))
+    end = begin + len(plate_v)
+    F_n = np.concatenate([F_n, after])
+    n = len(F_n)
+    wobble = wander(n, 0.4 * RATE, instruments.control, rng)
+    wobble[:begin] *= np.clip((np.arange(begin) - free - len(loading)) / max(wait, 1), 0.0, 1.0)
+    F_n = F_n * (1.0 + wobble)
+    v, sd = np.zeros(n), np.zeros(n)
+    v[begin:end], sd[begin:end], sd[end:] = plate_v, plate_sd, plate_sd[-1]
+    grain = wander(int(plate_sd[-1] / 0.1) + 3, instruments.drift_length / 0.1, instruments.drift, rng)
+    scatter = np.interp(plate_sd, 0.1 * np.arange(len(grain)), grain) + offset
+    static = _static(plate_sd, instruments)
+    sliding = Sliding(F_n[begin:end], plate_v, plate_sd, scatter, static)
+    T, work, slip = heat(state, law, context, rig, T_tool, float(row["t_wait"]), sliding)
+    sigma_n = state.sigma_n(sliding.F_n)
+    psi = np.full(len(plate_sd), state.psi)
+    law_mu = law.mu(LawInput(plate_v, T, sigma_n, plate_sd, psi, work, context, slip))
+    mu = np.maximum(law_mu + scatter, MU_MIN) + static
+    friction = np.zeros(n)
+    friction[begin:end] = mu * sliding.F_n
+    if instruments.stiffness > 0.0:
+        friction[begin:end] = np.where(plate_v > 0.0, friction[begin:end], drive_force)
+    friction[end:] = friction[end - 1] * F_n[end:] / max(F_n[end - 1], 1.0)
+    true = {
+        "F_n": F_n,
+        "friction": friction,
+        "a": np.gradient(v, 1.0 / RATE),
+        "sd": sd,
+        "T_plate": T_tool + _plate_rise(friction * v, instruments),
+    }
+    gains = _gains(instruments, seed)
+    frame = measured(true, v > 0.0, instruments, gains, rng, more)
+    if faults is not None and faults.happen_to(test_id):
+        frame = faults.apply(frame, free, more)
+    truth = _truth(plate_sd, plate_v, T, sigma_n, psi, law_mu, mu)
+    known = {"offset": offset, "flow_stress": flow_stress}
+    known |= {"diameter": specimen.diameter, "height": specimen.height}
+    known["upsetting_mu"] = specimen.upsetting_mu
+    return VirtualTest(frame, truth, known)
+
+
+def _truth(
+    sd: FloatArray,
+    v: FloatArray,
+    T: FloatArray,
+    sigma_n: FloatArray,
+    psi: FloatArray,
+    law_mu: FloatArray,
+    mu: FloatArray,
+) -> dict[str, FloatArray]:
+    """Return loads and friction at equal distances."""
+    grid = 0.1 * np.arange(1, int(sd[-1] / 0.1 - 0.5) + 1)
     columns = {
-        "t": time,
-        "v_rel": slide_v,
+        "t": np.arange(len(sd)) / RATE,
+        "v_rel": v,
         "T": T,
         "sigma_n": sigma_n,
         "psi": psi,
         "mu_law": law_mu,
-        "mu": mu[sliding],
+        "mu": mu,
     }
-    truth = {name: np.interp(grid, slide_sd, values) for name, values in columns.items()}
+    truth = {name: np.interp(grid, sd, values) for name, values in columns.items()}
     truth["sd"] = grid
-    return VirtualTest(record, truth, {"offset": offset, "flow_stress": flow_stress})
+    return truth
 
 
 def _loading(table: SpecimenTable, force: float, T_tool: float, flow_stress: float, rig: Rig) -> FloatArray:
@@ -162,101 +212,114 @@ def _loading(table: SpecimenTable, force: float, T_tool: float, flow_stress: flo
     return np.interp(np.arange(count) * rig.ram_speed / RATE, travel, forces)
 
 
-def _motion(v_set: float, distance: float, instruments: Instruments, rng: np.random.Generator) -> FloatArray:
-    """Return the plate speed from rest: half a cosine up to the set value, then a slight ripple."""
-    ramp = max(0.5 * np.pi * v_set / instruments.acceleration, 0.02)
-    count = int(np.ceil((ramp + distance / v_set) * RATE)) + 1
-    t = np.arange(count) / RATE
-    phase = np.clip(t / ramp, 0.0, 1.0)
+def _motion(
+    told: Schedule, distance: float, ahead: float, instruments: Instruments, rng: np.random.Generator
+) -> FloatArray:
+    """Return the speed of the drive from rest, with a slight ripple, up to the sliding distance."""
+    v = commanded(told.speeds, distance, instruments.acceleration, told.hold)
+    if ahead > 0.0:
+        v = np.concatenate([v, np.full(int(np.ceil(ahead / v[-1] * RATE)), v[-1])])
+    t = np.arange(len(v)) / RATE
     ripple = 1.0 + 0.003 * np.sin(
         2.0 * np.pi * float(rng.uniform(3.0, 8.0)) * t + float(rng.uniform(0, 6.28))
     )
-    v = v_set * 0.5 * (1.0 - np.cos(np.pi * phase)) * ripple
-    sd = integral(v, 1.0 / RATE)
-    return np.asarray(v[: int(np.searchsorted(sd, distance)) + 1])
+    v = v * ripple
+    return np.asarray(v[: int(np.searchsorted(integral(v, 1.0 / RATE), distance + ahead)) + 1])
 
 
-def _heat(
+def _follow(
+    command: FloatArray,
+    distance: float,
+    force: float,
     state: ContactState,
     law: TrueLaw,
     context: Mapping[str, float],
-    rig: Rig,
     T_tool: float,
-    wait: float,
-    F_n: FloatArray,
-    v: FloatArray,
-    sd: FloatArray,
-    scatter: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Return contact temperature and friction work per area at the samples; mu is fed back step by step."""
-    contact = state.sliding(float(v.max()), T_tool, T_tool, rig.thermal)
-    rest(contact, wait)
-    stops = step_ends(contact.cell, float(sd[-1]))
-    t = np.interp(stops, sd, np.arange(len(sd)) / RATE)
-    middle = 0.5 * (stops[1:] + stops[:-1])
-    at = {
-        "F_n": np.interp(middle, sd, F_n),
-        "v": np.interp(middle, sd, v),
-        "scatter": np.interp(middle, sd, scatter),
-    }
-    T, work = np.empty(len(stops)), np.zeros(len(stops))
-    T[0] = contact.contact.mean
-    slope = 0.0
-    for k in range(len(middle)):
-        step = stops[k + 1] - stops[k]
-        sigma = float(at["F_n"][k]) / state.area
-        ahead = T[k] + 0.5 * slope * step
-        load = LawInput(
-            np.array([at["v"][k]]),
-            np.array([ahead]),
-            np.array([sigma]),
-            np.array([middle[k]]),
-            np.array([state.psi]),
-            np.array([work[k]]),
-            context,
-        )
-        mu = max(float(law.mu(load)[0] + at["scatter"][k]), 0.002)
-        dt = max(float(t[k + 1] - t[k]), 1e-9)
-        T[k + 1] = contact.advance(dt, step, mu * float(at["F_n"][k]) * step / dt).mean
-        slope = (T[k + 1] - T[k]) / step
-        work[k + 1] = work[k] + mu * sigma * step
-    return np.interp(sd, stops, T), np.interp(sd, stops, work)
-
-
-def _measure(
-    row: Mapping[str, Any],
-    F_n: FloatArray,
-    mu: FloatArray,
-    v: FloatArray,
-    sd: FloatArray,
-    T_tool: float,
+    offset: float,
     instruments: Instruments,
-    rng: np.random.Generator,
-) -> SctRecord:
-    """Return what the sensors record: zeros, noise, and the inertia of the plate in the friction force."""
-    n = len(F_n)
-    a = np.gradient(v, 1.0 / RATE)
-    zeros = instruments.zero * rng.standard_normal(2)
-    friction = (mu + instruments.roughness * rng.standard_normal(n) * (v > 0)) * F_n
-    plate = T_tool + _wander(n, 3.0 * RATE, 0.4, rng) + instruments.temperature_noise * rng.standard_normal(n)
-    return SctRecord(
-        test_id=str(row["test_id"]),
-        t=np.arange(n) / RATE,
-        F_n=F_n + zeros[0] + instruments.F_n_noise * rng.standard_normal(n),
-        F_r=friction
-        + instruments.moving_mass * 1e-3 * a
-        + zeros[1]
-        + instruments.F_r_noise * rng.standard_normal(n),
-        s=sd + 12.0 + instruments.position_noise * rng.standard_normal(n),
-        a=a + 30.0 * float(rng.standard_normal()) + instruments.acceleration_noise * rng.standard_normal(n),
-        T_plate=plate,
-        metadata=dict(row),
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return speed and distance of the plate, and the force in the drive, from the command."""
+    drive = integral(command, 1.0 / RATE)
+    if instruments.stiffness == 0.0:
+        return command, drive, np.zeros(len(command))
+    one = np.ones(1)
+    start = LawInput(
+        0.0 * one, T_tool * one, state.sigma_n(force) * one, 0.0 * one, state.psi * one, 0.0 * one, context
+    )
+    mu = max(float(law.mu(start)[0]) + offset, MU_MIN)
+    mass = instruments.moving_mass * 1e-3
+    damping = 2.0 * instruments.damping * float(np.sqrt(instruments.stiffness * mass))
+    sd, pull = on_elastic_drive(
+        drive,
+        np.full(len(drive), force),
+        mu,
+        instruments.static,
+        instruments.static_length,
+        instruments.stiffness,
+        damping,
+        mass,
+        1.0 / RATE,
+    )
+    end = min(int(np.searchsorted(sd, distance)) + 1, len(sd))
+    v = np.gradient(sd, 1.0 / RATE)
+    v[sd <= 0.0] = 0.0
+    return np.maximum(v, 0.0)[:end], sd[:end], pull[:end]
+
+
+def _static(sd: FloatArray, instruments: Instruments) -> FloatArray:
+    """Return what friction is higher at break-away."""
+    if instruments.stiffness == 0.0:
+        return np.zeros(len(sd))
+    return np.asarray(instruments.static / (1.0 + (sd / instruments.static_length) ** 2))
+
+
+def _forces(
+    told: Schedule,
+    force: float,
+    loading: FloatArray,
+    free: int,
+    wait: int,
+    sd: FloatArray,
+    distance: float,
+    v_set: float,
+) -> FloatArray:
+    """Return the normal force up to the end of sliding: the specimen is upset under the largest one."""
+    first = told.forces[0]
+    waiting = np.full(wait, force)
+    if first != 1.0:
+        waiting = force * np.interp(np.arange(wait) / max(wait, 1), [0.1, 0.6], [1.0, first])
+    sliding = force * told.force(sd, distance, v_set)
+    return np.concatenate([np.zeros(free), loading, waiting, sliding])
+
+
+def _after(told: Schedule, instruments: Instruments, last: float) -> FloatArray:
+    """Return the normal force behind the sliding: unloading and the unloaded cells."""
+    unloaded = max(told.zero_reading, instruments.unloaded_after)
+    if unloaded == 0.0:
+        return np.zeros(0)
+    standing, falling = round(0.1 * RATE), round(UNLOADING * RATE)
+    return np.concatenate(
+        [np.full(standing, last), np.linspace(last, 0.0, falling), np.zeros(round(unloaded * RATE))]
     )
 
 
-def _wander(count: int, memory: float, deviation: float, rng: np.random.Generator) -> FloatArray:
-    """Return a stationary process that forgets over `memory` samples (Ornstein-Uhlenbeck)."""
-    keep = float(np.exp(-1.0 / memory))
-    shocks = deviation * float(np.sqrt(1.0 - keep**2)) * rng.standard_normal(count)
-    shocks[0] = deviation * float(rng.standard_normal())
-    return np.asarray(lfilter([1.0], [1.0, -keep], shocks))
+def _plate_rise(power: FloatArray, instruments: Instruments) -> FloatArray:
+    """Return how much friction has warmed the plate around the thermocouple [K]."""
+    if instruments.plate_capacity == 0.0:
+        return np.zeros(len(power))
+    return integral(power, 1.0 / RATE) * 1e-3 / instruments.plate_capacity
+
+
+def _gains(instruments: Instruments, seed: int) -> tuple[float, float]:
+    """Return the calibrations of the force cells, the same in all tests of a campaign."""
+    z = np.random.default_rng([seed, 7014]).standard_normal(2)
+    return 1.0 + instruments.gain * float(z[0]), 1.0 + instruments.gain * float(z[1])
+
+
+def _batch_offset(batch: str, instruments: Instruments, seed: int) -> float:
+    """Return what a lubricant batch adds to mu."""
+    if instruments.batch_scatter == 0.0:
+        return 0.0
+    return instruments.batch_scatter * float(
+        np.random.default_rng([seed, 7016, *batch.encode()]).standard_normal()
+    )

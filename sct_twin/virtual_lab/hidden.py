@@ -20,7 +20,8 @@ from friction_models.loads import FloatArray, unknown_name
 class LawInput:
     """What the true law may depend on; arrays of one shape (metadata: numbers).
 
-    `work` is the friction work per area so far [N/mm, the number in mJ/mm2].
+    `work` is the friction work per area so far [N/mm, the number in mJ/mm2], `slip` the distance since the
+    contact last stood still [mm]; where it is not given, it never stood still but at the start.
     """
 
     v_rel: FloatArray
@@ -30,6 +31,7 @@ class LawInput:
     psi: FloatArray
     work: FloatArray
     context: Mapping[str, float]
+    slip: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -99,7 +101,8 @@ def _flash_temperature(i: LawInput, p: Mapping[str, float]) -> FloatArray:
 
 
 def _static_peak(i: LawInput, p: Mapping[str, float]) -> FloatArray:
-    return p["A"] / (1.0 + (i.sd / p["s0"]) ** 4)
+    slip = i.sd if i.slip is None else i.slip
+    return p["A"] / (1.0 + (slip / p["s0"]) ** 4)
 
 
 def _batch(i: LawInput, p: Mapping[str, float]) -> FloatArray:

@@ -1,4 +1,4 @@
-"""The friction law that holds in the virtual laboratory: linear in the five loads, plus hidden effects."""
+"""The friction law that holds in the virtual laboratory: a base law, plus hidden effects."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from friction_models.loads import FloatArray
 
 from .hidden import HiddenEffect, LawInput, hidden_effects
+from .lubricants import lubricant_named
 
 #: Constant, and change of mu per mm/s, K, MPa, mm and 1; each test campaign draws its own around these.
 BASE = {"constant": 0.0770, "v_rel": -1.0e-5, "T": -2.0e-5, "sigma_n": -4.0e-6, "sd": 6.0e-5, "psi": 3.0e-3}
@@ -25,17 +26,20 @@ class TrueLaw:
     Attributes
     ----------
     base : mapping
-        Coefficients of the linear law, keys as in `BASE`.
+        Coefficients of the base law: keys as in `BASE`, or the parameters of the lubricant.
     hidden : tuple of (HiddenEffect, parameters)
         What is added to it.
+    lubricant : str or None
+        Whose law the base is; None: linear in the five loads.
     """
 
     base: Mapping[str, float]
     hidden: tuple[tuple[HiddenEffect, Mapping[str, float]], ...] = field(default=())
+    lubricant: str | None = None
 
     @classmethod
-    def draw(cls, hidden: str | Sequence[str] | None, seed: int) -> TrueLaw:
-        """Draw the law of a campaign: slopes within 30 %, hidden parameters within 10 %."""
+    def draw(cls, hidden: str | Sequence[str] | None, seed: int, lubricant: str | None = None) -> TrueLaw:
+        """Draw the law of a campaign: slopes within 30 %, parameters of lubricants and effects within 10 %."""
         rng = np.random.default_rng([seed, 7001])
         base = {
             name: value * float(rng.uniform(0.95, 1.05) if name == "constant" else rng.uniform(0.7, 1.3))
@@ -45,7 +49,11 @@ class TrueLaw:
         for effect in hidden_effects(hidden):
             drawn = {name: value * float(rng.uniform(0.9, 1.1)) for name, value in effect.parameters.items()}
             effects.append((effect, drawn))
-        return cls(base, tuple(effects))
+        if lubricant is not None:
+            nominal = lubricant_named(lubricant).parameters
+            rng = np.random.default_rng([seed, 7011, *lubricant.encode()])
+            base = {name: value * float(rng.uniform(0.9, 1.1)) for name, value in nominal.items()}
+        return cls(base, tuple(effects), lubricant)
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> TrueLaw:
@@ -53,11 +61,12 @@ class TrueLaw:
         effects = tuple(
             (hidden_effects(item["name"])[0], dict(item["parameters"])) for item in content["hidden"]
         )
-        return cls(dict(content["base"]), effects)
+        return cls(dict(content["base"]), effects, content.get("lubricant"))
 
     def to_dict(self) -> dict[str, Any]:
         """Return a description for the truth file."""
         return {
+            "lubricant": self.lubricant,
             "base": dict(self.base),
             "hidden": [
                 {"name": effect.name, "formula": effect.formula, "parameters": dict(parameters)}
@@ -65,9 +74,11 @@ class TrueLaw:
             ],
         }
 
-    def linear(self, i: LawInput) -> FloatArray:
+    def without_hidden(self, i: LawInput) -> FloatArray:
         """Return the base law alone."""
         b = self.base
+        if self.lubricant is not None:
+            return lubricant_named(self.lubricant).law(i, b)
         return np.asarray(
             b["constant"]
             + b["v_rel"] * i.v_rel
@@ -79,7 +90,7 @@ class TrueLaw:
 
     def mu(self, i: LawInput) -> FloatArray:
         """Return the coefficient of friction without any scatter."""
-        mu = self.linear(i)
+        mu = self.without_hidden(i)
         for effect, parameters in self.hidden:
             mu = mu + effect.contribution(i, parameters)
         return np.maximum(mu, MU_MIN)

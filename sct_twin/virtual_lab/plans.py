@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass
 from itertools import product
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from friction_models.loads import InputError, unknown_name
+from friction_models.loads import InputError, missing_column, unknown_name
+from friction_models.loads.dataset import read_table
+
+from ..raw_campaign import check_test_id
+from .protocols import missing, number, numbers, schedule
 
 SIGMA_LEVELS = (500.0, 1750.0, 2750.0)
 PSI_LEVELS = (1.069, 5.0, 20.0)
@@ -45,6 +52,9 @@ FAMILIES: dict[str, PlanFamily] = {
     )
 }
 PLAN_NAMES = ("factorial-81+30", "reduced-27+10", "tiny-6+3")
+#: Largest plan of one's own.
+MOST_TESTS = 2000
+_MAX_BYTES = 4_000_000
 
 
 def parse_plan(name: str) -> tuple[PlanFamily, int]:
@@ -74,8 +84,10 @@ def tip_diameter(psi_set: float) -> float | None:
     return None if psi_set < 1.5 else round(BORES[psi_set] / float(np.sqrt(psi_set)), 4)
 
 
-def make_plan(name: str, seed: int) -> pd.DataFrame:
+def make_plan(name: str, seed: int, repeats: int = 1) -> pd.DataFrame:
     """Return the test table of a plan: setpoints, role, run order, batch, tool, waiting time.
+
+    Training tests are run `repeats` times; column `repeat` counts them where there are several.
 
     Held-out tests lie at random points inside the plan (area ratio: one of the specimen shapes). The
     normal force is the set pressure times the area of the bore, so that a specimen that does not fill
@@ -100,7 +112,7 @@ def make_plan(name: str, seed: int) -> pd.DataFrame:
             )
             for k in range(6)
         ]
-    rows = [(*point, "train") for point in points]
+    rows = [(*point, "train") for point in points for _ in range(repeats)]
     slowest = np.log(50.0 if family.name == "tiny" else SPEED_LEVELS[0])
     shapes = PSI_LEVELS[:2] if family.name == "tiny" else (*PSI_LEVELS, *PSI_BETWEEN)
     for _ in range(held_out):
@@ -137,4 +149,95 @@ def make_plan(name: str, seed: int) -> pd.DataFrame:
     table["tip"] = [tip_diameter(psi) for psi in table["psi_set"]]
     table["F_set"] = np.round(table["sigma_set"] * np.pi / 4.0 * table["bore"] ** 2, 0)
     table["synthetic"] = True
+    if repeats > 1:
+        table["repeat"] = [k % repeats + 1 if k < len(points) * repeats else 1 for k in range(count)]
     return table
+
+
+def read_plan(source: pd.DataFrame | str | os.PathLike[str], seed: int) -> pd.DataFrame:
+    """Return the test table of a plan of one's own: a table, or a CSV file of one; see `complete_plan`.
+
+    Raises
+    ------
+    InputError
+        No such file, not a table, too many rows, or what `complete_plan` refuses.
+    """
+    if isinstance(source, pd.DataFrame):
+        return complete_plan(source, seed, "plan")
+    path = Path(source)
+    if path.is_file() and path.stat().st_size > _MAX_BYTES:
+        raise InputError(f"{path}: {path.stat().st_size} bytes; allowed: at most {_MAX_BYTES}")
+    return complete_plan(read_table(path), seed, str(path))
+
+
+def complete_plan(rows: pd.DataFrame, seed: int, where: str) -> pd.DataFrame:
+    """Check the rows of a plan and fill in what they leave open.
+
+    Parameters
+    ----------
+    rows : pandas.DataFrame
+        `sigma_set` [MPa], `v_set` [mm/s], `T_tool` [degC]; optional `psi_set` (one of `BORES`), `sd_set` [mm],
+        `protocol` with its parameters (`protocols.PROTOCOLS`), and any other column of a test table.
+    seed : int
+        Of order, batch, tool and waiting time where they are not given.
+    where : str
+        For messages.
+
+    Raises
+    ------
+    InputError
+        A column or value is missing or outside its limits; names the row, counted from 0.
+    """
+    if not 1 <= len(rows) <= MOST_TESTS:
+        raise InputError(f"{where}: {len(rows)} rows; allowed: 1 to {MOST_TESTS}")
+    for name in ("sigma_set", "v_set", "T_tool"):
+        if name not in rows.columns:
+            raise missing_column(name, rows.columns, where)
+    rng = np.random.default_rng([seed, 7012])
+    count = len(rows)
+    order, halves = rng.permutation(count) + 1, rng.permutation(count) < count // 2
+    tools, waits = rng.integers(1, 4, count), np.round(rng.uniform(0.3, 0.8, count), 3)
+    roughness = np.round(rng.uniform(0.008, 0.03, 3), 4)
+    filled = []
+    for k, row in enumerate(rows.to_dict("records")):
+        here = f"{where}: row {k}"
+        given = {str(name): value for name, value in row.items() if not missing(value)}
+        if "v_set" not in given and "v_levels" in given:
+            given["v_set"] = numbers(given, "v_levels", here)[0]
+        full: dict[str, Any] = {
+            "test_id": f"sct{k + 1:03d}",
+            "psi_set": PSI_LEVELS[0],
+            "role": "train",
+            "order": int(order[k]),
+            "batch": "A" if halves[k] else "B",
+            "tool_id": f"plate{tools[k]}",
+            "Ra": float(roughness[tools[k] - 1]),
+            "t_wait": float(waits[k]),
+            "T_specimen": given.get("T_tool"),
+            "sd_set": FAMILIES["factorial"].sliding,
+            **given,
+        }
+        full["test_id"] = check_test_id(str(full["test_id"]), here)
+        for name in ("sigma_set", "v_set", "T_tool", "T_specimen", "sd_set", "t_wait", "Ra"):
+            full[name] = number(full, name, here)
+        full["psi_set"] = _shape_named(full["psi_set"], here)
+        full["bore"], full["tip"] = BORES[full["psi_set"]], tip_diameter(full["psi_set"])
+        full["F_set"] = round(full["sigma_set"] * np.pi / 4.0 * full["bore"] ** 2, 0)
+        schedule(full, here)
+        filled.append({**full, "synthetic": True})
+    table = pd.DataFrame(filled)
+    twice = table["test_id"][table["test_id"].duplicated()]
+    if len(twice):
+        raise InputError(f"{where}: test_id {twice.iloc[0]!r} stands in two rows; allowed: one row a test")
+    return table
+
+
+def _shape_named(value: Any, where: str) -> float:
+    try:
+        psi = float(value)
+    except (TypeError, ValueError):
+        psi = float("nan")
+    if psi not in BORES:
+        shapes = ", ".join(f"{known:g}" for known in BORES)
+        raise InputError(f"{where}: psi_set = {value!r}; allowed: a specimen shape of the rig: {shapes}")
+    return psi

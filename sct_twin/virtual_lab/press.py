@@ -158,7 +158,7 @@ def _law(source: Campaign | RawCampaign | TrueLaw | str | os.PathLike[str]) -> T
     if isinstance(source, TrueLaw):
         return source
     if isinstance(source, Campaign):
-        return source.law
+        return source.true_law
     folder = source.folder if isinstance(source, RawCampaign) else source
     return TrueLaw.from_dict(load_truth(folder)[0]["law"])
 

@@ -1,0 +1,163 @@
+"""Protocols: what a test does besides sliding at one speed under one force, as columns of its row of the plan."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from friction_models.loads import FloatArray, InputError, unknown_name
+
+#: Parameters of each protocol; a column that a protocol does not list means nothing to it.
+PROTOCOLS: dict[str, tuple[str, ...]] = {
+    "constant": (),
+    "speed_step": ("v_levels",),
+    "pressure_ramp": ("sigma_end",),
+    "pressure_step": ("sigma_levels",),
+    "hold": ("hold_at", "hold"),
+    "zero_reading": ("zero_reading",),
+}
+#: Unit and limits of every number of a plan.
+LIMITS: dict[str, tuple[float, float, str]] = {
+    "sigma_set": (50.0, 2750.0, "MPa"),
+    "v_set": (0.5, 1000.0, "mm/s"),
+    "T_tool": (0.0, 350.0, "degC"),
+    "T_specimen": (0.0, 350.0, "degC"),
+    "sd_set": (2.0, 120.0, "mm"),
+    "t_wait": (0.05, 600.0, "s"),
+    "Ra": (0.0, 10.0, "um"),
+    "v_levels": (0.5, 1000.0, "mm/s"),
+    "sigma_end": (20.0, 2750.0, "MPa"),
+    "sigma_levels": (20.0, 2750.0, "MPa"),
+    "hold_at": (0.5, 119.0, "mm"),
+    "hold": (0.05, 600.0, "s"),
+    "zero_reading": (0.1, 120.0, "s"),
+}
+#: Time in which the force goes from one level to the next [s].
+FORCE_CHANGE = 0.05
+_MOST_LEVELS = 50
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """What the rig is told in one test.
+
+    Attributes
+    ----------
+    speeds : tuple of float
+        Set speeds on equal parts of the sliding distance [mm/s].
+    forces : tuple of float
+        Forces over the force of upsetting: at the two ends of the distance where `ramp`, else on equal parts.
+    ramp : bool
+        The force changes linearly with the distance.
+    hold : (float, float) or None
+        Distance [mm] at which the plate stops, and how long it stands under load [s].
+    zero_reading : float
+        Time without load before and after the test [s].
+    """
+
+    speeds: tuple[float, ...]
+    forces: tuple[float, ...] = (1.0,)
+    ramp: bool = False
+    hold: tuple[float, float] | None = None
+    zero_reading: float = 0.0
+
+    def force(self, sd: FloatArray, distance: float, v: float) -> FloatArray:
+        """Return the force over that of upsetting at sliding distances [mm], at about the speed `v` [mm/s]."""
+        if self.ramp:
+            return np.interp(sd, [0.0, distance], self.forces)
+        count = len(self.forces)
+        if count == 1:
+            return np.full(len(sd), self.forces[0])
+        # A change takes its time: so much of the distance goes by.
+        width = min(FORCE_CHANGE * v, 0.5 * distance / count)
+        x, y = [0.0], [self.forces[0]]
+        for k in range(1, count):
+            x += [k * distance / count, k * distance / count + width]
+            y += [self.forces[k - 1], self.forces[k]]
+        return np.interp(sd, x, y)
+
+
+def schedule(row: Mapping[str, Any], where: str) -> Schedule:
+    """Return the schedule of a row of the plan.
+
+    Raises
+    ------
+    InputError
+        An unknown protocol, a parameter that is missing or outside its limits.
+    """
+    name = row.get("protocol")
+    protocol = "constant" if missing(name) else str(name)
+    if protocol not in PROTOCOLS:
+        raise unknown_name("protocol", protocol, PROTOCOLS, where)
+    v_set, sigma = number(row, "v_set", where), number(row, "sigma_set", where)
+    distance = number(row, "sd_set", where)
+    if protocol == "speed_step":
+        return Schedule(numbers(row, "v_levels", where))
+    if protocol == "pressure_ramp":
+        end = number(row, "sigma_end", where, highest=sigma)
+        return Schedule((v_set,), (1.0, end / sigma), ramp=True)
+    if protocol == "pressure_step":
+        levels = numbers(row, "sigma_levels", where, highest=sigma)
+        return Schedule((v_set,), tuple(level / sigma for level in levels))
+    if protocol == "hold":
+        at = number(row, "hold_at", where, highest=distance - 0.5)
+        return Schedule((v_set,), hold=(at, number(row, "hold", where)))
+    if protocol == "zero_reading":
+        return Schedule((v_set,), zero_reading=number(row, "zero_reading", where))
+    return Schedule((v_set,))
+
+
+def missing(value: Any) -> bool:
+    """Return whether a cell of the plan is empty."""
+    return value is None or (isinstance(value, float) and math.isnan(value)) or value == ""
+
+
+def number(row: Mapping[str, Any], name: str, where: str, highest: float = math.inf) -> float:
+    """Return a number of a row within its limits.
+
+    Raises
+    ------
+    InputError
+        It is missing, not a number, or outside.
+    """
+    if missing(row.get(name)):
+        raise InputError(f"{where}: {name} is missing; allowed: {_allowed(name, highest)}")
+    return _checked(row[name], name, where, highest)
+
+
+def numbers(row: Mapping[str, Any], name: str, where: str, highest: float = math.inf) -> tuple[float, ...]:
+    """Return the numbers of a text such as ``"5;500;50"``.
+
+    Raises
+    ------
+    InputError
+        See `number`; too many or too few of them.
+    """
+    if missing(row.get(name)):
+        raise InputError(f"{where}: {name} is missing; allowed: numbers such as '5;500;50'")
+    cells = str(row[name]).split(";")
+    if not 2 <= len(cells) <= _MOST_LEVELS:
+        raise InputError(
+            f"{where}: {name} has {len(cells)} values; allowed: 2 to {_MOST_LEVELS}, separated by semicolons"
+        )
+    return tuple(_checked(cell, name, where, highest) for cell in cells)
+
+
+def _checked(value: Any, name: str, where: str, highest: float) -> float:
+    try:
+        result = float(value)
+    except (TypeError, ValueError):
+        result = math.nan
+    low, high, _ = LIMITS[name]
+    if not low <= result <= min(high, highest):
+        raise InputError(f"{where}: {name} = {value!r}; allowed: {_allowed(name, highest)}")
+    return result
+
+
+def _allowed(name: str, highest: float) -> str:
+    low, high, unit = LIMITS[name]
+    return f"{low:g} to {min(high, highest):g} {unit}"
