@@ -55,9 +55,13 @@ CHANNELS: dict[str, Channel] = {
         Channel("s", "mm", "plate position", -1e5, 1e5, {"mm": 1.0, "m": 1e3, "um": 1e-3, "cm": 10.0}),
         Channel("a", "mm/s2", "plate acceleration", -1e8, 1e8, _ACCELERATION),
         Channel("T_plate", "degC", "plate temperature", -100.0, 1500.0, {"degC": 1.0}),
+        Channel("v", "mm/s", "plate speed", -1e5, 1e5, {"mm/s": 1.0, "m/s": 1e3}),
     )
 }
 CHANNEL_NAMES: tuple[str, ...] = tuple(CHANNELS)
+#: What every record holds, and the channels of which one at least tells how the plate moves.
+REQUIRED = ("t", "F_n", "F_r")
+MOTION = ("s", "v")
 
 
 def channel(name: str, where: str = "") -> Channel:

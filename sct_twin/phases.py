@@ -10,11 +10,56 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from friction_models.loads import InputError, missing_column, unknown_name
+from friction_models.loads import FloatArray, InputError, missing_column, unknown_name
 
 from .readers import RawTable
+from .record import SctRecord
 
 _KEYS = ("upsetting", "sliding", "channel")
+#: What the test table says about the phases of a test, in this order [s].
+TIMES = ("t_upsetting", "t_sliding", "t_end")
+
+
+@dataclass(frozen=True)
+class PhaseTimes:
+    """When the phases of a test begin and end, on the clock of its record [s]; None: to be detected."""
+
+    upsetting: float | None = None
+    sliding: float | None = None
+    end: float | None = None
+
+    @classmethod
+    def of(cls, record: SctRecord) -> PhaseTimes:
+        """Read `t_upsetting`, `t_sliding`, `t_end` from a record's metadata.
+
+        Raises
+        ------
+        InputError
+            Not a number, outside the record, or not one after the other.
+        """
+        first, last = float(record.t[0]), float(record.t[-1])
+        said: list[tuple[str, float]] = []
+        for name in TIMES:
+            if not is_given(record.metadata.get(name)):
+                continue
+            value = record.number(name)
+            if not first <= value <= last:
+                raise InputError(
+                    f"{record.where}: {name} is {value:g} s, the record goes from {first:g} to {last:g} s; "
+                    "allowed: a time of the record"
+                )
+            if said and value <= said[-1][1]:
+                raise InputError(
+                    f"{record.where}: {name} is {value:g} s, {said[-1][0]} is {said[-1][1]:g} s; allowed: "
+                    "upsetting before sliding, sliding before its end"
+                )
+            said.append((name, value))
+        return cls(*(dict(said).get(name) for name in TIMES))
+
+
+def is_given(value: Any) -> bool:
+    """Whether a cell of a test table holds something."""
+    return value is not None and value != "" and not (isinstance(value, float) and math.isnan(value))
 
 
 @dataclass(frozen=True)
@@ -78,10 +123,10 @@ class Phases:
             raise InputError(f"{where}: phases: both are {sliding[0]:g}; allowed: two different values")
         return cls(upsetting, sliding, column)
 
-    def cut(self, frame: pd.DataFrame, table: RawTable) -> tuple[pd.DataFrame, dict[str, float]]:
-        """Return the record up to the end of sliding, and when the phases begin and end [s].
+    def times(self, t: FloatArray, table: RawTable) -> dict[str, float]:
+        """Return when the phases begin and end [s] in a file with these times.
 
-        What comes before upsetting stays: the zeros of the force cells are taken there.
+        The record stays whole: the zeros of the force cells stand before and after.
 
         Raises
         ------
@@ -89,7 +134,7 @@ class Phases:
             The phase channel is missing, a phase does not occur, or sliding comes before upsetting.
         """
         if self.channel is None:
-            key = frame["t"].to_numpy(np.float64)
+            key = t
         elif self.channel not in table.frame.columns:
             raise missing_column(self.channel, table.frame.columns, f"{table.source}: phases")
         else:
@@ -104,14 +149,8 @@ class Phases:
             found[name] = (int(rows[0]), int(rows[-1]))
         if found["sliding"][0] < found["upsetting"][0]:
             raise InputError(f"{table.source}: sliding comes before upsetting; allowed: upsetting first")
-        end = found["sliding"][1]
-        t = frame["t"].to_numpy(np.float64)
-        times = {
-            "t_upsetting": float(t[found["upsetting"][0]]),
-            "t_sliding": float(t[found["sliding"][0]]),
-            "t_end": float(t[end]),
-        }
-        return frame.iloc[: end + 1].reset_index(drop=True), times
+        ends = (found["upsetting"][0], *found["sliding"])
+        return {name: float(t[row]) for name, row in zip(TIMES, ends)}
 
 
 def _is_number(value: Any) -> bool:

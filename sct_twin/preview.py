@@ -1,23 +1,24 @@
-"""What measurement files hold and what a channel map makes of it, before anything is written."""
+"""What measurement files hold and what a channel map makes of it, as text; nothing is written."""
 
 from __future__ import annotations
 
 import os
 import re
+import textwrap
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from friction_models.loads import InputError
 
 from .channel_map import ChannelMap
 from .channels import CHANNELS
-from .ingest import measurement_files
-from .quality import quality_row
-from .readers import SUFFIXES, RawTable, read_file
+from .quality import warnings
+from .readers import RawTable
+from .survey import FileFound, Map, Progress, Source, Survey, survey
 from .units import conversion
 
 #: Names that laboratories give to their channels, tried in this order.
@@ -28,63 +29,78 @@ _NAMES: dict[str, str] = {
     "a": r"\b(a|acc\w*|beschl\w*)\b",
     "T_plate": r"\b(t_?plate|temp\w*|thermo\w*)",
     "s": r"\b(s|pos\w*|weg\w*|disp\w*|path|stroke|slide)\b",
+    "v": r"\b(v|vel\w*|speed\w*|geschw\w*)\b",
 }
-#: So many files that cannot be read are tried before the preview gives up.
-_TRIES = 5
+#: Of more tests than this only the first are shown; quality.csv has all.
+_SHOWN = 40
+#: Tests that are named behind a remark.
+_NAMED = 6
+#: Heading, key of the quality row and digits behind the point of the table that is shown.
+_TABLE = (
+    ("rate", "sampling_rate_Hz", None, "Hz"),
+    ("length", "duration_s", 2, "s"),
+    ("upset", "upsetting_s", 3, "s"),
+    ("slide", "sliding_s", 3, "s"),
+    ("v", "speed_mm_s", 1, "mm/s"),
+    ("sd", "sliding_mm", 1, "mm"),
+    ("T", "T_plate_degC", 0, "degC"),
+    ("sigma*", "sigma_guess_MPa", 0, "MPa"),
+    ("mu", "mu_mean", 4, ""),
+    ("+-", "mu_std", 4, ""),
+)
 
 
 def preview(
-    source: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
-    channel_map: str | os.PathLike[str] | Mapping[str, Any] | None = None,
+    source: Source,
+    channel_map: Map = None,
+    tests: str | os.PathLike[str] | None = None,
+    progress: Progress | None = None,
+    width: int = 80,
 ) -> str:
-    """Return what was found: files by format, the columns of the first one, its phases; writes nothing.
+    """Return what was found: files and their columns, every test, what to look at, what cannot be used.
 
     Where the map does not fit the columns, a draft of `channels.yaml` is added.
 
     Raises
     ------
     InputError
-        No files, a bad channel map, or none of the first files can be read.
+        No files, or a bad channel map or test table.
     """
+    return describe(survey(source, channel_map, tests, progress=progress), channel_map, width)
+
+
+def describe(found: Survey, channel_map: Map = None, width: int = 80) -> str:
+    """Return a survey as text; lines are at most `width` long where words allow."""
     mapping = ChannelMap.load(channel_map)
-    files, _ = measurement_files(source)
-    counts = Counter(SUFFIXES.get(file.suffix.lower(), f"without a reader ({file.suffix})") for file in files)
-    lines = ["files: " + ", ".join(f"{count} {kind}" for kind, count in sorted(counts.items()))]
-    failure: InputError | None = None
-    for file in files[:_TRIES]:
-        try:
-            table = read_file(file)
-        except InputError as error:
-            failure = failure or error
-            lines.append(f"not readable: {error}")
-            continue
-        return "\n".join([*lines, *_describe(table, mapping, file.stem)])
-    raise failure or InputError("no file")
+    lines: list[str] = []
+    groups: dict[Any, list[FileFound]] = {}
+    for file in found.files:
+        groups.setdefault(file.layout, []).append(file)
+    for group in groups.values():
+        lines += [*_layout(group, width), ""]
+    if found.rows:
+        lines += [*_tests(found.rows, mapping, width), ""]
+    lines += remarks(found, width)
+    first = found.files[0].table if found.files else None
+    if not found.rows and first is not None and mapping.missing(first):
+        lines += ["a map to start from (as channels.yaml, for --map):", "", *draft(first).splitlines()]
+    return "\n".join(lines).rstrip()
 
 
-def _describe(table: RawTable, mapping: ChannelMap, test_id: str) -> list[str]:
-    lines = [f"first test: {table.source} ({table.format}, {len(table.frame)} rows)"]
-    lines += [f"  note: {note}" for note in table.notes]
-    used = {name: column for name, column in mapping.columns.items() if name in table.frame.columns}
-    for name in table.frame.columns:
-        column = used.get(name)
-        unit = (column.unit if column is not None else None) or table.units.get(name, "")
-        what = "not used" if column is None else f"-> {column.quantity} [{CHANNELS[column.quantity].unit}]"
-        lines.append(f"  {name!r} [{unit or 'no unit'}] {_span(table.frame[name])} {what}")
-    missing = [name for name in mapping.columns if name not in used]
-    if missing:
-        lines.append(f"  missing: {', '.join(repr(name) for name in missing)}; a channel map to start from:")
-        return lines + draft(table).splitlines()
-    try:
-        row = quality_row(mapping.record(table, test_id), mapping.moving_mass or 0.0)
-    except InputError as error:
-        return [*lines, f"  cannot be used: {error}"]
-    how = "detected" if mapping.phases is None else "stated"
-    return [
-        *lines,
-        f"  {row['sampling_rate_Hz']:g} Hz; phases ({how}): upsetting from {row['upsetting_s']:g} s, sliding "
-        f"from {row['sliding_s']:g} s at {row['speed_mm_s']:g} mm/s over {row['sliding_mm']:g} mm",
-    ]
+def remarks(found: Survey, width: int = 80) -> list[str]:
+    """Return what to look at, each remark once with the tests it is about, and what was left out."""
+    about: dict[str, list[str]] = {}
+    for row in found.rows:
+        named = {str(k): None if isinstance(v, float) and np.isnan(v) else v for k, v in row.items()}
+        for said in warnings(named):
+            about.setdefault(said, []).append(str(row["test_id"]))
+    lines = []
+    for said, tests in about.items():
+        more = f" and {len(tests) - _NAMED} more" if len(tests) > _NAMED else ""
+        lines += _wrapped(f"{', '.join(tests[:_NAMED])}{more}: {said}", width)
+    for entry in found.left_out:
+        lines += _wrapped(f"left out: {entry['reason']}", width)
+    return lines
 
 
 def draft(table: RawTable) -> str:
@@ -98,13 +114,80 @@ def draft(table: RawTable) -> str:
         fitting = [name for name in free if _fits(quantity, table.units.get(name, ""))]
         name = next((n for n in fitting if re.search(pattern, n, re.IGNORECASE)), None)
         if name is None:
-            comments.append(f"# no column found for {quantity} ({CHANNELS[quantity].meaning})")
+            if quantity != "v" or "s" not in [entry["quantity"] for entry in channels.values()]:
+                comments.append(f"# no column found for {quantity} ({CHANNELS[quantity].meaning})")
             continue
         free.remove(name)
         unit = table.units.get(name, "")
         channels[name] = {"quantity": quantity, **({} if unit else {"unit": CHANNELS[quantity].unit})}
     text = yaml.safe_dump({"channels": channels}, sort_keys=False, allow_unicode=True)
     return "\n".join([text.rstrip(), *comments, "phases: detect"])
+
+
+def _layout(group: Sequence[FileFound], width: int) -> list[str]:
+    """Describe files of one layout: how many, and the columns with their ranges over all of them."""
+    first = group[0]
+    what = Path(first.file).name if len(group) == 1 else f"{len(group)} files, first {Path(first.file).name}"
+    lines = [f"{what} ({first.format})"]
+    cells = []
+    for number, column in enumerate(first.columns):
+        low = min(file.columns[number].low for file in group)
+        high = max(file.columns[number].high for file in group)
+        span = "no numbers" if np.isnan(low) else f"{low:.5g} to {high:.5g}"
+        channel = None if column.quantity is None else CHANNELS[column.quantity]
+        to = "not used" if channel is None else f"-> {channel.name} [{channel.unit}]"
+        cells.append((repr(column.name), f"[{column.unit or 'no unit'}]", span, to))
+    widths = [max(len(row[k]) for row in cells) for k in range(3)]
+    for row in cells:
+        lines.append("  " + "  ".join(cell.ljust(n) for cell, n in zip(row, widths)) + f"  {row[3]}")
+    notes = Counter(note for file in group for note in file.notes)
+    for note, count in notes.items():
+        lines += _wrapped(f"note: {note}" + (f" ({count} files)" if count > 1 else ""), width, "  ")
+    return lines
+
+
+def _tests(rows: Sequence[dict[str, Any]], mapping: ChannelMap, width: int) -> list[str]:
+    """Return the table of tests; names are cut where a line would be longer than `width`."""
+    shown = rows if len(rows) <= _SHOWN else rows[:_SHOWN]
+    columns = [
+        [head, unit, *(_cell(row[key], digits) for row in shown)] for head, key, digits, unit in _TABLE
+    ]
+    widths = [max(map(len, column)) for column in columns]
+    rest = sum(widths) + 2 * len(widths)
+    names = ["test", "", *(str(row["test_id"]) for row in shown)]
+    room = min(max(map(len, names)), max(8, width - rest))
+    lines = []
+    for number, name in enumerate(names):
+        # Names of one campaign differ at their ends.
+        text = name if len(name) <= room else name[: room // 2 - 1] + "~" + name[room // 2 - room :]
+        cells = "".join(f"  {column[number].rjust(n)}" for column, n in zip(columns, widths))
+        lines.append(f"{text.ljust(room)}{cells}".rstrip())
+    if len(rows) > len(shown):
+        lines.append(f"and {len(rows) - len(shown)} more tests (all in quality.csv)")
+    how = Counter("stated" if row["phases"] != "detected" else "detected" for row in rows)
+    phases = " and ".join(f"{key} in {count}" for key, count in sorted(how.items()))
+    about = (
+        f"* F_n over the bore, without one over the specimen; upset, slide: when the phases begin ({phases}); "
+        "+-: standard uncertainty of mu at one point."
+    )
+    return [*lines, *_wrapped(about, width)]
+
+
+def _cell(value: Any, digits: int | None) -> str:
+    if value is None or (isinstance(value, float) and np.isnan(value)):
+        return "-"
+    return f"{value:.4g}" if digits is None else f"{value:.{digits}f}"
+
+
+def _wrapped(text: str, width: int, indent: str = "") -> list[str]:
+    return textwrap.wrap(
+        text,
+        max(width, 40),
+        initial_indent=indent,
+        subsequent_indent=indent + "    ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 def _fits(quantity: str, unit: str) -> bool:
@@ -115,9 +198,3 @@ def _fits(quantity: str, unit: str) -> bool:
     except InputError:
         return False
     return True
-
-
-def _span(values: pd.Series[Any]) -> str:
-    numbers = pd.to_numeric(values, errors="coerce").to_numpy(np.float64)
-    good = numbers[np.isfinite(numbers)]
-    return f"{good.min():.5g} to {good.max():.5g}" if len(good) else "no numbers"

@@ -1,4 +1,4 @@
-"""How good a record is: sampling, gaps, clipping, zeros and their drift, spikes, phases, repeats."""
+"""How good a record is: sampling, gaps, clipping, zeros and their drift, spikes, phases, friction, repeats."""
 
 from __future__ import annotations
 
@@ -12,8 +12,11 @@ import pandas as pd
 from friction_models.loads import FloatArray, InputError
 
 from .channels import CHANNEL_NAMES
+from .filters import spike_rows
+from .force_zero import Zeros
+from .phases import TIMES, PhaseTimes, is_given
 from .record import SctRecord
-from .signals import TestSignals, process
+from .signals import TestSignals, process, resample
 
 #: Metadata that says how a test was run: tests that agree in all of them are repeats.
 SETTINGS = (
@@ -33,10 +36,20 @@ SETTINGS = (
 )
 #: Friction outside of these limits is a unit or a column that was mistaken, not a lubricant.
 MU_LIMITS = (0.001, 1.0)
-#: Sampling rate at which phases, speed and friction are found [Hz].
-ENOUGH_HZ = 2000.0
-#: Largest ratio between the measured speed and the one that was set.
-SPEED_RATIO = 5.0
+#: Stated and detected beginnings of a phase that differ by more are reported [s].
+PHASE_TOLERANCE = 0.05
+#: A zero that moves by more of the largest force is reported.
+ZERO_SHARE = 0.005
+#: What is lost with a channel.
+_LOST = {
+    "s": "distance and speed come from v",
+    "a": "inertia and fast changes of the speed come from the derivative of the motion",
+    "T_plate": "the plate is taken to be at T_tool",
+}
+#: Largest ratio between the measured speed or force and the one that was set.
+SET_RATIO = 5.0
+#: Pressure of such tests [MPa]; another one is reported.
+SIGMA_USUAL = (20.0, 5000.0)
 
 
 def quality_row(record: SctRecord, moving_mass: float = 0.0) -> dict[str, Any]:
@@ -56,17 +69,21 @@ def quality_row(record: SctRecord, moving_mass: float = 0.0) -> dict[str, Any]:
         unit is wrong.
     """
     _check_columns(record)
-    signals = process(thinned(record), moving_mass)
+    signals = process(record, moving_mass)
     speed = _check_sliding(record, signals)
+    try:
+        series = resample(signals)
+    except InputError as error:
+        raise InputError(f"{record.where}: {error}") from None
     step = np.diff(record.t)
     usual = float(np.median(step))
-    before, after = unloaded(record.F_n)
-    zeros: dict[str, float | None] = {}
-    for name in ("F_n", "F_r"):
-        values = getattr(record, name)
-        zeros[f"{name}_zero_N"] = round(float(np.median(values[before])), 1) if len(before) >= 5 else None
-        zeros[f"{name}_drift_N_per_s"] = drift(record.t, values, np.concatenate([before, after]))
     begin = float(record.t[0])
+    times = PhaseTimes.of(record)
+    stated = [name for name in TIMES if is_given(record.metadata.get(name))]
+    found = _detected(record, moving_mass) if stated else signals
+    sliding = slice(signals.slide_start, None)
+    F_n = float(np.median(signals.F_n[sliding]))
+    diameter = record.number("bore", 0.0) or record.number("specimen_diameter", 15.0)
     return {
         "test_id": record.test_id,
         "rows": len(record),
@@ -74,33 +91,55 @@ def quality_row(record: SctRecord, moving_mass: float = 0.0) -> dict[str, Any]:
         "sampling_rate_Hz": round(1.0 / usual, 3),
         "gaps": int((step > 1.5 * usual).sum()),
         "largest_gap_s": round(float(step.max()), 6),
+        "not_recorded": " ".join(name for name in CHANNEL_NAMES if name not in (*record.channels, "v")),
         "F_n_max_N": round(float(record.F_n.max()), 1),
-        "F_r_max_N": round(float(np.abs(record.F_r).max()), 1),
-        **zeros,
+        "F_r_max_N": round(max(float(record.F_r.max()), -float(record.F_r.min())), 1),
+        **_zeros(signals.zeros),
         "F_n_clipped": clipped(record.F_n),
         "F_r_clipped": clipped(record.F_r),
-        "F_n_spikes": spikes(record.F_n),
-        "F_r_spikes": spikes(record.F_r),
+        "F_n_spikes": len(spike_rows(record.F_n)),
+        "F_r_spikes": len(spike_rows(record.F_r)),
+        "spikes_removed": signals.spikes,
+        "low_pass_Hz": round(signals.low_pass, 3),
+        "phases": f"stated: {' '.join(stated)}" if stated else "detected",
         "upsetting_s": round(begin + float(signals.t[signals.load_start]), 4),
         "sliding_s": round(begin + float(signals.t[signals.slide_start]), 4),
-        "sliding_stated_s": record.metadata.get("t_sliding"),
-        "sliding_mm": round(float(np.ptp(record.s)), 4),
+        "end_s": round(times.end if times.end is not None else begin + float(signals.t[-1]), 4),
+        "upsetting_detected_s": _time(found, "load_start", begin),
+        "sliding_detected_s": _time(found, "slide_start", begin),
+        "sliding_mm": round(float(signals.sd[-1]), 4),
         "speed_mm_s": round(speed, 3),
-        "T_plate_mean_degC": round(float(record.T_plate.mean()), 2),
+        "T_plate_degC": round(signals.T_plate, 2),
+        "F_n_sliding_N": round(F_n, 1),
+        "sigma_guess_MPa": round(F_n / (0.25 * np.pi * diameter**2), 1),
+        "mu_mean": round(float(series.mu.mean()), 5),
+        "mu_std": round(float(np.sqrt(np.mean(series.mu_std**2))), 6),
     }
 
 
-def thinned(record: SctRecord) -> SctRecord:
-    """Return the record averaged to about 2 kHz where it is much faster: phases need no more than that."""
-    stride = min(int(record.sampling_rate / ENOUGH_HZ), len(record) // 2000)
-    if stride < 2:
-        return record
-    count = len(record) // stride
-    means = {
-        name: getattr(record, name)[: count * stride].reshape(count, stride).mean(axis=1)
-        for name in CHANNEL_NAMES
-    }
-    return replace(record, **means)
+def _detected(record: SctRecord, moving_mass: float) -> TestSignals | None:
+    """Return what the signals alone say, for a test whose phases are stated; None where they say nothing."""
+    silent = {name: value for name, value in record.metadata.items() if name not in TIMES}
+    try:
+        return process(replace(record, metadata=silent), moving_mass)
+    except InputError:
+        return None
+
+
+def _time(signals: TestSignals | None, name: str, begin: float) -> float | None:
+    return None if signals is None else round(begin + float(signals.t[getattr(signals, name)]), 4)
+
+
+def _zeros(zeros: Zeros) -> dict[str, float | None]:
+    row: dict[str, float | None] = {}
+    for name, zero in (("F_n", zeros.F_n), ("F_r", zeros.F_r)):
+        row[f"{name}_zero_N"] = round(zero.before, 1) if len(zeros.rows_before) else None
+        row[f"{name}_zero_end_N"] = None if zero.after is None else round(zero.after, 1)
+        row[f"{name}_zero_std_N"] = (
+            round(float(zero.std.max()), 2) if len(zeros.rows_before) or zero.after is not None else None
+        )
+        row[f"{name}_drift_N_per_s"] = None if zero.drift is None else round(zero.drift, 3)
+    return row
 
 
 def repeats(tests: pd.DataFrame) -> list[int | None]:
@@ -113,22 +152,6 @@ def repeats(tests: pd.DataFrame) -> list[int | None]:
     return [int(count) for count in counts]
 
 
-def unloaded(F_n: FloatArray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the samples before the load and those after it, away from its beginning and end."""
-    free = F_n < float(F_n.min()) + 0.02 * float(np.ptp(F_n))
-    first, last = int(np.argmin(free)), len(free) - int(np.argmin(free[::-1]))
-    margin = max(10, first // 10)
-    return np.arange(max(0, first - margin)), np.arange(min(len(free), last + 10), len(free))
-
-
-def drift(t: FloatArray, values: FloatArray, rows: np.ndarray) -> float | None:
-    """Return the slope of the unloaded signal [1/s], from a line through its samples; None if too few."""
-    if len(rows) < 20:
-        return None
-    time = t[rows] - t[rows].mean()
-    return round(float((time @ (values[rows] - values[rows].mean())) / (time @ time)), 3)
-
-
 def clipped(values: FloatArray) -> int:
     """Return how many samples sit exactly at the largest magnitude, when at least three in a row do."""
     at_limit = np.abs(values) >= np.abs(values).max()
@@ -136,34 +159,43 @@ def clipped(values: FloatArray) -> int:
     return int(at_limit.sum()) if runs.any() else 0
 
 
-def spikes(values: FloatArray) -> int:
-    """Return how many single samples stand out of both neighbours by ten times the usual noise."""
-    bump = values[1:-1] - 0.5 * (values[2:] + values[:-2])
-    noise = 1.4826 * float(np.median(np.abs(bump - np.median(bump))))
-    return int((np.abs(bump) > 10.0 * noise).sum()) if noise > 0 else 0
-
-
 def warnings(row: Mapping[str, Any]) -> list[str]:
     """Return what a row of the quality table says against a test that was taken over all the same."""
     said = []
     if row["gaps"]:
         said.append(f"{row['gaps']} gaps, the largest {row['largest_gap_s']:g} s")
+    for name in str(row["not_recorded"] or "").split():
+        said.append(f"{name} not recorded: {_LOST[name]}")
     for name in ("F_n", "F_r"):
         if row[f"{name}_clipped"]:
             said.append(f"{name} clipped in {row[f'{name}_clipped']} samples")
         if row[f"{name}_spikes"]:
-            said.append(f"{row[f'{name}_spikes']} spikes in {name}")
-        if row[f"{name}_zero_N"] is None:
-            said.append(f"no unloaded samples: the zero of {name} is unknown")
-    stated = row["sliding_stated_s"]
-    if stated is not None and abs(stated - row["sliding_s"]) > 0.05:
-        said.append(f"sliding is said to begin at {stated:g} s, the signals say {row['sliding_s']:g} s")
+            left = "replaced" if row["spikes_removed"] else "left in (despike: true replaces them)"
+            said.append(f"{row[f'{name}_spikes']} spikes in {name}, {left}")
+        before, after = row[f"{name}_zero_N"], row[f"{name}_zero_end_N"]
+        if before is None and after is None:
+            said.append(f"no unloaded samples: the zero of {name} is unknown, mu_std is without it")
+        elif before is not None and after is not None:
+            moved = after - before
+            if abs(moved) > max(ZERO_SHARE * row[f"{name}_max_N"], 4.0 * row[f"{name}_zero_std_N"]):
+                said.append(f"the zero of {name} moves by {moved:g} N, corrected linearly")
+    for phase in ("upsetting", "sliding"):
+        used, found = row[f"{phase}_s"], row[f"{phase}_detected_s"]
+        if found is not None and abs(used - found) > PHASE_TOLERANCE:
+            said.append(f"{phase} is said to begin at {used:g} s, the signals say {found:g} s")
+    if not SIGMA_USUAL[0] <= row["sigma_guess_MPa"] <= SIGMA_USUAL[1]:
+        said.append(
+            f"F_n over the bore (or the specimen) is {row['sigma_guess_MPa']:g} MPa; usual are "
+            f"{SIGMA_USUAL[0]:g} to {SIGMA_USUAL[1]:g} (is the unit of F_n and F_r wrong?)"
+        )
+    if row["notes"]:
+        said.append(str(row["notes"]))
     return said
 
 
 def _check_columns(record: SctRecord) -> None:
     """Refuse columns that cannot be what they are called: wrong sign, swapped, wrong unit."""
-    where = record.source or f"test {record.test_id}"
+    where = record.where
     before = max(5, len(record) // 100)
     F_n = record.F_n - float(np.median(record.F_n[:before]))
     F_r = np.abs(record.F_r - float(np.median(record.F_r[:before])))
@@ -179,6 +211,8 @@ def _check_columns(record: SctRecord) -> None:
             f"{where}: 'F_r' reaches {friction:g} N where 'F_n' reaches {normal:g} N; allowed: less friction "
             "than normal force (are the columns swapped, or is a unit wrong?)"
         )
+    if record.s is None:
+        return
     travel, jitter = float(np.ptp(record.s)), float(np.median(np.abs(np.diff(record.s))))
     if travel < 20.0 * jitter:
         raise InputError(
@@ -189,7 +223,7 @@ def _check_columns(record: SctRecord) -> None:
 
 def _check_sliding(record: SctRecord, signals: TestSignals) -> float:
     """Return the speed of sliding [mm/s]; refuse friction or a speed that no such test has."""
-    where = record.source or f"test {record.test_id}"
+    where = record.where
     i = signals.slide_start
     moving = signals.v[i:] > 0.5 * float(signals.v[i:].max())
     mu = float(np.median(signals.friction[i:][moving] / np.maximum(signals.F_n[i:][moving], 1.0)))
@@ -199,13 +233,20 @@ def _check_sliding(record: SctRecord, signals: TestSignals) -> float:
             f"{MU_LIMITS[1]:g} (are columns swapped, or is a unit of 'F_n' or 'F_r' wrong?)"
         )
     speed = float(np.median(signals.v[i:][moving]))
-    try:
-        wanted = record.number("v_set", 0.0)
-    except InputError:
-        wanted = 0.0
-    if wanted > 0.0 and not 1.0 / SPEED_RATIO <= speed / wanted <= SPEED_RATIO:
-        raise InputError(
-            f"{where}: the plate slides at {speed:.3g} mm/s, the test table says v_set {wanted:g} mm/s; "
-            f"allowed: within a factor of {SPEED_RATIO:g} (is a unit of 's', 'a' or 't' wrong?)"
-        )
+    F_n = float(np.median(signals.F_n[i:]))
+    _check_set(record, "v_set", speed, "the plate slides at", "mm/s", "'s', 'v', 'a' or 't'")
+    _check_set(record, "F_set", F_n, "the normal force is", "N", "'F_n'")
     return speed
+
+
+def _check_set(record: SctRecord, name: str, value: float, what: str, unit: str, columns: str) -> None:
+    try:
+        wanted = record.number(name, 0.0)
+    except InputError:
+        # A remark instead of a number says nothing about units.
+        return
+    if wanted > 0.0 and not 1.0 / SET_RATIO <= value / wanted <= SET_RATIO:
+        raise InputError(
+            f"{record.where}: {what} {value:.3g} {unit}, the test table says {name} {wanted:g} {unit}; "
+            f"allowed: within a factor of {SET_RATIO:g} (is a unit of {columns} wrong?)"
+        )

@@ -1,4 +1,4 @@
-"""The raw record of one sliding compression test: 1 kHz channels in fixed units, checked once."""
+"""The raw record of one sliding compression test: channels in fixed units, checked once."""
 
 from __future__ import annotations
 
@@ -14,10 +14,13 @@ import pandas as pd
 
 from friction_models.loads import FloatArray, InputError, atomic_path, missing_column
 
-from .channels import CHANNEL_NAMES, CHANNELS
+from .channels import CHANNEL_NAMES, CHANNELS, MOTION, REQUIRED
 
 #: A shorter record cannot hold the upsetting and the sliding phase.
 MIN_ROWS = 50
+#: Digits behind the point in the files that are written, and rows that are written at once.
+_DIGITS = {"t": 9, "F_n": 1, "F_r": 2, "s": 5, "a": 1, "T_plate": 3, "v": 4}
+_PIECE = 500_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,38 +35,45 @@ class SctRecord:
         Time [s], strictly increasing.
     F_n, F_r : array_like, shape (n,)
         Normal force and force that drives the plate [N].
-    s : array_like, shape (n,)
-        Plate position [mm].
-    a : array_like, shape (n,)
+    s : array_like, shape (n,), optional
+        Plate position [mm]; may be missing where there is a speed.
+    a : array_like, shape (n,), optional
         Plate acceleration [mm/s2].
-    T_plate : array_like, shape (n,)
+    T_plate : array_like, shape (n,), optional
         Plate temperature [degC].
     metadata : mapping
         The test's row of the test table (T_tool, v_set, punch geometry, ...).
     source : str
         Where it came from, for messages.
+    v : array_like, shape (n,), optional
+        Plate speed [mm/s]; may be missing where there is a position.
 
     Raises
     ------
     InputError
         Columns of different lengths, too few rows, values that are not finite or outside physical
-        limits, time that does not increase, a force or a position that never changes.
+        limits, time that does not increase, a force or a motion that never changes, neither position
+        nor speed.
     """
 
     test_id: str
     t: FloatArray
     F_n: FloatArray
     F_r: FloatArray
-    s: FloatArray
-    a: FloatArray
-    T_plate: FloatArray
+    s: FloatArray | None = None
+    a: FloatArray | None = None
+    T_plate: FloatArray | None = None
     metadata: Mapping[str, Any] = field(default_factory=dict)
     source: str = ""
+    v: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        where = self.source or f"test {self.test_id}"
+        where = self.where
         for name in CHANNEL_NAMES:
-            object.__setattr__(self, name, _finite(getattr(self, name), name, where))
+            values = getattr(self, name)
+            if values is None and name not in REQUIRED:
+                continue
+            object.__setattr__(self, name, _finite(values, name, where))
             if len(getattr(self, name)) != len(self.t):
                 raise InputError(
                     f"{where}: column {name!r} has {len(getattr(self, name))} rows, 't' has {len(self.t)}; "
@@ -78,9 +88,13 @@ class SctRecord:
                 f"{where}: column 't', row {row}: time {float(self.t[row])!r} s comes after "
                 f"{float(self.t[row - 1])!r} s; time must increase"
             )
-        for name in ("F_n", "F_r", "s"):
+        if all(getattr(self, name) is None for name in MOTION):
+            raise InputError(
+                f"{where}: neither a position 's' nor a speed 'v'; allowed: one of both at least"
+            )
+        for name in ("F_n", "F_r", *MOTION):
             column = getattr(self, name)
-            if np.ptp(column) == 0.0:
+            if column is not None and np.ptp(column) == 0.0:
                 raise InputError(
                     f"{where}: column {name!r} is {float(column[0])!r} {CHANNELS[name].unit} in every row; "
                     "a constant signal is not a measurement"
@@ -104,14 +118,24 @@ class SctRecord:
         where = source or f"test {test_id}"
         if len(frame) == 0:
             raise InputError(f"{where}: the record has no rows; allowed: at least {MIN_ROWS}")
-        for name in CHANNEL_NAMES:
+        for name in REQUIRED:
             if name not in frame.columns:
                 raise missing_column(name, frame.columns, where)
-        columns = {name: frame[name].to_numpy() for name in CHANNEL_NAMES}
+        columns = {name: frame[name].to_numpy() for name in CHANNEL_NAMES if name in frame.columns}
         return cls(test_id=test_id, metadata=dict(metadata or {}), source=source, **columns)
 
     def __len__(self) -> int:
         return len(self.t)
+
+    @property
+    def where(self) -> str:
+        """What messages call this record."""
+        return self.source or f"test {self.test_id}"
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the channels that were recorded."""
+        return tuple(name for name in CHANNEL_NAMES if getattr(self, name) is not None)
 
     @property
     def sampling_rate(self) -> float:
@@ -126,7 +150,7 @@ class SctRecord:
         InputError
             It is not recorded and has no default, or is not a finite number.
         """
-        where = self.source or f"test {self.test_id}"
+        where = self.where
         value = self.metadata.get(name)
         if value is None or (isinstance(value, float) and np.isnan(value)) or value == "":
             if default is None:
@@ -142,27 +166,39 @@ class SctRecord:
 
     def to_frame(self) -> pd.DataFrame:
         """Return the channels as a table in canonical units."""
-        return pd.DataFrame({name: getattr(self, name) for name in CHANNEL_NAMES})
+        return pd.DataFrame({name: getattr(self, name) for name in self.channels}, copy=False)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write a CSV with a header and a units row, atomically."""
         with atomic_path(path) as temporary:
-            write_csv(temporary, self)
+            write_csv(temporary, self.to_frame())
         return Path(path)
 
 
-def write_csv(path: Path, record: SctRecord) -> None:
-    """Write the channels as CSV: header, units row, rounded to what a data logger resolves."""
+def write_csv(path: Path, columns: Mapping[str, npt.ArrayLike] | pd.DataFrame) -> None:
+    """Write channels as CSV: header, units row, rounded to what a data logger resolves.
+
+    Parameters
+    ----------
+    path : Path
+        File to write.
+    columns : mapping of str to array_like, shape (n,)
+        Channels by canonical name and in canonical units.
+    """
     import pyarrow as pa
     import pyarrow.csv as pa_csv
 
-    digits = {"t": 6, "F_n": 1, "F_r": 2, "s": 5, "a": 1, "T_plate": 3}
-    columns = [pa.array(np.round(getattr(record, name), digits[name])) for name in CHANNEL_NAMES]
+    names = [name for name in CHANNEL_NAMES if name in columns]
+    values = [np.asarray(columns[name], dtype=np.float64) for name in names]
+    options = pa_csv.WriteOptions(include_header=False)
     with path.open("wb") as stream:
-        stream.write((",".join(CHANNEL_NAMES) + "\n").encode())
-        stream.write((",".join(CHANNELS[name].unit for name in CHANNEL_NAMES) + "\n").encode())
-        options = pa_csv.WriteOptions(include_header=False)
-        pa_csv.write_csv(pa.table(columns, names=list(CHANNEL_NAMES)), stream, options)
+        stream.write((",".join(names) + "\n").encode())
+        stream.write((",".join(CHANNELS[name].unit for name in names) + "\n").encode())
+        # In pieces: a rounded copy of ten million rows would not fit beside the record.
+        for start in range(0, len(values[0]), _PIECE):
+            rows = slice(start, start + _PIECE)
+            rounded = [pa.array(np.round(v[rows], _DIGITS[n])) for n, v in zip(names, values)]
+            pa_csv.write_csv(pa.table(rounded, names=names), stream, options)
 
 
 def _finite(values: npt.ArrayLike, name: str, where: str) -> FloatArray:

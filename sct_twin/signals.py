@@ -1,18 +1,26 @@
-"""From raw channels to the sliding phase: zeros, phases, speed, inertia, friction at equal distances."""
+"""From raw channels to the sliding phase: phases, zeros, speed, inertia, friction."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
+from scipy.ndimage import median_filter
 
 from friction_models.loads import FloatArray, InputError
 
+from .clock import Clock
+from .filters import can_smooth, integral, smooth, spike_rows, without
+from .force_zero import ForceZero, Zeros, force_zeros
+from .motion import Motion
+from .phases import PhaseTimes, is_given
 from .record import SctRecord
+from .sliding_series import SlidingSeries, binned
 
-#: Corner between the differentiated position (below) and the integrated acceleration (above) [Hz].
-CORNER_HZ = 10.0
+#: Samples around the start of sliding [s] that are never taken for spikes: friction breaks away there.
+BREAK_AWAY = 0.02
+#: Corner of the low-pass ``auto``, over the sampling rate.
+AUTO_CORNER = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +39,16 @@ class TestSignals:
         First samples of upsetting and of sliding.
     T_plate : float
         Plate temperature before sliding [degC].
-    force_zero : tuple of float
-        Zeros taken off F_n and F_r [N].
+    zeros : Zeros
+        Unloaded readings of both cells, before the load and (where recorded) after the test: then they
+        go linearly from one end to the other.
+    F_n_std, friction_std : ndarray, shape (n,)
+        Standard uncertainties that the samples share [N]: of the zeros, and what the metadata states
+        about the cells (`F_n_std`, `F_r_std`).
+    spikes : int
+        Samples that were replaced (metadata `despike`).
+    low_pass : float
+        Corner of the low-pass of the forces [Hz]; 0 without.
     """
 
     t: FloatArray
@@ -43,28 +59,21 @@ class TestSignals:
     load_start: int
     slide_start: int
     T_plate: float
-    force_zero: tuple[float, float]
+    zeros: Zeros
+    F_n_std: FloatArray
+    friction_std: FloatArray
+    spikes: int = 0
+    low_pass: float = 0.0
+
+    @property
+    def force_zero(self) -> tuple[float, float]:
+        """Zeros of F_n and F_r before the load [N]."""
+        return self.zeros.F_n.before, self.zeros.F_r.before
 
     @property
     def slide_time(self) -> FloatArray:
         """Time since sliding began [s], of the samples from `slide_start` on."""
         return np.asarray(self.t[self.slide_start :] - self.t[self.slide_start])
-
-
-@dataclass(frozen=True, eq=False)
-class SlidingSeries:
-    """Friction at equal distances of sliding; all arrays of shape (n,)."""
-
-    t: FloatArray
-    sd: FloatArray
-    v_rel: FloatArray
-    F_n: FloatArray
-    friction: FloatArray
-
-    @property
-    def mu(self) -> FloatArray:
-        """Coefficient of friction, never negative."""
-        return np.maximum(self.friction / self.F_n, 0.0)
 
 
 def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
@@ -73,7 +82,10 @@ def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
     Parameters
     ----------
     record : SctRecord
-        Raw channels.
+        Raw channels. Its metadata may state `t_upsetting`, `t_sliding`, `t_end` [s] (what is stated is
+        not detected), `despike` (replace spikes), `low_pass` ([Hz], or ``auto``: a tenth of the sampling
+        rate; for the forces), `F_n_std`, `F_r_std` [N], and `T_tool` [degC] where no plate temperature
+        was recorded.
     moving_mass : float
         Mass between force cell and contact [kg]; the cell also accelerates it: F_r - m a is friction.
 
@@ -84,154 +96,145 @@ def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
     Raises
     ------
     InputError
-        The test is never loaded, never slides, or slides before it is loaded.
+        The test is never loaded, never slides, or slides before it is loaded; stated times contradict
+        each other or the record; a plate temperature is neither recorded nor stated.
     """
-    where = record.source or f"test {record.test_id}"
-    usual = float(np.median(np.diff(record.t)))
-    count = round(float(np.ptp(record.t)) / usual) + 1
-    if count > 20 * len(record):
-        raise InputError(
-            f"{where}: column 't' spans {float(np.ptp(record.t)):g} s in {len(record)} rows at {usual:g} s; "
-            "allowed: gaps of less than 20 times the record"
-        )
-    t: FloatArray = (np.arange(count) * usual).astype(np.float64)
-    F_n, F_r, s, a = (
-        np.interp(t, record.t - record.t[0], column).astype(np.float64)
-        for column in (record.F_n, record.F_r, record.s, record.a)
-    )
-    zero_n, zero_r, load_start = _force_zero(F_n, F_r)
-    F_n, F_r = F_n - zero_n, F_r - zero_r
-    slide = _first_motion(s, where)
-    end = _end_of_sliding(s, F_n, slide)
-    t, F_n, F_r, s, a = (column[:end] for column in (t, F_n, F_r, s, a))
-    rest = slice(0, max(slide - 1, 5))
-    a = a - float(np.median(a[rest]))
-    v = _speed(s, a, rest, usual)
-    direction = 1.0 if v[slide:].mean() >= 0.0 else -1.0
-    v = direction * v
-    noise = 1.4826 * float(np.median(np.abs(v[rest] - np.median(v[rest]))))
-    threshold = max(5.0 * noise, 0.003 * float(v.max()))
-    while slide > 1 and v[slide - 1] > threshold:
-        slide -= 1
+    where = record.where
+    times = PhaseTimes.of(record)
+    clock = Clock.of(record, times.sliding)
+    repair = _is_true(record, "despike")
+    removed = 0
+
+    def column(name: str, protected: tuple[float, float] | None = None) -> FloatArray:
+        nonlocal removed
+        values: FloatArray = getattr(record, name)
+        if repair:
+            rows = spike_rows(values)
+            if protected is not None:
+                rows = rows[(record.t[rows] < protected[0]) | (record.t[rows] > protected[1])]
+            removed += len(rows)
+            values = without(values, rows)
+        return clock.column(values)
+
+    t, dt = clock.t, clock.dt
+    F_n = column("F_n")
+    s, v, a = (None if getattr(record, name) is None else column(name) for name in ("s", "v", "a"))
+    motion = Motion(s, v, a, dt, where)
+    load_start = _load_start(F_n) if times.upsetting is None else clock.row(times.upsetting)
+    slide = motion.first() if times.sliding is None else clock.row(times.sliding)
+    begin = clock.start + float(t[slide])
+    F_r = column("F_r", (begin - BREAK_AWAY, begin + BREAK_AWAY))
+    end = _end_of_sliding(motion.s, F_n, slide) if times.end is None else clock.row(times.end) + 1
+    if end - slide < 2:
+        raise InputError(f"{where}: sliding lasts {end - slide} samples; allowed: at least 2")
+    zero = force_zeros(t, F_n, F_r, motion, load_start, end, stated=times.upsetting is not None)
+    F_n, F_r = F_n - zero.F_n.values, F_r - zero.F_r.values
+    speed, acceleration, sd, slide = motion.slide(slide, end, times.sliding is not None)
+    t, F_n, F_r = t[:end], F_n[:end], F_r[:end]
     if load_start >= slide:
-        raise InputError(
-            f"{where}: sliding begins at {t[slide]:g} s, before the load; allowed: upsetting first"
-        )
-    friction = F_r - moving_mass * 1e-3 * a
+        raise InputError(f"{where}: sliding begins at {begin:g} s, before the load; allowed: upsetting first")
+    friction = F_r - moving_mass * 1e-3 * acceleration
     if np.median(friction[slide:]) < 0.0:
         # The cell counts pull as negative; friction opposes the sliding whatever the sign.
         friction = -friction
-    v = np.maximum(v, 0.0)
-    v[:slide] = 0.0
-    sd = integral(v, usual)
-    measured = direction * (s - float(np.median(s[rest])))
-    lag = float(np.median((measured - sd)[-max(5, (end - slide) // 10) :]))
-    if sd[-1] > 0:
-        sd = sd * max(0.0, 1.0 + lag / sd[-1])
-    plate = float(np.median(record.T_plate[: max(5, round(slide * len(record) / count))]))
-    return TestSignals(t, F_n, friction, v, sd, load_start, slide, plate, (zero_n, zero_r))
-
-
-def _end_of_sliding(s: FloatArray, F_n: FloatArray, slide: int) -> int:
-    """Return the number of samples up to the farthest point, or up to where the load is taken off before."""
-    far = int(np.argmax(np.abs(s - s[:slide].mean()))) + 1
-    unloaded = F_n[slide:far] < 0.3 * float(np.median(F_n[slide:far]))
-    return slide + int(np.argmax(unloaded)) if unloaded.any() and not unloaded[0] else far
+    corner = _corner(record, dt)
+    if corner > 0.0:
+        F_n, friction = smooth(F_n, dt, corner), smooth(friction, dt, corner)
+    return TestSignals(
+        t,
+        F_n,
+        friction,
+        speed,
+        sd,
+        load_start,
+        slide,
+        _plate_temperature(record, begin),
+        zero,
+        _shared(record, "F_n", zero.F_n, end),
+        _shared(record, "F_r", zero.F_r, end),
+        removed,
+        corner,
+    )
 
 
 def resample(signals: TestSignals, spacing: float = 0.1) -> SlidingSeries:
     """Average forces and speed over equal distances, one point every `spacing` mm.
-
-    A point at distance x stands for x +- spacing/2, whether that holds one sample in fifty or a part
-    of the way between two samples.
 
     Raises
     ------
     InputError
         Less than ten points of sliding.
     """
-    i = signals.slide_start
-    t, sd = signals.slide_time, signals.sd[i:]
-    last = float(sd[-1])
-    count = int(np.floor(last / spacing - 0.5 + 1e-9))
-    if count < 10:
-        raise InputError(f"the test slides {last:g} mm; allowed: at least {10.5 * spacing:g} mm")
-    grid: FloatArray = (spacing * np.arange(1, count + 1)).astype(np.float64)
-    moving = np.concatenate([[True], np.diff(sd) > 1e-9])
-    x, time = sd[moving], t[moving]
-    edges = np.concatenate([[0.5 * spacing], grid + 0.5 * spacing])
-
-    def mean(values: FloatArray) -> FloatArray:
-        sums = integral(values[moving], x=x)
-        # The integral bends inside a sample interval only as the trapezoid does.
-        at = np.clip(np.searchsorted(x, edges) - 1, 0, len(x) - 2)
-        w = (edges - x[at]) / (x[at + 1] - x[at])
-        left, right = values[moving][at], values[moving][at + 1]
-        inside = (edges - x[at]) * (left + 0.5 * w * (right - left))
-        return np.asarray(np.diff(sums[at] + inside) / spacing)
-
-    return SlidingSeries(
-        np.interp(grid, x, time),
-        grid,
-        mean(signals.v[i:]),
-        mean(signals.F_n[i:]),
-        mean(signals.friction[i:]),
+    rows = slice(signals.slide_start, None)
+    return binned(
+        signals.slide_time,
+        signals.sd[rows],
+        signals.v[rows],
+        signals.F_n[rows],
+        signals.friction[rows],
+        (signals.F_n_std[rows], signals.friction_std[rows]),
+        spacing,
     )
 
 
-def smooth(values: FloatArray, dt: float, corner: float = CORNER_HZ) -> FloatArray:
-    """Low-pass without phase shift."""
-    if 0.5 / dt <= 1.2 * corner or len(values) < 16:
-        return values
-    sos = butter(2, corner, fs=1.0 / dt, output="sos")
-    return np.asarray(sosfiltfilt(sos, values, padlen=min(len(values) - 1, int(0.5 / (dt * corner)) * 6)))
+def _load_start(F_n: FloatArray) -> int:
+    """Return the first sample under load; 0 where the record begins under load."""
+    # A median of five: a spike is not a load.
+    steady = median_filter(F_n, 5, mode="nearest")
+    top = float(steady.max())
+    level = float(np.median(steady[: max(5, len(steady) // 200)]))
+    if level > float(steady.min()) + 0.2 * (top - float(steady.min())):
+        return 0
+    return int(np.argmax(steady > level + 0.02 * (top - level)))
 
 
-def _speed(s: FloatArray, a: FloatArray, rest: slice, dt: float) -> FloatArray:
-    """Low frequencies from the position, high ones from the acceleration where the plate does accelerate."""
-    width = max(1, round(0.01 / dt))
-    mean = np.convolve(a, np.full(width, 1.0 / width), mode="same")
-    noise = 1.4826 * float(np.median(np.abs(mean[rest])))
-    moved = np.convolve((np.abs(mean) > 4.0 * noise).astype(float), np.ones(2 * width + 1), mode="same") > 0.5
-    # At constant speed the integrated noise of the acceleration would be all there is above the corner.
-    fast = integral(np.where(moved, a, 0.0), dt)
-    slow = s - integral(fast, dt)
-    # The record ends while the plate moves: go on along a line through its last 60 ms, not from one sample.
-    tail = min(len(s), max(8, round(0.06 / dt)))
-    count = round(0.4 / dt)
-    slope, level = np.polyfit(np.arange(tail) - (tail - 1.0), slow[-tail:], 1)
-    before = np.full(count, float(np.median(slow[:tail])))
-    extended = np.concatenate([before, slow, level + slope * np.arange(1, count + 1)])
-    return fast + np.gradient(smooth(extended, dt), dt)[count:-count]
+def _end_of_sliding(s: FloatArray, F_n: FloatArray, slide: int) -> int:
+    """Return the number of samples up to the farthest point, or up to where the load is taken off before."""
+    steady = median_filter(s, 5, mode="nearest")
+    far = int(np.argmax(np.abs(steady - steady[:slide].mean()))) + 1
+    unloaded = F_n[slide:far] < 0.3 * float(np.median(F_n[slide:far]))
+    return slide + int(np.argmax(unloaded)) if unloaded.any() and not unloaded[0] else far
 
 
-def integral(values: FloatArray, dx: float | None = None, x: FloatArray | None = None) -> FloatArray:
-    """Return the cumulative trapezoidal integral, 0 at the first point."""
-    steps = np.diff(x) if x is not None else np.full(len(values) - 1, 1.0 if dx is None else dx)
-    return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * steps)])
-
-
-def _force_zero(F_n: FloatArray, F_r: FloatArray) -> tuple[float, float, int]:
-    """Return the zeros of both cells from the samples before the load, and where the load begins."""
-    limit = float(F_n.min()) + 0.02 * float(np.ptp(F_n))
-    loaded = F_n > limit
-    start = int(np.argmax(loaded))
-    # A slow start is loaded before the limit: stay well away from it.
-    free = slice(0, max(0, start - 10))
-    if start - 10 < 20:
-        return 0.0, 0.0, start
-    return float(np.median(F_n[free])), float(np.median(F_r[free])), start
-
-
-def _first_motion(s: FloatArray, where: str) -> int:
-    """Return a sample at which the plate has begun to move."""
-    travel = float(np.ptp(s))
-    if travel < 0.5:
-        raise InputError(f"{where}: column 's' moves by {travel:g} mm; allowed: at least 0.5 mm of sliding")
-    origin = float(np.median(s[: max(5, len(s) // 50)]))
-    away = np.abs(s - origin) > max(0.02, 0.001 * travel)
-    if not away.any() or away[0]:
+def _plate_temperature(record: SctRecord, begin: float) -> float:
+    """Return the plate temperature before sliding, or the stated one where none was recorded [degC]."""
+    if record.T_plate is not None:
+        rows = max(5, int(np.searchsorted(record.t, begin)))
+        return float(np.median(record.T_plate[:rows]))
+    if not is_given(record.metadata.get("T_tool")):
         raise InputError(
-            f"{where}: the plate moves from the first sample on; allowed: upsetting at rest first"
+            f"{record.where}: no plate temperature 'T_plate' and no 'T_tool' in the test table; "
+            "allowed: one of both at least"
         )
-    return int(np.argmax(away))
+    return record.number("T_tool")
+
+
+def _shared(record: SctRecord, name: str, zero: ForceZero, end: int) -> FloatArray:
+    stated = record.number(f"{name}_std", 0.0)
+    if stated < 0.0:
+        raise InputError(f"{record.where}: metadata '{name}_std' is {stated:g}; allowed: 0 N and more")
+    return np.hypot(zero.std[:end], stated)
+
+
+def _corner(record: SctRecord, dt: float) -> float:
+    """Return the corner of the low-pass of the forces [Hz]; 0 where none is stated or the rate is too low."""
+    stated = record.metadata.get("low_pass")
+    if not is_given(stated):
+        return 0.0
+    corner = AUTO_CORNER / dt if stated == "auto" else record.number("low_pass")
+    if corner <= 0.0:
+        raise InputError(f"{record.where}: metadata 'low_pass' is {corner:g}; allowed: above 0 Hz, or auto")
+    return corner if can_smooth(len(record), dt, corner) else 0.0
+
+
+def _is_true(record: SctRecord, name: str) -> bool:
+    value = record.metadata.get(name)
+    if not is_given(value):
+        return False
+    text = str(value).strip().lower()
+    if text not in {"true", "false", "1", "0", "1.0", "0.0", "yes", "no"}:
+        raise InputError(f"{record.where}: metadata {name!r} is {value!r}; allowed: true or false")
+    return text in {"true", "1", "1.0", "yes"}
+
+
+__all__ = ["SlidingSeries", "TestSignals", "integral", "process", "resample", "smooth"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Annotated
 
@@ -47,18 +48,24 @@ def ingest(
 ) -> None:
     """Turn measurement files of any layout into a campaign folder with canonical channels and units.
 
-    Shows what it found first. Reads CSV and ASCII, catman, MDF, TDMS, MATLAB, Parquet and Excel.
+    Reads CSV and ASCII, catman, MDF, TDMS, MATLAB, Parquet and Excel. Shows columns, phases and quality of every
+    test, then writes.
     """
     from sct_twin.ingest import ingest as read
-    from sct_twin.preview import preview
+    from sct_twin.preview import describe, preview
 
     source = files[0] if len(files) == 1 else files
-    say(preview(source, channels))
+    width = min(max(shutil.get_terminal_size((80, 24)).columns, 60), 160)
     if dry_run:
+        with progress("reading") as tick:
+            text = preview(source, channels, tests, tick, width)
+        say(text)
         return
-    with progress("ingest") as tick:
-        report = read(source, channels, out, tests, progress=tick)
-    say(str(report))
+    with progress("reading") as tick:
+        report = read(
+            source, channels, out, tests, tick, show=lambda found: say(describe(found, channels, width))
+        )
+    say(report.headline())
 
 
 def twin(

@@ -18,17 +18,21 @@ from friction_models.loads import InputError
 from orchestrator.cli.app import app
 from sct_twin import RawCampaign, SctRecord
 from sct_twin.channel_map import ChannelMap
-from sct_twin.channels import CHANNEL_NAMES, CHANNELS
+from sct_twin.channels import CHANNELS
+from sct_twin.clock import ENOUGH_HZ, Clock
+from sct_twin.force_zero import drift
 from sct_twin.ingest import ingest
 from sct_twin.preview import preview
-from sct_twin.quality import drift, quality_row, repeats, thinned
+from sct_twin.quality import quality_row, repeats
 from sct_twin.readers import guarded
+from sct_twin.signals import process, resample
 from sct_twin.units import conversion
 
 from .reader_files import SUFFIX, WRITERS, write_plain
 from .test_readers import NEEDS
 
 Maker = Callable[..., SctRecord]
+CHANNEL_NAMES = ("t", "F_n", "F_r", "s", "a", "T_plate")
 UNITS = {name: CHANNELS[name].unit for name in CHANNEL_NAMES}
 MDF_MAP = {"channels": {("time" if name == "t" else name): name for name in CHANNEL_NAMES}}
 
@@ -123,14 +127,16 @@ def test_quality_sees_what_is_wrong(record_maker: Maker) -> None:
     assert drift(t, t, np.arange(10)) is None
 
 
-def test_a_fast_record_is_thinned_for_detection(record_maker: Maker) -> None:
+def test_a_fast_record_is_averaged(record_maker: Maker) -> None:
     record = record_maker()
-    t = np.linspace(record.t[0], record.t[-1], 50_000)
+    t = np.linspace(record.t[0], record.t[-1], 100_000)
     columns: dict[str, Any] = {n: np.interp(t, record.t, getattr(record, n)) for n in CHANNEL_NAMES}
     fast = replace(record, **{**columns, "t": t})
-    assert len(thinned(record)) == len(record)
-    assert thinned(fast).sampling_rate == pytest.approx(2000.0, rel=0.05)
-    assert quality_row(fast)["sliding_s"] == pytest.approx(quality_row(record)["sliding_s"], abs=0.005)
+    assert Clock.of(record).stride == 1
+    assert 0.5 * ENOUGH_HZ < 1.0 / Clock.of(fast).dt < 1.5 * ENOUGH_HZ
+    slow, quick = quality_row(record), quality_row(fast)
+    assert quick["sliding_s"] == pytest.approx(slow["sliding_s"], abs=0.005)
+    assert quick["mu_mean"] == pytest.approx(slow["mu_mean"], abs=2e-5)
 
 
 def test_repeats_are_tests_with_the_same_settings() -> None:
@@ -166,25 +172,67 @@ def test_units_that_are_refused(unit: str) -> None:
         conversion("F_n", unit)
 
 
-def test_stated_phases_cut_the_record(tmp_path: Path, record_maker: Maker) -> None:
+def test_stated_phases_steer_what_is_computed(tmp_path: Path, record_maker: Maker) -> None:
     record = record_maker(noise=1.0)
-    frame = record.to_frame().assign(Phase=np.where(record.t < 0.8, 1, 2))
+    frame = record.to_frame().assign(Phase=np.where(record.t < 0.9, 1, 2))
     frame.loc[frame["t"] > 1.0, "Phase"] = 3
     write_plain(tmp_path / "t1.csv", frame, {**UNITS, "Phase": ""})
     for phases in (
         {"channel": "Phase", "upsetting": 1, "sliding": 2},
-        {"upsetting": [0.0, 0.7995], "sliding": [0.7995, 1.0]},
+        {"upsetting": [0.0, 0.8995], "sliding": [0.8995, 1.0]},
     ):
         report = ingest(tmp_path / "t1.csv", {"phases": phases}, tmp_path / "out")
-        assert report.campaign.record("t1").t[-1] == pytest.approx(1.0)
+        again = report.campaign.record("t1")
+        # The record stays whole; the twin gets the phases from the test table.
+        assert len(again) == len(record)
         row = report.campaign.tests.iloc[0]
-        assert (row["t_sliding"], row["t_end"]) == (0.8, 1.0)
-    late = {"upsetting": [0.0, 0.9], "sliding": [0.9, 1.0]}
-    assert "sliding is said to begin at 0.9 s" in str(
-        ingest(tmp_path / "t1.csv", {"phases": late}, tmp_path / "out")
-    )
+        assert (row["t_upsetting"], row["t_sliding"], row["t_end"]) == (0.0, 0.9, 1.0)
+        signals = process(again)
+        assert again.t[signals.slide_start] == pytest.approx(0.9)
+        assert len(signals.t) == 1001 and signals.load_start == 0
+        found = report.quality.iloc[0]
+        assert found["phases"] == "stated: t_upsetting t_sliding t_end"
+        assert (found["sliding_s"], found["end_s"]) == (0.9, 1.0)
+        assert found["sliding_detected_s"] == pytest.approx(0.8, abs=0.01)
+        assert "sliding is said to begin at 0.9 s, the signals say 0.8" in " ".join(str(report).split())
     with pytest.raises(InputError, match="no row of the phase sliding"):
         ingest(tmp_path / "t1.csv", {"phases": {"upsetting": [0, 1], "sliding": [8, 9]}}, tmp_path / "no")
+
+
+def test_phases_of_the_test_table(tmp_path: Path, record_maker: Maker) -> None:
+    record = record_maker(noise=1.0)
+    write_plain(tmp_path / "t1.csv", record.to_frame(), UNITS)
+    (tmp_path / "tests.csv").write_text("test_id,t_sliding\nt1,0.85\n")
+    report = ingest(tmp_path, None, tmp_path / "out")
+    found = report.quality.iloc[0]
+    # What is not stated is detected.
+    assert found["phases"] == "stated: t_sliding"
+    assert found["sliding_s"] == 0.85 and found["upsetting_s"] == pytest.approx(0.1, abs=0.02)
+    both = {"phases": {"upsetting": [0.0, 0.8], "sliding": [0.8, 1.0]}}
+    with pytest.raises(InputError, match=r"t_sliding is 0\.85 in the test table and 0\.8 s by the phases"):
+        ingest(tmp_path, both, tmp_path / "no")
+
+
+@pytest.mark.parametrize(
+    ("times", "message"),
+    [
+        ({"t_sliding": 9.0}, "t_sliding is 9 s, the record goes from 0 to .* allowed: a time of the record"),
+        (
+            {"t_upsetting": 0.9, "t_sliding": 0.8},
+            "t_sliding is 0.8 s, t_upsetting is 0.9 s; allowed: upsetting before sliding",
+        ),
+        ({"t_sliding": 0.9, "t_end": 0.9}, "t_end is 0.9 s, t_sliding is 0.9 s"),
+        ({"t_end": "late"}, "metadata 't_end' is 'late'; allowed: a number"),
+        ({"t_sliding": 0.05}, "sliding begins at 0.05 s, before the load; allowed: upsetting first"),
+        ({"despike": "perhaps"}, "metadata 'despike' is 'perhaps'; allowed: true or false"),
+        ({"low_pass": -1.0}, "metadata 'low_pass' is -1; allowed: above 0 Hz"),
+        ({"F_n_std": -1.0}, "metadata 'F_n_std' is -1; allowed: 0 N and more"),
+    ],
+)
+def test_what_a_test_table_cannot_say(record_maker: Maker, times: dict[str, Any], message: str) -> None:
+    record = replace(record_maker(noise=1.0), metadata=times)
+    with pytest.raises(InputError, match=message):
+        process(record)
 
 
 @pytest.mark.parametrize(
@@ -211,7 +259,7 @@ def test_preview_and_the_command(tmp_path: Path, record_maker: Maker) -> None:
         file, record.to_frame().rename(columns=names), {names[n]: u for n, u in UNITS.items()}, ";", ","
     )
     shown = preview(file)
-    assert "missing: 't'" in shown
+    assert "column 't' [s] is missing" in " ".join(shown.split())
     # What is proposed is a channel map that works.
     mapping = yaml.safe_load(shown[shown.index("channels:") :])
     assert {v["quantity"]: k for k, v in mapping["channels"].items()} == names
@@ -221,11 +269,116 @@ def test_preview_and_the_command(tmp_path: Path, record_maker: Maker) -> None:
     (tmp_path / "channels.yaml").write_text(yaml.safe_dump(mapping), encoding="utf-8")
     command = ["ingest", str(file), "--map", str(tmp_path / "channels.yaml"), "-o", str(tmp_path / "out")]
     run = CliRunner().invoke(app, [*command, "--dry-run"])
-    assert run.exit_code == 0 and "upsetting from 0.1" in run.output.replace("\n", " ")
+    assert run.exit_code == 0, run.output
+    table = run.output.splitlines()
+    assert max(map(len, table)) <= 80
+    head = next(line.split() for line in table if line.startswith("test "))
+    row = dict(zip(head, next(line.split() for line in table if line.startswith("t1 "))))
+    assert float(row["slide"]) == pytest.approx(0.8, abs=0.01) and float(row["v"]) == pytest.approx(
+        50, rel=0.01
+    )
+    assert float(row["mu"]) == pytest.approx(0.08, abs=2e-3)
     assert not (tmp_path / "out").exists()
     run = CliRunner().invoke(app, command)
     assert run.exit_code == 0 and (tmp_path / "out" / "quality.csv").is_file()
     shutil.rmtree(tmp_path / "out")
+
+
+def test_voltages_become_forces(tmp_path: Path, record_maker: Maker) -> None:
+    record = record_maker(noise=1.0)
+    frame = pd.DataFrame(
+        {
+            "t": record.t,
+            "AI 0": record.F_n / 25e3 + 0.12,
+            "AI 1": 1.5 * record.F_r / 1e3,
+            "AI 2": record.T_plate / 100.0,
+            "s": record.s,
+            "a": record.a,
+        }
+    )
+    units = {"t": "s", "AI 0": "V", "AI 1": "mV", "AI 2": "V", "s": "mm", "a": "mm/s2"}
+    write_plain(tmp_path / "t1.csv", frame, units)
+    text = (Path(__file__).parents[2] / "docs" / "measurements.md").read_text(encoding="utf-8")
+    example = text.split("### Voltages", 1)[1].split("```yaml", 1)[1].split("```", 1)[0]
+    mapping = yaml.safe_load("channels:\n  t: t\n  s: s\n  a: a\n" + example)
+    report = ingest(tmp_path / "t1.csv", mapping, tmp_path / "out")
+    again = report.campaign.record("t1")
+    for name, tolerance in (("F_n", 0.06), ("F_r", 0.006), ("T_plate", 6e-4)):
+        assert np.abs(getattr(again, name) - getattr(record, name)).max() < tolerance
+    assert again.number("F_r_std") == 15.0
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ({"scale": "5 kN/V", "unit": "N"}, "readings in 'N' with scale '5 kN/V' do not give 'F_n'"),
+        ({"scale": "5 mm/V", "unit": "V"}, "allowed: units whose product is in N"),
+        ({"scale": "kN/V", "unit": "V"}, "scale is 'kN/V'; allowed: a number with a unit"),
+        ({"sensitivity": "0 mV/N", "unit": "V"}, "sensitivity is '0 mV/N'; allowed"),
+        ({"scale": 5.0, "unit": "V"}, r"5\.0 has no unit; allowed: a number with a unit"),
+        ({"scale": "1 N/V", "sensitivity": "1 V/N"}, "both scale and sensitivity"),
+        ({"std": -1}, "std is -1; allowed"),
+    ],
+)
+def test_scales_that_are_refused(entry: dict[str, object], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        ChannelMap.load({"channels": {"x": {"quantity": "F_n", **entry}, "t": "t", "F_r": "F_r", "s": "s"}})
+
+
+def test_a_channel_map_with_aliases_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "channels.yaml"
+    path.write_text("metadata: {a: &x [1, 2], b: [*x, *x]}\n")
+    with pytest.raises(InputError, match=r"channels\.yaml: holds an alias"):
+        ChannelMap.load(path)
+    path.write_text("metadata: " + "[" * 50 + "]" * 50 + "\n")
+    with pytest.raises(InputError, match=r"channels\.yaml: nested deeper than"):
+        ChannelMap.load(path)
+
+
+@pytest.mark.parametrize("same_clock", [True, False])
+def test_two_files_a_test(tmp_path: Path, record_maker: Maker, same_clock: bool) -> None:
+    record = record_maker(noise=1.0)
+    rig = tmp_path / "rig"
+    rig.mkdir()
+    frame = record.to_frame()
+    # The press logs 100 Hz and the normal force alone; the slide is recorded from 50 ms before on.
+    up, slide = frame[frame["t"] < 0.7].iloc[::10][["t", "F_n"]], frame[frame["t"] >= 0.75]
+    if not same_clock:
+        slide = slide.assign(t=slide["t"] - 0.75)
+    for test in ("t1", "t2"):
+        write_plain(rig / f"{test}_up.csv", up, UNITS)
+        write_plain(rig / f"{test}_slide.csv", slide, UNITS)
+    write_plain(rig / "t3_up.csv", up, UNITS)
+    write_plain(rig / "other.csv", up, UNITS)
+    if not same_clock:
+        (rig / "tests.csv").write_text("test_id,t_wait\nt1,0.06\nt2,\n")
+    mapping = {"phases": {"files": {"upsetting": "_up", "sliding": "_slide"}}}
+    report = ingest(rig, mapping, tmp_path / "out")
+    assert list(report.quality["test_id"]) == ["t1", "t2"]
+    said = " ".join(report.left_out["reason"])
+    assert "test 't3' has no sliding file" in said and "ends with neither '_up' nor '_slide'" in said
+    joined = report.campaign.record("t1")
+    assert joined.t[len(up)] == pytest.approx(0.75, abs=1e-6)
+    truth, series = resample(process(record, 25.0)), resample(process(joined, 25.0))
+    count = min(len(truth.mu), len(series.mu))
+    assert np.abs(truth.mu[:count] - series.mu[:count]).mean() < 3e-4
+    notes = list(report.quality["notes"])
+    assert all("no F_r in the upsetting file" in note for note in notes)
+    assert ("no t_wait" in notes[1]) is not same_clock
+
+
+@pytest.mark.parametrize(
+    ("files", "message"),
+    [
+        ("x", "files is 'x'; allowed: upsetting and sliding"),
+        ({"upsetting": "_u"}, "sliding is None; allowed: the end of a file name"),
+        ({"upsetting": "_u", "sliding": "_u"}, "both end with '_u'"),
+        ({"up": "_u"}, "unknown key 'up'"),
+    ],
+)
+def test_bad_endings(files: object, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        ChannelMap.load({"phases": {"files": files}})
 
 
 def test_the_channel_map_of_the_documentation(tmp_path: Path, record_maker: Maker) -> None:

@@ -1,0 +1,108 @@
+"""Filters of measured signals: low-pass without phase shift, running means, single samples that stand out."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import butter, sosfiltfilt
+
+from friction_models.loads import FloatArray
+
+#: Corner between the differentiated position (below) and the integrated acceleration (above) [Hz].
+CORNER_HZ = 10.0
+#: A low-pass needs a sampling rate of so many times its corner; below it is left out.
+RATE_OVER_CORNER = 2.4
+#: A sample is a spike when it stands out of its neighbourhood by so many standard deviations.
+SPIKE = 10.0
+#: Samples on each side that are the neighbourhood.
+_REACH = 3
+_PIECE = 1_000_000
+
+
+def can_smooth(count: int, dt: float, corner: float) -> bool:
+    """Whether a signal is sampled fast enough, and long enough, for a low-pass with this corner [Hz]."""
+    return 1.0 / dt > RATE_OVER_CORNER * corner and count >= 16
+
+
+def smooth(values: FloatArray, dt: float, corner: float = CORNER_HZ) -> FloatArray:
+    """Low-pass without phase shift: Butterworth of second order, forwards and backwards.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Equally spaced samples.
+    dt : float
+        Step [s].
+    corner : float
+        Frequency at which half of the amplitude is left [Hz].
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        The values themselves where the rate or the number of samples is too low for the corner.
+    """
+    if not can_smooth(len(values), dt, corner):
+        return values
+    sos = butter(2, corner, fs=1.0 / dt, output="sos")
+    return np.asarray(sosfiltfilt(sos, values, padlen=min(len(values) - 1, int(0.5 / (dt * corner)) * 6)))
+
+
+def running_mean(values: FloatArray, width: int) -> FloatArray:
+    """Return the mean over `width` samples around each, zeros beyond the ends; its cost is that of one pass."""
+    return np.asarray(uniform_filter1d(values, width, mode="constant"))
+
+
+def integral(values: FloatArray, dx: float | None = None, x: FloatArray | None = None) -> FloatArray:
+    """Return the cumulative trapezoidal integral, 0 at the first point."""
+    steps = np.diff(x) if x is not None else np.full(len(values) - 1, 1.0 if dx is None else dx)
+    return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * steps)])
+
+
+def noise_of(values: FloatArray) -> float:
+    """Return the standard deviation of white noise on a smooth signal, from its second differences."""
+    if len(values) < 5:
+        return 0.0
+    second = np.diff(values[: 4 * _PIECE], 2)
+    return 1.4826 * float(np.median(np.abs(second))) / float(np.sqrt(6.0))
+
+
+def spike_rows(values: FloatArray) -> np.ndarray:
+    """Return the samples that stand out of their seven neighbours by more than `SPIKE` times the noise.
+
+    Hampel's rule: the distance to the median of the neighbourhood against the usual noise. A step or a
+    ramp has no such samples, however steep; a break-away peak of two or three samples has, see
+    `signals.process`.
+    """
+    count = len(values)
+    if count < 2 * _REACH + 2:
+        return np.zeros(0, dtype=np.int64)
+    noise = noise_of(values)
+    if noise == 0.0:
+        # A signal that repeats its last reading: one step of its resolution is its noise.
+        steps = np.abs(np.diff(values[: 4 * _PIECE]))
+        noise = float(steps[steps > 0].min()) if (steps > 0).any() else 0.0
+        if noise == 0.0:
+            return np.zeros(0, dtype=np.int64)
+    found = []
+    for start in range(0, count, _PIECE):
+        # Most samples are ruled out by their steps alone; the median is taken at the others.
+        low, high = max(0, start - 1), min(count, start + _PIECE + 1)
+        far = np.abs(np.diff(values[low:high])) > 0.5 * SPIKE * noise
+        found.append(low + np.flatnonzero(far))
+    edge = np.concatenate(found)
+    near = edge[:, None] + np.arange(-1, 3)[None, :]
+    rows = np.unique(near[(near >= 0) & (near < count)])
+    around = np.clip(rows[:, None] + np.arange(-_REACH, _REACH + 1)[None, :], 0, count - 1)
+    out = np.abs(values[rows] - np.median(values[around], axis=1)) > SPIKE * noise
+    return np.asarray(rows[out])
+
+
+def without(values: FloatArray, rows: np.ndarray) -> FloatArray:
+    """Return the signal with some samples replaced by a line between the ones around them."""
+    if not len(rows):
+        return values
+    good = np.ones(len(values), dtype=bool)
+    good[rows] = False
+    repaired = values.copy()
+    repaired[rows] = np.interp(rows, np.flatnonzero(good), values[good])
+    return repaired
