@@ -11,6 +11,7 @@ import numpy.typing as npt
 from friction_models.loads import InputError
 
 from .fe.body import Body
+from .fe.contact import GAP
 from .fe.polyline import arc_length
 from .fe.resample import mesh_inside, resample
 from .fe.shape import FloatArray
@@ -122,7 +123,7 @@ class UpsettingResult:
     time, force : ndarray, shape (n,)
         As asked for [s], [N]; without a history: of the increments.
     contact_radius : ndarray, shape (n,)
-        Radius of the contact [mm].
+        Radius of the contact [mm]: where the gap, extrapolated from the first two nodes out of contact, closes.
     radius_fraction : ndarray, shape (m,)
         r over contact radius, 0 to 1.
     sigma_n, psi : ndarray, shape (n, m)
@@ -337,6 +338,22 @@ def _profile(r: FloatArray, at: FloatArray, values: FloatArray) -> FloatArray:
     return np.interp(r, at[order], values[order])
 
 
+def _edge_radius(surface: FloatArray, table: FloatArray, bore: float) -> float:
+    """Return where the surface leaves the plate [mm], at most `bore`.
+
+    The contact lies between the last node that touches and the first that does not. The gap of the first two
+    free nodes, extrapolated to zero, tells where, so that the area grows smoothly with the force.
+    """
+    on = table[:, 0] > 0.0
+    last = int(np.flatnonzero(on)[np.argmax(surface[on, 0])])
+    edge = float(surface[last, 0])
+    if last + 2 < len(surface):
+        (near, far), (gap, wider) = surface[last + 1 : last + 3, 0], table[last + 1 : last + 3, GAP]
+        if wider > gap > 0.0 and near > edge:
+            edge = float(np.clip(near - gap * (far - near) / (wider - gap), edge, near))
+    return min(edge, bore)
+
+
 def _contact(sim: Simulation, punch: PunchGeometry, fraction: FloatArray) -> dict[str, FloatArray | float]:
     """Return one row of the result: the contact with the plate now."""
     state = sim.state
@@ -361,7 +378,7 @@ def _contact(sim: Simulation, punch: PunchGeometry, fraction: FloatArray) -> dic
             "area_ratio": 1.0,
             "T_contact": 0.5 * (float(body.T.mean()) + state.tools[0].temperature),
         }
-    radius = float(surface[on, 0].max())
+    radius = _edge_radius(surface, tables[0], 0.5 * (punch.bore_diameter or math.inf))
     area = math.pi * radius**2
     r = fraction * radius
     ring = np.gradient(fraction) * fraction
