@@ -1,0 +1,385 @@
+"""Sensitivities for the forming attribution: the user's system with one thing changed at a time."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from friction_models.effects import CATALOGUE, make_effect
+from friction_models.loads import MU, InputError, unknown_name
+
+from .attribution_probe import FACTOR, addable, graph_of, pack_probe, strengths
+from .fmu_files import FmuDescription, describe
+from .forces import ForceCurve
+from .jobs import RunProgress, RunTask, run_all
+from .system import System
+
+if TYPE_CHECKING:
+    from forming.press import PressLevel
+
+#: What carries the strength of the flow stress in each kind of material.
+_FLOW = {"HenselSpittel": ("A",), "PowerLaw": ("yield_stress", "K"), "FlowTable": ("stresses",)}
+KINDS = ("friction", "flow stress", "heat", "machine")
+
+
+@dataclass(frozen=True)
+class Cause:
+    """Something that changes a force-stroke curve.
+
+    Attributes
+    ----------
+    name, title, kind, unit : str
+        Identifier, words, one of `KINDS`, unit of the strength.
+    step : float
+        How far it is moved for the sensitivity; 0 where no run is needed.
+    sign : int
+        Physical sign of the strength; 0: both.
+    column : str
+        Tells two strengths of one cause apart; empty for most.
+    """
+
+    name: str
+    title: str
+    kind: str
+    unit: str
+    step: float = 0.0
+    sign: int = 0
+    column: str = ""
+
+    @property
+    def key(self) -> str:
+        """Name of the run."""
+        return f"{self.name}.{self.column}" if self.column else self.name
+
+
+FORMING = (
+    Cause("flow_stress", "flow stress of the workpiece, relative", "flow stress", "1", 0.03),
+    Cause("tool_temperature", "tool temperature", "heat", "K", 15.0),
+    Cause("billet_temperature", "billet temperature", "heat", "K", 15.0),
+    Cause("heat_transfer", "heat transfer to the tools, relative", "heat", "1", 0.5),
+)
+FRICTION_LEVEL = Cause("friction_level", "friction as a whole, relative", "friction", "1", 0.2)
+#: A mesh of this relative size shows how far the mesh moves the curves.
+OTHER_MESH = 0.9
+#: Seen in the simulated curve itself.
+MACHINE = (
+    Cause("compliance", "elastic give of press and tools", "machine", "mm/kN", sign=1),
+    Cause("stroke_zero", "zero of the stroke", "machine", "mm"),
+    Cause("force_gain", "gain of the force cell, relative", "machine", "1"),
+)
+
+
+def all_causes() -> list[str]:
+    """Return the names of all causes."""
+    physics = [e.name for e in CATALOGUE.values() if e.kind == "physics" and not e.metadata]
+    return [c.name for c in (*FORMING, FRICTION_LEVEL, *MACHINE)] + physics
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A user's system, and how it is changed.
+
+    Attributes
+    ----------
+    system : System
+    forming, friction : str
+        Names of the components.
+    description : FmuDescription
+        Of the forming FMU.
+    process : str
+        ``fre``, ``bce``, or empty for a forming FMU that is not of this project.
+    """
+
+    system: System
+    forming: str
+    friction: str
+    description: FmuDescription
+    process: str
+    config: dict[str, Any]
+
+    @classmethod
+    def of(cls, system: System) -> Plant:
+        """Find forming process and friction model in a system.
+
+        Raises
+        ------
+        InputError
+            No component computes stroke and force from mu, nothing gives it mu, or it has no parameters
+            ``speed`` and ``T_tool``.
+        """
+        found = {name: describe(system.fmu_path(name)) for name in system.components}
+        forming = [
+            n for n, d in found.items() if {"stroke", "force"} <= d.variables.keys() and MU.name in d.arrays
+        ]
+        if len(forming) != 1:
+            raise InputError(
+                f"{system.source}: {len(forming)} components have stroke, force and mu; allowed: one forming process"
+            )
+        name = forming[0]
+        lines = [c.replace(" ", "").partition("->") for c in system.connections]
+        sources = [a.rpartition(".")[0] for a, _, b in lines if b.partition("[")[0] == f"{name}.{MU.name}"]
+        if not sources or len(set(sources)) != 1:
+            raise InputError(
+                f"{system.source}: {name}.mu comes from {len(set(sources))} components; allowed: one friction FMU"
+            )
+        for parameter in ("speed", "T_tool"):
+            if parameter not in found[name].variables:
+                raise InputError(
+                    f"{found[name].path}: no parameter {parameter!r}; allowed: a forming FMU with speed and T_tool, "
+                    "which every level of the press sets"
+                )
+        config = _config(found[name].path)
+        return cls(system, name, sources[0], found[name], str(config.get("process", "")), config)
+
+    @property
+    def nodes(self) -> int:
+        """Contact points of the forming FMU."""
+        return len(self.description.resolve(MU.name))
+
+    @property
+    def travel(self) -> float:
+        """Punch travel of one communication step [mm]."""
+        speed = self.system.components[self.forming].start.get("speed")
+        if speed is None:
+            variable = next(v for v in self.description.raw.modelVariables if v.name == "speed")
+            speed = float(variable.start)
+        return float(self.system.communication_step * float(speed))  # type: ignore[arg-type]
+
+    def start_of(self, parameter: str) -> float | None:
+        """Return the value of a forming parameter in the system; None where the FMU has none."""
+        own = self.system.components[self.forming].start.get(parameter)
+        if own is not None:
+            return float(own)  # type: ignore[arg-type]
+        for variable in self.description.raw.modelVariables:
+            if variable.name == parameter and variable.start is not None:
+                return float(variable.start)
+        return None
+
+    def at(
+        self, level: PressLevel, friction: Path, forming: Path, changes: dict[str, dict[str, float]]
+    ) -> System:
+        """Return the system at a level of the press, with other FMUs and start values."""
+        content = self.system.model_dump(mode="json", exclude_none=True)
+        for name in content["components"]:
+            content["components"][name]["fmu"] = str(self.system.fmu_path(name))
+        parts = content["components"]
+        parts[self.friction]["fmu"], parts[self.forming]["fmu"] = str(friction), str(forming)
+        parts[self.forming]["start"] |= {"speed": level.speed, "T_tool": level.T_tool}
+        for name, values in changes.items():
+            parts[name]["start"] |= values
+        recorded = float(level.curves.groupby("repeat")["stroke"].max().min())
+        asked = self.travel * self.system.steps
+        steps = max(1, int(min(recorded, asked) / self.travel + 1e-6))
+        content["communication_step"] = self.travel / level.speed
+        content["stop_time"] = content["communication_step"] * steps
+        content["record"] = [f"{self.forming}.stroke", f"{self.forming}.force"]
+        content["name"] = f"{self.system.name}"[:80]
+        return System.from_dict(content, source=self.system.source)
+
+
+def _config(fmu: Path) -> dict[str, Any]:
+    """Return what a forming FMU of this project was packed from; empty for any other."""
+    import zipfile
+
+    try:
+        with zipfile.ZipFile(fmu) as archive:
+            item = archive.getinfo("resources/interface.json")
+            content = json.loads(archive.read(item)) if item.file_size < 64 * 1024**2 else {}
+    except (KeyError, ValueError, OSError, zipfile.BadZipFile):
+        return {}
+    good = isinstance(content, dict) and {"process", "fixed", "material"} <= content.keys()
+    return content if good else {}
+
+
+def cache_folder() -> Path:
+    """Return where runs are kept by default: the user's cache folder."""
+    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(base) / "tribofmu" / "attribution"
+
+
+@dataclass
+class Sensitivities:
+    """Simulated curves of every level: as the system stands, and with each cause moved by its step.
+
+    Attributes
+    ----------
+    causes : list of Cause
+    base : list of ForceCurve
+    moved : dict of str to list of ForceCurve
+        By `Cause.key`; causes that need no run are not in it.
+    remeshed : list of ForceCurve
+        With another size of the elements; empty where it cannot be set.
+    mesh_size : float
+        Largest element size of the systems [mm]; 0 where unknown.
+    warnings : list of str
+    """
+
+    causes: list[Cause]
+    base: list[ForceCurve]
+    moved: dict[str, list[ForceCurve]]
+    remeshed: list[ForceCurve]
+    mesh_size: float
+    warnings: list[str]
+
+
+def run_sensitivities(
+    plants: Sequence[Plant],
+    levels: Sequence[tuple[Plant, PressLevel]],
+    wanted: Sequence[str] | None,
+    folder: Path,
+    jobs: int | None = None,
+    progress: RunProgress | None = None,
+) -> Sensitivities:
+    """Run all levels with every cause moved; runs of the same content are taken from `folder`.
+
+    Parameters
+    ----------
+    plants : sequence of Plant
+        The systems (one for each process).
+    levels : sequence of (Plant, PressLevel)
+        Which system stands for which level.
+    wanted : sequence of str, optional
+        Names of causes; all by default.
+    folder : Path
+        Where runs and FMUs are kept.
+
+    Raises
+    ------
+    InputError
+        An unknown cause, or what the systems refuse.
+    """
+    known = all_causes()
+    for name in wanted or ():
+        if name not in known:
+            raise unknown_name("cause", name, known)
+    chosen = set(wanted or known)
+    warnings: list[str] = []
+    folder.mkdir(parents=True, exist_ok=True)
+    effects = [make_effect(n) for n in known if n in chosen and n in CATALOGUE]
+    graphs = {id(p): _graph(p) for p in plants}
+    for plant in plants:
+        kept = addable(graphs[id(plant)], effects, str(plant.system.fmu_path(plant.friction)))
+        warnings += [
+            f"{e.name} was not judged: the model remembers the same quantity"
+            for e in effects
+            if e not in kept
+        ]
+        effects = kept
+    frictions: dict[int, Path] = {}
+    for plant in plants:
+        name = _hashed(graphs[id(plant)], [e.name for e in effects], plant.nodes)
+        target = folder / f"probe-{name}.fmu"
+        if not target.is_file():
+            pack_probe(plant.system.fmu_path(plant.friction), effects, target, plant.nodes)
+        frictions[id(plant)] = target
+    steps = strengths(effects)
+    causes = [c for c in FORMING if c.name in chosen and _possible(c, plants, warnings)]
+    if FRICTION_LEVEL.name in chosen:
+        causes.append(FRICTION_LEVEL)
+    for s in steps:
+        several = sum(o.effect == s.effect for o in steps) > 1
+        column = s.parameter.removeprefix(f"strength_{s.effect}_") if several else ""
+        title = CATALOGUE[s.effect].title
+        causes.append(Cause(s.effect, title, "friction", s.unit, s.step, s.sign, column))
+    by_key = {c.key: s.parameter for c, s in zip(causes[len(causes) - len(steps) :], steps, strict=True)}
+    forming = {id(p): _forming_fmus(p, causes, folder) for p in plants}
+    tasks = []
+    sizes = [p.start_of("mesh_size") or 0.0 for p in plants]
+    keys = ["", *(["mesh"] if min(sizes) > 0.0 else []), *(c.key for c in causes)]
+    for key in keys:
+        for plant, level in levels:
+            changes: dict[str, dict[str, float]] = {}
+            fmu = forming[id(plant)].get(key, plant.description.path)
+            cause = next((c for c in causes if c.key == key), None)
+            if key == "mesh":
+                changes = {plant.forming: {"mesh_size": OTHER_MESH * (plant.start_of("mesh_size") or 0.0)}}
+            elif cause is not None and cause.name == FRICTION_LEVEL.name:
+                changes = {plant.friction: {FACTOR: 1.0 + cause.step}}
+            elif key in by_key and cause is not None:
+                changes = {plant.friction: {by_key[key]: cause.step}}
+            elif cause is not None and cause.name == "tool_temperature":
+                changes = {plant.forming: {"T_tool": level.T_tool + cause.step}}
+            elif cause is not None and cause.name == "billet_temperature":
+                changes = {plant.forming: {"T_billet": (plant.start_of("T_billet") or 20.0) + cause.step}}
+            system = plant.at(level, frictions[id(plant)], fmu, changes)
+            tasks.append(RunTask(system, folder / _hashed(system.to_yaml().encode(), fmu.read_bytes(), key)))
+    runs = iter(run_all(tasks, jobs, progress))
+    curves = {key: [next(runs).force_curve() for _ in levels] for key in keys}
+    base, remeshed = curves.pop(""), curves.pop("mesh", [])
+    causes += [c for c in MACHINE if c.name in chosen]
+    return Sensitivities(causes, base, curves, remeshed, max(sizes), warnings)
+
+
+def _graph(plant: Plant) -> bytes:
+    try:
+        return graph_of(plant.system.fmu_path(plant.friction))
+    except InputError as error:
+        raise InputError(f"{error}; without it friction cannot be told from other causes") from None
+
+
+def _possible(cause: Cause, plants: Sequence[Plant], warnings: list[str]) -> bool:
+    """Return whether a cause can be moved in all systems; says so where it cannot."""
+    for plant in plants:
+        if cause.name in {"flow_stress", "heat_transfer"}:
+            fits = bool(plant.config)
+        else:
+            fits = plant.start_of("T_tool" if cause.name == "tool_temperature" else "T_billet") is not None
+        if not fits:
+            warnings.append(
+                f"{cause.name} was not judged: {plant.description.path.name} does not say what it was made of, or has "
+                "no such parameter (a forming FMU of the target 'python' does)"
+            )
+            return False
+    return True
+
+
+def _forming_fmus(plant: Plant, causes: Sequence[Cause], folder: Path) -> dict[str, Path]:
+    """Pack the forming FMU again for what is fixed in it: flow stress and heat transfer."""
+    from fmus import pack_forming
+    from forming.material import material_from_dict
+
+    found: dict[str, Path] = {}
+    for cause in causes:
+        if cause.name not in {"flow_stress", "heat_transfer"}:
+            continue
+        config = json.loads(json.dumps(plant.config))
+        material, fixed = config["material"], dict(config["fixed"])
+        if cause.name == "flow_stress":
+            for name in _FLOW[material.get("kind", "HenselSpittel")]:
+                material[name] = _times(material[name], 1.0 + cause.step)
+        else:
+            from forming.heat_input import HeatInput
+
+            usual = HeatInput.__dataclass_fields__["htc"].default
+            fixed["htc"] = float(fixed.get("htc", usual)) * (1.0 + cause.step)
+        if isinstance(fixed.get("tool_material"), dict):
+            fixed["tool_material"] = material_from_dict(fixed["tool_material"])
+        numbers = {
+            v.name: float(v.start)
+            for v in plant.description.raw.modelVariables
+            if v.causality == "parameter" and v.start is not None and v.type in {"Real", "Float64"}
+        }
+        key = _hashed(
+            json.dumps([material, config["fixed"], numbers], sort_keys=True, default=str).encode(), cause.key
+        )
+        target = folder / f"forming-{key}.fmu"
+        if not target.is_file():
+            pack_forming(
+                target, process=plant.process, material=material_from_dict(material), **{**fixed, **numbers}
+            )
+        found[cause.key] = target
+    return found
+
+
+def _times(value: Any, factor: float) -> Any:
+    return [_times(v, factor) for v in value] if isinstance(value, list) else float(value) * factor
+
+
+def _hashed(*parts: object) -> str:
+    from sct_twin.result import fingerprint
+
+    return fingerprint(*parts)[:20]

@@ -1,0 +1,54 @@
+"""`attribute`: which cause the difference between measured and simulated force-stroke curves points to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .console import keeping, progress, say, write_result
+from .options import Jobs, Json
+
+
+def attribute(
+    press: Annotated[Path, typer.Option("--press", help="Folder of measured press curves (levels.csv).")],
+    system: Annotated[
+        list[Path],
+        typer.Option(
+            "--system", help="System description of the forming process (YAML or SSP); one for each process."
+        ),
+    ],
+    causes: Annotated[
+        list[str] | None,
+        typer.Option("--causes", help="Only these causes (names as in the report); all by default."),
+    ] = None,
+    runs: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder in which runs are kept and found again (default: the user's cache folder)."
+        ),
+    ] = None,
+    jobs: Jobs = None,
+    json: Json = None,
+) -> None:
+    """Say which cause force-stroke curves point to: friction effects, flow stress, heat, the press. Not a proof."""
+    from ..attribution import attribute as find
+    from ..attribution_runs import cache_folder
+    from ..system import System
+
+    systems = [System.load(path) for path in system]
+    folder = runs or cache_folder()
+    kept = f"finished runs are kept in {folder}; the same command goes on from there"
+    with keeping(lambda: kept), progress("sensitivities") as tick:
+        result = find(press, systems, causes, folder, jobs, tick)
+    say(result.report())
+    if json is not None:
+        write_result(json, result.to_dict())
+
+
+def add_commands(app: typer.Typer) -> None:
+    """Register the commands of this file."""
+    app.command(epilog="Example: tribofmu attribute --press press --system fre.yaml --json attribution.json")(
+        attribute
+    )
