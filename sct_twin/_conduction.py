@@ -1,4 +1,9 @@
-"""Numba kernels of the sliding model: shift, implicit sweeps, interface temperatures."""
+"""Numba kernels of the sliding model: shift, implicit sweeps with k(T) and c(T), interface temperatures.
+
+A step takes conductivity and capacity of every cell at its temperature before the step. The heat that a
+cell has gained by the end of the step is then turned into a temperature by its enthalpy, so that a
+capacity that varies loses no heat, however large the step.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +11,9 @@ import numpy as np
 from numba import njit
 
 from friction_models.loads import FloatArray
+
+#: Lowest temperature [degC] and step [K] of the tables of conductivity, capacity and enthalpy.
+TABLE_START, TABLE_STEP = -273.0, 1.0
 
 
 @njit(cache=True)
@@ -17,59 +25,116 @@ def shift_plate(plate: FloatArray, fresh: float) -> None:
 
 
 @njit(cache=True)
-def _tridiagonal_lines(
-    lower: FloatArray, diagonal: FloatArray, upper: FloatArray, lines: FloatArray, scratch: FloatArray
-) -> None:
-    """Solve one tridiagonal system for many right-hand sides, lines[equation, side], in place."""
-    n = len(diagonal)
-    scratch[0] = upper[0] / diagonal[0]
-    lines[0] /= diagonal[0]
-    for i in range(1, n):
-        pivot = 1.0 / (diagonal[i] - lower[i] * scratch[i - 1])
-        scratch[i] = upper[i] * pivot
-        for k in range(lines.shape[1]):
-            lines[i, k] = (lines[i, k] - lower[i] * lines[i - 1, k]) * pivot
-    for i in range(n - 2, -1, -1):
-        for k in range(lines.shape[1]):
-            lines[i, k] -= scratch[i] * lines[i + 1, k]
+def _look_up(table: FloatArray, T: float) -> tuple[float, float, float]:
+    """Return conductivity, capacity and enthalpy at a temperature; `table` [3, n], n = 1: constants."""
+    last = table.shape[1] - 1
+    if last == 0:
+        return table[0, 0], table[1, 0], table[1, 0] * T
+    x = (T - TABLE_START) / TABLE_STEP
+    i = min(max(int(x), 0), last - 1)
+    u = x - i
+    v = min(max(u, 0.0), 1.0)
+    k = table[0, i] + v * (table[0, i + 1] - table[0, i])
+    c = table[1, i] + v * (table[1, i + 1] - table[1, i])
+    # Enthalpy is the exact integral of the capacity; beyond the table the capacity stays.
+    h = table[2, i] + TABLE_STEP * (0.5 * v * (table[1, i] + c) + (u - v) * c)
+    return k, c, h
 
 
 @njit(cache=True)
-def sweep_across(field: FloatArray, share: FloatArray, dx: float, dy: FloatArray, alpha_dt: float) -> None:
+def properties(field: FloatArray, table: FloatArray, k: FloatArray, c: FloatArray) -> None:
+    """Write conductivity and capacity of all cells of a body."""
+    if table.shape[1] == 1:
+        k[:] = table[0, 0]
+        c[:] = table[1, 0]
+        return
+    for i in range(field.shape[0]):
+        for j in range(field.shape[1]):
+            for n in range(field.shape[2]):
+                k[i, j, n], c[i, j, n], _ = _look_up(table, field[i, j, n])
+
+
+@njit(cache=True)
+def settle(field: FloatArray, before: FloatArray, table: FloatArray, c: FloatArray) -> None:
+    """Turn the temperatures at the end of a step, found with capacity `c`, into those of equal heat."""
+    for i in range(field.shape[0]):
+        for j in range(field.shape[1]):
+            for n in range(field.shape[2]):
+                T, start = field[i, j, n], before[i, j, n]
+                if abs(T - start) < 1e-4:
+                    continue
+                wanted = _look_up(table, start)[2] + c[i, j, n] * (T - start)
+                for _ in range(4):
+                    _, slope, value = _look_up(table, T)
+                    T -= (value - wanted) / slope
+                    if abs(value - wanted) < 1e-7 * slope:
+                        break
+                field[i, j, n] = T
+
+
+@njit(cache=True)
+def _forward(
+    here: FloatArray,
+    before: FloatArray,
+    k: FloatArray,
+    k_next: FloatArray,
+    c: FloatArray,
+    left: FloatArray,
+    ratio: FloatArray,
+    ratio_before: FloatArray,
+    room: float,
+    face: float,
+) -> None:
+    """Eliminate one row of cells; all arrays [layers]. `left` is the conductance to the row before."""
+    for n in range(here.shape[0]):
+        right = face * (k[n] + k_next[n])
+        own = room * c[n]
+        pivot = 1.0 / (own + right + left[n] * (1.0 - ratio_before[n]))
+        ratio[n] = right * pivot
+        here[n] = (own * here[n] + left[n] * before[n]) * pivot
+        left[n] = right
+
+
+@njit(cache=True)
+def sweep_across(
+    field: FloatArray, share: FloatArray, k: FloatArray, c: FloatArray, dx: float, dy: FloatArray, dt: float
+) -> None:
     """Conduct implicitly along x, then along y; cells with share 0 are outside the body.
 
     `share` [nx, ny] is the covered part of a cell; a face conducts over the smaller one of its two cells.
     """
-    nx, ny, _ = field.shape
-    size = max(nx, ny)
-    lower, diagonal = np.zeros(size), np.ones(size)
-    upper, scratch = np.zeros(size), np.zeros(size)
+    nx, ny, nz = field.shape
+    ratio = np.zeros((max(nx, ny), nz))
+    left = np.empty(nz)
     for j in range(ny):
+        left[:] = 0.0
         for i in range(nx):
+            p, q = max(i - 1, 0), min(i + 1, nx - 1)
+            face = 0.5 * min(share[i, j], share[q, j]) * dt / (dx * dx) if q > i else 0.0
             own = share[i, j]
-            lower[i] = upper[i] = 0.0
-            if own > 0.0:
-                if i > 0:
-                    lower[i] = -alpha_dt / (dx * dx) * min(own, share[i - 1, j]) / own
-                if i < nx - 1:
-                    upper[i] = -alpha_dt / (dx * dx) * min(own, share[i + 1, j]) / own
-            diagonal[i] = 1.0 - lower[i] - upper[i]
-        _tridiagonal_lines(lower[:nx], diagonal[:nx], upper[:nx], field[:, j, :], scratch)
+            if own <= 0.0:  # outside the body; `left` is 0 already
+                ratio[i] = 0.0
+                continue
+            _forward(field[i, j], field[p, j], k[i, j], k[q, j], c[i, j], left, ratio[i], ratio[p], own, face)
+        for i in range(nx - 2, -1, -1):
+            for n in range(nz):
+                field[i, j, n] += ratio[i, n] * field[i + 1, j, n]
     if ny == 1:
         return
     for i in range(nx):
+        left[:] = 0.0
         for j in range(ny):
-            own = share[i, j]
-            lower[j] = upper[j] = 0.0
-            if own > 0.0:
-                if j > 0:
-                    gap = 0.5 * (dy[j] + dy[j - 1]) * dy[j]
-                    lower[j] = -alpha_dt / gap * min(own, share[i, j - 1]) / own
-                if j < ny - 1:
-                    gap = 0.5 * (dy[j] + dy[j + 1]) * dy[j]
-                    upper[j] = -alpha_dt / gap * min(own, share[i, j + 1]) / own
-            diagonal[j] = 1.0 - lower[j] - upper[j]
-        _tridiagonal_lines(lower[:ny], diagonal[:ny], upper[:ny], field[i], scratch)
+            p, q = max(j - 1, 0), min(j + 1, ny - 1)
+            # Cells differ in width: rows are per length of x, times their own width.
+            face = min(share[i, j], share[i, q]) * dt / (dy[j] + dy[q]) if q > j else 0.0
+            own = share[i, j] * dy[j]
+            if own <= 0.0:
+                ratio[j] = 0.0
+                continue
+            _forward(field[i, j], field[i, p], k[i, j], k[i, q], c[i, j], left, ratio[j], ratio[p], own, face)
+        for j in range(ny - 2, -1, -1):
+            for n in range(nz):
+                field[i, j, n] += ratio[j, n] * field[i, j + 1, n]
 
 
 @njit(cache=True)
@@ -80,107 +145,72 @@ def sweep_depth(
     heat: FloatArray,
     plate_layers: FloatArray,
     specimen_layers: FloatArray,
-    material: tuple[float, float, float, float],
+    k_p: FloatArray,
+    c_p: FloatArray,
+    k_s: FloatArray,
+    c_s: FloatArray,
+    dt: float,
     heat_transfer: float,
     punch_temperature: float,
 ) -> None:
     """Conduct implicitly through punch - specimen - interface - plate, column by column.
 
     `heat` [nx, ny] is the friction power per contact area; a column whose cell is covered in part
-    (`share`) passes that part of it to the plate. `material`: conductivity and capacity / dt of plate
-    and specimen.
+    (`share`) passes that part of it to the plate. `k_*`, `c_*`: conductivity and capacity of the cells.
     """
-    k_p, c_p, k_s, c_s = material
     n_p, n_s = len(plate_layers), len(specimen_layers)
-    n = n_p + n_s
-    lower0, diagonal0, upper0 = np.zeros(n), np.zeros(n), np.zeros(n)
-    for k in range(n_s):  # specimen from the punch down: row n_s - 1 - k
-        diagonal0[n_s - 1 - k] = c_s * specimen_layers[k]
-    for k in range(n_p):
-        diagonal0[n_s + k] = c_p * plate_layers[k]
-    for k in range(n_s - 1):
-        g = 2.0 * k_s / (specimen_layers[k] + specimen_layers[k + 1])
-        row = n_s - 1 - k
-        diagonal0[row] += g
-        diagonal0[row - 1] += g
-        lower0[row] -= g
-        upper0[row - 1] -= g
-    for k in range(n_p - 1):
-        g = 2.0 * k_p / (plate_layers[k] + plate_layers[k + 1])
-        row = n_s + k
-        diagonal0[row] += g
-        diagonal0[row + 1] += g
-        upper0[row] -= g
-        lower0[row + 1] -= g
-    top = 1.0 / (1.0 / heat_transfer + 0.5 * specimen_layers[-1] / k_s)
-    diagonal0[0] += top
-    r_p = 0.5 * plate_layers[0] / k_p + 0.5 / heat_transfer
-    r_s = 0.5 * specimen_layers[0] / k_s + 0.5 / heat_transfer
-    bridge = 1.0 / (r_p + r_s)
-    ratio, pivot = np.empty(n), np.empty(n)
-    free_ratio, free_pivot = np.empty(n), np.empty(n)
-    _factor(lower0, diagonal0, upper0, n_s, free_ratio, free_pivot)
-    column = np.empty(n)
-    last = -1.0
+    ratio_s, ratio_p = np.empty(n_s), np.empty(n_p)
     for i in range(plate.shape[0]):
         for j in range(plate.shape[1]):
             part = share[i, j]
-            for k in range(n_p):
-                column[n_s + k] = c_p * plate_layers[k] * plate[i, j, k]
-            if part <= 0.0:
-                _substitute(lower0, n_s, free_ratio, free_pivot, column)
-            else:
-                if part != last:
-                    # Equations of the specimen are per contact area, of the plate per cell area.
-                    diagonal0[n_s - 1] += bridge
-                    diagonal0[n_s] += part * bridge
-                    upper0[n_s - 1] = -bridge
-                    lower0[n_s] = -part * bridge
-                    _factor(lower0, diagonal0, upper0, 0, ratio, pivot)
-                    diagonal0[n_s - 1] -= bridge
-                    diagonal0[n_s] -= part * bridge
-                    last = part
-                for k in range(n_s):
-                    column[n_s - 1 - k] = c_s * specimen_layers[k] * specimen[i, j, k]
-                to_plate = heat[i, j] * r_s / (r_p + r_s)
-                column[0] += top * punch_temperature
-                column[n_s - 1] += heat[i, j] - to_plate
-                column[n_s] += part * to_plate
-                lower0[n_s] = -part * bridge
-                _substitute(lower0, 0, ratio, pivot, column)
-                for k in range(n_s):
-                    specimen[i, j, k] = column[n_s - 1 - k]
-            for k in range(n_p):
-                plate[i, j, k] = column[n_s + k]
-
-
-@njit(cache=True)
-def _factor(
-    lower: FloatArray,
-    diagonal: FloatArray,
-    upper: FloatArray,
-    start: int,
-    ratio: FloatArray,
-    pivot: FloatArray,
-) -> None:
-    """Factor the tridiagonal system from row `start` on."""
-    pivot[start] = 1.0 / diagonal[start]
-    ratio[start] = upper[start] * pivot[start]
-    for a in range(start + 1, len(diagonal)):
-        pivot[a] = 1.0 / (diagonal[a] - lower[a] * ratio[a - 1])
-        ratio[a] = upper[a] * pivot[a]
-
-
-@njit(cache=True)
-def _substitute(
-    lower: FloatArray, start: int, ratio: FloatArray, pivot: FloatArray, column: FloatArray
-) -> None:
-    """Solve with a factored system, in place, from row `start` on."""
-    column[start] *= pivot[start]
-    for a in range(start + 1, len(column)):
-        column[a] = (column[a] - lower[a] * column[a - 1]) * pivot[a]
-    for a in range(len(column) - 2, start - 1, -1):
-        column[a] -= ratio[a] * column[a + 1]
+            # What crosses the interface, as seen by the plate: flux = to_plate + bridge * (T_s - T_p).
+            upper = 0.0  # conductance to the specimen, times its part
+            inflow = 0.0
+            last_ratio = 0.0
+            last_value = 0.0
+            if part > 0.0:
+                column_s, ks, cs = specimen[i, j], k_s[i, j], c_s[i, j]
+                r_p = 0.5 * plate_layers[0] / k_p[i, j, 0] + 0.5 / heat_transfer
+                r_s = 0.5 * specimen_layers[0] / ks[0] + 0.5 / heat_transfer
+                bridge = 1.0 / (r_p + r_s)
+                to_plate = heat[i, j] * r_s * bridge
+                top = 1.0 / (1.0 / heat_transfer + 0.5 * specimen_layers[n_s - 1] / ks[n_s - 1])
+                # Elimination from the punch down: row n is coupled to n + 1 (above) and n - 1 (below).
+                from_above, ratio_above, value_above = top, 0.0, punch_temperature
+                for n in range(n_s - 1, -1, -1):
+                    room = cs[n] * specimen_layers[n] / dt
+                    below = bridge
+                    source = heat[i, j] - to_plate
+                    if n > 0:
+                        below = (ks[n] + ks[n - 1]) / (specimen_layers[n] + specimen_layers[n - 1])
+                        source = 0.0
+                    pivot = 1.0 / (room + below + from_above * (1.0 - ratio_above))
+                    value_above = (room * column_s[n] + source + from_above * value_above) * pivot
+                    column_s[n] = value_above
+                    ratio_above = below * pivot
+                    ratio_s[n] = ratio_above
+                    from_above = below
+                upper, inflow = part * bridge, part * to_plate
+                last_ratio, last_value = ratio_above, value_above
+            column_p, kp, cp = plate[i, j], k_p[i, j], c_p[i, j]
+            for n in range(n_p):
+                room = cp[n] * plate_layers[n] / dt
+                below = 0.0
+                if n < n_p - 1:
+                    below = (kp[n] + kp[n + 1]) / (plate_layers[n] + plate_layers[n + 1])
+                pivot = 1.0 / (room + below + upper * (1.0 - last_ratio))
+                last_value = (room * column_p[n] + inflow + upper * last_value) * pivot
+                column_p[n] = last_value
+                last_ratio = below * pivot
+                ratio_p[n] = last_ratio
+                upper, inflow = below, 0.0
+            for n in range(n_p - 2, -1, -1):
+                column_p[n] += ratio_p[n] * column_p[n + 1]
+            if part > 0.0:
+                column_s = specimen[i, j]
+                column_s[0] += ratio_s[0] * column_p[0]
+                for n in range(1, n_s):
+                    column_s[n] += ratio_s[n] * column_s[n - 1]
 
 
 @njit(cache=True)
@@ -190,18 +220,19 @@ def interface_means(
     weights: FloatArray,
     heat: FloatArray,
     offset: float,
-    half_plate: float,
-    half_specimen: float,
+    plate_layer: float,
+    specimen_layer: float,
+    plate_table: FloatArray,
+    specimen_table: FloatArray,
     half_contact: float,
 ) -> tuple[float, float, float]:
     """Return area means of plate and specimen surface temperature, and the largest mean of both.
 
     `offset` (-0.5 to 0.5 cells) is how far the plate has moved since its lattice was in place; the
-    plate is read in between its cells. `half_*` are thermal resistances of half a layer and of half
-    the contact.
+    plate is read in between its cells. `*_layer` are the layers at the interface [mm], `half_contact`
+    the thermal resistance of half the contact.
     """
     nx, ny, _ = plate.shape
-    r_p, r_s = half_plate + half_contact, half_specimen + half_contact
     mean_p = mean_s = 0.0
     top = -1e30
     step = 1 if offset >= 0.0 else -1
@@ -214,9 +245,12 @@ def interface_means(
                 continue
             cell_p = (1.0 - part) * plate[i, j, 0] + part * plate[neighbour, j, 0]
             cell_s = specimen[i, j, 0]
+            half_p = 0.5 * plate_layer / _look_up(plate_table, cell_p)[0]
+            half_s = 0.5 * specimen_layer / _look_up(specimen_table, cell_s)[0]
+            r_p, r_s = half_p + half_contact, half_s + half_contact
             to_plate = (heat[i, j] * r_s + cell_s - cell_p) / (r_p + r_s)
-            surface_p = cell_p + to_plate * half_plate
-            surface_s = cell_s + (heat[i, j] - to_plate) * half_specimen
+            surface_p = cell_p + to_plate * half_p
+            surface_s = cell_s + (heat[i, j] - to_plate) * half_s
             mean_p += weight * surface_p
             mean_s += weight * surface_s
             top = max(top, 0.5 * (surface_p + surface_s))

@@ -3,8 +3,9 @@
 The frame is fixed to the specimen. Plate material moves along +x; it is carried by exact shifts of
 whole cells, so that there is no numerical diffusion along the track. Conduction is split: implicit
 sweeps along x and y, then one implicit sweep through the thickness that couples plate, interface and
-specimen in a single tridiagonal system. The friction power enters at the interface between two halves
-of the contact resistance; how it is shared follows from the solution.
+specimen in a single tridiagonal system. Conductivity and heat capacity may depend on temperature. The
+friction power enters at the interface between two halves of the contact resistance; how it is shared
+follows from the solution.
 
 Units: mm, N, s, K (1 W/(m K) = 1 N/(s K); 1 W/(m2 K) = 1e-3 N/(mm s K)).
 """
@@ -13,32 +14,16 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from friction_models.loads import FloatArray
 
-from ._conduction import interface_means, shift_plate, sweep_across, sweep_depth
+from ._conduction import interface_means, properties, settle, shift_plate, sweep_across, sweep_depth
+from .thermal_settings import ThermalBody, ThermalSettings
 
-
-@dataclass(frozen=True)
-class ThermalBody:
-    """Conductivity [N/(s K), the number of W/(m K)] and heat capacity per volume [N/(mm2 K), MJ/(m3 K)]."""
-
-    conductivity: float
-    capacity: float
-
-    @property
-    def diffusivity(self) -> float:
-        """Thermal diffusivity [mm2/s]."""
-        return self.conductivity / self.capacity
-
-
-#: Cold-work tool steel 1.2379 and case-hardening steel 16MnCr5, handbook values at room temperature.
-PLATE_1_2379 = ThermalBody(20.0, 7.7e-3 * 460.0)
-SPECIMEN_16MNCR5 = ThermalBody(42.0, 7.85e-3 * 470.0)
+__all__ = ["ContactTemperature", "SlidingContact", "ThermalBody", "ThermalSettings", "layers"]
 
 
 class ContactTemperature(NamedTuple):
@@ -48,35 +33,6 @@ class ContactTemperature(NamedTuple):
     maximum: float
     plate: float
     specimen: float
-
-
-@dataclass(frozen=True)
-class ThermalSettings:
-    """Numerical and physical settings of the sliding model.
-
-    Attributes
-    ----------
-    cells : int
-        Plate cells across the contact diameter.
-    surface_layer : float
-        Thickness of the cells at the interface [mm].
-    growth : float
-        Ratio of neighbouring layer thicknesses away from the interface.
-    depth : float
-        Depth of the plate that is modelled [mm].
-    heat_transfer : float
-        Interface heat transfer coefficient [N/(mm s K)]; 35 is 35 000 W/(m2 K).
-    plate, specimen : ThermalBody
-        Material data.
-    """
-
-    cells: int = 24
-    surface_layer: float = 0.05
-    growth: float = 1.25
-    depth: float = 12.0
-    heat_transfer: float = 35.0
-    plate: ThermalBody = PLATE_1_2379
-    specimen: ThermalBody = SPECIMEN_16MNCR5
 
 
 class SlidingContact:
@@ -123,7 +79,8 @@ class SlidingContact:
         self.cell = dx = 2.0 * radius / settings.cells
         if margin is None:
             # Heat diffuses against the motion over a few times diffusivity / speed.
-            margin = float(np.clip(3.0 * settings.plate.diffusivity / max(speed, 1e-9), 2.0 * dx, radius))
+            diffusivity = settings.plate.diffusivity(self.plate_temperature)
+            margin = float(np.clip(3.0 * diffusivity / max(speed, 1e-9), 2.0 * dx, radius))
         before = round(margin / dx)
         after = max(before, 4) if margin > 0 else 0
         index = np.arange(settings.cells + before + after, dtype=np.float64) - before
@@ -170,9 +127,9 @@ class SlidingContact:
         """Return the heat in plate and specimen above a uniform temperature [N mm]; both halves."""
         s = self.settings
         cell = (self.cell * self._dy)[None, :, None]
-        plate = cell * self._plate_layers * s.plate.capacity * (self._plate - reference)
+        plate = cell * self._plate_layers * s.plate.heat(reference, self._plate)
         covered = cell * self._fraction[:, :, None]
-        specimen = covered * self._specimen_layers * s.specimen.capacity * (self._specimen - reference)
+        specimen = covered * self._specimen_layers * s.specimen.heat(reference, self._specimen)
         return float(plate.sum() + specimen.sum()) * (1.0 if self._dy.size == 1 else 2.0)
 
     def copy(self) -> SlidingContact:
@@ -188,8 +145,14 @@ class SlidingContact:
             shift_plate(self._plate, self.plate_temperature)
             self._offset -= 1.0
         s, heat = self.settings, self._share * power
-        sweep_across(self._plate, self._full, self.cell, self._dy, s.plate.diffusivity * dt)
-        sweep_across(self._specimen, self._fraction, self.cell, self._dy, s.specimen.diffusivity * dt)
+        bodies = ((self._plate, self._full, s.plate), (self._specimen, self._fraction, s.specimen))
+        found = []
+        for field, share, body in bodies:
+            k, c = np.empty_like(field), np.empty_like(field)
+            properties(field, body.table, k, c)
+            found.append((k, c, field if body.keeps_capacity else field.copy()))
+            sweep_across(field, share, k, c, self.cell, self._dy, dt)
+        (k_p, c_p, _), (k_s, c_s, _) = found
         sweep_depth(
             self._plate,
             self._specimen,
@@ -197,10 +160,17 @@ class SlidingContact:
             heat,
             self._plate_layers,
             self._specimen_layers,
-            (s.plate.conductivity, s.plate.capacity / dt, s.specimen.conductivity, s.specimen.capacity / dt),
+            k_p,
+            c_p,
+            k_s,
+            c_s,
+            dt,
             s.heat_transfer,
             self.punch_temperature,
         )
+        for (field, _, body), (_, c, before) in zip(bodies, found):
+            if not body.keeps_capacity:
+                settle(field, before, body.table, c)
         self.contact = self._measure(power)
 
     def _measure(self, power: float) -> ContactTemperature:
@@ -211,8 +181,10 @@ class SlidingContact:
             self._weights,
             self._share * power,
             self._offset,
-            0.5 * self._plate_layers[0] / s.plate.conductivity,
-            0.5 * self._specimen_layers[0] / s.specimen.conductivity,
+            self._plate_layers[0],
+            self._specimen_layers[0],
+            s.plate.table,
+            s.specimen.table,
             0.5 / s.heat_transfer,
         )
         return ContactTemperature(0.5 * (plate + specimen), top, plate, specimen)

@@ -21,18 +21,25 @@ EXTRA_UNITS = {
     "T_specimen_surface": "degC",
     "F_n": "N",
     "F_r": "N",
+    "mu_std": "1",
 }
 
-#: Stated with every result; the last part says how much each is thought to matter.
+#: Stated with every result; what each is worth in a campaign is computed by `sct_twin.twin_error.check`.
 ASSUMPTIONS = (
-    "contact pressure and surface expansion keep their shape and area from the end of upsetting on while "
-    "the specimen slides (no redistribution by shear; estimated effect on the mean pressure below 2 %)",
+    "contact pressure and surface expansion keep their shape from the end of upsetting on while the specimen "
+    "slides; area and expansion belong to the highest force so far (where the force exceeds that of upsetting "
+    "by more than 2 % they grow with it, the heated circle does not); shear by friction does not redistribute "
+    "the pressure (column sigma_n_shear of the tests: by which share sigma_n may be lower for that, by von "
+    "Mises; 0 where the bore is filled)",
     "psi is the area-weighted contact mean of the local surface expansion dA/dA0, not the area ratio of the plan",
     "T is the area-weighted contact mean of the mean of both surface temperatures",
-    "all friction work becomes heat at the interface; constant material data and heat transfer coefficient "
-    "(estimated effect on the temperature rise 3 %)",
+    "all friction work (measured F_r times distance) becomes heat at the interface; the sides of specimen and "
+    "plate lose none",
+    "one interface heat transfer coefficient for sliding and rest; heat data of plate and specimen by the "
+    "material files, with their dependence on temperature",
     "fresh plate enters at the temperature measured before sliding; the punch stays at tool temperature",
     "the specimen starts to slide at one uniform temperature, that of its contact after upsetting",
+    "friction while upsetting is a parameter of the twin, as no sensor sees it",
 )
 
 

@@ -40,35 +40,69 @@ def rest(contact: SlidingContact, seconds: float) -> None:
 
 
 def slide(
-    contact: SlidingContact, t: FloatArray, sd: FloatArray, power: FloatArray, start_share: float = 0.1
+    contact: SlidingContact,
+    t: FloatArray,
+    sd: FloatArray,
+    friction: FloatArray,
+    v: FloatArray,
+    start_share: float = 0.1,
 ) -> TemperatureHistory:
-    """Slide along t(sd) with a given friction power.
+    """Slide along t(sd) under a given friction force, with rests under load where the plate stands.
 
     Parameters
     ----------
     contact : SlidingContact
         Start state; advanced in place.
-    t, sd, power : ndarray, shape (n,)
-        Time [s], distance [mm] (increasing) and friction power [N mm/s].
+    t, sd, friction, v : ndarray, shape (n,)
+        Time [s], distance [mm] (increasing), friction force [N] and speed [mm/s]. Time beyond distance
+        over speed is a rest.
     start_share : float
         First step, in cells; steps grow to half a cell.
 
     Returns
     -------
     TemperatureHistory
-        At the ends of the thermal steps, the start included.
+        At the ends of the thermal steps, the start included; before and after a rest at the same distance.
     """
-    stops = step_ends(contact.cell, float(sd[-1]), start_share)
-    energy = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(t))])
-    times = np.interp(stops, sd, t)
-    energies = np.interp(stops, sd, energy)
-    rows = [contact.contact]
+    where, pauses = rests(t, sd, v)
+    stops = np.union1d(step_ends(contact.cell, float(sd[-1]), start_share), where)
+    # Friction work is force times distance: rests and the time base have no part in it.
+    work = np.interp(stops, sd, _running(friction, sd))
+    steps = np.diff(t)
+    steps[np.searchsorted(sd, where) - 1] -= pauses
+    moving = np.interp(stops, sd, np.concatenate([[0.0], np.cumsum(steps)]))
+    distances, rows = [0.0], [contact.contact]
+    waits = dict(zip(where.tolist(), pauses.tolist()))
     for k in range(1, len(stops)):
-        dt = max(times[k] - times[k - 1], 1e-9)
-        mean_power = (energies[k] - energies[k - 1]) / dt
-        rows.append(contact.advance(float(dt), float(stops[k] - stops[k - 1]), float(mean_power)))
+        dt = max(float(moving[k] - moving[k - 1]), 1e-9)
+        distances.append(float(stops[k]))
+        rows.append(contact.advance(dt, float(stops[k] - stops[k - 1]), float((work[k] - work[k - 1]) / dt)))
+        if stops[k] in waits:
+            rest(contact, waits[float(stops[k])])
+            distances.append(float(stops[k]))
+            rows.append(contact.contact)
     columns = np.array(rows)
-    return TemperatureHistory(stops, columns[:, 0], columns[:, 1], columns[:, 2], columns[:, 3])
+    return TemperatureHistory(np.array(distances), columns[:, 0], columns[:, 1], columns[:, 2], columns[:, 3])
+
+
+#: Standing time between two points that counts as a rest [s].
+SHORTEST_REST = 0.05
+
+
+def rests(t: FloatArray, sd: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return where the plate stands [mm], between two points each, and how long [s].
+
+    A rest is what the time between two points exceeds distance over speed by, where that is more than
+    `SHORTEST_REST` and than the moving time itself.
+    """
+    moving = np.diff(sd) / np.maximum(0.5 * (v[1:] + v[:-1]), 1e-9)
+    pause = np.diff(t) - moving
+    found = np.flatnonzero((pause > SHORTEST_REST) & (pause > moving) & (moving > 0.0))
+    return 0.5 * (sd[found] + sd[found + 1]), pause[found]
+
+
+def _running(values: FloatArray, x: FloatArray) -> FloatArray:
+    return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(x))])
 
 
 def step_ends(cell: float, distance: float, start_share: float = 0.1) -> FloatArray:

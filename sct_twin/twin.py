@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -13,59 +14,21 @@ import numpy as np
 import pandas as pd
 
 from forming.material import MaterialSource, as_material, steel_16MnCr5
-from friction_models.loads import DataSet, InputError
+from friction_models.loads import InputError
 
-from .contact_temperature import ThermalSettings
+from .filters import smooth
 from .pool import Progress, map_unordered
 from .raw_campaign import RawCampaign
 from .record import SctRecord
 from .result import ASSUMPTIONS, EXTRA_UNITS, TestResult, fingerprint, read_netcdf, write_netcdf
-from .signals import TestSignals, process, resample, smooth
+from .signals import TestSignals, process, resample
 from .sliding import rest, slide
-from .upsetting import geometry, upset_specimen
+from .thermal_settings import ThermalBody, ThermalSettings
+from .twin_result import AVERAGES, KIND, TwinResult
+from .upsetting import geometry, shear_share, upset_specimen
 
 #: Changes when the same inputs give other results.
-TWIN_VERSION = 1
-
-
-@dataclass
-class TwinResult:
-    """A campaign after the twin.
-
-    Attributes
-    ----------
-    points : pandas.DataFrame
-        Columns of the contract (`test_id, t, v_rel, T, sigma_n, sd, psi, mu`) and `EXTRA_UNITS`; `t`
-        counts from the start of sliding.
-    tests : pandas.DataFrame
-        The campaign's test table with a summary of each test.
-    info : dict
-        Provenance: ``synthetic``, assumptions, settings, versions.
-    left_out : pandas.DataFrame
-        `test_id` and `reason` of tests that could not be evaluated.
-    """
-
-    points: pd.DataFrame
-    tests: pd.DataFrame
-    info: dict[str, Any]
-    left_out: pd.DataFrame
-
-    def dataset(self) -> DataSet:
-        """Return points and tests as a data set."""
-        return DataSet(self.points, self.tests, self.info)
-
-    def frames(self) -> tuple[pd.DataFrame, pd.DataFrame]:
-        """Return the points of the training and of the held-out tests (column `role`)."""
-        return self.dataset().frames()
-
-    def averages(self) -> pd.DataFrame:
-        """Return the average-based data set beside the time series: one row a test, means over the sliding."""
-        columns = [c for c in self.points.columns if c != "test_id"]
-        return self.points.groupby("test_id", sort=False)[columns].mean().reset_index()
-
-    def save(self, folder: str | os.PathLike[str]) -> Path:
-        """Write the data set, atomically file by file; other files in the folder stay."""
-        return save_dataset(self.dataset(), Path(folder))
+TWIN_VERSION = 2
 
 
 @dataclass
@@ -78,8 +41,12 @@ class SctTwin:
         Workpiece; 16MnCr5 by default.
     mesh_size : float
         Elements of the upsetting run [mm].
-    thermal : ThermalSettings
-        Grid and material data of the sliding phase.
+    thermal : ThermalSettings, optional
+        Grid and heat data of the sliding phase; by default the specimen's are those of `material`.
+    upsetting_mu : float or None
+        Friction while upsetting, which no sensor sees; None: that of the first tenth of the sliding.
+    uniform_pressure : bool
+        Heat the contact evenly instead of by the pressure at the end of upsetting (to see what that is worth).
     spacing : float
         Distance between points [mm].
     moving_mass : float, optional
@@ -101,24 +68,41 @@ class SctTwin:
 
     material: MaterialSource = field(default_factory=steel_16MnCr5)
     mesh_size: float = 0.6
-    thermal: ThermalSettings = field(default_factory=ThermalSettings)
+    thermal: ThermalSettings | None = None
+    upsetting_mu: float | None = 0.07
+    uniform_pressure: bool = False
     spacing: float = 0.1
     moving_mass: float | None = None
 
     def __post_init__(self) -> None:
         limits = {"mesh_size": (0.2, 1.5, "mm"), "spacing": (0.01, 10.0, "mm")}
+        if self.upsetting_mu is not None:
+            limits["upsetting_mu"] = (0.0, 0.5, "")
         if self.moving_mass is not None:
             limits["moving_mass"] = (0.0, 1e5, "kg")
         for name, (low, high, unit) in limits.items():
             value = getattr(self, name)
             if not low <= value <= high:
-                raise InputError(f"SCT twin: {name} = {value!r}; allowed: {low:g} to {high:g} {unit}")
+                raise InputError(
+                    f"SCT twin: {name} = {value!r}; allowed: {low:g} to {high:g} {unit}".rstrip()
+                )
 
     @classmethod
     def reference(cls) -> SctTwin:
         """Return a twin of finer mesh and grid, to bound the error of the default one."""
-        fine = ThermalSettings(cells=48, surface_layer=0.025, growth=1.15, depth=16.0)
-        return cls(mesh_size=0.4, thermal=fine)
+        return cls().finer()
+
+    def finer(self) -> SctTwin:
+        """Return this twin with the mesh and the grid of the reference fidelity."""
+        grid = replace(self.heat, cells=48, surface_layer=0.025, growth=1.15, depth=16.0)
+        return replace(self, mesh_size=0.4, thermal=grid)
+
+    @property
+    def heat(self) -> ThermalSettings:
+        """Grid and heat data that the sliding phase is computed with."""
+        if self.thermal is not None:
+            return self.thermal
+        return ThermalSettings(specimen=ThermalBody.of(as_material(self.material)))
 
     def evaluate(self, record: SctRecord, moving_mass: float | None = None) -> TestResult:
         """Evaluate one record.
@@ -142,51 +126,63 @@ class SctTwin:
         series = resample(signals, self.spacing)
         T_tool = record.number("T_tool", signals.T_plate)
         t, F_n = _loading(signals)
-        state = upset_specimen(
+        upset_to = float(F_n[-1])
+        mu = self.upsetting_mu
+        if mu is None:
+            mu = float(np.clip(np.median(series.mu[: max(10, len(series.mu) // 10)]), 0.0, 0.3))
+        upsetting = upset_specimen(
             geometry(record),
             t,
             F_n,
+            float(series.F_n.max()),
             as_material(self.material),
-            float(np.clip(np.median(series.mu[: max(10, len(series.mu) // 10)]), 0.0, 0.3)),
+            mu,
             record.number("T_specimen", T_tool),
             T_tool,
             self.mesh_size,
             where,
         )
-        contact = state.sliding(float(series.v_rel.max()), signals.T_plate, T_tool, self.thermal)
-        rest(contact, _waiting(signals))
-        distance = np.concatenate([[0.0], series.sd])
+        state = upsetting.at(upset_to)
+        area, psi = upsetting.area_and_psi(series.F_n, upset_to)
+        contact = state.sliding(
+            float(series.v_rel.max()), signals.T_plate, T_tool, self.heat, self.uniform_pressure
+        )
+        rest(contact, _waiting(signals, upset_to))
+        first = np.array([0.0])
         history = slide(
             contact,
-            np.concatenate([[0.0], series.t]),
-            distance,
-            np.concatenate([[0.0], series.friction * series.v_rel]),
+            np.concatenate([first, series.t]),
+            np.concatenate([first, series.sd]),
+            np.concatenate([series.friction[:1], series.friction]),
+            np.concatenate([series.v_rel[:1], series.v_rel]),
         )
         T = history.at(series.sd)
         columns = {
             "t": series.t,
             "v_rel": series.v_rel,
             "T": T["mean"],
-            "sigma_n": state.sigma_n(series.F_n),
+            "sigma_n": np.maximum(series.F_n, 0.0) / area,
             "sd": series.sd,
-            "psi": np.full(len(series.sd), state.psi),
+            "psi": psi,
             "mu": series.mu,
             "T_max": T["maximum"],
             "T_plate_surface": T["plate"],
             "T_specimen_surface": T["specimen"],
             "F_n": series.F_n,
             "F_r": series.friction,
+            "mu_std": series.mu_std,
         }
         summary = {
             "contact_area": round(state.area, 4),
-            "specimen_height": round(state.height, 4),
+            "upset_height": round(state.height, 4),
             "T_start": round(float(history.mean[0]), 3),
             "sliding": round(float(series.sd[-1]), 3),
             "mu_mean": round(float(series.mu.mean()), 6),
             "sigma_n_mean": round(float(columns["sigma_n"].mean()), 3),
-            "psi_mean": round(state.psi, 5),
+            "psi_mean": round(float(psi.mean()), 5),
             "T_mean": round(float(T["mean"].mean()), 3),
             "v_mean": round(float(series.v_rel.mean()), 4),
+            "sigma_n_shear": round(shear_share(state, geometry(record), float(series.mu.mean())), 5),
             "F_n_zero": round(signals.force_zero[0], 3),
             "F_r_zero": round(signals.force_zero[1], 3),
             "mu_noise": float(f"{_mu_noise(signals):.4g}"),
@@ -237,6 +233,7 @@ class SctTwin:
         failures: dict[str, str] = {}
         if folder is not None:
             (folder / "twin").mkdir(parents=True, exist_ok=True)
+            _sweep(folder)
             for test_id in ids:
                 known = read_netcdf(folder / "twin" / f"{test_id}.nc")
                 if known is not None and known.summary.get("fingerprint") == prints[test_id]:
@@ -284,7 +281,7 @@ class SctTwin:
         left_out = [{"test_id": test_id, "reason": failures[test_id]} for test_id in failures]
         info: dict[str, Any] = {
             "synthetic": source.synthetic,
-            "kind": "sliding compression tests, time series from the SCT twin",
+            "kind": KIND,
             "assumptions": list(ASSUMPTIONS),
             "extra_units": EXTRA_UNITS,
             "twin": {"version": TWIN_VERSION, "settings": self._settings()},
@@ -299,7 +296,7 @@ class SctTwin:
         )
 
     def _settings(self) -> dict[str, Any]:
-        return asdict(self)
+        return asdict(self) | {"thermal": asdict(self.heat)}
 
     def _fingerprint(self, source: RawCampaign, test_id: str, mass: float) -> str:
         return fingerprint(
@@ -310,19 +307,6 @@ class SctTwin:
             sorted(source.metadata(test_id).items()),
             source.raw_file(test_id).read_bytes(),
         )
-
-
-def save_dataset(dataset: DataSet, folder: Path) -> Path:
-    """Write the files of a data set into a folder that may hold others; each is replaced at once."""
-    folder.mkdir(parents=True, exist_ok=True)
-    import tempfile
-
-    with tempfile.TemporaryDirectory(prefix=".dataset.", dir=folder) as temporary:
-        dataset.write_into(Path(temporary))
-        for name in ("points.csv", "tests.csv", "dataset.json"):
-            if (Path(temporary) / name).is_file():
-                (Path(temporary) / name).replace(folder / name)
-    return folder
 
 
 def _evaluate_file(twin: SctTwin, folder: str, metadata: dict[str, Any], mass: float) -> TestResult | str:
@@ -336,23 +320,30 @@ def _evaluate_file(twin: SctTwin, folder: str, metadata: dict[str, Any], mass: f
 
 
 def _loading(signals: TestSignals) -> tuple[np.ndarray, np.ndarray]:
-    """Return time and smoothed normal force from the first load to the start of sliding, never negative."""
+    """Return time and smoothed normal force from the first load to its highest before sliding, never negative."""
     span = slice(max(signals.load_start - 1, 0), signals.slide_start)
     dt = float(signals.t[1] - signals.t[0])
     F_n = np.maximum(smooth(signals.F_n, dt, 20.0)[span], 0.0)
     t = signals.t[span]
-    # The contact is set by the force that sliding begins with; a wobble of the last sample is not a state.
+    # A wobble of the last sample is not a state: the contact belongs to what the highest force stays near to.
     reached = F_n >= 0.97 * F_n.max()
     first = int(np.argmax(reached))
-    return np.append(t[:first], t[first]), np.append(F_n[:first], float(np.median(F_n[first:])))
+    return np.append(t[:first], t[first]), np.append(F_n[:first], float(np.median(F_n[reached])))
 
 
-def _waiting(signals: TestSignals) -> float:
-    """Return how long the specimen has lain under nearly full load before it slides [s]."""
-    before = signals.F_n[: signals.slide_start]
-    loaded = before >= 0.95 * float(np.median(signals.F_n[signals.slide_start :]))
-    start = int(np.argmax(loaded)) if loaded.any() else len(before) - 1
+def _waiting(signals: TestSignals, upset_to: float) -> float:
+    """Return how long the specimen has lain under nearly its full load before it slides [s]."""
+    loaded = signals.F_n[: signals.slide_start] >= 0.95 * upset_to
+    start = int(np.argmax(loaded)) if loaded.any() else signals.slide_start - 1
     return float(signals.t[signals.slide_start] - signals.t[start])
+
+
+def _sweep(folder: Path) -> None:
+    """Remove what a run that was killed has left half-written under a hidden name."""
+    for file in (folder / "twin").glob(".*.nc"):
+        file.unlink(missing_ok=True)
+    for left in (*folder.glob(".dataset.*"), *(folder / AVERAGES).glob(".dataset.*")):
+        shutil.rmtree(left, ignore_errors=True)
 
 
 def _mu_noise(signals: TestSignals) -> float:

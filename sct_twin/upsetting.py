@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -73,9 +75,10 @@ class ContactState:
         return np.maximum(np.asarray(F_n, dtype=np.float64), 0.0) / self.area
 
     def sliding(
-        self, speed: float, T_plate: float, T_tool: float, settings: ThermalSettings
+        self, speed: float, T_plate: float, T_tool: float, settings: ThermalSettings, uniform: bool = False
     ) -> SlidingContact:
-        """Return the thermal model of the sliding phase in its start state."""
+        """Return the thermal model of the sliding phase in its start state; `uniform`: evenly heated."""
+        profile = np.ones_like(self.pressure) if uniform else self.pressure
         return SlidingContact(
             self.radius,
             self.height,
@@ -83,7 +86,7 @@ class ContactState:
             plate_temperature=T_plate,
             specimen_temperature=self.T_specimen,
             punch_temperature=T_tool,
-            pressure=lambda r: np.interp(r / self.radius, self.radius_fraction, self.pressure),
+            pressure=lambda r: np.interp(r / self.radius, self.radius_fraction, profile),
             settings=settings,
         )
 
@@ -104,42 +107,128 @@ def geometry(record: SctRecord) -> PunchGeometry:
     )
 
 
+@dataclass(frozen=True, eq=False)
+class Upsetting:
+    """An upsetting run that is read at forces.
+
+    Attributes
+    ----------
+    result : UpsettingResult
+        The run.
+    T_tool : float
+        Temperature of the tools in it [degC].
+    """
+
+    result: UpsettingResult
+    T_tool: float
+
+    def at(self, force: float) -> ContactState:
+        """Return the contact under a force [N]."""
+        return ContactState.from_result(self.result, force, self.T_tool)
+
+    def area_and_psi(self, F_n: FloatArray, upset_to: float) -> tuple[FloatArray, FloatArray]:
+        """Return contact area [mm2] and mean expansion along a sliding phase, both of the shape of `F_n`.
+
+        The contact is the one under the highest force so far: it stays while the force falls, and grows
+        where the force exceeds the one of upsetting by more than `WOBBLE`.
+        """
+        forces = np.maximum(np.maximum.accumulate(F_n) / (1.0 + WOBBLE), upset_to)
+        if float(forces[-1]) == upset_to:
+            state = self.at(upset_to)
+            return np.full(len(F_n), state.area), np.full(len(F_n), state.psi)
+        nodes = np.linspace(upset_to, float(forces[-1]), 13)
+        states = [self.at(float(force)) for force in nodes]
+        areas = np.interp(forces, nodes, [state.area for state in states])
+        return areas, np.interp(forces, nodes, [state.psi for state in states])
+
+
+def shear_share(state: ContactState, punch: PunchGeometry, mu: float) -> float:
+    """Return by which share of itself the pressure may be lower than stated, through the friction shear.
+
+    A yielding contact that is sheared by tau = mu p yields at p^2 + 3 tau^2 = p0^2 (von Mises), so that the
+    contact would grow by sqrt(1 + 3 mu^2) under the same force. One that fills its bore cannot.
+    """
+    if punch.bore_diameter is not None and state.radius > 0.995 * 0.5 * punch.bore_diameter:
+        return 0.0
+    return 1.0 - 1.0 / math.sqrt(1.0 + 3.0 * mu * mu)
+
+
 def upset_specimen(
     punch: PunchGeometry,
     t: FloatArray,
     F_n: FloatArray,
+    highest: float,
     material: Material,
     mu: float,
     T_specimen: float,
     T_tool: float,
     mesh_size: float,
     where: str,
-) -> ContactState:
-    """Upset under a measured force history and return the contact at its end.
+) -> Upsetting:
+    """Upset under a measured force history [s], [N] and up to the highest force of the test [N].
 
-    The punch speed is the one that makes upsetting last as long as it did: the flow stress knows the
-    history through it (with an exponent of 0.025), everything else is a function of the force.
+    The punch speed is the one that makes upsetting last as long as it did, to half a power of two: the
+    flow stress knows the history through it (with an exponent of 0.025), everything else is a function of
+    the force.
 
     Raises
     ------
     InputError
         The force cannot be reached with this specimen.
     """
-    highest = float(np.max(F_n))
-    # A fit at the end of the run needs some force beyond it.
-    arguments = {"material": material, "mu": mu, "T0": T_specimen, "T_tool": T_tool}
-    speed = 10.0
-    result = robust_upset(punch, BEYOND * highest, mesh_size, where, speed=speed, **arguments)
-    stroke = float(result.height[0] - local_fit(result.force, result.height, highest))
-    measured = stroke / max(float(t[-1] - t[0]), 1e-3)
-    if not 0.5 < measured / speed < 2.0:
-        speed = float(np.clip(measured, 0.1, 500.0))
-        result = robust_upset(punch, BEYOND * highest, mesh_size, where, speed=speed, **arguments)
-    return ContactState.from_result(result, float(F_n[-1]), T_tool)
+    reached = float(np.max(F_n))
+
+    def run(speed: float) -> UpsettingResult:
+        force = run_force(max(reached, highest))
+        return known_upset(
+            punch,
+            force,
+            mesh_size,
+            where,
+            material=material,
+            mu=mu,
+            T0=T_specimen,
+            T_tool=T_tool,
+            speed=speed,
+        )
+
+    result = run(SPEED)
+    stroke = float(result.height[0] - local_fit(result.force, result.height, reached))
+    factor = stroke / max(float(t[-1] - t[0]), 1e-3) / SPEED
+    if not 0.5 < factor < 2.0:
+        result = run(SPEED * 2.0 ** float(np.clip(round(math.log2(max(factor, 1e-3))), -6, 6)))
+    return Upsetting(result, T_tool)
 
 
-#: How far a run goes beyond the force of interest.
-BEYOND = 1.2
+def known_upset(
+    punch: PunchGeometry, force: float, mesh_size: float, where: str, **arguments: Any
+) -> UpsettingResult:
+    """Return `robust_upset`, from this process's memory where the same was asked before."""
+    try:
+        return _remembered(punch, force, mesh_size, tuple(sorted(arguments.items())))
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+@lru_cache(maxsize=32)
+def _remembered(
+    punch: PunchGeometry, force: float, mesh_size: float, arguments: tuple[tuple[str, Any], ...]
+) -> UpsettingResult:
+    return robust_upset(punch, force, mesh_size, "", **dict(arguments))
+
+
+def run_force(highest: float) -> float:
+    """Return how far to upset for a highest force of interest [N]: 10 to 21 % beyond, on a fixed ladder.
+
+    A fit at the end of the run needs some force beyond it, and equal set forces get equal runs.
+    """
+    return float(1.1 ** math.ceil(math.log(1.1 * highest) / math.log(1.1)))
+
+
+#: Punch speed [mm/s] where nothing else is measured.
+SPEED = 10.0
+#: Relative excess of the force over that of upsetting that is taken for a wobble of its control.
+WOBBLE = 0.02
 #: Width of the local fit over the force (standard deviation, relative).
 FIT_WIDTH = 0.1
 
@@ -162,7 +251,8 @@ def robust_upset(
             return result
         message = message or result.message
     raise InputError(
-        f"{where}: upsetting to {force * 1e-3:.1f} kN {message}; allowed: forces the specimen can carry"
+        f"{where}{': ' if where else ''}upsetting to {force * 1e-3:.1f} kN {message}; "
+        "allowed: forces the specimen can carry"
     )
 
 

@@ -57,8 +57,22 @@ def test_points_are_a_data_set(twinned: tuple[TwinResult, Path]) -> None:
     assert np.allclose(data.points["mu"], result.points["mu"])
     loads = data.loads()
     assert loads.context_column("T_tool") is not None
-    averages = result.averages()
-    assert len(averages) == 9 and {"mu", "T", "sigma_n"} <= set(averages.columns)
+
+
+def test_averages_are_a_data_set_beside(twinned: tuple[TwinResult, Path]) -> None:
+    result, folder = twinned
+    means = DataSet.load(folder / "averages")
+    assert means.synthetic and "average" in means.info["kind"]
+    assert means.tests["test_id"].tolist() == result.tests["test_id"].tolist()
+    assert len(means.points) == 9 and means.points["test_id"].is_unique
+    one = result.points[result.points["test_id"] == "sct002"]
+    row = means.points.set_index("test_id").loc["sct002"]
+    assert row["sigma_n"] == pytest.approx(one["sigma_n"].mean())
+    assert row["mu"] == pytest.approx(one["F_r"].sum() / one["F_n"].sum())
+    assert row["mu"] == pytest.approx(one["mu"].mean(), rel=0.01)
+    # A model can be trained on it like on any data set.
+    train, test = means.frames()
+    assert len(train) == 6 and len(test) == 3
 
 
 def test_netcdf_files_state_what_they_are(twinned: tuple[TwinResult, Path]) -> None:
