@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from . import (
+    attributing,
     covering,
     discovering,
     fmus,
@@ -57,6 +58,7 @@ for module in (
     predicting_sct,
     discovering,
     covering,
+    attributing,
     verifying,
 ):
     module.add_commands(app)

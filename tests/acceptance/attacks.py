@@ -87,6 +87,8 @@ ATTACKS = [
     Attack("coverage", "tests", "csv", "--data {points} --tests {bad} --history {points}"),
     Attack("coverage", "history", "csv", "--data {points} --history {bad}"),
     Attack("coverage", "run", "folder", "--data {data} --run {bad}", ("manifest.json", "results.nc")),
+    Attack("attribute", "system", "yaml", "--press {data} --system {bad}"),
+    Attack("attribute", "press", "folder", "--press {bad} --system {system}", ("levels.csv", "press.json")),
     Attack("evaluate", "model", "folder", "{bad} --data {data}", ("card.json", "parameters.npz")),
     Attack("evaluate", "data", "folder", "0.1 --data {bad}", ("points.csv", "tests.csv", "dataset.json")),
     Attack("compare", "data", "folder", "--models 0.1 --data {bad}", ("levels.csv", "press.json")),

@@ -29,7 +29,7 @@ NO_FILES = {
     *("compare.runs", "compare.json", "diagnose.json", "diagnose.report", "refine.add", "refine.out"),
     *("verify.only", "verify.json", "verify.out", "predict-sct.out", "predict-sct.only", "predict-sct.json"),
     *("predict-sct.parameters", "coverage.column", "coverage.rig", "coverage.json", "coverage.report"),
-    *("coverage.plan",),
+    *("coverage.plan", "attribute.causes", "attribute.runs", "attribute.json"),
 }  # fmt: skip
 #: Beside the sentence: progress before it, and the numbered list of a system with several mistakes.
 ALLOWED_LINES = re.compile(r"\w+: \d+/\d+ |  \d+\. ")
