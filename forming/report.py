@@ -72,7 +72,7 @@ def _figures(result: FormingResult) -> str:
         ("work", f"{result.work[-1]:.1f} J"),
         ("highest friction stress over shear yield stress", f"{result.max_tau_over_k:.3f}"),
         ("share of the contact above 0.6 k", f"{100.0 * result.share_above_0_6k:.2f} %"),
-        ("energy balance: (plastic + friction + elastic) / external - 1", f"{100.0 * result.energy_balance:+.3f} %"),
+        ("energy balance: (plastic + friction + elastic + contact springs) / external - 1", f"{100.0 * result.energy_balance:+.3f} %"),
         ("change of the unloaded volume", f"{100.0 * result.volume_change:+.4f} %"),
         ("increments, of them failed; remeshings",
          f"{result.increments}, {result.failed_increments}; {result.remeshes}"),

@@ -1,7 +1,9 @@
 """Compression of a cylinder or a ring in CalculiX, the independent program beside ours.
 
 Half the height is modelled with quadratic elements (CAX8R; linear CAX4 lock) under an all but rigid platen.
-The program computes a wedge of 2 degrees, so its reaction force counts 180 times.
+Contact holds at the nodes: over whole faces the corner of a folding bore sank into the platen by up to 0.15 mm,
+and the bore came out wrong by up to 3 % of its diameter. The program computes a wedge of 2 degrees, so its
+reaction force counts 180 times.
 """
 
 from __future__ import annotations
@@ -45,6 +47,8 @@ class Compression:
         Elements across the wall and over half the height.
     reduction : float
         Of the height.
+    stick : float
+        Stiffness of sticking contact [MPa/mm].
     """
 
     outer: float
@@ -54,16 +58,25 @@ class Compression:
     columns: int
     rows: int
     reduction: float = 0.5
+    stick: float = 2e4
 
 
 @dataclass(frozen=True)
 class CompressionResult:
-    """Force at the end [kN], bore in the middle and bore of equal volume [mm] (NaN for a cylinder), version."""
+    """Force at the end [kN], bore in the middle and bore of equal volume [mm] (NaN for a cylinder), version.
+
+    `history` has one row an increment: reduction of the height, bore of equal volume [mm]; none for a cylinder.
+    """
 
     force: float
     bore_middle: float
     bore: float
     version: str
+    history: FloatArray
+
+    def bore_at(self, reduction: float) -> float:
+        """Return the bore of equal volume at a reduction of the height [mm]."""
+        return float(np.interp(reduction, *self.history.T))
 
 
 def executable() -> str | None:
@@ -124,8 +137,8 @@ def input_deck(setup: Compression) -> str:
         "*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR",
         "2.E5",
         "*FRICTION",
-        f"{setup.mu:g},2.E4",
-        "*CONTACT PAIR,INTERACTION=TOUCH,TYPE=SURFACE TO SURFACE",
+        f"{setup.mu:g},{setup.stick:g}",
+        "*CONTACT PAIR,INTERACTION=TOUCH,TYPE=NODE TO SURFACE",
         "TOP,FACE",
         "*BOUNDARY",
         "MIDDLE,2,2",
@@ -142,7 +155,7 @@ def input_deck(setup: Compression) -> str:
         f"PLATENNODES,2,2,{-travel:g}",
         "*NODE PRINT,NSET=PLATENNODES,TOTALS=ONLY,FREQUENCY=1",
         "RF",
-        "*NODE PRINT,NSET=BILLETNODES,FREQUENCY=1000000",
+        "*NODE PRINT,NSET=BORE,FREQUENCY=1",
         "U",
         "*END STEP",
     ]
@@ -170,7 +183,7 @@ def _first_platen_node(setup: Compression) -> int:
 
 
 def _nodes(setup: Compression) -> list[str]:
-    lines = ["*NODE,NSET=BILLETNODES"]
+    lines = ["*NODE"]
     lines += [f"{n},{r:.8g},{z:.8g},0." for n, r, z in _grid(setup)]
     lines.append("*NODE,NSET=PLATENNODES")
     first, width = _first_platen_node(setup), 3.0 * setup.outer
@@ -214,13 +227,20 @@ def _sets(setup: Compression) -> list[str]:
     lines += [f"{_platen_element(setup, i)},S1" for i in range(PLATEN_ELEMENTS)]
     lines.append("*NSET,NSET=AXIS")
     lines += [str(_number(setup, 0, j)) for j in range(2 * rows + 1)]
+    lines.append("*NSET,NSET=BORE")
+    lines += [str(n) for n in _bore_nodes(setup)]
     lines.append("*NSET,NSET=MIDDLE")
     lines += [str(_number(setup, i, 0)) for i in range(2 * columns + 1)]
     return lines
 
 
+def _bore_nodes(setup: Compression) -> list[int]:
+    """Return the nodes of the innermost side, from the middle of the height upward."""
+    return [_number(setup, 0, j) for j in range(2 * setup.rows + 1)]
+
+
 def _read(setup: Compression, text: str, program_version: str) -> CompressionResult:
-    """Read the last force and the last displacements from the result file.
+    """Read the last force and the bore of every increment from the result file.
 
     Raises
     ------
@@ -234,17 +254,18 @@ def _read(setup: Compression, text: str, program_version: str) -> CompressionRes
     if not blocks or reached < 1.0 - 1e-6:
         raise CalculixError(f"CalculiX stopped at {100.0 * reached:.1f} % of the stroke")
     force = -float(lines[forces[-1] + 2].split()[1]) * WEDGES * 1e-3
-    moved: dict[int, FloatArray] = {}
-    for line in lines[blocks[-1] + 2 :]:
-        parts = line.split()
-        if len(parts) != 4:
-            break
-        moved[int(parts[0])] = np.array([float(parts[1]), float(parts[2])])
     if setup.inner == 0.0:
-        return CompressionResult(force, np.nan, np.nan, program_version)
+        return CompressionResult(force, np.nan, np.nan, program_version, np.empty((0, 2)))
+    nodes = _bore_nodes(setup)
     start = {n: np.array([r, z]) for n, r, z in _grid(setup)}
-    side = [_number(setup, 0, j) for j in range(2 * setup.rows + 1)]
-    profile = np.array([start[n] + moved[n] for n in side])
-    levels = 0.5 * setup.height * (1.0 - setup.reduction) * (np.arange(200) + 0.5) / 200.0
-    radius = np.interp(levels, profile[:, 1], profile[:, 0])
-    return CompressionResult(force, float(profile[0, 0]), float(np.sqrt((radius**2).mean())), program_version)
+    history = [(0.0, setup.inner)]
+    for k in blocks:
+        rows = [line.split() for line in lines[k + 2 : k + 2 + len(nodes)]]
+        moved = {int(row[0]): np.array([float(row[1]), float(row[2])]) for row in rows}
+        profile = np.array([start[n] + moved[n] for n in nodes])
+        travel = float(lines[k].split()[-1]) * (0.5 * setup.reduction * setup.height + GAP) - GAP
+        half = 0.5 * setup.height - max(travel, 0.0)
+        levels = half * (np.arange(200) + 0.5) / 200.0
+        radius = np.interp(levels, profile[:, 1], profile[:, 0])
+        history.append((1.0 - 2.0 * half / setup.height, float(np.sqrt((radius**2).mean()))))
+    return CompressionResult(force, float(profile[0, 0]), history[-1][1], program_version, np.array(history))

@@ -27,6 +27,11 @@ class Peer:
     reason: str = ""
 
 
+def bore_key(reduction: int) -> str:
+    """Return the name of the decrease of the bore [%] at a reduction of the height [%]."""
+    return f"bore_decrease_{reduction}"
+
+
 def peer(setup: Compression, kept: Kept) -> Peer:
     """Run CalculiX; without it, return what was kept and why."""
     try:
@@ -36,7 +41,10 @@ def peer(setup: Compression, kept: Kept) -> Peer:
         return Peer(kept.values, source, str(error))
     values = {"force": result.force, "bore_middle": result.bore_middle}
     if setup.inner:
-        values["bore_decrease"] = 100.0 * (1.0 - result.bore / setup.inner)
+        values |= {
+            bore_key(r): 100.0 * (1.0 - result.bore_at(0.01 * r) / setup.inner)
+            for r in range(10, round(100.0 * setup.reduction) + 1, 10)
+        }
     return Peer(values, f"CalculiX {result.version} CAX8R, run beside")
 
 

@@ -58,7 +58,7 @@ def account_rows(result: FormingResult, what: str = "") -> list[Row]:
             f"energy balance{of}",
             "%",
             0.0,
-            "work of the punch = plastic + friction + elastic",
+            "work of the punch = plastic + friction + elastic + contact springs",
             100.0 * result.energy_balance,
             ENERGY,
             absolute=True,

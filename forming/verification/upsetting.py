@@ -13,7 +13,7 @@ from .runs import account_rows, finished, published_flow_stress, rate_independen
 
 GROUP = "Upsetting"
 #: Kept from CalculiX, for where it is not installed.
-KEPT = Kept("2.20", "2026-11-21", {"force": 234.34})
+KEPT = Kept("2.20", "2026-11-21", {"force": 236.38})
 
 
 def frictionless() -> list[Row]:

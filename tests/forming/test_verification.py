@@ -8,7 +8,19 @@ from dataclasses import replace
 
 import pytest
 
-from forming.verification import CASES, Case, Row, Unfinished, calculix, extrusion, ring, runs, upsetting
+from forming.verification import (
+    CASES,
+    Case,
+    Row,
+    Unfinished,
+    calculix,
+    extrusion,
+    ring,
+    ring_straight,
+    ring_tables,
+    runs,
+    upsetting,
+)
 from forming.verification.calculix import CalculixError, Compression, input_deck
 from forming.verification.table import COLUMNS, cells, markdown_page, summary, text_table
 from friction_models.loads import InputError
@@ -52,18 +64,38 @@ def test_a_flow_stress_3_percent_too_high_is_found(monkeypatch):
 
 def test_wrong_friction_is_found():
     """Half the friction at mu 0.1 moves the bore by far more than 3 points."""
-    closed = {mu: ring.BY_MU[mu] for mu in (0.1, 0.4)}
     for factor, verdict in ((1.0, "pass"), (0.5, "fail")):
-        ours = {mu: ring.readings(ring.ring(), factor * mu) for mu in closed}
-        outcome = ring._calibration("mu", closed, ours)
+        ours = {mu: ring.readings(ring.ring(), factor * mu) for mu in (0.1, 0.4)}
+        outcome = ring._calibration("mu", ours)
         assert [row.verdict for row in outcome.rows] == [verdict, "not judged"]
         assert "worst of 5 readings (mu 0.1" in outcome.rows[0].quantity
+        assert f"{sum(d <= 3.0 for d in _differences(ours))} of 10 readings" in outcome.details
+
+
+def _differences(ours):
+    return [abs(a - b) for mu in ours for a, b in zip(ours[mu], ring_tables.BY_MU[mu])]
 
 
 @pytest.mark.parametrize("m", [0.05, 0.2])
 def test_ring_calibration_for_constant_shear(m):
     ours = ring.readings(ring.ring(m), ring.CONSTANT_SHEAR, len(ring.REDUCTIONS))
     assert ours == pytest.approx(ring.BY_M[m], abs=ring.POINTS)
+
+
+@pytest.mark.parametrize(("law", "value"), [("mu", 0.02), ("mu", 0.2), ("m", 0.05), ("m", 0.4)])
+def test_a_straight_bore_that_does_not_harden_meets_the_closed_form(law, value):
+    """Within 1 point; friction over the free side beside a contact, too, would miss m 0.05 by 14."""
+    ours = ring_straight.straight_readings(law, value)[:5]
+    assert ours == pytest.approx(ring_tables.CURVES[law][value][:5], abs=1.0)
+
+
+def test_readings_within_the_tolerance_are_counted():
+    closed = ring_tables.BY_M[0.3]
+    ours = {0.3: [closed[0] + 2.9, closed[1] - 3.1, *closed[2:]]}
+    assert ring_tables.within("m", ours) == ring_tables.Within(5, 6)
+    row = ring_tables.worst("m", ours, [0.3])
+    assert row.verdict == "fail" and row.deviation == pytest.approx(-3.1)
+    assert row.quantity == "bore decrease, m 0.3, worst of 6 readings (m 0.3, 20 %)"
 
 
 def test_friction_by_shear_factor_is_constant():
@@ -89,13 +121,16 @@ def test_calculix_gives_what_was_kept_of_it():
     kept = ring.KEPT[0.1].values
     assert found.force == pytest.approx(kept["force"], rel=2e-3)
     assert found.bore_middle == pytest.approx(kept["bore_middle"], rel=2e-3)
+    # The bore first grows a little, then shrinks; its last entry is that of the end.
+    assert found.history[-1] == pytest.approx([0.5, found.bore], abs=1e-6)
+    assert found.bore_at(0.2) > 3.0 > found.bore_at(0.45) > found.bore
 
 
 def test_without_calculix_the_rows_are_skipped_and_say_so(monkeypatch):
     monkeypatch.setattr(calculix.shutil, "which", lambda name: None)
     result = by_name("ring-calculix").run()
     first = result.rows[0]
-    assert first.verdict == "skipped" and first.reference == 129.82
+    assert first.verdict == "skipped" and first.reference == ring.KEPT[0.1].values["force"]
     assert "not installed" in first.note and "value kept from 2026-" in first.source
     table = text_table([result])
     assert "skipped" in table and "calculix-ccx" in table and "2 skipped" in summary([result])
@@ -112,7 +147,7 @@ def test_the_deck_is_that_of_the_ring():
     radii = [float(line.split(",")[1]) for line in nodes]
     assert (min(radii), max(radii)) == (3.0, 6.0)
     assert deck.count("*ELEMENT,TYPE=CAX8R,ELSET=BILLET") == 1
-    assert "0.1,2.E4" in deck and "PLATENNODES,2,2,-1.0001" in deck
+    assert "0.1,20000" in deck and "PLATENNODES,2,2,-1.0001" in deck
     # A ring is free at its bore, a cylinder is held on the axis.
     assert "AXIS,1,1" not in deck
     assert "AXIS,1,1" in input_deck(Compression(7.5, 0.0, 15.0, 0.1, 4, 4)).splitlines()
