@@ -9,6 +9,7 @@ from itertools import product
 import numpy as np
 import pandas as pd
 
+from friction_models.discovery.heating import Heating
 from friction_models.loads import LOAD_NAMES, FloatArray, InputError, unknown_name
 
 from .coverage import Coverage, Region, natural, regions_of, unit_of
@@ -88,14 +89,14 @@ class Response:
         Nominal expansions that were tested.
     pressure, expansion : ndarray, shape (k, 2)
         Constant and slope over the set pressure for each of them.
-    heating : ndarray, shape (4,)
-        Power law of the temperature rise: constant, exponents of pressure, speed and distance.
+    heating : Heating
+        How much warmer than the tool the contact gets.
     """
 
     shapes: FloatArray
     pressure: FloatArray
     expansion: FloatArray
-    heating: FloatArray
+    heating: Heating
 
     @classmethod
     def learn(cls, points: pd.DataFrame, tests: pd.DataFrame | None) -> Response:
@@ -122,12 +123,8 @@ class Response:
         ]
         tool = table["T_tool"].reindex(points["test_id"].astype(str)).to_numpy(dtype=float)
         rise = points["T"].to_numpy(dtype=float) - tool
-        warm = rise > 1.0
-        heating = np.array([-30.0, 0.0, 0.0, 0.0])
-        if warm.sum() >= 20:
-            part = points[warm]
-            terms = _heat_terms(part["sigma_n"].to_numpy(), part["v_rel"].to_numpy(), part["sd"].to_numpy())
-            heating = np.asarray(np.linalg.lstsq(terms, np.log(rise[warm]), rcond=1e-8)[0])
+        columns = (points[n].to_numpy(dtype=float) for n in ("sigma_n", "v_rel", "sd"))
+        heating = Heating.learn(*columns, rise)
         return cls(shapes, np.array(lines[0]), np.array(lines[1]), heating)
 
     def loads(self, s: Mapping[str, float]) -> FloatArray:
@@ -140,7 +137,7 @@ class Response:
         )
         sigma, psi = max(sigma, 1.0), max(psi, 0.05)
         v = s["v_set"] * np.minimum(1.0, 0.3 + 0.7 * np.arange(len(sd)))  # the plate is set in motion first
-        rise = np.exp(np.clip(_heat_terms(np.full(len(sd), sigma), v, sd) @ self.heating, -30.0, 6.6))
+        rise = self.heating.rise(np.full(len(sd), sigma), v, sd)
         return np.column_stack([v, s["T_tool"] + rise, np.full(len(sd), sigma), sd, np.full(len(sd), psi)])
 
 
@@ -150,12 +147,6 @@ def _line(x: FloatArray, y: FloatArray) -> list[float]:
         return [float(y.mean()), 0.0]
     slope, constant = np.polyfit(x, y, 1)
     return [float(constant), float(slope)]
-
-
-def _heat_terms(sigma: FloatArray, v: FloatArray, sd: FloatArray) -> FloatArray:
-    return np.column_stack(
-        [np.ones(len(sd)), np.log(np.maximum(sigma, 1.0)), np.log(v + 0.5), np.log(sd + 0.5)]
-    )
 
 
 def propose_tests(
