@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .ejection_tools import OPENING, Stage, ejector, opened, stripper, withdrawn
 from .elasticity import Elasticity
 from .fe.body import Body
 from .fe.resample import mesh_inside, resample
 from .fe.shape import FloatArray
 from .fe.simulation import Simulation
-from .fe.state import StepControl
+from .fe.state import State, StepControl
 from .fe.tool_heat import ToolField
 from .heat_input import TOOLS, HeatInput
 from .material import MaterialSource, as_material
@@ -80,6 +81,8 @@ class BackwardCupExtrusion(FormingProcess):
     T_ambient, h_ambient : float
         Temperature [degC] and heat transfer coefficient [W/(m2 K)] of the air around free surfaces, which also
         radiate; 0 insulates them.
+    ejector_diameter : float, optional
+        Ejector under the cup's bottom [mm]; by default 0.95 of `diameter`.
 
     Raises
     ------
@@ -88,6 +91,7 @@ class BackwardCupExtrusion(FormingProcess):
     """
 
     name = "backward cup extrusion"
+    ejections = ("stripper", "ejector")
 
     def __init__(
         self,
@@ -114,6 +118,7 @@ class BackwardCupExtrusion(FormingProcess):
         htc: float = 35.0,
         T_ambient: float = 20.0,
         h_ambient: float = 10.0,
+        ejector_diameter: float | None = None,
     ) -> None:
         check_range(self.name, "diameter", diameter, 2.0, 200.0, "mm")
         check_range(self.name, "punch_diameter", punch_diameter, 0.35 * diameter, 0.92 * diameter, "mm")
@@ -148,6 +153,10 @@ class BackwardCupExtrusion(FormingProcess):
         self.mesh_size = mesh_size
         self.n_points = int(n_points)
         self.tool_heating = bool(tool_heating)
+        if ejector_diameter is not None:
+            low, high = 0.2 * diameter, 0.98 * diameter
+            check_range(self.name, "ejector_diameter", ejector_diameter, low, high, "mm")
+        self.ejector_diameter = 0.95 * diameter if ejector_diameter is None else ejector_diameter
         self._check_stroke(billet_length)
 
     @property
@@ -208,6 +217,32 @@ class BackwardCupExtrusion(FormingProcess):
             compliance=self.elasticity.compliance,
         )
         return self.heat_input.apply(simulation)
+
+    def ejection_stage(self, how: str, number: int, state: State) -> Stage | None:
+        """Withdraw the punch, a stripper on the rim; then take that back and push the cup's bottom up.
+
+        The container is taken to end at the rim of the cup, the shortest that holds it.
+        """
+        surface, radius = state.body.surface, self.container_radius
+        rim = float(surface[:, 1].max())
+        if number == 0:
+            container, punch, base = state.tools
+            wall = radius - self.punch.radius
+            plate_on_rim = stripper(self.punch.radius + 0.1 * wall, 0.1 * wall, surface, self.T_tool)
+            depth = rim - float(punch.offset[1])
+            tools = (container, withdrawn(punch, self.speed), base, plate_on_rim)
+            return Stage("withdraw", tools, "punch", longest=depth + 2.0, clear=0.05 * radius)
+        if how != "ejector" or number > 2:
+            return None
+        if number == 1:
+            container, _, base, above = state.tools
+            held = (container, base, withdrawn(above, self.speed))
+            return Stage("release", held, "stripper", longest=0.1 * self.billet_length, clear=0.0)
+        container, base = state.tools[:2]
+        pin = ejector(0.5 * self.ejector_diameter, surface, self.speed, self.T_tool)
+        lowest, clear = float(surface[:, 1].min()), rim - 2.0 * OPENING * radius
+        moving = (opened(container, radius, rim), base, pin)
+        return Stage("eject", moving, "ejector", longest=rim - lowest, opening=clear)
 
     def _outer_fields(self, size: _CupSize) -> tuple[ToolField, ToolField]:
         """Return the heat fields of container and base plate."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .ejection_tools import OPENING, Stage, ejector, opened, withdrawn
 from .elasticity import Elasticity
 from .fe.body import Body
 from .fe.contact import gap_and_normal
@@ -13,7 +14,7 @@ from .fe.polyline import distance_to_segment
 from .fe.resample import mesh_inside, resample
 from .fe.shape import FloatArray
 from .fe.simulation import Simulation
-from .fe.state import StepControl
+from .fe.state import State, StepControl
 from .heat_input import TOOLS, HeatInput
 from .material import MaterialSource, as_material
 from .process import FormingProcess, check_range
@@ -89,6 +90,9 @@ class ForwardRodExtrusion(FormingProcess):
     T_ambient, h_ambient : float
         Temperature [degC] and heat transfer coefficient [W/(m2 K)] of the air around free surfaces, which also
         radiate; 0 insulates them.
+    ejector_diameter : float, optional
+        Pin under the rod that pushes the product back through the container [mm]; by default 0.95 of
+        `exit_diameter`.
 
     Raises
     ------
@@ -97,6 +101,7 @@ class ForwardRodExtrusion(FormingProcess):
     """
 
     name = "forward rod extrusion"
+    ejections = ("ejector",)
 
     def __init__(
         self,
@@ -124,6 +129,7 @@ class ForwardRodExtrusion(FormingProcess):
         htc: float = 35.0,
         T_ambient: float = 20.0,
         h_ambient: float = 10.0,
+        ejector_diameter: float | None = None,
     ) -> None:
         check_range(self.name, "diameter", diameter, 2.0, 200.0, "mm")
         check_range(self.name, "exit_diameter", exit_diameter, 0.2 * diameter, 0.97 * diameter, "mm")
@@ -159,6 +165,10 @@ class ForwardRodExtrusion(FormingProcess):
         if container_length is not None:
             check_range(self.name, "container_length", container_length, needed, 1000.0, "mm")
         self.container_length = needed + 2.0 if container_length is None else float(container_length)
+        if ejector_diameter is not None:
+            low, high = 0.2 * exit_diameter, 0.98 * exit_diameter
+            check_range(self.name, "ejector_diameter", ejector_diameter, low, high, "mm")
+        self.ejector_diameter = 0.95 * exit_diameter if ejector_diameter is None else ejector_diameter
         self._check_stroke(billet_length)
 
     @property
@@ -217,6 +227,23 @@ class ForwardRodExtrusion(FormingProcess):
             compliance=self.elasticity.compliance,
         )
         return self.heat_input.apply(simulation)
+
+    def ejection_stage(self, how: str, number: int, state: State) -> Stage | None:
+        """Withdraw the punch; then the pin pushes rod and head back up, until the head is out of the container."""
+        die, surface = state.tools[0], state.body.surface
+        if number == 0:
+            punch = withdrawn(state.tools[1], self.speed)
+            return Stage(
+                "withdraw", (die, punch), "punch", longest=1.0 + 0.05 * self.billet_length, clear=0.0
+            )
+        if number > 1:
+            return None
+        top, radius = self._cone_end + self.container_length, self.die.container_radius
+        # The bore of a die that has widened stands further out; its opening is made in the tool's own frame.
+        die = opened(die, radius, top)
+        pin = ejector(0.5 * self.ejector_diameter, surface, self.speed, self.T_tool)
+        lowest, clear = float(surface[:, 1].min()), top - 2.0 * OPENING * radius
+        return Stage("eject", (die, pin), "ejector", longest=top - lowest, opening=clear)
 
     def _marker_arc(self, radius: float) -> FloatArray:
         """Return where the markers start: densest on the side, which the die works on."""

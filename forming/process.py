@@ -12,14 +12,16 @@ import numpy.typing as npt
 
 from friction_models.loads import InputError
 
+from .ejection import Ejection, ejection_choice
+from .ejection_tools import Stage
 from .fe.mesher import MeshError
 from .fe.shape import FloatArray
 from .fe.simulation import Simulation
 from .fe.state import State
-from .field_recorder import FieldRecorder, recorder_for
-from .fields import FieldHistory, surface_contact
+from .field_recorder import recorder_for
 from .friction_input import Friction, checked_mu, start_mu
-from .result import ContactHistory, FormingResult
+from .result import FormingResult
+from .run_log import RunLog
 
 
 class FormingProcess(ABC):
@@ -42,7 +44,13 @@ class FormingProcess(ABC):
     T_billet: float
     #: What the last `run` gave; after an error in the friction law, too: what there was until then.
     result: FormingResult | None = None
+    #: Ways to get the product off the tools; the first is the usual one.
+    ejections: tuple[str, ...] = ()
     _simulation: Simulation | None = None
+
+    def ejection_stage(self, how: str, number: int, state: State) -> Stage | None:
+        """Return the stage of an ejection that starts from a state; None when there is no further one."""
+        raise NotImplementedError(self.name)
 
     @abstractmethod
     def _build(self) -> Simulation:
@@ -208,6 +216,7 @@ class FormingProcess(ABC):
         progress: Callable[[float], None] | None = None,
         communication_step: float = 0.1,
         snapshots: int | Sequence[float] | None = None,
+        eject: bool | str = False,
     ) -> FormingResult:
         """Extrude by `stroke` [mm] from a fresh billet.
 
@@ -222,6 +231,9 @@ class FormingProcess(ABC):
             Travel between two evaluations of the friction [mm].
         snapshots : int or sequence of float, optional
             Keep the fields: so many times, evenly from the start to the end, or at these strokes [mm].
+        eject : bool or str
+            After the stroke, withdraw the punch and get the product off the tools: True, or one of `ejections`.
+            `result.ejection` holds what it took; a stroke that stops is not followed by it.
 
         Raises
         ------
@@ -231,10 +243,11 @@ class FormingProcess(ABC):
         """
         check_range(self.name, "stroke", stroke, 1e-3, self.max_stroke, "mm")
         check_range(self.name, "communication_step", communication_step, 1e-4, 10.0, "mm")
+        how = ejection_choice(self, eject) if eject else None
         self.start(friction)
         steps = max(1, math.ceil(stroke / communication_step - 1e-9))
         recorder = None if snapshots is None else recorder_for(snapshots, stroke, self.name)
-        log = _Log(self, recorder)
+        log = RunLog(self, recorder)
         for k in range(steps):
             mu = self.simulation.state.mu
             log.end = stroke * (k + 1) / steps
@@ -252,88 +265,13 @@ class FormingProcess(ABC):
             if progress is not None:
                 progress((k + 1) / steps)
         self.result = log.result()
+        if how is not None and self.result.status == "ok":
+            ejection = Ejection(self, how)
+            try:
+                ejection.run(friction, communication_step)
+            finally:
+                self.result = replace(self.result, ejection=ejection.result())
         return self.result
-
-
-class _Log:
-    """Collects a run step by step."""
-
-    def __init__(self, process: FormingProcess, recorder: FieldRecorder | None) -> None:
-        self.process = process
-        self.recorder = recorder
-        self.end = 0.0
-        self.tau_over_k: list[FloatArray] = []
-        self._ratio = np.zeros(process.n_points)
-        if recorder is not None:
-            recorder.begin(process.simulation)
-        self.scalars: list[tuple[float, ...]] = [(0.0,) * 5]
-        self.loads: list[FloatArray] = []
-        self.active: list[npt.NDArray[np.bool_]] = []
-        self.mu: list[FloatArray] = []
-        self.position: list[FloatArray] = []
-
-    def observe(self, simulation: Simulation) -> bool:
-        """See an increment before a remeshing takes the contact away."""
-        if simulation.state.stroke >= self.end - 1e-9:
-            self._read_ratio(simulation)
-        if self.recorder is not None:
-            self.recorder(simulation)
-        return False
-
-    def _read_ratio(self, simulation: Simulation) -> None:
-        markers = simulation.state.markers
-        ratio = markers.at_markers(surface_contact(simulation)[:, 3])
-        self._ratio = np.where(markers.active, ratio, 0.0)
-
-    def add(self, mu: FloatArray) -> None:
-        p = self.process
-        if p.stroke <= self.scalars[-1][0]:
-            return
-        if p.status != "ok" and p.simulation.state.tables is not None:
-            self._read_ratio(p.simulation)
-        self.tau_over_k.append(self._ratio)
-        self.scalars.append((p.stroke, p.force, p.work, p.compression, p.expansion))
-        self.loads.append(p.loads())
-        self.active.append(p.active)
-        self.mu.append(mu.copy())
-        self.position.append(p.marker_position)
-
-    def result(self) -> FormingResult:
-        state, n = self.process.simulation.state, self.process.n_points
-        stroke, force, work, compression, expansion = np.array(self.scalars).T
-        history = state.history
-        travel = np.diff([0.0, *(h.stroke for h in history)])
-        area = np.array([h.contact_area for h in history]) * travel
-        share = np.array([h.share_above_0_6k for h in history])
-        return FormingResult(
-            stroke=stroke,
-            force=force,
-            work=work,
-            max_tau_over_k=max((h.max_tau_over_k for h in history), default=0.0),
-            share_above_0_6k=float(area @ share / area.sum()) if area.sum() > 0.0 else 0.0,
-            energy_balance=state.energy.imbalance,
-            volume_change=history[-1].volume_change if history else 0.0,
-            increments=state.increments,
-            remeshes=state.remeshes,
-            failed_increments=state.failures,
-            contact=ContactHistory(
-                stroke=stroke[1:],
-                loads=np.array(self.loads).reshape(-1, n, 5),
-                active=np.array(self.active).reshape(-1, n),
-                mu=np.array(self.mu).reshape(-1, n),
-                position=np.array(self.position).reshape(-1, n, 2),
-                tau_over_k=np.array(self.tau_over_k).reshape(-1, n),
-            ),
-            status=state.status,
-            message=state.message,
-            compression=compression,
-            expansion=expansion,
-            fields=FieldHistory(())
-            if self.recorder is None
-            else self.recorder.finish(self.process.simulation),
-            heat_balance=state.energy.heat_imbalance,
-            warnings=self.process.warnings,
-        )
 
 
 def check_range(where: str, name: str, value: float, low: float, high: float, unit: str) -> None:

@@ -12,11 +12,10 @@ import pandas as pd
 
 from friction_models.loads import LOAD_NAMES
 
+from .ejection_result import EjectionResult
 from .fe.shape import FloatArray
 from .fields import FieldHistory
-
-#: Stroke over which the force is averaged before its maximum is read [mm].
-FORCE_WINDOW = 0.5
+from .force_curve import FORCE_WINDOW, averaged
 
 
 @dataclass(frozen=True)
@@ -90,6 +89,8 @@ class FormingResult:
         Rise of the workpiece's heat + what left it - what arose in it, over the largest of these.
     warnings : tuple of str
         Where the run left what is known of the material; it went on with the edge or the law's own extension.
+    ejection : EjectionResult or None
+        What it took to get the product off the tools, if the run was asked for it.
     """
 
     stroke: FloatArray
@@ -110,6 +111,7 @@ class FormingResult:
     fields: FieldHistory = field(default_factory=lambda: FieldHistory(()))
     heat_balance: float = 0.0
     warnings: tuple[str, ...] = ()
+    ejection: EjectionResult | None = None
 
     @property
     def smooth_force(self) -> FloatArray:
@@ -118,20 +120,7 @@ class FormingResult:
         Single nodes that enter contact ripple the force by 0.2 % (rms) and up to 0.5 % of its maximum at the
         default mesh; the average leaves 0.08 % and 0.24 % (rod, 20 mm), see `force_ripple`.
         """
-        if len(self.stroke) < 3:
-            return self.force
-        fine = np.linspace(self.stroke[0], self.stroke[-1], 4 * len(self.stroke))
-        area = np.concatenate(
-            [[0.0], np.cumsum(0.5 * np.diff(fine) * (f := np.interp(fine, self.stroke, self.force))[1:])]
-        )
-        area[1:] += np.cumsum(0.5 * np.diff(fine) * f[:-1])
-        half = np.minimum(
-            0.5 * FORCE_WINDOW, np.minimum(self.stroke - self.stroke[0], self.stroke[-1] - self.stroke)
-        )
-        low, high = self.stroke - half, self.stroke + half
-        mean = np.interp(high, fine, area) - np.interp(low, fine, area)
-        wide = half > 1e-9
-        return np.where(wide, mean / np.where(wide, high - low, 1.0), self.force)
+        return averaged(self.stroke, self.force)
 
     def force_ripple(self, smooth: bool = True) -> tuple[float, float]:
         """Return the ripple of the force in the second half of the stroke, as shares of its maximum.

@@ -6,6 +6,7 @@ import json
 import math
 import os
 from dataclasses import fields as attributes
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from friction_models.loads import LOADS, MU, InputError, atomic_folder, write_json
 
+from .ejection_result import load_ejection, save_ejection
 from .fields import FieldHistory
 from .result import ContactHistory, FormingResult
 
@@ -37,9 +39,14 @@ def save_result(result: FormingResult, folder: Path, name: str) -> Path:
             place / "force.csv", np.column_stack(list(curves.values())), "%.9g", ",", header=head, comments=""
         )
         encoding: Any = {}
-        data = contact_dataset(result)
+        data = contact_dataset(result.contact)
         encoding = {str(v): {"zlib": True, "complevel": 4} for v in data.data_vars}
         data.to_netcdf(place / "contact.nc", engine="netcdf4", encoding=encoding)
+        if result.ejection is not None:
+            save_ejection(result.ejection, place)
+            if result.ejection.contact is not None:
+                moved = contact_dataset(result.ejection.contact)
+                moved.to_netcdf(place / "ejection_contact.nc", engine="netcdf4", encoding=encoding)
         if len(result.fields):
             result.fields.write_vtu(place / "fields")
             result.fields.save(place / "fields" / "fields.npz")
@@ -58,11 +65,11 @@ def key_figures(result: FormingResult) -> dict[str, Any]:
     return found
 
 
-def contact_dataset(result: FormingResult) -> xarray.Dataset:
-    """Return the contact history as a data set over time steps and markers, with units."""
+def contact_dataset(contact: ContactHistory) -> xarray.Dataset:
+    """Return a contact history as a data set over time steps and markers, with units."""
     import xarray
 
-    contact, both = result.contact, ("step", "point")
+    both = ("step", "point")
     values: dict[str, Any] = {
         q.name: (both, contact.loads[:, :, k], {"units": q.unit, "long_name": q.meaning})
         for k, q in enumerate(LOADS)
@@ -92,7 +99,6 @@ def load_result(folder: str | os.PathLike[str]) -> tuple[FormingResult, str]:
     InputError
         Files are missing or cannot be read.
     """
-    import xarray
 
     place = Path(folder)
     for name in ("forming.json", "force.csv", "contact.nc"):
@@ -105,19 +111,12 @@ def load_result(folder: str | os.PathLike[str]) -> tuple[FormingResult, str]:
             table = np.atleast_2d(np.loadtxt(stream, delimiter=",", dtype=np.float64))
         if not np.isfinite(table).all() or not {"stroke", "force", "work"} <= set(head) <= set(_CURVES):
             raise ValueError("force.csv holds other columns, or numbers that are not finite")
-        with xarray.open_dataset(place / "contact.nc", engine="netcdf4") as data:
-            if sum(v.size for v in data.data_vars.values()) > _MOST:
-                raise ValueError("the contact history is too large")
-            loads = [np.asarray(data[q.name].values, dtype=np.float64) for q in LOADS]
-            contact = ContactHistory(
-                stroke=np.asarray(data["stroke"].values, dtype=np.float64),
-                loads=np.stack(loads, axis=2),
-                active=np.asarray(data["active"].values) > 0,
-                mu=np.asarray(data["mu"].values, dtype=np.float64),
-                position=np.stack([np.asarray(data[axis].values) for axis in "rz"], axis=2),
-                tau_over_k=np.asarray(data["tau_over_k"].values, dtype=np.float64),
-            )
-        known = {a.name for a in attributes(FormingResult)} - {"contact", "fields", *_CURVES}
+        contact = _read_contact(place / "contact.nc")
+        ejection = load_ejection(place)
+        moved = place / "ejection_contact.nc"
+        if ejection is not None and moved.is_file():
+            ejection = replace(ejection, contact=_read_contact(moved))
+        known = {a.name for a in attributes(FormingResult)} - {"contact", "fields", "ejection", *_CURVES}
         plain: dict[str, Any] = {
             k: tuple(v) if isinstance(v, list) else v for k, v in figures.items() if k in known
         }
@@ -130,6 +129,24 @@ def load_result(folder: str | os.PathLike[str]) -> tuple[FormingResult, str]:
     kept = place / "fields" / "fields.npz"
     history = FieldHistory.load(kept) if kept.is_file() else FieldHistory(())
     try:
-        return FormingResult(**read, **plain, contact=contact, fields=history), name
+        return FormingResult(**read, **plain, contact=contact, fields=history, ejection=ejection), name
     except TypeError:
         raise InputError(f"{place}: forming.json does not hold all numbers of a result") from None
+
+
+def _read_contact(path: Path) -> ContactHistory:
+    """Read a contact history; raises ValueError or KeyError for anything else."""
+    import xarray
+
+    with xarray.open_dataset(path, engine="netcdf4") as data:
+        if sum(v.size for v in data.data_vars.values()) > _MOST:
+            raise ValueError("the contact history is too large")
+        loads = [np.asarray(data[q.name].values, dtype=np.float64) for q in LOADS]
+        return ContactHistory(
+            stroke=np.asarray(data["stroke"].values, dtype=np.float64),
+            loads=np.stack(loads, axis=2),
+            active=np.asarray(data["active"].values) > 0,
+            mu=np.asarray(data["mu"].values, dtype=np.float64),
+            position=np.stack([np.asarray(data[axis].values) for axis in "rz"], axis=2),
+            tau_over_k=np.asarray(data["tau_over_k"].values, dtype=np.float64),
+        )
