@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-from friction_models.loads import InputError
+from typing import TYPE_CHECKING, Any
 
 from .fmu_files import describe
 from .forces import LevelsComparison, compare_force, read_press_curve
@@ -25,7 +24,7 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True)
 class PressStudy:
-    """A folder of press curves and the forward rod extrusion that is to reproduce them.
+    """A folder of press curves and the forming processes that are to reproduce them.
 
     Attributes
     ----------
@@ -45,17 +44,11 @@ class PressStudy:
         Raises
         ------
         InputError
-            What the reader refuses; a process other than forward rod extrusion.
+            What the reader refuses.
         """
         from forming.press import PressCurves
 
-        press = PressCurves.read(folder)
-        for level in press.levels:
-            if level.process != "fre":
-                raise InputError(
-                    f"{folder}: level {level.file!r} is of the process {level.process!r}, allowed: 'fre'"
-                )
-        return cls(folder, press)
+        return cls(folder, PressCurves.read(folder))
 
     @property
     def synthetic(self) -> bool:
@@ -82,15 +75,17 @@ class PressStudy:
         try:
             place.mkdir(parents=True, exist_ok=True)
             forming = [self._forming_fmu(level, place) for level in self.press.levels]
-            nodes = len(describe(forming[0]).resolve("mu"))
+            # Processes differ in their number of markers: a friction FMU for each.
+            nodes = [len(describe(fmu).resolve("mu")) for fmu in forming]
             frictions = {
-                label: friction_fmu(name, place / f"friction-{number}.fmu", nodes)
+                (label, count): friction_fmu(name, place / f"friction-{number}-{count}.fmu", count)
                 for number, (label, name) in enumerate(models.items(), 1)
+                for count in sorted(set(nodes))
             }
             tasks = [
-                RunTask(self._system(frictions[label], fmu, level, label), place / f"{Path(level.file).stem}-{number}")
+                RunTask(self._system(frictions[label, count], fmu, level, label), place / f"{Path(level.file).stem}-{number}")
                 for number, label in enumerate(models, 1)
-                for level, fmu in zip(self.press.levels, forming)
+                for level, fmu, count in zip(self.press.levels, forming, nodes)
             ]  # fmt: skip
             finished = iter(run_all(tasks, jobs, progress))
             return [
@@ -110,15 +105,25 @@ class PressStudy:
     def _forming_fmu(self, level: PressLevel, place: Path) -> Path:
         from fmus import pack_forming
 
+        target = place / f"{Path(level.file).stem}.fmu"
+        return pack_forming(target, process=level.process, **self._parameters(level))
+
+    def _parameters(self, level: PressLevel) -> dict[str, Any]:
         values = dict(self.press.info.get("process", {}))
         if "T_billet_degC" in self.press.info:
             values["T_billet"] = float(self.press.info["T_billet_degC"])
-        target = place / f"{Path(level.file).stem}.fmu"
-        return pack_forming(target, **{**values, "speed": level.speed, "T_tool": level.T_tool})
+        return values | {"speed": level.speed, "T_tool": level.T_tool}
+
+    def _max_stroke(self, level: PressLevel) -> float:
+        """Return how far the punch can go, in whole steps: the recorded travel holds the give of the press, too."""
+        from forming import BackwardCupExtrusion, ForwardRodExtrusion
+
+        solver = {"fre": ForwardRodExtrusion, "bce": BackwardCupExtrusion}[level.process]
+        return math.floor(solver(**self._parameters(level)).max_stroke / STEP + 1e-6) * STEP
 
     def _system(self, friction: Path, forming: Path, level: PressLevel, label: str) -> System:
-        recorded = float(level.curves["stroke"].max())
-        stroke = min(STROKE, max(1, round(recorded / STEP)) * STEP)
+        recorded = max(1, round(float(level.curves["stroke"].max()) / STEP)) * STEP
+        stroke = min(STROKE, recorded, self._max_stroke(level))
         name = f"{Path(level.file).stem}, {label}"
         remarks = {"friction": label, "level": level.file}
         return extrusion_system(friction, forming, level.speed, stroke, name, self.synthetic, remarks)

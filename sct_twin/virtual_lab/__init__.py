@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .campaign import Campaign as Campaign
-    from .campaign import load_truth as load_truth
-    from .campaign import run_protocol as run_protocol
+    from .further_tests import run_protocol as run_protocol
     from .hidden import HIDDEN as HIDDEN
     from .instruments import Faults as Faults
     from .instruments import Instruments as Instruments
@@ -18,11 +17,11 @@ if TYPE_CHECKING:
     from .protocols import PROTOCOLS as PROTOCOLS
     from .rig_files import FORMATS as FORMATS
     from .specimen import Rig as Rig
+    from .truth import load_truth as load_truth
 
 _EXPORTS = {
     "Campaign": "campaign",
-    "load_truth": "campaign",
-    "run_protocol": "campaign",
+    "run_protocol": "further_tests",
     "HIDDEN": "hidden",
     "Faults": "instruments",
     "Instruments": "instruments",
@@ -32,6 +31,7 @@ _EXPORTS = {
     "PROTOCOLS": "protocols",
     "FORMATS": "rig_files",
     "Rig": "specimen",
+    "load_truth": "truth",
 }
 
 __all__ = sorted(_EXPORTS)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,9 +14,8 @@ import numpy as np
 import pandas as pd
 
 from forming.upsetting import PunchGeometry, UpsettingResult
-from friction_models.loads import FloatArray, InputError, atomic_folder, atomic_path, write_json, write_text
+from friction_models.loads import InputError, atomic_folder, atomic_path, write_text
 
-from ..contact_temperature import ThermalBody, ThermalSettings
 from ..pool import Progress, map_unordered
 from ..raw_campaign import RawCampaign, check_target, write_tables
 from ..result import fingerprint
@@ -40,8 +38,8 @@ from .specimen import (
     compute_run,
     solver_fingerprint,
 )
+from .truth import write_truth
 
-TRUTH_JSON, TRUTH_NPZ = "truth.json", "truth.npz"
 #: Specimens are upset a little beyond the largest force, for those that are softer.
 FORCE_MARGIN = 1.2
 
@@ -108,6 +106,16 @@ class Campaign:
     def true_law(self) -> TrueLaw:
         """Return the friction law of the campaign."""
         return self._law
+
+    @property
+    def true_rig(self) -> Rig:
+        """Return the laboratory's reality."""
+        return self._rig
+
+    @property
+    def sensors(self) -> Instruments:
+        """Return the sensors."""
+        return self._instruments
 
     @property
     def tests(self) -> pd.DataFrame:
@@ -224,7 +232,7 @@ class Campaign:
             report(len(known) + done + 1, len(rows), f"virtual test {test_id}")
         with atomic_folder(target) as folder:
             (partial / "raw").rename(folder / "raw")
-            self._write_truth(partial / "truth", folder, [str(row["test_id"]) for row in rows])
+            write_truth(partial / "truth", folder, [str(row["test_id"]) for row in rows], self._truth())
             write_tables(folder, tests, self._info(kind.name))
             if kind.name != "canonical":
                 write_channel_map(folder, kind, self._instruments.moving_mass)
@@ -253,25 +261,13 @@ class Campaign:
             write_text(mark, key)
         return partial
 
-    def _write_truth(self, source: Path, folder: Path, ids: list[str]) -> None:
-        truth: dict[str, FloatArray] = {}
-        scatter: dict[str, dict[str, float]] = {}
-        for test_id in ids:
-            with np.load(source / f"{test_id}.npz", allow_pickle=False) as stored:
-                scatter[test_id] = {n[8:]: float(stored[n]) for n in stored.files if n.startswith("scatter/")}
-                truth |= {f"{test_id}/{n}": stored[n] for n in stored.files if not n.startswith("scatter/")}
-        np.savez_compressed(folder / TRUTH_NPZ, **truth)  # type: ignore[arg-type]
-        write_json(
-            folder / TRUTH_JSON,
-            {
-                "synthetic": True,
-                "law": self._law.to_dict(),
-                "rig": asdict(self._rig),
-                "instruments": asdict(self._instruments),
-                "faults": None if self.faults is None else asdict(self.faults),
-                "tests": scatter,
-            },
-        )
+    def _truth(self) -> dict[str, Any]:
+        return {
+            "law": self._law.to_dict(),
+            "rig": asdict(self._rig),
+            "instruments": asdict(self._instruments),
+            "faults": None if self.faults is None else asdict(self.faults),
+        }
 
     def _tables(
         self, tests: pd.DataFrame, jobs: int | None, report: Progress, total: int
@@ -352,77 +348,6 @@ class Campaign:
                 "zero_reading": "s",
             },
         }
-
-
-def run_protocol(
-    source: Campaign | RawCampaign | str | os.PathLike[str],
-    rows: pd.DataFrame | Sequence[Mapping[str, Any]] | str | os.PathLike[str],
-    out: str | os.PathLike[str] | None = None,
-    seed: int = 1,
-    jobs: int | None = None,
-) -> RawCampaign:
-    """Carry out further tests with the lubricant of an earlier virtual campaign.
-
-    Parameters
-    ----------
-    source : Campaign, RawCampaign or path-like
-        The campaign, or the folder it was written to.
-    rows : DataFrame, sequence of mapping, or path-like
-        Rows of a plan, as `plans.complete_plan` takes them; `diagnose` proposes such rows.
-    out : path-like, optional
-        Folder to write; a temporary folder by default.
-    seed : int
-        Of specimens and noise; another one than the campaign's gives new specimens.
-    jobs : int, optional
-        Processes; all cores by default.
-
-    Raises
-    ------
-    InputError
-        No truth there, or rows that cannot be tested.
-    """
-    if not isinstance(rows, pd.DataFrame | str | os.PathLike):
-        rows = pd.DataFrame(list(rows))
-    if isinstance(source, Campaign):
-        law, rig, instruments = source.true_law, source._rig, source._instruments
-        lubricant, cache = source.lubricant, source.cache
-    else:
-        content = load_truth(source.folder if isinstance(source, RawCampaign) else source)[0]
-        law, cache = TrueLaw.from_dict(content["law"]), None
-        lubricant = law.lubricant
-        rig, instruments = _rig_from(content["rig"]), Instruments(**content["instruments"])
-    campaign = Campaign(
-        rows, seed=seed, rig=rig, instruments=instruments, cache=cache, lubricant=lubricant, law=law
-    )
-    return campaign.run(out, jobs)
-
-
-def _rig_from(content: dict[str, Any]) -> Rig:
-    thermal = content["thermal"]
-    bodies = {name: ThermalBody(**thermal[name]) for name in ("plate", "specimen")}
-    return Rig(**{**content, "thermal": ThermalSettings(**{**thermal, **bodies})})
-
-
-def load_truth(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, dict[str, FloatArray]]]:
-    """Read the truth of a campaign: (law and rig, arrays by test). For checks of the laboratory only.
-
-    Raises
-    ------
-    InputError
-        The folder holds no truth.
-    """
-    path = Path(folder)
-    if not (path / TRUTH_JSON).is_file() or not (path / TRUTH_NPZ).is_file():
-        raise InputError(
-            f"{path}: no {TRUTH_JSON} and {TRUTH_NPZ}; allowed: a folder the virtual laboratory wrote"
-        )
-    content = json.loads((path / TRUTH_JSON).read_text(encoding="utf-8"))
-    tests: dict[str, dict[str, FloatArray]] = {}
-    with np.load(path / TRUTH_NPZ, allow_pickle=False) as stored:
-        for key in stored.files:
-            test_id, _, name = key.partition("/")
-            tests.setdefault(test_id, {})[name] = stored[key]
-    return content, tests
 
 
 def _shape(row: dict[Any, Any]) -> float:

@@ -23,8 +23,10 @@ from .specimen import DIAMETER, HEIGHT, TABLE_MU, Rig, SpecimenTable
 
 #: Time in which the load is taken off after a test [s].
 UNLOADING = 0.3
-#: Friction that the drive is wound up for at most, over the normal force.
-WIND_UP = 0.3
+#: Friction over normal force for which an elastic drive is wound up: at most, and as a rule.
+WIND_UP, USUAL_MU = 0.3, 0.08
+#: With which a plate that is not recorded on the move is brought to rest [mm/s2], and samples at rest after it.
+BRAKING, STANDING = 40000.0, 30
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,12 +130,15 @@ def run_test(
     loading = _loading(table, force, T_tool, flow_stress, rig)
     state = table.state(force, T_tool, flow_stress)
     distance = float(row["sd_set"])
+    brakes = _unloaded_after(told, instruments) > 0.0
     # An elastic drive is ahead of the plate: it goes on until the plate has slid its way.
-    ahead = WIND_UP * force / instruments.stiffness if instruments.stiffness > 0.0 else 0.0
-    command = _motion(told, distance, ahead, instruments, rng)
-    plate_v, plate_sd, drive_force = _follow(
-        command, distance, force, state, law, context, T_tool, offset, instruments
-    )
+    share = USUAL_MU if brakes else WIND_UP
+    ahead = share * force / instruments.stiffness if instruments.stiffness > 0.0 else 0.0
+    command = _motion(told, distance, ahead, brakes, instruments, rng)
+    plate_v, plate_sd, drive_force = _follow(command, force, state, law, context, T_tool, offset, instruments)
+    if not brakes:
+        last = int(np.searchsorted(plate_sd, distance)) + 1
+        plate_v, plate_sd, drive_force = plate_v[:last], plate_sd[:last], drive_force[:last]
     free = round((0.12 + told.zero_reading) * RATE)
     wait = round(float(row["t_wait"]) * RATE)
     begin = free + len(loading) + wait
@@ -213,9 +218,14 @@ def _loading(table: SpecimenTable, force: float, T_tool: float, flow_stress: flo
 
 
 def _motion(
-    told: Schedule, distance: float, ahead: float, instruments: Instruments, rng: np.random.Generator
+    told: Schedule,
+    distance: float,
+    ahead: float,
+    brakes: bool,
+    instruments: Instruments,
+    rng: np.random.Generator,
 ) -> FloatArray:
-    """Return the speed of the drive from rest, with a slight ripple, up to the sliding distance."""
+    """Return the speed of the drive from rest, with a slight ripple, up to the sliding distance or to rest."""
     v = commanded(told.speeds, distance, instruments.acceleration, told.hold)
     if ahead > 0.0:
         v = np.concatenate([v, np.full(int(np.ceil(ahead / v[-1] * RATE)), v[-1])])
@@ -224,12 +234,16 @@ def _motion(
         2.0 * np.pi * float(rng.uniform(3.0, 8.0)) * t + float(rng.uniform(0, 6.28))
     )
     v = v * ripple
-    return np.asarray(v[: int(np.searchsorted(integral(v, 1.0 / RATE), distance + ahead)) + 1])
+    v = v[: int(np.searchsorted(integral(v, 1.0 / RATE), distance + ahead)) + 1]
+    if not brakes:
+        return np.asarray(v)
+    count = int(np.ceil(max(0.5 * np.pi * float(v[-1]) / BRAKING, 0.02) * RATE))
+    falling = 0.5 * (1.0 + np.cos(np.pi * np.arange(1, count + 1) / count))
+    return np.concatenate([v, v[-1] * falling, np.zeros(STANDING)])
 
 
 def _follow(
     command: FloatArray,
-    distance: float,
     force: float,
     state: ContactState,
     law: TrueLaw,
@@ -260,10 +274,9 @@ def _follow(
         mass,
         1.0 / RATE,
     )
-    end = min(int(np.searchsorted(sd, distance)) + 1, len(sd))
     v = np.gradient(sd, 1.0 / RATE)
     v[sd <= 0.0] = 0.0
-    return np.maximum(v, 0.0)[:end], sd[:end], pull[:end]
+    return np.maximum(v, 0.0), sd, pull
 
 
 def _static(sd: FloatArray, instruments: Instruments) -> FloatArray:
@@ -294,13 +307,18 @@ def _forces(
 
 def _after(told: Schedule, instruments: Instruments, last: float) -> FloatArray:
     """Return the normal force behind the sliding: unloading and the unloaded cells."""
-    unloaded = max(told.zero_reading, instruments.unloaded_after)
+    unloaded = _unloaded_after(told, instruments)
     if unloaded == 0.0:
         return np.zeros(0)
     standing, falling = round(0.1 * RATE), round(UNLOADING * RATE)
     return np.concatenate(
         [np.full(standing, last), np.linspace(last, 0.0, falling), np.zeros(round(unloaded * RATE))]
     )
+
+
+def _unloaded_after(told: Schedule, instruments: Instruments) -> float:
+    """Return how long the rig records after the load is off [s]."""
+    return max(told.zero_reading, instruments.unloaded_after)
 
 
 def _plate_rise(power: FloatArray, instruments: Instruments) -> FloatArray:

@@ -46,6 +46,9 @@ def commanded(
     now = sd = 0.0
     for number, (speed, end, rest) in enumerate(stops):
         ramp = max(0.5 * np.pi * abs(speed - now) / acceleration, 0.02) if speed != now else 0.0
+        if now > 0.0 and speed > 0.0:
+            # A step is over within half of its part: drives accelerate a moving plate harder than a resting one.
+            ramp = min(ramp, share / (speed + now))
         if rest > 0.0:
             # A stop: the ramp down comes first, then the plate stands.
             time = ramp + rest
@@ -59,7 +62,6 @@ def commanded(
         pieces.append(now + (speed - now) * 0.5 * (1.0 - np.cos(np.pi * phase)))
         sd += 0.5 * (speed + now) * min(ramp, time) + speed * max(time - ramp, 0.0)
         now = speed
-    # What the half cosines between set values took too long is made up at the end.
     return np.concatenate(pieces)
 
 

@@ -1,0 +1,58 @@
+"""Further tests with the lubricant of a virtual campaign: the ones that a diagnosis asks for."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from ..raw_campaign import RawCampaign
+from .campaign import Campaign
+from .instruments import Instruments
+from .law import TrueLaw
+from .truth import load_truth, rig_from
+
+
+def run_protocol(
+    source: Campaign | RawCampaign | str | os.PathLike[str],
+    rows: pd.DataFrame | Sequence[Mapping[str, Any]] | str | os.PathLike[str],
+    out: str | os.PathLike[str] | None = None,
+    seed: int = 1,
+    jobs: int | None = None,
+) -> RawCampaign:
+    """Carry out further tests with the lubricant of an earlier virtual campaign.
+
+    Parameters
+    ----------
+    source : Campaign, RawCampaign or path-like
+        The campaign, or the folder it was written to.
+    rows : DataFrame, sequence of mapping, or path-like
+        Rows of a plan, as `plans.complete_plan` takes them; `diagnose` proposes such rows.
+    out : path-like, optional
+        Folder to write; a temporary folder by default.
+    seed : int
+        Of specimens and noise; another one than the campaign's gives new specimens.
+    jobs : int, optional
+        Processes; all cores by default.
+
+    Raises
+    ------
+    InputError
+        No truth there, or rows that cannot be tested.
+    """
+    if not isinstance(rows, pd.DataFrame | str | os.PathLike):
+        rows = pd.DataFrame(list(rows))
+    if isinstance(source, Campaign):
+        law, rig, instruments = source.true_law, source.true_rig, source.sensors
+        lubricant, cache = source.lubricant, source.cache
+    else:
+        content = load_truth(source.folder if isinstance(source, RawCampaign) else source)[0]
+        law, cache = TrueLaw.from_dict(content["law"]), None
+        lubricant = law.lubricant
+        rig, instruments = rig_from(content["rig"]), Instruments(**content["instruments"])
+    campaign = Campaign(
+        rows, seed=seed, rig=rig, instruments=instruments, cache=cache, lubricant=lubricant, law=law
+    )
+    return campaign.run(out, jobs)
