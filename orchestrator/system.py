@@ -21,11 +21,14 @@ from pydantic import (
 )
 
 from friction_models.loads import InputError, nearest, unknown_name, write_text
+from friction_models.loads.yaml_text import read_yaml
 
 from .errors import collected
 from .ssp_systems import UnpackedSsp, export_ssp, load_ssp
 
 _MAX_NAME = 100
+#: A system is a page of text; start values of a thousand points still fit.
+_MAX_BYTES = 4_000_000
 _NAME = re.compile(rf"\w[\w \-+#@()\[\]]{{0,{_MAX_NAME - 1}}}(?<! )")
 
 StartValue = bool | int | float | str | list[float]
@@ -118,10 +121,9 @@ class System(BaseModel):
             raise InputError(f"{file}: no such file")
         if file.suffix.lower() == ".ssp":
             return load_ssp(file)
-        try:
-            content = yaml.safe_load(file.read_text(encoding="utf-8"))
-        except (yaml.YAMLError, UnicodeDecodeError) as error:
-            raise InputError(f"{file}: not YAML ({' '.join(str(error).split())})") from None
+        if file.stat().st_size > _MAX_BYTES:
+            raise InputError(f"{file}: {file.stat().st_size} bytes; allowed: at most {_MAX_BYTES}")
+        content = read_yaml(file)
         if content is None:
             raise InputError(f"{file}: the file is empty")
         if not isinstance(content, dict):

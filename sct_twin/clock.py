@@ -8,7 +8,7 @@ import numpy as np
 
 from friction_models.loads import FloatArray, InputError
 
-from .record import SctRecord
+from .record import SctRecord, usual_step
 
 #: Sampling rate beyond which samples are averaged before anything is computed [Hz]: at 500 mm/s still
 #: four samples to 0.1 mm.
@@ -55,7 +55,7 @@ class Clock:
         """
         own = record.t
         phase = own if sliding is None else own[max(0, int(np.searchsorted(own, sliding)) - 1) :]
-        step = float(np.median(np.diff(phase if len(phase) > 2 else own)))
+        step = usual_step(phase if len(phase) > 2 else own)
         stride = max(1, min(round(1.0 / (step * ENOUGH_HZ)), len(own) // 2000))
         times = block_means(own, stride)
         source = times - times[0]

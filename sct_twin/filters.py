@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.signal import butter, sosfiltfilt
 
 from friction_models.loads import FloatArray
@@ -16,6 +16,8 @@ RATE_OVER_CORNER = 2.4
 SPIKE = 10.0
 #: Samples on each side that are the neighbourhood.
 _REACH = 3
+#: Samples over which noise is taken to be the same.
+_BLOCK = 32
 _PIECE = 1_000_000
 
 
@@ -76,25 +78,42 @@ def spike_rows(values: FloatArray) -> np.ndarray:
     count = len(values)
     if count < 2 * _REACH + 2:
         return np.zeros(0, dtype=np.int64)
-    noise = noise_of(values)
-    if noise == 0.0:
-        # A signal that repeats its last reading: one step of its resolution is its noise.
-        steps = np.abs(np.diff(values[: 4 * _PIECE]))
-        noise = float(steps[steps > 0].min()) if (steps > 0).any() else 0.0
-        if noise == 0.0:
-            return np.zeros(0, dtype=np.int64)
     found = []
     for start in range(0, count, _PIECE):
-        # Most samples are ruled out by their steps alone; the median is taken at the others.
-        low, high = max(0, start - 1), min(count, start + _PIECE + 1)
-        far = np.abs(np.diff(values[low:high])) > 0.5 * SPIKE * noise
-        found.append(low + np.flatnonzero(far))
-    edge = np.concatenate(found)
-    near = edge[:, None] + np.arange(-1, 3)[None, :]
+        low, high = max(0, start - _BLOCK), min(count, start + _PIECE + _BLOCK)
+        found.append(low + _spikes(values[low:high]))
+    return np.unique(np.concatenate(found))
+
+
+def _spikes(values: FloatArray) -> np.ndarray:
+    count = len(values)
+    noise = _local_noise(values)
+    # Most samples are ruled out by their steps alone; the median is taken at the others.
+    edge = np.flatnonzero(np.abs(np.diff(values)) > 0.5 * SPIKE * noise[1:])
+    near = edge[:, None] + np.arange(-1, _REACH)[None, :]
     rows = np.unique(near[(near >= 0) & (near < count)])
     around = np.clip(rows[:, None] + np.arange(-_REACH, _REACH + 1)[None, :], 0, count - 1)
-    out = np.abs(values[rows] - np.median(values[around], axis=1)) > SPIKE * noise
+    out = np.abs(values[rows] - np.median(values[around], axis=1)) > SPIKE * noise[rows]
     return np.asarray(rows[out])
+
+
+def _local_noise(values: FloatArray) -> FloatArray:
+    """Return the standard deviation of the noise at every sample: the largest of three blocks around it.
+
+    Friction is far noisier than the unloaded cell, so that one figure for a whole test would find spikes
+    all over the sliding.
+    """
+    count = len(values)
+    second = np.abs(np.diff(values, 2))
+    blocks = max(1, len(second) // _BLOCK)
+    parts = second[: blocks * _BLOCK].reshape(blocks, -1)
+    usual = 1.4826 / np.sqrt(6.0) * np.median(parts, axis=1)
+    usual = maximum_filter1d(usual, 3, mode="nearest")
+    # A signal that repeats its last reading: one step of its resolution is its noise.
+    steps = np.abs(np.diff(values))
+    resolution = float(steps[steps > 0.0].min()) if (steps > 0.0).any() else np.inf
+    along = np.repeat(np.where(usual > 0.0, usual, resolution), _BLOCK)[:count]
+    return np.concatenate([along, np.full(count - len(along), along[-1])])
 
 
 def without(values: FloatArray, rows: np.ndarray) -> FloatArray:

@@ -46,7 +46,7 @@ _TABLE = (
     ("T", "T_plate_degC", 0, "degC"),
     ("sigma*", "sigma_guess_MPa", 0, "MPa"),
     ("mu", "mu_mean", 4, ""),
-    ("+-", "mu_std", 4, ""),
+    ("+-", "mu_std", 5, ""),
 )
 
 

@@ -15,8 +15,8 @@ from .channels import CHANNEL_NAMES
 from .filters import spike_rows
 from .force_zero import Zeros
 from .phases import TIMES, PhaseTimes, is_given
-from .record import SctRecord
-from .signals import TestSignals, process, resample
+from .record import SctRecord, usual_step
+from .signals import BREAK_AWAY, TestSignals, process, resample
 
 #: Metadata that says how a test was run: tests that agree in all of them are repeats.
 SETTINGS = (
@@ -40,6 +40,8 @@ MU_LIMITS = (0.001, 1.0)
 PHASE_TOLERANCE = 0.05
 #: A zero that moves by more of the largest force is reported.
 ZERO_SHARE = 0.005
+#: Rows that are looked at at once.
+_PIECE = 500_000
 #: What is lost with a channel.
 _LOST = {
     "s": "distance and speed come from v",
@@ -75,8 +77,8 @@ def quality_row(record: SctRecord, moving_mass: float = 0.0) -> dict[str, Any]:
         series = resample(signals)
     except InputError as error:
         raise InputError(f"{record.where}: {error}") from None
-    step = np.diff(record.t)
-    usual = float(np.median(step))
+    usual = usual_step(record.t)
+    gaps, largest = _gaps(record.t, usual)
     begin = float(record.t[0])
     times = PhaseTimes.of(record)
     stated = [name for name in TIMES if is_given(record.metadata.get(name))]
@@ -89,8 +91,8 @@ def quality_row(record: SctRecord, moving_mass: float = 0.0) -> dict[str, Any]:
         "rows": len(record),
         "duration_s": round(float(np.ptp(record.t)), 6),
         "sampling_rate_Hz": round(1.0 / usual, 3),
-        "gaps": int((step > 1.5 * usual).sum()),
-        "largest_gap_s": round(float(step.max()), 6),
+        "gaps": gaps,
+        "largest_gap_s": round(largest, 6),
         "not_recorded": " ".join(name for name in CHANNEL_NAMES if name not in (*record.channels, "v")),
         "F_n_max_N": round(float(record.F_n.max()), 1),
         "F_r_max_N": round(max(float(record.F_r.max()), -float(record.F_r.min())), 1),
@@ -98,7 +100,7 @@ def quality_row(record: SctRecord, moving_mass: float = 0.0) -> dict[str, Any]:
         "F_n_clipped": clipped(record.F_n),
         "F_r_clipped": clipped(record.F_r),
         "F_n_spikes": len(spike_rows(record.F_n)),
-        "F_r_spikes": len(spike_rows(record.F_r)),
+        "F_r_spikes": _friction_spikes(record, begin + float(signals.t[signals.slide_start])),
         "spikes_removed": signals.spikes,
         "low_pass_Hz": round(signals.low_pass, 3),
         "phases": f"stated: {' '.join(stated)}" if stated else "detected",
@@ -117,6 +119,16 @@ def quality_row(record: SctRecord, moving_mass: float = 0.0) -> dict[str, Any]:
     }
 
 
+def _gaps(t: FloatArray, usual: float) -> tuple[int, float]:
+    """Return how many steps are longer than 1.5 times the usual one, and the longest [s]."""
+    count, largest = 0, 0.0
+    for start in range(0, len(t) - 1, _PIECE):
+        step = np.diff(t[start : start + _PIECE + 1])
+        count += int((step > 1.5 * usual).sum())
+        largest = max(largest, float(step.max()))
+    return count, largest
+
+
 def _detected(record: SctRecord, moving_mass: float) -> TestSignals | None:
     """Return what the signals alone say, for a test whose phases are stated; None where they say nothing."""
     silent = {name: value for name, value in record.metadata.items() if name not in TIMES}
@@ -128,6 +140,12 @@ def _detected(record: SctRecord, moving_mass: float) -> TestSignals | None:
 
 def _time(signals: TestSignals | None, name: str, begin: float) -> float | None:
     return None if signals is None else round(begin + float(signals.t[getattr(signals, name)]), 4)
+
+
+def _friction_spikes(record: SctRecord, sliding: float) -> int:
+    """Return how many samples of F_r stand out, without those of the break-away."""
+    times = record.t[spike_rows(record.F_r)]
+    return int((np.abs(times - sliding) > BREAK_AWAY).sum())
 
 
 def _zeros(zeros: Zeros) -> dict[str, float | None]:
@@ -154,7 +172,8 @@ def repeats(tests: pd.DataFrame) -> list[int | None]:
 
 def clipped(values: FloatArray) -> int:
     """Return how many samples sit exactly at the largest magnitude, when at least three in a row do."""
-    at_limit = np.abs(values) >= np.abs(values).max()
+    limit = max(float(values.max()), -float(values.min()))
+    at_limit = (values >= limit) | (values <= -limit)
     runs = at_limit[2:] & at_limit[1:-1] & at_limit[:-2]
     return int(at_limit.sum()) if runs.any() else 0
 
@@ -171,7 +190,8 @@ def warnings(row: Mapping[str, Any]) -> list[str]:
             said.append(f"{name} clipped in {row[f'{name}_clipped']} samples")
         if row[f"{name}_spikes"]:
             left = "replaced" if row["spikes_removed"] else "left in (despike: true replaces them)"
-            said.append(f"{row[f'{name}_spikes']} spikes in {name}, {left}")
+            count = row[f"{name}_spikes"]
+            said.append(f"{count} spike{'s' if count > 1 else ''} in {name}, {left}")
         before, after = row[f"{name}_zero_N"], row[f"{name}_zero_end_N"]
         if before is None and after is None:
             said.append(f"no unloaded samples: the zero of {name} is unknown, mu_std is without it")
@@ -196,9 +216,11 @@ def warnings(row: Mapping[str, Any]) -> list[str]:
 def _check_columns(record: SctRecord) -> None:
     """Refuse columns that cannot be what they are called: wrong sign, swapped, wrong unit."""
     where = record.where
-    before = max(5, len(record) // 100)
-    F_n = record.F_n - float(np.median(record.F_n[:before]))
-    F_r = np.abs(record.F_r - float(np.median(record.F_r[:before])))
+    some = slice(None, None, max(1, len(record) // _PIECE))
+    F_n, F_r = record.F_n[some], record.F_r[some]
+    before = max(5, len(F_n) // 100)
+    F_n = F_n - float(np.median(F_n[:before]))
+    F_r = np.abs(F_r - float(np.median(F_r[:before])))
     normal = float(np.percentile(F_n, 99.0))
     if -float(np.percentile(F_n, 1.0)) > max(normal, 0.0):
         raise InputError(
@@ -213,7 +235,8 @@ def _check_columns(record: SctRecord) -> None:
         )
     if record.s is None:
         return
-    travel, jitter = float(np.ptp(record.s)), float(np.median(np.abs(np.diff(record.s))))
+    first = np.arange(0, len(record) - 1, max(1, len(record) // _PIECE))
+    travel, jitter = float(np.ptp(record.s)), float(np.median(np.abs(record.s[first + 1] - record.s[first])))
     if travel < 20.0 * jitter:
         raise InputError(
             f"{where}: column 's' spans {travel:.3g} mm and changes by {jitter:.3g} mm a sample; allowed: a "
@@ -233,18 +256,35 @@ def _check_sliding(record: SctRecord, signals: TestSignals) -> float:
             f"{MU_LIMITS[1]:g} (are columns swapped, or is a unit of 'F_n' or 'F_r' wrong?)"
         )
     speed = float(np.median(signals.v[i:][moving]))
-    F_n = float(np.median(signals.F_n[i:]))
-    _check_set(record, "v_set", speed, "the plate slides at", "mm/s", "'s', 'v', 'a' or 't'")
-    _check_set(record, "F_set", F_n, "the normal force is", "N", "'F_n'")
+    wanted = _levels(record)
+    nearest = min(wanted, key=lambda level: abs(np.log(level / max(speed, 1e-9)))) if wanted else 0.0
+    _check_set(record, "v_set", speed, nearest, "the plate slides at", "mm/s", "'s', 'v', 'a' or 't'")
+    # Pressure may change while sliding: the set force is the highest.
+    highest = float(signals.F_n.max())
+    _check_set(record, "F_set", highest, _number(record, "F_set"), "the normal force reaches", "N", "'F_n'")
     return speed
 
 
-def _check_set(record: SctRecord, name: str, value: float, what: str, unit: str, columns: str) -> None:
+def _number(record: SctRecord, name: str) -> float:
     try:
-        wanted = record.number(name, 0.0)
+        return record.number(name, 0.0)
     except InputError:
         # A remark instead of a number says nothing about units.
-        return
+        return 0.0
+
+
+def _levels(record: SctRecord) -> list[float]:
+    """Return the speeds that were set [mm/s]: those of `v_levels` (``5;50;5``) where a test has steps."""
+    try:
+        levels = [float(text) for text in str(record.metadata.get("v_levels")).split(";")]
+    except ValueError:
+        levels = []
+    return [v for v in levels or [_number(record, "v_set")] if np.isfinite(v) and v > 0.0]
+
+
+def _check_set(
+    record: SctRecord, name: str, value: float, wanted: float, what: str, unit: str, columns: str
+) -> None:
     if wanted > 0.0 and not 1.0 / SET_RATIO <= value / wanted <= SET_RATIO:
         raise InputError(
             f"{record.where}: {what} {value:.3g} {unit}, the test table says {name} {wanted:g} {unit}; "

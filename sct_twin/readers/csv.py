@@ -6,9 +6,11 @@ import codecs
 import io
 import os
 import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from friction_models.loads import InputError
@@ -19,6 +21,8 @@ _NUMBER = re.compile(r"^[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?$|^(nan|NaN|i
 #: So many rows of numbers in a row are data and not part of a long header (catman writes 29 lines of it).
 _DATA_ROWS = 10
 _HEAD_BYTES = 1 << 18
+#: Rows that are parsed at once.
+_PIECE = 500_000
 
 
 @dataclass(frozen=True)
@@ -80,10 +84,11 @@ def read_csv(path: str | os.PathLike[str]) -> RawTable:
     if len(set(bare)) != len(bare):
         twice = next(name for name in bare if bare.count(name) > 1)
         raise InputError(f"{file}: column {twice!r} stands twice in the header; allowed: once")
-    check_shape(0, len(bare), str(file))
+    rows = _line_count(file)
+    check_shape(rows, len(bare), str(file))
     decimal = "," if delimiter != "," and re.search(r"\d,\d", layout.body) else "."
     try:
-        frame = pd.read_csv(
+        with pd.read_csv(
             file if layout.start is None else _rest(file, layout.start),
             sep=delimiter,
             decimal=decimal,
@@ -95,7 +100,9 @@ def read_csv(path: str | os.PathLike[str]) -> RawTable:
             low_memory=False,
             index_col=False,
             on_bad_lines="error",
-        )
+            chunksize=_PIECE,
+        ) as pieces:
+            frame = _together(pieces, bare, rows)
     except pd.errors.EmptyDataError:
         raise InputError(f"{file}: no rows behind the header; allowed: rows of numbers") from None
     except (ValueError, OSError, UnicodeError) as error:
@@ -105,6 +112,31 @@ def read_csv(path: str | os.PathLike[str]) -> RawTable:
     check_shape(len(frame), len(bare), str(file))
     named = {name: units.get(name, "") for name in bare}
     return RawTable(frame, named, str(file), "CSV", layout.notes)
+
+
+def _together(pieces: Iterable[pd.DataFrame], names: Sequence[str], rows: int) -> pd.DataFrame:
+    """Return one table of many pieces, at most `rows` long: the whole never stands in memory twice."""
+    columns: dict[str, np.ndarray] = {name: np.empty(rows) for name in names}
+    count = 0
+    for piece in pieces:
+        end = min(count + len(piece), rows)
+        for name in names:
+            values = piece[name].to_numpy()[: end - count]
+            if values.dtype.kind not in "fiub" and columns[name].dtype.kind == "f":
+                columns[name] = columns[name].astype(object)
+            columns[name][count:end] = values
+        count = end
+    return pd.DataFrame({name: values[:count] for name, values in columns.items()}, copy=False)
+
+
+def _line_count(file: Path) -> int:
+    """Return how many lines a file has at most."""
+    ends = {b"\n": 0, b"\r": 0}
+    with file.open("rb") as stream:
+        while block := stream.read(1 << 24):
+            for mark in ends:
+                ends[mark] += block.count(mark)
+    return max(ends.values()) + 1
 
 
 def _rest(file: Path, start: int) -> io.BufferedReader:

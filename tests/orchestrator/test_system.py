@@ -103,7 +103,7 @@ def test_swap_of_an_unknown_component(tiny: dict[str, Path]) -> None:
 
 @pytest.mark.parametrize(
     ("text", "pattern"),
-    [("", "empty"), ("- a\n- b\n", "mapping"), ("a: [1", "not YAML"), ("!!python/object/apply:os.getcwd []", "not YAML")],
+    [("", "empty"), ("- a\n- b\n", "mapping"), ("a: [1", "not YAML"), ("!!python/object/apply:os.getcwd []", "not YAML"), ("a: &x [1]\nb: [*x, *x]\n", "alias"), ("a: " + "[" * 40, "nested deeper")],
 )  # fmt: skip
 def test_files_that_are_no_system(tmp_path: Path, text: str, pattern: str) -> None:
     path = tmp_path / "system.yaml"

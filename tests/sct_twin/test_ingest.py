@@ -106,6 +106,20 @@ def test_speed_against_the_test_table(record_maker: Maker) -> None:
     )
 
 
+def test_what_was_set_against_what_was_measured(record_maker: Maker) -> None:
+    record = record_maker(noise=1.0)
+    with pytest.raises(
+        InputError, match=r"the normal force reaches 9.*e\+04 N, the test table says F_set 94 N"
+    ):
+        quality_row(replace(record, metadata={"F_set": 94.0}))
+    assert quality_row(replace(record, metadata={"F_set": 94e3, "v_set": "see log"}))["speed_mm_s"] > 49.0
+    # A test with steps of the speed: one of them has to fit.
+    steps = {"v_set": 5.0, "v_levels": "5;500;50"}
+    assert quality_row(replace(record, metadata=steps))["speed_mm_s"] == pytest.approx(50.0, rel=0.02)
+    with pytest.raises(InputError, match="the test table says v_set 5 mm/s"):
+        quality_row(replace(record, metadata={"v_set": 5.0}))
+
+
 def test_quality_sees_what_is_wrong(record_maker: Maker) -> None:
     record = record_maker(noise=1.0)
     row = quality_row(record)
