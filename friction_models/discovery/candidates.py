@@ -145,6 +145,7 @@ def integrate(
     lengths = np.diff(np.r_[campaign.point_starts, n])
     sets = max((np.size(v) for v in shape.values()), default=1)
     dt = time_steps(loads, campaign.point_starts)
+    pause = rests(loads, dt)
     matrix, start = loads.as_array(), effect.start_state(shape)
     current = [np.broadcast_to(np.asarray(s, dtype=float), (tests, sets)).copy() for s in start]
     history = [np.empty((n, sets)) for _ in current]
@@ -154,7 +155,12 @@ def integrate(
         L = LoadColumns(*(matrix[rows, j : j + 1] for j in range(matrix.shape[1])))
         old = {name: c[running] for (name, _), c in zip(effect.states, current, strict=True)}
         memory = Memory(mu=mu[rows, None], state=old, system={k: v[rows] for k, v in campaign.system.items()})
-        new = effect.advance(OPS, L, shape, memory, dt[rows, None])
+        if pause[rows].any():  # the contact stood still first, then slid up to here
+            still = LoadColumns(0.0 * L.v_rel, L.T, L.sigma_n, L.sd, L.psi)
+            held = effect.advance(OPS, still, shape, memory, pause[rows, None])
+            old = {name: v for (name, _), v in zip(effect.states, held, strict=True)}
+            memory = Memory(mu=memory.mu, state=old, system=memory.system)
+        new = effect.advance(OPS, L, shape, memory, (dt - pause)[rows, None])
         for k, value in enumerate(new):
             current[k][running] = value
             history[k][rows] = value
@@ -175,3 +181,19 @@ def time_steps(loads: TriboLoads, point_starts: Sequence[int] | np.ndarray) -> F
         dt = np.maximum(np.diff(loads.sd, prepend=loads.sd[:1]), 0.0) / np.maximum(loads.v_rel, 1e-9)
     dt[np.asarray(point_starts)] = 0.0
     return dt
+
+
+#: A gap of time in a test is a rest when it is so much longer than the sliding, and so long at least [s].
+REST_FACTOR, LEAST_REST = 5.0, 0.1
+
+
+def rests(loads: TriboLoads, dt: FloatArray) -> FloatArray:
+    """Return how much of each time step the contact stood still before it slid on [s].
+
+    Points stand at equal distances, so a rest shows as time that the distance to the last point at the speed of this
+    one does not need. Points that do not move at all are left as they are: their speed says it.
+    """
+    way = np.diff(loads.sd, prepend=loads.sd[:1])
+    sliding = np.maximum(way, 0.0) / np.maximum(loads.v_rel, 1e-9)
+    rest = (way > 0.0) & (loads.v_rel > 0.0) & (dt > REST_FACTOR * sliding) & (dt - sliding > LEAST_REST)
+    return np.where(rest, dt - sliding, 0.0)

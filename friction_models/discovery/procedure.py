@@ -238,7 +238,7 @@ def _assemble(
         where=evidence.structure.where if verdict == "unknown_structure" else [],
         worst_tests=worst_tests(campaign, residual),
         unrecorded_factor=unrecorded_factor(campaign, residual - moved),
-        next_tests=propose(campaign, found, rivals, mu),
+        next_tests=propose(campaign, found, rivals, mu, base),
         warnings=warnings,
         model=base.name,
         bias=binned_bias(campaign, residual),
