@@ -84,6 +84,39 @@ def surface_weights(x: FloatArray, chain: IntArray, weights: FloatArray) -> None
 
 
 @njit(cache=True)
+def facing_shares(x: FloatArray, chain: IntArray, segments: FloatArray, offset: FloatArray) -> FloatArray:
+    """Return the share of each node's area that faces a tool, shape (n,).
+
+    At the edge of a contact a node also holds half of the free side beside it. Pressure and friction after
+    Coulomb are nodal forces and do not mind, but a shear stress limited to k acts on the facing area alone.
+    """
+    n = chain.shape[0]
+    closed = chain[0] == chain[n - 1]
+    shares = np.zeros(n)
+    for i in range(n):
+        a = chain[i]
+        _, nr, nz = gap_and_normal(x[a, 0], x[a, 1], segments, offset[0], offset[1])
+        total = 1e-300
+        facing = 0.0
+        for side in range(2):
+            j = i - 1 + 2 * side
+            if j < 0 or j >= n:
+                if not closed:
+                    continue
+                j = n - 2 if j < 0 else 1
+            b = chain[j]
+            # Along the chain the body lies on the left; its outward normal is (tz, -tr).
+            along = 1.0 if side == 1 else -1.0
+            tr = along * (x[b, 0] - x[a, 0])
+            tz = along * (x[b, 1] - x[a, 1])
+            radius = 2.0 * x[a, 0] + x[b, 0]
+            total += np.sqrt(tr * tr + tz * tz) * radius
+            facing += max(0.0, -(tz * nr - tr * nz)) * radius
+        shares[i] = facing / total
+    return shares
+
+
+@njit(cache=True)
 def start_active(
     x: FloatArray,
     du: FloatArray,

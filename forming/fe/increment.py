@@ -9,7 +9,7 @@ from scipy.linalg.lapack import dgbsv
 
 from ..tooling import Tool
 from .body import Body, nodal_shear_yield
-from .contact import add_contact, hold_fixed, start_active, surface_weights
+from .contact import add_contact, facing_shares, hold_fixed, start_active, surface_weights
 from .element import assemble
 from .shape import FloatArray, IntArray
 
@@ -134,7 +134,10 @@ def solve_increment(
     work = np.empty_like(body.strain)
     weights = np.zeros(n_s)
     shear_yield = nodal_shear_yield(body.quads, body.strain, body.rate, body.T, material)[chain]
-    most_shear = settings.shear_cap * shear_yield
+    most_shear = [
+        settings.shear_cap * shear_yield * facing_shares(body.x, chain, tool.segments, tool.offset)
+        for tool in tools
+    ]
     slip_scale = settings.slip_regularisation * max(tool.speed for tool in tools)
     active = [np.zeros(n_s, dtype=np.int64) for _ in tools]
     releases = [np.zeros(n_s, dtype=np.int64) for _ in tools]
@@ -189,7 +192,7 @@ def solve_increment(
                 moves[k],
                 tool.reach,
                 mu,
-                most_shear,
+                most_shear[k],
                 settings.penalty,
                 slip_scale,
                 dt,
