@@ -13,7 +13,7 @@ from .app import app
 from .console import Interrupted
 
 #: Options that take several values: ``--models A B`` is read as ``--models A --models B``.
-MANY = (*("--models", "--add", "--only", "--platforms", "--column", "--rig", "--causes", "--system"),)
+MANY = ("--models", "--add", "--only", "--platforms", "--column", "--rig", "--causes", "--system")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
