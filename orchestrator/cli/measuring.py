@@ -16,23 +16,42 @@ _KEPT_BY_LAB = "what is finished is kept beside the campaign folder; the same co
 
 def lab(
     out: OutFolder,
-    plan: Annotated[str, typer.Option(help="Test plan.")] = "factorial-81+30",
+    plan: Annotated[
+        str, typer.Option(help="Test plan by name, or a CSV file with a row a test.")
+    ] = "factorial-81+30",
     hidden: Annotated[
         str | None, typer.Option(help="Effect hidden in the truth; without it nothing is hidden.")
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed; the same seed gives the same files.")] = 0,
+    lubricant: Annotated[
+        str | None,
+        typer.Option(
+            help="Lubricant: polymer or mos2, on a rig with the flaws of a real one; without it a linear law on "
+            "a plain rig."
+        ),
+    ] = None,
+    repeats: Annotated[int, typer.Option(help="How often each training test of a named plan is run.")] = 1,
+    file_format: Annotated[
+        str,
+        typer.Option(
+            "--format",
+            help="Files as a data logger writes them: canonical, csv, ascii, catman, mdf, tdms, mat, parquet, xlsx.",
+        ),
+    ] = "canonical",
     jobs: Jobs = None,
 ) -> None:
-    """Make a synthetic SCT campaign: raw 1 kHz records, labelled synthetic.
+    """Make a synthetic SCT campaign: raw records, labelled synthetic.
 
     The truth goes to a file of its own that no training or diagnosis reads.
     """
     from sct_twin import virtual_lab
 
-    campaign = virtual_lab.Campaign(plan=plan, hidden=hidden, seed=seed)
+    campaign = virtual_lab.Campaign(plan=plan, hidden=hidden, seed=seed, lubricant=lubricant, repeats=repeats)
     with progress("virtual laboratory") as tick, keeping(lambda: _KEPT_BY_LAB):
-        campaign.run(out=out, jobs=jobs, progress=tick)
+        campaign.write(out, file_format, jobs=jobs, progress=tick)
     say(f"synthetic campaign written: {out}")
+    if file_format != "canonical":
+        say(f"channel map for ingest: {out / 'channels.yaml'}")
 
 
 def ingest(
@@ -72,17 +91,27 @@ def twin(
     campaign: Annotated[Path, typer.Argument(help="Campaign folder (from lab or ingest).")],
     out: OutFolder,
     jobs: Jobs = None,
+    check: Annotated[
+        int,
+        typer.Option(
+            help="Compute so many tests at other fidelity and assumptions too, and report the differences."
+        ),
+    ] = 0,
 ) -> None:
     """Run the digital twin of every test: adds contact pressure, surface expansion and contact temperature."""
     from sct_twin import SctTwin
 
     with progress("twin") as tick, keeping(lambda: _kept(out)):
-        result = SctTwin().run(campaign, out=out, jobs=jobs, progress=tick)
+        result = SctTwin().run(campaign, out=out, jobs=jobs, progress=tick, check=check)
     data = result.dataset()
     label = "synthetic " if data.synthetic else ""
     say(
         f"{label}data set written: {out} ({data.points['test_id'].nunique()} tests, {len(data.points)} points)"
     )
+    if not result.left_out.empty:
+        say(f"{len(result.left_out)} tests left out, reasons in {out / 'left_out.csv'}")
+    if check:
+        say(result.error_table())
 
 
 def _kept(folder: Path) -> str:
