@@ -38,20 +38,8 @@ class {name}SlaveFmu(Fmi2Slave):
     pass
 '''
 
-_FORMING_UNITS = {
-    "diameter": "mm",
-    "exit_diameter": "mm",
-    "punch_diameter": "mm",
-    "half_angle": "deg",
-    "billet_length": "mm",
-    "speed": "mm/s",
-    "T_billet": "degC",
-    "T_tool": "degC",
-    "mesh_size": "mm",
-    "entry_radius": "mm",
-    "edge_radius": "mm",
-    "land": "mm",
-}
+#: Units as the processes write them in messages, where FMI has another name for them.
+_FMI_UNITS = {"degrees": "deg", "": "1"}
 #: Travel in the default experiment [mm], where the process reaches it.
 _STROKE = 20.0
 
@@ -73,8 +61,8 @@ def pack_forming(
     ----------
     path : path-like
         The FMU to write.
-    process : {"fre", "bce"}
-        Forward rod extrusion or backward cup extrusion.
+    process : {"fre", "bce", "upsetting", "ring"}
+        Forward rod extrusion, backward cup extrusion, or compression of a cylinder or a ring.
     target : {"python", "process"}
         `python`: the solver runs in the Python interpreter of the simulator. `process`: a native library
         starts the solver as a Python process of its own, for simulators without Python; the package
@@ -90,9 +78,9 @@ def pack_forming(
     stroke : float, optional
         Travel in the default experiment [mm]; 20 mm, or what the process allows, by default.
     **kwargs
-        Parameters of `forming.ForwardRodExtrusion` or `forming.BackwardCupExtrusion`; the numbers become FMI
-        parameters that can be set before initialization, all else (`n_points`, `material`, switches) is
-        fixed in the FMU.
+        Parameters of `forming.ForwardRodExtrusion`, `BackwardCupExtrusion`, `Upsetting` or `RingCompression`; the
+        numbers become FMI parameters that can be set before initialization (0: a number that may be left out
+        is left out), all else (`n_points`, `material`, switches) is fixed in the FMU.
 
     Raises
     ------
@@ -116,8 +104,11 @@ def pack_forming(
             f"allowed: 0 < communication_step <= stroke <= {made.max_stroke:.3f} mm"
         )
     n = made.n_points
-    known = inspect.signature(solver).parameters
-    units = {name: unit for name, unit in _FORMING_UNITS.items() if name in known}
+    known = _parameters(solver)
+    numbers = {name: p.default for name, p in known.items() if name in made.units} | {
+        name: value for name, value in kwargs.items() if name in made.units
+    }
+    meanings = _meanings(solver)
     outputs = [indexed(q, n, i) for q in LOADS for i in range(n)]
     outputs += [
         Signal("stroke", "mm", "travel of the punch"),
@@ -125,7 +116,7 @@ def pack_forming(
         Signal("work", "J", "work of the punch"),
         Signal("max_tau_over_k", "1", "highest friction stress over shear yield stress"),
     ]
-    fixed = {k: v for k, v in kwargs.items() if k not in units and k != "material"} | {"n_points": n}
+    fixed = {k: v for k, v in kwargs.items() if k not in numbers and k != "material"} | {"n_points": n}
     if fixed.get("tool_material") is not None:  # its data, not its name: the FMU goes where the file is not
         fixed["tool_material"] = as_material(fixed["tool_material"]).to_dict()
     interface = SolverInterface(
@@ -134,12 +125,21 @@ def pack_forming(
         identifier=f"forming_{process}",
         outputs=outputs,
         inputs=[indexed(MU, n, i) for i in range(n)],
-        parameters={k: (unit, float(_value(solver, kwargs, k))) for k, unit in units.items()},
+        parameters={
+            name: (_FMI_UNITS.get(made.units[name], made.units[name]), float(value or 0.0))
+            for name, value in numbers.items()
+        },
+        meanings={name: meanings.get(name, "") for name in numbers},
         experiment=(communication_step / made.speed, stroke / made.speed),
         flags=[f"active[{i + 1}]" for i in range(n)],
-        fixed={"process": process, "fixed": fixed, "material": made.material.to_dict()},
+        fixed={
+            "process": process,
+            "fixed": fixed,
+            "optional": [name for name in numbers if known[name].default is None],
+            "material": made.material.to_dict(),
+        },
     )
-    return _write(path, interface, target, platforms, python)
+    return write_solver_fmu(path, interface, target, platforms, python)
 
 
 def pack_twin(
@@ -184,6 +184,8 @@ def pack_twin(
         "upsetting_mu": "1",
         "speed": "mm/s",
         "mesh_size": "mm",
+        "tip_height": "mm",
+        "t_wait": "s",
     }
     _check_names(SctProcess, kwargs, without=("thermal",))
     values = {name: _value(SctProcess, kwargs, name) for name in (*units, "T_tool", "T_specimen")}
@@ -195,6 +197,7 @@ def pack_twin(
         specimen_height=values["specimen_height"],
         bore_diameter=values["bore"] or None,
         tip_diameter=values["tip"] or None,
+        tip_height=values["tip_height"],
     )
     if not 0.0 < communication_step <= duration:
         raise InputError(
@@ -215,27 +218,57 @@ def pack_twin(
             Signal(MU.name, MU.unit, MU.meaning, MU.nominal, MU.lower, MU.upper),
         ],
         parameters={n: (u, float(values[n])) for n, u in units.items()},
+        meanings=_meanings(SctProcess),
         experiment=(communication_step, duration),
         fixed={
             "material": as_material(kwargs.get("material")).to_dict(),
             "T_specimen": values["T_specimen"],
         },
     )
-    return _write(path, interface, target, platforms, python)
+    return write_solver_fmu(path, interface, target, platforms, python)
+
+
+def _parameters(solver: Any) -> dict[str, inspect.Parameter]:
+    """Return the parameters of a constructor, with those of the class above where it passes them on."""
+    found: dict[str, inspect.Parameter] = {}
+    for kind in solver.__mro__:
+        if "__init__" not in vars(kind):
+            continue
+        own = inspect.signature(kind).parameters
+        passes_on = [p for p in own.values() if p.kind is p.VAR_KEYWORD]
+        found = found | {name: p for name, p in own.items() if name not in found and p not in passes_on}
+        if not passes_on:
+            break
+    return found
+
+
+def _meanings(solver: Any) -> dict[str, str]:
+    """Return what the class documentation (numpydoc) says of each parameter, in one line."""
+    found: dict[str, str] = {}
+    for kind in solver.__mro__:
+        text = inspect.cleandoc(vars(kind).get("__doc__") or "").partition("Parameters\n-")[2]
+        names: list[str] = []
+        for line in text.partition("\n\n")[0].splitlines()[1:]:
+            if not line.startswith(" "):
+                names = [name.strip() for name in line.partition(" : ")[0].split(",")]
+                names = [name for name in names if name not in found]
+            for name in names if line.startswith(" ") else ():
+                found[name] = f"{found.get(name, '')} {line.strip()}".strip()
+    return found
 
 
 def _check_names(solver: Any, kwargs: Mapping[str, Any], without: Sequence[str] = ()) -> None:
-    allowed = [p for p in inspect.signature(solver).parameters if p not in without]
+    allowed = [p for p in _parameters(solver) if p not in without]
     for name in kwargs:
         if name not in allowed:
             raise unknown_name(f"parameter of {solver.__name__}", name, allowed)
 
 
 def _value(solver: Any, kwargs: Mapping[str, Any], name: str) -> Any:
-    return kwargs.get(name, inspect.signature(solver).parameters[name].default)
+    return kwargs.get(name, _parameters(solver)[name].default)
 
 
-def _write(
+def write_solver_fmu(
     path: str | os.PathLike[str],
     interface: SolverInterface,
     target: str,
@@ -271,3 +304,6 @@ def _write(
         )
     files["documentation/index.html"] = page(interface.title, sections)
     return write_archive(path, files)
+
+
+_write = write_solver_fmu

@@ -48,6 +48,8 @@ class SolverInterface:
         Name to unit and value.
     flags : sequence of str
         Boolean outputs.
+    meanings : mapping of str to str
+        What the parameters are.
     fixed : dict
         What else the solver is told.
     experiment : (float, float)
@@ -62,6 +64,7 @@ class SolverInterface:
     parameters: Mapping[str, tuple[str, float]]
     experiment: tuple[float, float]
     flags: Sequence[str] = ()
+    meanings: Mapping[str, str] = field(default_factory=dict)
     fixed: Mapping[str, Any] = field(default_factory=dict)
 
     def variables(self) -> list[Variable]:
@@ -92,7 +95,16 @@ class SolverInterface:
             for i, s in enumerate(self.inputs)
         ]
         found += [
-            Variable(name, first_parameter + i, "parameter", "fixed", "exact", unit=unit, start=value)
+            Variable(
+                name,
+                first_parameter + i,
+                "parameter",
+                "fixed",
+                "exact",
+                unit=unit,
+                start=value,
+                description=self.meanings.get(name, ""),
+            )
             for i, (name, (unit, value)) in enumerate(self.parameters.items())
         ]
         found += [

@@ -7,16 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from .ejection_tools import OPENING, Stage, ejector, opened, stripper, withdrawn
-from .elasticity import Elasticity
+from .elasticity import UNITS, Elasticity
 from .fe.body import Body
 from .fe.resample import mesh_inside, resample
 from .fe.shape import FloatArray
 from .fe.simulation import Simulation
 from .fe.state import State, StepControl
 from .fe.tool_heat import ToolField
-from .heat_input import TOOLS, HeatInput
-from .material import MaterialSource, as_material
-from .process import FormingProcess, check_range
+from .heat_input import TOOLS
+from .material import MaterialSource
+from .process import FormingProcess
+from .ranges import check_range
 from .tooling import CupPunch, Tool, line, plate
 
 
@@ -120,20 +121,28 @@ class BackwardCupExtrusion(FormingProcess):
         h_ambient: float = 10.0,
         ejector_diameter: float | None = None,
     ) -> None:
-        check_range(self.name, "diameter", diameter, 2.0, 200.0, "mm")
-        check_range(self.name, "punch_diameter", punch_diameter, 0.35 * diameter, 0.92 * diameter, "mm")
-        check_range(self.name, "billet_length", billet_length, 0.3 * diameter, 5.0 * diameter, "mm")
-        check_range(self.name, "speed", speed, 0.01, 2000.0, "mm/s")
-        check_range(self.name, "T_billet", T_billet, -50.0, 700.0, "degC")
-        check_range(self.name, "T_tool", T_tool, -50.0, 700.0, "degC")
-        check_range(self.name, "mesh_size", mesh_size, 0.005 * diameter, 0.05 * diameter, "mm")
-        check_range(self.name, "n_points", n_points, 8, 2000, "")
-        check_range(self.name, "edge_radius", edge_radius, 0.01 * diameter, 0.4 * punch_diameter, "mm")
-        check_range(self.name, "land", land, 0.1, diameter, "mm")
+        super().__init__(
+            speed,
+            T_billet,
+            T_tool,
+            material,
+            n_points,
+            tool_heating,
+            tool_material,
+            htc,
+            T_ambient,
+            h_ambient,
+        )
+        self._number("diameter", diameter, 2.0, 200.0, "mm")
+        self._number("punch_diameter", punch_diameter, 0.35 * diameter, 0.92 * diameter, "mm")
+        self._number("billet_length", billet_length, 0.3 * diameter, 5.0 * diameter, "mm")
+        self._number("mesh_size", mesh_size, 0.005 * diameter, 0.05 * diameter, "mm")
+        self._number("edge_radius", edge_radius, 0.01 * diameter, 0.4 * punch_diameter, "mm")
+        self._number("land", land, 0.1, diameter, "mm")
         self.container_radius = 0.5 * diameter
-        check_range(self.name, "nose_angle", nose_angle, 0.0, 30.0, "degrees")
-        check_range(self.name, "tip_radius", tip_radius, 0.05, diameter, "mm")
-        check_range(self.name, "relief", relief, 0.02, 0.25 * punch_diameter, "mm")
+        self._number("nose_angle", nose_angle, 0.0, 30.0, "degrees")
+        self._number("tip_radius", tip_radius, 0.05, diameter, "mm")
+        self._number("relief", relief, 0.02, 0.25 * punch_diameter, "mm")
         self.punch = CupPunch(0.5 * punch_diameter, edge_radius, land, nose_angle, tip_radius, relief)
         self.elasticity = Elasticity(
             self.name,
@@ -144,15 +153,9 @@ class BackwardCupExtrusion(FormingProcess):
             press_stiffness,
             tool_modulus,
         )
+        self.units |= UNITS
         self.billet_length = billet_length
-        self.speed = speed
-        self.T_billet, self.T_tool = T_billet, T_tool
-        self.material = as_material(material)
-        self.material.check_start(self.name, T_billet)
-        self.heat_input = HeatInput(self.name, tool_material, htc, T_ambient, h_ambient)
         self.mesh_size = mesh_size
-        self.n_points = int(n_points)
-        self.tool_heating = bool(tool_heating)
         if ejector_diameter is not None:
             low, high = 0.2 * diameter, 0.98 * diameter
             check_range(self.name, "ejector_diameter", ejector_diameter, low, high, "mm")

@@ -5,10 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from .process import check_range
+from .ranges import check_range
 
 #: Poisson's ratio of tool steel.
 POISSON = 0.3
+#: Units of the numbers.
+UNITS = {
+    "die_outer_diameter": "mm",
+    "punch_length": "mm",
+    "press_stiffness": "kN/mm",
+    "tool_modulus": "GPa",
+}
 
 
 def bore_flexibility(bore_radius: float, outer_radius: float, modulus: float) -> float:
@@ -57,14 +64,16 @@ class Elasticity:
     tool_modulus: float = 210.0
 
     def __post_init__(self) -> None:
-        check_range(self.process, "tool_modulus", self.tool_modulus, 50.0, 800.0, "GPa")
-        if self.die_outer_diameter is not None:
-            low, high = 1.2 * self.diameter, 100.0 * self.diameter
-            check_range(self.process, "die_outer_diameter", self.die_outer_diameter, low, high, "mm")
-        if self.punch_length is not None:
-            check_range(self.process, "punch_length", self.punch_length, 1.0, 2000.0, "mm")
-        if self.press_stiffness is not None:
-            check_range(self.process, "press_stiffness", self.press_stiffness, 10.0, 1e6, "kN/mm")
+        ranges = {
+            "die_outer_diameter": (1.2 * self.diameter, 100.0 * self.diameter),
+            "punch_length": (1.0, 2000.0),
+            "press_stiffness": (10.0, 1e6),
+            "tool_modulus": (50.0, 800.0),
+        }
+        for name, (low, high) in ranges.items():
+            value = getattr(self, name)
+            if value is not None:
+                check_range(self.process, name, value, low, high, UNITS[name])
 
     @property
     def flexibility(self) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .ejection_tools import OPENING, Stage, ejector, opened, withdrawn
-from .elasticity import Elasticity
+from .elasticity import UNITS, Elasticity
 from .fe.body import Body
 from .fe.contact import gap_and_normal
 from .fe.polyline import distance_to_segment
@@ -15,9 +15,10 @@ from .fe.resample import mesh_inside, resample
 from .fe.shape import FloatArray
 from .fe.simulation import Simulation
 from .fe.state import State, StepControl
-from .heat_input import TOOLS, HeatInput
-from .material import MaterialSource, as_material
-from .process import FormingProcess, check_range
+from .heat_input import TOOLS
+from .material import MaterialSource
+from .process import FormingProcess
+from .ranges import check_range
 from .tooling import ExtrusionDie, Tool, block_field, flat_punch
 
 #: Gap between billet and container, so that the first touch is at the die shoulder [mm].
@@ -131,39 +132,40 @@ class ForwardRodExtrusion(FormingProcess):
         h_ambient: float = 10.0,
         ejector_diameter: float | None = None,
     ) -> None:
-        check_range(self.name, "diameter", diameter, 2.0, 200.0, "mm")
-        check_range(self.name, "exit_diameter", exit_diameter, 0.2 * diameter, 0.97 * diameter, "mm")
-        check_range(self.name, "half_angle", half_angle, 10.0, 80.0, "degrees")
-        check_range(self.name, "billet_length", billet_length, 0.5 * diameter, 10.0 * diameter, "mm")
-        check_range(self.name, "speed", speed, 0.01, 2000.0, "mm/s")
-        check_range(self.name, "T_billet", T_billet, -50.0, 700.0, "degC")
-        check_range(self.name, "T_tool", T_tool, -50.0, 700.0, "degC")
-        check_range(self.name, "mesh_size", mesh_size, 0.005 * diameter, 0.05 * diameter, "mm")
-        check_range(self.name, "n_points", n_points, 8, 2000, "")
-        check_range(self.name, "entry_radius", entry_radius, 0.05, 0.5 * diameter, "mm")
-        check_range(self.name, "edge_radius", edge_radius, 0.05, 0.5 * diameter, "mm")
-        check_range(self.name, "land", land, 0.1, diameter, "mm")
-        check_range(self.name, "relief", relief, 0.1, diameter, "mm")
+        super().__init__(
+            speed,
+            T_billet,
+            T_tool,
+            material,
+            n_points,
+            tool_heating,
+            tool_material,
+            htc,
+            T_ambient,
+            h_ambient,
+        )
+        self._number("diameter", diameter, 2.0, 200.0, "mm")
+        self._number("exit_diameter", exit_diameter, 0.2 * diameter, 0.97 * diameter, "mm")
+        self._number("half_angle", half_angle, 10.0, 80.0, "degrees")
+        self._number("billet_length", billet_length, 0.5 * diameter, 10.0 * diameter, "mm")
+        self._number("mesh_size", mesh_size, 0.005 * diameter, 0.05 * diameter, "mm")
+        self._number("entry_radius", entry_radius, 0.05, 0.5 * diameter, "mm")
+        self._number("edge_radius", edge_radius, 0.05, 0.5 * diameter, "mm")
+        self._number("land", land, 0.1, diameter, "mm")
+        self._number("relief", relief, 0.1, diameter, "mm")
         self.die = ExtrusionDie(
             0.5 * diameter, 0.5 * exit_diameter, half_angle, entry_radius, edge_radius, land, relief
         )
         self.billet_length = billet_length
-        self.speed = speed
-        self.T_billet, self.T_tool = T_billet, T_tool
-        self.material = as_material(material)
-        self.material.check_start(self.name, T_billet)
-        self.heat_input = HeatInput(self.name, tool_material, htc, T_ambient, h_ambient)
         self.mesh_size = mesh_size
-        self.n_points = int(n_points)
-        self.tool_heating = bool(tool_heating)
         self.elasticity = Elasticity(
             self.name, diameter, diameter, die_outer_diameter, punch_length, press_stiffness, tool_modulus
         )
+        self.units |= UNITS
         self._cone_end = self.die.segments(1.0)[1]
         self._billet_bottom = self._first_touch()
         needed = self._billet_bottom + billet_length - self._cone_end
-        if container_length is not None:
-            check_range(self.name, "container_length", container_length, needed, 1000.0, "mm")
+        self._optional("container_length", container_length, needed, 1000.0, "mm")
         self.container_length = needed + 2.0 if container_length is None else float(container_length)
         if ejector_diameter is not None:
             low, high = 0.2 * exit_diameter, 0.98 * exit_diameter

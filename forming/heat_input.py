@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-
-from friction_models.loads import InputError
 
 from .fe.heat_exchange import Environment, HeatExchange
 from .fe.simulation import Simulation
 from .fe.tool_heat import ToolSteel
 from .material import Material, MaterialSource, as_material
+from .ranges import check_range
 
 #: Steel of the tools unless another is named.
 TOOLS = "1.2379"
+#: Lowest, highest and unit of the numbers.
+RANGES = {
+    "htc": (0.01, 1000.0, "kW/(m2 K)"),
+    "T_ambient": (-50.0, 700.0, "degC"),
+    "h_ambient": (0.0, 10_000.0, "W/(m2 K)"),
+}
 
 
 @dataclass(frozen=True)
@@ -46,17 +50,8 @@ class HeatInput:
     h_ambient: float = 10.0
 
     def __post_init__(self) -> None:
-        for name, low, high, unit in (
-            ("htc", 0.01, 1000.0, "kW/(m2 K)"),
-            ("T_ambient", -50.0, 700.0, "degC"),
-            ("h_ambient", 0.0, 10_000.0, "W/(m2 K)"),
-        ):
-            value = getattr(self, name)
-            number = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-            if not (number and low <= value <= high):
-                raise InputError(
-                    f"{self.where}: {name} = {value!r} {unit}; allowed: {low:g} to {high:g} {unit}"
-                )
+        for name, (low, high, unit) in RANGES.items():
+            check_range(self.where, name, getattr(self, name), low, high, unit)
         object.__setattr__(self, "tool_material", as_material(self.tool_material or TOOLS))
 
     def apply(self, simulation: Simulation) -> Simulation:

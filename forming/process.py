@@ -20,6 +20,9 @@ from .fe.simulation import Simulation
 from .fe.state import State
 from .field_recorder import recorder_for
 from .friction_input import Friction, checked_mu, start_mu
+from .heat_input import RANGES, HeatInput
+from .material import MaterialSource, as_material
+from .ranges import check_range
 from .result import FormingResult
 from .run_log import RunLog
 
@@ -27,26 +30,64 @@ from .run_log import RunLog
 class FormingProcess(ABC):
     """A forming process with material markers on the workpiece surface.
 
-    A subclass sets `n_points` and `T_billet` and says how the simulation is built.
+    A subclass gives what all processes have to this constructor, checks its own numbers with `_number`, and says
+    how the simulation is built. The parameters are described there.
 
     Attributes
     ----------
     name : str
         For messages.
-    n_points : int
-        Number of material markers.
-    T_billet : float
-        Start temperature of the billet [degC].
+    units : dict of str to str
+        The parameters that are one number, and their units, in the order in which they were checked.
+
+    Raises
+    ------
+    InputError
+        A number outside its range, or a material that cannot be.
     """
 
     name: str
-    n_points: int
-    T_billet: float
     #: What the last `run` gave; after an error in the friction law, too: what there was until then.
     result: FormingResult | None = None
     #: Ways to get the product off the tools; the first is the usual one.
     ejections: tuple[str, ...] = ()
     _simulation: Simulation | None = None
+
+    def __init__(
+        self,
+        speed: float,
+        T_billet: float,
+        T_tool: float,
+        material: MaterialSource,
+        n_points: int,
+        tool_heating: bool,
+        tool_material: MaterialSource,
+        htc: float,
+        T_ambient: float,
+        h_ambient: float,
+    ) -> None:
+        self.units: dict[str, str] = {}
+        self.speed = self._number("speed", speed, 0.01, 2000.0, "mm/s")
+        self.T_billet = self._number("T_billet", T_billet, -50.0, 700.0, "degC")
+        self.T_tool = self._number("T_tool", T_tool, -50.0, 700.0, "degC")
+        check_range(self.name, "n_points", n_points, 8, 2000, "")
+        self.n_points = int(n_points)
+        self.tool_heating = bool(tool_heating)
+        self.material = as_material(material)
+        self.material.check_start(self.name, T_billet)
+        self.heat_input = HeatInput(self.name, tool_material, htc, T_ambient, h_ambient)
+        self.units |= {name: unit for name, (_, _, unit) in RANGES.items()}
+
+    def _number(self, name: str, value: float, low: float, high: float, unit: str) -> float:
+        """Return a parameter that is one number, checked, and remember its unit."""
+        self.units[name] = unit
+        check_range(self.name, name, value, low, high, unit)
+        return value
+
+    def _optional(self, name: str, value: float | None, low: float, high: float, unit: str) -> float | None:
+        """Do the same for a number that may be left out (None)."""
+        self.units[name] = unit
+        return None if value is None else self._number(name, value, low, high, unit)
 
     def ejection_stage(self, how: str, number: int, state: State) -> Stage | None:
         """Return the stage of an ejection that starts from a state; None when there is no further one."""
@@ -272,16 +313,3 @@ class FormingProcess(ABC):
             finally:
                 self.result = replace(self.result, ejection=ejection.result())
         return self.result
-
-
-def check_range(where: str, name: str, value: float, low: float, high: float, unit: str) -> None:
-    """Raise when a parameter is not a finite number in its range.
-
-    Raises
-    ------
-    InputError
-        Names process, parameter, value and allowed range.
-    """
-    number = isinstance(value, (int, float, np.floating, np.integer)) and not isinstance(value, bool)
-    if not (number and low <= value <= high):
-        raise InputError(f"{where}: {name} = {value!r} {unit}; allowed: {low:g} to {high:g} {unit}")

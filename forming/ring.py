@@ -15,9 +15,10 @@ from .fe.mesher import grid_mesh
 from .fe.shape import FloatArray
 from .fe.simulation import Simulation
 from .fe.state import RemeshPolicy, StepControl
-from .heat_input import TOOLS, HeatInput
-from .material import MaterialSource, as_material
-from .process import FormingProcess, check_range
+from .heat_input import TOOLS
+from .material import MaterialSource
+from .process import FormingProcess
+from .ranges import check_range
 from .tooling import block_field, flat_punch, plate
 
 #: Largest share of the height that a stroke may take.
@@ -91,9 +92,21 @@ class Upsetting(FormingProcess):
         T_ambient: float = 20.0,
         h_ambient: float = 10.0,
     ) -> None:
-        check_range(self.name, "diameter", diameter, 1.0, 300.0, "mm")
-        check_range(self.name, "height", height, 0.1 * diameter, 2.5 * diameter, "mm")
-        check_range(self.name, "bore_diameter", bore_diameter, 0.0, 0.9 * diameter, "mm")
+        super().__init__(
+            speed,
+            T_billet,
+            T_tool,
+            material,
+            n_points,
+            tool_heating,
+            tool_material,
+            htc,
+            T_ambient,
+            h_ambient,
+        )
+        self._number("diameter", diameter, 1.0, 300.0, "mm")
+        self._number("height", height, 0.1 * diameter, 2.5 * diameter, "mm")
+        self._number("bore_diameter", bore_diameter, 0.0, 0.9 * diameter, "mm")
         if 0.0 < bore_diameter < 0.05 * diameter:
             raise InputError(
                 f"{self.name}: bore_diameter = {bore_diameter!r} mm; allowed: 0 (solid), or "
@@ -102,22 +115,11 @@ class Upsetting(FormingProcess):
         wall = 0.5 * (diameter - bore_diameter)
         thin = min(wall, height)
         mesh_size = thin / 12.0 if mesh_size is None else mesh_size
-        check_range(self.name, "speed", speed, 0.01, 2000.0, "mm/s")
-        check_range(self.name, "T_billet", T_billet, -50.0, 700.0, "degC")
-        check_range(self.name, "T_tool", T_tool, -50.0, 700.0, "degC")
-        check_range(self.name, "mesh_size", mesh_size, thin / 60.0, thin / 4.0, "mm")
-        check_range(self.name, "n_points", n_points, 8, 2000, "")
-        check_range(self.name, "shear_factor", shear_factor, 0.0, 1.0, "")
+        self._number("mesh_size", mesh_size, thin / 60.0, thin / 4.0, "mm")
+        self._number("shear_factor", shear_factor, 0.0, 1.0, "")
         self.diameter, self.height, self.bore_diameter = diameter, height, bore_diameter
-        self.speed = speed
-        self.T_billet, self.T_tool = T_billet, T_tool
-        self.material = as_material(material)
-        self.material.check_start(self.name, T_billet)
-        self.heat_input = HeatInput(self.name, tool_material, htc, T_ambient, h_ambient)
         self.mesh_size = mesh_size
-        self.n_points = int(n_points)
         self.shear_factor = shear_factor
-        self.tool_heating = bool(tool_heating)
         self.isothermal = bool(isothermal)
         self.remeshing = bool(remeshing)
 

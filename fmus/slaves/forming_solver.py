@@ -14,6 +14,7 @@ from forming.fe.tool_heat import ToolField, ToolSteel
 from forming.field_recorder import FieldWriter, writer_from_environment
 from forming.fre import ForwardRodExtrusion
 from forming.material import material_from_dict
+from forming.ring import RingCompression, Upsetting
 from forming.tooling import Tool
 
 from .core import Solver
@@ -21,7 +22,12 @@ from .core import Solver
 #: Shortest punch travel that is computed [mm]; what is left over is made up for in the next step.
 SHORTEST = 1e-4
 
-PROCESSES: dict[str, Any] = {"fre": ForwardRodExtrusion, "bce": BackwardCupExtrusion}
+PROCESSES: dict[str, Any] = {
+    "fre": ForwardRodExtrusion,
+    "bce": BackwardCupExtrusion,
+    "upsetting": Upsetting,
+    "ring": RingCompression,
+}
 
 
 class FormingSolver(Solver):
@@ -44,7 +50,11 @@ class FormingSolver(Solver):
 
     def start(self) -> None:
         material = material_from_dict(self.config["material"])
-        given: dict[str, Any] = self.config["fixed"] | self.parameters()
+        # A number that may be left out is 0 in the FMU when it is.
+        left_out = {name for name in self.config["optional"] if self.parameters()[name] == 0.0}
+        given: dict[str, Any] = self.config["fixed"] | {
+            name: value for name, value in self.parameters().items() if name not in left_out
+        }
         kind = PROCESSES[self.config.get("process", "fre")]
         self.process = kind(material=material, **given)
         self.process.start()

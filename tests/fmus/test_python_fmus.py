@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from fmpy.validation import validate_fmu
 
 from fmus import pack, pack_forming, pack_twin
 from fmus.running import FmuError, RunningFmu, UnpackedFmu
+from fmus.slaves.forming_solver import PROCESSES
 from friction_models import ConstantFriction
 from friction_models.loads import LOAD_NAMES, InputError
 
@@ -99,6 +101,37 @@ def test_forming_fmu_is_the_solver(forming: Path) -> None:
             fmu.step(0.12, 0.02)
 
 
+@pytest.mark.parametrize(
+    ("process", "start"),
+    [
+        ("fre", {"relief": 0.6, "container_length": 40.0, "press_stiffness": 400.0, "tool_modulus": 600.0}),
+        ("bce", {"nose_angle": 10.0, "tip_radius": 3.0, "relief": 0.4, "die_outer_diameter": 60.0}),
+        ("upsetting", {"height": 10.0, "mesh_size": 1.25, "shear_factor": 0.5}),
+        ("ring", {"bore_diameter": 5.0, "h_ambient": 0.0}),
+    ],
+)
+def test_every_process_is_an_fmu_with_its_numbers_as_parameters(
+    process: str, start: dict[str, float], tmp_path: Path
+) -> None:
+    options: dict[str, Any] = {"n_points": 12, "mesh_size": 0.8 if process in {"fre", "bce"} else None}
+    path = pack_forming(tmp_path / "x.fmu", process=process, **options)
+    assert validate_fmu(str(path)) == []
+    direct = PROCESSES[process](**options | start)
+    direct.start(0.08)
+    unpacked = UnpackedFmu(path)
+    mu = unpacked.elements("mu")
+    assert {v.unit for v in unpacked.variables.values() if v.causality == "parameter"} >= {"mm", "kW/(m2 K)"}
+    assert "Punch speed [mm/s]." in str(unpacked.variables["speed"].description)
+    with RunningFmu(unpacked, start=start) as fmu:
+        for k in range(4):
+            fmu.set_real(mu, np.full(12, 0.08))
+            fmu.step(0.02 * k, 0.02)
+            direct.set_mu(0.08)
+            direct.advance(5.0 * (0.02 * k + 0.02) - direct.stroke)
+            assert fmu.get_real(["force", "work"]).tolist() == [direct.force, direct.work]
+        assert direct.force > 10.0
+
+
 def test_forming_fmu_goes_back_exactly(forming: Path) -> None:
     unpacked = UnpackedFmu(forming)
     outputs = [n for name in (*LOAD_NAMES, "force", "work") for n in unpacked.elements(name)]
@@ -168,6 +201,7 @@ if not {installed}:
                     raise ModuleNotFoundError(name, name=name)
                 return spec
     sys.meta_path.insert(0, Hidden())
+from fmus.slaves.forming_solver import PROCESSES
 from fmus.running import RunningFmu, UnpackedFmu
 with RunningFmu(UnpackedFmu({str(packed(0.07, "python"))!r})) as fmu:
     assert fmu.get_real(["mu"])[0] == 0.07

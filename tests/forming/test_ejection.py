@@ -34,6 +34,9 @@ class ShrinkFit(FormingProcess):
     T_billet = 20.0
     max_stroke = 1.0
 
+    def __init__(self) -> None:
+        self.speed = 5.0
+
     def _build(self) -> Simulation:
         mesh = grid_mesh(np.linspace(0.0, RADIUS, 13), np.linspace(0.0, LENGTH, 25))
         chain = np.ascontiguousarray(mesh.loop[: 2 * 12 + 24 + 1])
