@@ -175,7 +175,7 @@ def surface_contact(simulation: Simulation) -> FloatArray:
     found[:, 2] = state.markers.at_nodes(state.mu, n)
     if state.tables is None:
         return found
-    loads = surface_loads(body.surface, state.tables, state.tools)
+    loads = surface_loads(body.surface, state.tables, state.tools, state.weights)
     k = nodal_shear_yield(body.quads, body.strain, body.rate, body.T, simulation.material.vector())[
         body.chain
     ]

@@ -24,9 +24,18 @@ def checked_mu(mu: npt.ArrayLike, n: int, stroke: float) -> FloatArray:
     Raises
     ------
     InputError
-        Wrong shape, NaN, infinite, negative or above the physical limit.
+        Not numbers, wrong shape, NaN, infinite, negative or above the physical limit.
     """
-    array = np.asarray(mu, dtype=np.float64)
+    try:
+        given = np.asarray(mu)
+        if given.dtype.kind not in "iuf":
+            raise ValueError
+    except (TypeError, ValueError):
+        raise InputError(
+            f"friction: mu = {mu!r:.60} at stroke {stroke:.3f} mm; allowed: a number from {MU.lower:g} to "
+            f"{MU.upper:g}, or {n} of them, one a marker"
+        ) from None
+    array = given.astype(np.float64)
     if array.ndim == 0:
         array = np.full(n, float(array))
     array = array.reshape(-1) if array.shape == (n, 1) else array

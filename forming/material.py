@@ -73,8 +73,8 @@ def load(source: str | os.PathLike[str]) -> Material:
 MaterialSource = Material | str | float | os.PathLike[str] | Mapping[str, Any] | None
 
 
-def as_material(material: MaterialSource) -> Material:
-    """Return a material as it is, or by name or path; None: 16MnCr5.
+def as_material(material: MaterialSource, name: str = "material") -> Material:
+    """Return a material as it is, or by name or path; None: 16MnCr5. `name` is that of the parameter.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def as_material(material: MaterialSource) -> Material:
     if isinstance(material, Mapping):
         return material_from_dict(material)
     raise InputError(
-        f"material = {material!r:.60}; allowed: a material, the name of a shipped one, or the path of a file"
+        f"{name} = {material!r:.60}; allowed: a material, the name of a shipped one, or the path of a file"
     )
 
 

@@ -125,8 +125,8 @@ class Material:
         """
         raise InputError(f"material {self.name!r} has no flow curve; allowed as a tool, not as a workpiece")
 
-    def check_start(self, where: str, T: float) -> None:
-        """Raise when a workpiece cannot start at temperature `T` [degC].
+    def check_start(self, where: str, T: float, name: str = "T_billet") -> None:
+        """Raise when a workpiece cannot start at temperature `T` [degC], the parameter `name`.
 
         Raises
         ------
@@ -136,7 +136,7 @@ class Material:
         self.vector()
         if self.T_range is not None and not self.T_range[0] <= T <= self.T_range[1]:
             raise InputError(
-                f"{where}: workpiece temperature = {T:g} degC; allowed: {self.T_range[0]:g} to "
+                f"{where}: {name} = {T:g} degC; allowed: {self.T_range[0]:g} to "
                 f"{self.T_range[1]:g} degC, the range of material {self.name!r}"
             )
 

@@ -87,6 +87,7 @@ def _judged(result: FormingResult) -> dict[str, Any]:
         "force": result.max_force,
         "energy": result.energy_balance,
         "volume": result.volume_change,
+        "ripple": result.force_ripple()[1],
         "increments": result.increments,
         "failed": result.failed_increments,
     }
@@ -120,20 +121,23 @@ def report(runs: list[dict[str, Any]]) -> Section:
     """Return the section: how many ended where, then every set-up."""
     summary = Table(
         ["process", "set-ups", "at their stroke", "refused", "stopped", "crashed or not finite", "time, median [s]",
-         "time, worst [s]", "energy imbalance, worst [%]", "volume change, worst [%]"]
+         "time, worst [s]", "energy imbalance, worst [%]", "volume change, worst [%]",
+         "force ripple, median [%]", "force ripple, worst [%]"]
     )  # fmt: skip
     for name in ("fre", "bce"):
         of = [r for r in runs if r["process"] == name]
         count = {e: sum(r["ending"] == e for r in of) for e in ("at its stroke", "refused", "stopped")}
         worst = [max((abs(r.get(k, 0.0)) for r in of), default=0.0) for k in ("energy", "volume")]
         times = [r["seconds"] for r in of]
+        ripples = [r.get("ripple", 0.0) for r in of] or [0.0]
         summary.rows.append(
             (name, len(of), *count.values(), len(of) - sum(count.values()), f"{np.median(times):.1f}",
-             f"{max(times):.1f}", *(f"{100 * w:.3f}" for w in worst))
+             f"{max(times):.1f}", *(f"{100 * w:.3f}" for w in worst),
+             f"{100 * np.median(ripples):.2f}", f"{100 * max(ripples):.2f}")
         )  # fmt: skip
     every = Table(
         ["set-up", "process", "half angle or nose [degrees]", "reduction [%]", "mu", "T billet [degC]", "T tool [degC]",
-         "speed [mm/s]", "ending", "stroke [mm]", "force [kN]", "failed increments", "time [s]", "reason"]
+         "speed [mm/s]", "ending", "stroke [mm]", "force [kN]", "failed increments", "energy imbalance [%]", "ripple [%]", "time [s]", "reason"]
     )  # fmt: skip
     for r in runs:
         bore = r.get("exit_diameter") or r["punch_diameter"]
@@ -142,7 +146,8 @@ def report(runs: list[dict[str, Any]]) -> Section:
             (r["number"], r["process"], f"{r.get('half_angle', r.get('nose_angle')):.0f}",
              f"{100 * (share if r['process'] == 'bce' else 1 - share):.0f}", f"{r['mu']:.3f}", f"{r['T_billet']:.0f}",
              f"{r['T_tool']:.0f}", f"{r['speed']:.3g}", r["ending"], f"{r.get('stroke', 0.0):.2f}",
-             f"{r.get('force', 0.0):.0f}", r.get("failed", 0), f"{r['seconds']:.1f}", r["reason"])
+             f"{r.get('force', 0.0):.0f}", r.get("failed", 0), f"{100 * r.get('energy', 0.0):.2f}",
+             f"{100 * r.get('ripple', 0.0):.2f}", f"{r['seconds']:.1f}", r["reason"])
         )  # fmt: skip
     ended = sum(r["ending"] == "at its stroke" for r in runs)
     return section(
@@ -150,7 +155,9 @@ def report(runs: list[dict[str, Any]]) -> Section:
         f"{ended} of {len(runs)} random valid set-ups ended at their stroke (asked for: at least 98 %). Container "
         f"{DIAMETER:g} mm, half die angle 15 to 75 degrees, reduction 15 to 75 %, mu 0 to 0.2, billet and tools 20 to "
         "300 degC on their own, 1 to 500 mm/s, radii, lands, reliefs and punch noses drawn, too; 20 mm of forward and "
-        "14 mm of backward extrusion, or what the billet allows; tool temperature fields included. One core at low priority.",
+        "14 mm of backward extrusion, or what the billet allows; tool temperature fields included. Ripple: farthest from a "
+        "polynomial of degree 5 over the second half of the stroke, averaged force, % of its maximum; it holds a force that "
+        "still changes its course, too. One core at low priority.",
         summary,
         every,
     )

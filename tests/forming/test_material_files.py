@@ -257,7 +257,7 @@ def test_limits_of_validity_are_told():
     first, second = steel.left_range(3.4, 1.0, 412.0)
     assert "strain reached 3.4" in first and "0 to 2" in first
     assert "temperature reached 412 degC" in second and "20 to 300 degC" in second
-    with pytest.raises(InputError, match=r"fre: workpiece temperature = 350 degC; allowed: 20 to 300 degC"):
+    with pytest.raises(InputError, match=r"fre: T_billet = 350 degC; allowed: 20 to 300 degC"):
         steel.check_start("fre", 350.0)
     assert table_of(steel_16MnCr5()).T_range == (20.0, 300.0)
 
@@ -270,7 +270,7 @@ def test_processes_take_a_material_by_name_and_refuse_what_cannot_be():
         ({"material": "16MnCr"}, "did you mean '16MnCr5'"),
         (
             {"T_billet": 650.0},
-            "forward rod extrusion: workpiece temperature = 650 degC; allowed: 0 to 500 degC",
+            "forward rod extrusion: T_billet = 650 degC; allowed: 0 to 500 degC",
         ),
         ({"tool_material": "1.2380"}, "did you mean '1.2379'"),
         ({"h_ambient": -1.0}, "h_ambient = -1.0 W/(m2 K); allowed: 0 to"),
