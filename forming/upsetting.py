@@ -388,7 +388,9 @@ def _contact(sim: Simulation, punch: PunchGeometry, fraction: FloatArray) -> dic
     pressure *= mean_pressure / float(share @ pressure)
     points = markers.points(surface)
     touching = (
-        markers.active & (points[:, 1] < 0.25 * punch.specimen_height) & (points[:, 0] <= 1.001 * radius)
+        markers.active
+        & (points[:, 1] < 0.25 * punch.specimen_height)
+        & (points[:, 0] <= 1.001 * max(radius, float(surface[on, 0].max())))
     )
     touching[0] = True
     psi = _profile(r, points[touching, 0], markers.psi[touching])

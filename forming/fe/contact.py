@@ -7,8 +7,9 @@ from numba import njit
 
 from .shape import FloatArray, IntArray
 
-# Columns of the contact table of one tool, one row a surface node.
-PRESSURE, SHEAR, SLIP, GAP, NORMAL_R, NORMAL_Z = range(6)
+# Columns of the contact table of one tool, one row a surface node. Pressure and shear stand for nodal forces over the
+# whole area of the node, of which only a share faces the tool.
+PRESSURE, SHEAR, SLIP, GAP, NORMAL_R, NORMAL_Z, FACING = range(7)
 #: A node overlapping by more than this joins the contact at once; others wait until the step has settled [mm].
 DEEP = 0.02
 #: Overlap at which a node joins, and tension (as a gap) at which it leaves, once the step has settled [mm].
@@ -187,7 +188,7 @@ def add_contact(
         Position of the tool at the end of the increment, and its displacement in it [mm].
     force : ndarray, shape (n_dof,)
         Contact forces on the nodes per radian are subtracted from it.
-    table : ndarray, shape (n, 6)
+    table : ndarray, shape (n, 7)
         Written: pressure, shear, slip velocity, gap, normal.
 
     Returns

@@ -21,7 +21,7 @@ class Loading(NamedTuple):
 
     Attributes
     ----------
-    tables : list of ndarray, shape (n_s, 6)
+    tables : list of ndarray, shape (n_s, 7)
         Contact tables of the tools.
     weights : ndarray, shape (n_s,)
         Surface area per radian of the surface nodes [mm2].

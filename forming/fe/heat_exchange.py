@@ -79,7 +79,7 @@ def exchange_heat(
 
     Parameters
     ----------
-    tables : list of ndarray, shape (n_s, 6)
+    tables : list of ndarray, shape (n_s, 7)
         Contact tables of the tools.
     weights : ndarray, shape (n_s,)
         Surface area per radian of the surface nodes [mm2].

@@ -9,7 +9,7 @@ from scipy.linalg.lapack import dgbsv
 
 from ..tooling import Tool
 from .body import Body, nodal_shear_yield
-from .contact import add_contact, facing_shares, hold_fixed, start_active, surface_weights
+from .contact import FACING, add_contact, facing_shares, hold_fixed, start_active, surface_weights
 from .element import assemble
 from .shape import FloatArray, IntArray
 
@@ -134,10 +134,10 @@ def solve_increment(
     work = np.empty_like(body.strain)
     weights = np.zeros(n_s)
     shear_yield = nodal_shear_yield(body.quads, body.strain, body.rate, body.T, material)[chain]
-    most_shear = [
-        settings.shear_cap * shear_yield * facing_shares(body.x, chain, tool.segments, tool.offset)
-        for tool in tools
-    ]
+    tables = [np.zeros((n_s, 7)) for _ in tools]
+    for tool, table in zip(tools, tables):
+        table[:, FACING] = facing_shares(body.x, chain, tool.segments, tool.offset)
+    most_shear = [settings.shear_cap * shear_yield * table[:, FACING] for table in tables]
     slip_scale = settings.slip_regularisation * max(tool.speed for tool in tools)
     active = [np.zeros(n_s, dtype=np.int64) for _ in tools]
     releases = [np.zeros(n_s, dtype=np.int64) for _ in tools]
@@ -147,7 +147,6 @@ def solve_increment(
         start_active(
             body.x, du, chain, tool.segments, tool.offset, move, tool.reach, light, attempt.separation, on
         )
-    tables = [np.zeros((n_s, 6)) for _ in tools]
     forces = np.zeros((len(tools), 2))
     residual_norm = previous_norm = np.inf
     correction: FloatArray | None = None

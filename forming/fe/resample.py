@@ -35,7 +35,7 @@ def resample(
     ----------
     chain : ndarray, shape (n, 2)
         Old surface nodes from axis to axis, or the closed loop of a ring, its first node repeated.
-    tables : list of ndarray, shape (n, 6), or None
+    tables : list of ndarray, shape (n, 7), or None
         Contact tables of the tools; None for a body that has not been in contact: it is then only
         pushed out of the tools and its volume is not corrected.
     """

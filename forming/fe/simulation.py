@@ -11,6 +11,7 @@ from scipy.spatial import QhullError
 from ..material import Material
 from ..tooling import Tool
 from .body import Body
+from .contact import FACING
 from .energy import Loading
 from .heat_exchange import HeatExchange, exchange_heat
 from .increment import Attempt, Settings, Step, StepError, Workspace, solve_increment
@@ -27,6 +28,8 @@ from .transfer import transfer
 #: Share of the missing expansion that a tool makes up for in one increment. The workpiece pushes back up to
 #: three times as hard as the tool, which limits a stable share to 0.5.
 EXPANSION_RELAXATION = 0.3
+#: Least share of a nodal area that a contact is taken to have, where its force becomes a traction.
+LEAST_SHARE = 0.25
 #: Steepest rise of the force that the spring of punch and press foresees [N/mm].
 STEEPEST = 3e6
 
@@ -434,23 +437,23 @@ def along_contact(values: FloatArray, weights: FloatArray, tool: IntArray) -> Fl
 
 
 def surface_loads(
-    surface: FloatArray, tables: list[FloatArray], tools: list[Tool], weights: FloatArray | None = None
+    surface: FloatArray, tables: list[FloatArray], tools: list[Tool], weights: FloatArray
 ) -> SurfaceLoads:
     """Join the contact tables: at each node the tool that presses hardest counts.
 
-    With the nodal areas `weights` the pressure is averaged along the contact.
+    Nodal forces become tractions over the part of the nodal areas `weights` that faces the tool; at the edge of a
+    contact the rest belongs to the free side. The pressure is averaged along the contact.
     """
     pressures = np.array([table[:, 0] for table in tables])
     hardest = pressures.argmax(axis=0)
     nodes = np.arange(pressures.shape[1])
     joined = np.array(tables)[hardest, nodes]
     temperatures = np.array([tool.surface_temperature(surface) for tool in tools])
-    pressure = np.maximum(joined[:, 0], 0.0)
-    if weights is not None:
-        pressure = along_contact(pressure, weights, np.where(pressure > 0.0, hardest, -1))
+    share = np.maximum(joined[:, FACING], LEAST_SHARE)
+    pressure = np.maximum(joined[:, 0], 0.0) / share
     return SurfaceLoads(
-        pressure=pressure,
-        shear=joined[:, 1],
+        pressure=along_contact(pressure, weights * share, np.where(pressure > 0.0, hardest, -1)),
+        shear=joined[:, 1] / share,
         slip=joined[:, 2],
         tool_T=temperatures[hardest, nodes],
         active=joined[:, 0] > 0.0,

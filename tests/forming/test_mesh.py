@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forming import ForwardRodExtrusion
+from forming.fe.contact import FACING
 from forming.fe.markers import SurfaceLoads, SurfaceMarkers
 from forming.fe.mesh_kernels import qualities
 from forming.fe.mesher import grid_mesh, quad_mesh
@@ -16,6 +17,7 @@ from forming.fe.resample import mesh_inside, resample
 from forming.fe.shape import gauss_volumes
 from forming.fe.simulation import surface_loads
 from forming.fe.transfer import transfer
+from forming.ring import Upsetting
 from forming.tooling import plate
 
 CCW_RECTANGLE = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 12.0], [0.0, 12.0]])
@@ -175,7 +177,7 @@ def test_the_contact_temperature_is_that_of_the_surface_where_the_marker_is():
 
     def compare(sim):
         body, markers = sim.state.body, sim.state.markers
-        loads = surface_loads(body.surface, sim.state.tables, sim.state.tools)
+        loads = surface_loads(body.surface, sim.state.tables, sim.state.tools, sim.state.weights)
         at = np.interp(markers.position, np.arange(len(body.chain)), loads.active) > 0.999
         mean = 0.5 * (body.T[body.chain] + loads.tool_T)
         expected = np.interp(markers.position, np.arange(len(body.chain)), mean)
@@ -190,3 +192,19 @@ def test_the_contact_temperature_is_that_of_the_surface_where_the_marker_is():
 def body_T_differs(body):
     """Return whether the first nodes of the mesh would give another temperature than those of the surface."""
     return np.abs(body.T[body.chain] - body.T[: len(body.chain)]).max() > 10.0
+
+
+def test_pressure_over_a_tool_carries_its_force():
+    """The corner of a billet holds half of its free side; over the part that faces the plate the force is whole."""
+    process = Upsetting(mesh_size=1.25, n_points=40, isothermal=True)
+    process.start(0.1)
+    process.advance(1.0)
+    state = process.simulation.state
+    surface, table = state.body.surface, state.tables[0]
+    loads = surface_loads(surface, state.tables, state.tools, state.weights)
+    on = np.flatnonzero(table[:, 0] > 0.0)
+    assert table[on[-1], FACING] < 0.7 and table[on[:-1], FACING] == pytest.approx(1.0)
+    r, p = surface[on, 0], loads.pressure[on]
+    shown = np.pi * np.sum(np.diff(r**2) * 0.5 * (p[1:] + p[:-1]))
+    assert shown == pytest.approx(1e3 * process.force, rel=0.01)
+    assert (np.abs(loads.shear[on]) <= 0.1 * 1.3 * p + 1e-9).all()
