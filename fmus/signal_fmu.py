@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from friction_models.loads import InputError
 
-from .solver_fmus import _write
+from .solver_fmus import write_solver_fmu
 from .solver_interface import Signal, SolverInterface
 
 #: Longest table; it is read at once where the FMU starts.
@@ -78,4 +78,4 @@ def pack_signals(
         experiment=(communication_step or float(times[-1]) / 100.0, float(times[-1])),
         fixed={"edges": times.tolist(), "means": rows},
     )
-    return _write(path, interface, "python", None, None)
+    return write_solver_fmu(path, interface, "python", None, None)

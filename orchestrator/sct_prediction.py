@@ -224,7 +224,8 @@ def predict_sct(
     name = label or Path(friction).stem
     tasks = [
         RunTask(
-            sct_system(friction, schedule, place / "fmus", twin=twin, label=name), place / "runs" / schedule.test_id
+            sct_system(friction, schedule, place / "fmus", twin=twin, label=name),
+            place / "runs" / schedule.test_id,
         )
         for schedule in schedules
     ]

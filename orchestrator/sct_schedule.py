@@ -16,7 +16,7 @@ from friction_models.loads.dataset import read_table
 from sct_twin.raw_campaign import check_test_id
 
 #: Columns of a test table that are parameters of the twin.
-TWIN_PARAMETERS = ("specimen_diameter", "bore", "tip")
+TWIN_PARAMETERS = ("specimen_diameter", "specimen_height", "bore", "tip", "tip_height", "t_wait")
 #: Physical limits of what the twin is driven with.
 _LIMITS = {"F_n": (0.0, 1e8, "N"), "v_slide": (0.0, 1e5, "mm/s"), "T_tool": (-273.15, 2000.0, "degC")}
 #: Intervals in which a planned start of the plate is divided.

@@ -18,13 +18,14 @@ from ..forces import LevelsComparison, compare_force, read_press_curve
 from ..jobs import RunTask, run_all
 from ..processes import extrusion_system
 from ..runs import Run, versions
+from .prediction import PARTS, predict_held_out
 from .scenario import Scenario
 from .steps import StepBook
 
 Tick = Callable[[int, int, str], None]
 #: Gives a progress display for a step: ``with shown("title") as tick: tick(done, total, what)``.
 Shown = Callable[[str], AbstractContextManager[Tick]]
-STEPS = 9
+STEPS = 10
 
 
 @dataclass(frozen=True)
@@ -92,8 +93,11 @@ class Demo:
         self._do("pack", {"constant": s.constant}, ["fmus"], lambda tick: self._pack(parts))
         with self._title("co-simulate") as tick:
             runs = self._simulate(parts, tick)
+        with self._title("predict unrun tests") as tick:
+            labels = {part: self.label(part) for part in PARTS if part in parts}
+            predicted = predict_held_out(self.out, DataSet.load(self.out / "data"), labels, self.jobs, tick)
         with self._title("report") as tick:
-            summary = self._summarise(parts, runs, diagnosis)
+            summary = self._summarise(parts, runs, diagnosis) | {"predicted": predicted}
             write_json(self.out / "demo.json", summary)
             report = write_report(self.out)
             tick(1, 1, "")
@@ -178,6 +182,8 @@ class Demo:
             if part == "constant":
                 model = ConstantFriction(self.scenario.constant)
             pack(model, folder / f"{part}.fmu", nodes=80)
+            if part in PARTS:
+                pack(model, folder / f"{part}-point.fmu")
 
     def _simulate(self, parts: list[str], tick: Tick) -> dict[tuple[str, str], Run]:
         s = self.scenario

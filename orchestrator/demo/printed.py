@@ -45,9 +45,13 @@ def _percent(summary: dict[str, float]) -> str:
 
 def _changes(s: dict[str, Any]) -> list[tuple[str, float, float, str]]:
     sct, forces = s["held_out"], s["forces"]
+    loop = {part: s["predicted"][part]["summary"] for part in ("before", "after")}
+    count = len(s["predicted"]["before"]["tests"])
     return [
         ("MAE of mu, held-out SCTs", sct["before"]["mae"], sct["after"]["mae"], ".4f"),
         ("RMS of mu, held-out SCTs", sct["before"]["rmse"], sct["after"]["rmse"], ".4f"),
+        (f"RMS of mu, {count} SCTs, closed loop", loop["before"]["mu_rms"], loop["after"]["mu_rms"], ".4f"),
+        (f"RMS of T [K], {count} SCTs, closed loop", loop["before"]["T_rms"], loop["after"]["T_rms"], ".1f"),
         ("MARE of the maximum force", forces["before"]["max_force"]["mare"], forces["after"]["max_force"]["mare"], ".1%"),
         ("MARE of the forming work", forces["before"]["work"]["mare"], forces["after"]["work"]["mare"], ".1%"),
     ]  # fmt: skip
@@ -56,4 +60,4 @@ def _changes(s: dict[str, Any]) -> list[tuple[str, float, float, str]]:
 def _change(name: str, before: float, after: float, form: str) -> str:
     word = "falls" if after < before else "RISES" if after > before else "stays"
     share = abs(after - before) / before if before else 0.0
-    return f"  {name:28} {before:{form}} -> {after:{form}}   {word} by {share:.0%}"
+    return f"  {name:33} {before:{form}} -> {after:{form}}   {word} by {share:.0%}"

@@ -11,6 +11,7 @@ from .charts_friction import residual_chart, response_chart, worst_tests_chart
 from .evidence import budget_html, ranking_html, remarks_html, verdict_text
 from .markup import Change, cards, escape, table
 from .page import Page, figure
+from .prediction_section import prediction_html
 from .story import Story
 
 
@@ -29,6 +30,7 @@ def demo_page(folder: Path) -> str:
     page.add("residual", "Residuals", _residual(story))
     page.add("evidence", "Evidence", ranking_html(story.diagnosis), remarks_html(story.diagnosis))
     page.add("tests", "Worst tests", _worst(story))
+    page.add("predicted", "Tests not run", prediction_html(story))
     page.add("response", "Response curves", _response(story))
     page.add("runs", "Runs", _runs(story))
     versions = story.summary["versions"]

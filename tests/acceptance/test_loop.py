@@ -165,16 +165,29 @@ def test_errors_fall_on_unseen_tests_and_on_the_force(demo: Demo) -> None:
     assert s["diagnosis"]["effects"] == [HIDDEN]
     assert s["held_out"]["after"]["rmse"] < s["held_out"]["before"]["rmse"]
     assert s["held_out"]["after"]["mae"] < s["held_out"]["before"]["mae"]
+    loop = {part: found["summary"] for part, found in s["predicted"].items()}
+    for quantity in ("mu_rms", "T_rms"):  # the same tests, predicted as if nobody had run them
+        assert loop["after"][quantity] < loop["before"][quantity]
     for quantity in ("max_force", "work"):
         assert s["forces"]["after"][quantity]["mare"] < s["forces"]["before"][quantity]["mare"]
     printed = printed_summary(result)
     assert "SYNTHETIC" in printed and str(result.report) in printed
-    assert printed.count("falls by") == 4 and "RISES" not in printed
+    assert printed.count("falls by") == 6 and "RISES" not in printed
 
 
 def test_the_report_tells_the_whole_story_offline(demo: Demo) -> None:
     html = (demo.out / "report.html").read_text(encoding="utf-8")
-    for anchor in ("verdict", "budget", "force", "residual", "evidence", "tests", "response", "runs"):
+    for anchor in (
+        "verdict",
+        "budget",
+        "force",
+        "residual",
+        "evidence",
+        "tests",
+        "predicted",
+        "response",
+        "runs",
+    ):
         assert f'<section id="{anchor}"' in html
     own = re.sub(r"<script.*?</script>", "", html, flags=re.DOTALL)
     assert not re.findall(r"(?:src|href)\s*=\s*[\"'](?!#|data:)", own)
@@ -182,12 +195,12 @@ def test_the_report_tells_the_whole_story_offline(demo: Demo) -> None:
 
 
 def test_the_report_of_a_model_that_lacks_nothing(demo: Demo, tmp_path: Path) -> None:
-    for name in ("data", "models", "press", "runs"):
+    for name in ("data", "models", "press", "runs", "predicted"):
         (tmp_path / name).symlink_to(demo.out / name)
     summary = json.loads((demo.out / "demo.json").read_text(encoding="utf-8"))
     summary["diagnosis"] |= {"verdict": "nothing_missing", "effects": [], "confusion_set": []}
     summary["frictions"] = [f for f in summary["frictions"] if f["part"] != "after"]
-    del summary["held_out"]["after"], summary["forces"]["after"]
+    del summary["held_out"]["after"], summary["forces"]["after"], summary["predicted"]["after"]
     (tmp_path / "demo.json").write_text(json.dumps(summary), encoding="utf-8")
     assert "lacks nothing" in write_report(tmp_path).read_text(encoding="utf-8")
 
@@ -195,10 +208,11 @@ def test_the_report_of_a_model_that_lacks_nothing(demo: Demo, tmp_path: Path) ->
 def test_a_second_run_reuses_everything(demo: Demo) -> None:
     kept: list[str] = []
     again = Demo(demo.out, demo.scenario, jobs=1, shown=Watch(kept))
-    before = {p: p.stat().st_mtime_ns for p in (demo.out / "runs").rglob("results.nc")}
+    before = {p: p.stat().st_mtime_ns for p in demo.out.rglob("results.nc")}
+    assert len(before) == 4 + 2 * 3  # friction models in the extrusion, and held-out tests before and after
     again.run()
     assert kept.count("kept from before") == 7
-    assert {p: p.stat().st_mtime_ns for p in (demo.out / "runs").rglob("results.nc")} == before
+    assert {p: p.stat().st_mtime_ns for p in demo.out.rglob("results.nc")} == before
 
 
 def test_compare_on_press_curves(demo: Demo, tribofmu: Tribofmu, tmp_path: Path) -> None:

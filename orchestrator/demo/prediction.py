@@ -1,0 +1,70 @@
+"""Held-out tests as if nobody had run them: the models before and after, each in a closed loop with the twin."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from friction_models.loads import DataSet
+
+from ..jobs import RunTask, run_all
+from ..sct_prediction import SctPrediction, SctPredictions, sct_system
+from ..sct_schedule import held_out_schedules
+
+#: Folder of the predictions, parts of the story that are compared, number of tests.
+FOLDER = "predicted"
+PARTS = ("before", "after")
+COUNT = 3
+
+
+def predict_held_out(
+    out: Path,
+    data: DataSet,
+    labels: dict[str, str],
+    jobs: int | None,
+    tick: Callable[[int, int, str], None],
+) -> dict[str, Any]:
+    """Predict held-out tests with the friction FMUs ``fmus/PART-point.fmu``; return errors by part.
+
+    Parameters
+    ----------
+    out : Path
+        Folder of the demo.
+    data : DataSet
+        The campaign after the twin.
+    labels : dict of str to str
+        Parts and the names of their models.
+    """
+    from friction_models import load_model
+
+    chosen = telling_tests(load_model(out / "models" / "before"), data.select("test"))
+    schedules = sorted(held_out_schedules(data, chosen), key=lambda s: chosen.index(s.test_id))
+    pairs = [(part, schedule) for part in labels for schedule in schedules]
+    tasks = [
+        RunTask(
+            sct_system(
+                out / "fmus" / f"{part}-point.fmu", schedule, out / FOLDER / "fmus", label=labels[part]
+            ),
+            out / FOLDER / part / "runs" / schedule.test_id,
+        )
+        for part, schedule in pairs
+    ]
+    runs = run_all(tasks, jobs, tick)
+    found = {}
+    for part, label in labels.items():
+        mine = [SctPrediction(s, run) for (p, s), run in zip(pairs, runs) if p == part]
+        predictions = SctPredictions(label, mine)
+        predictions.save(out / FOLDER / part)
+        found[part] = predictions.to_dict()
+    return found
+
+
+def telling_tests(model: Any, held_out: DataSet, count: int = COUNT) -> list[str]:
+    """Return the tests in which a model is best, worst and in between under the measured loads, best first."""
+    square = (held_out.points["mu"] - model.predict_frame(held_out.points, held_out.tests)) ** 2
+    ranked = square.groupby(held_out.points["test_id"]).mean().sort_values().index
+    places = np.unique(np.linspace(0, len(ranked) - 1, count).round().astype(int))
+    return [str(ranked[k]) for k in places]
