@@ -19,6 +19,7 @@ from .fe.simulation import Simulation
 from .fe.state import RemeshPolicy, StepControl
 from .friction_input import Friction, checked_mu, start_mu
 from .material import Material, MaterialSource, as_material
+from .ranges import check_range
 from .tooling import Tool, flat_punch, plate, sleeve
 
 #: Highest force, forces, or (instants, forces).
@@ -58,9 +59,10 @@ class PunchGeometry:
 
     def __post_init__(self) -> None:
         for name in ("specimen_diameter", "specimen_height", "tip_height"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise InputError(f"punch: {name} = {value!r} mm; allowed: a finite number > 0")
+            check_range("punch", name, getattr(self, name), 0.01, 1e4, "mm")
+        for name in ("bore_diameter", "tip_diameter"):
+            if getattr(self, name) is not None:
+                check_range("punch", name, getattr(self, name), 0.0, 1e4, "mm")
         d0, bore, tip = self.specimen_diameter, self.bore_diameter, self.tip_diameter
         if bore is not None and not d0 < bore < 2.0 * d0:
             raise InputError(
@@ -234,19 +236,18 @@ def upset(
     """
     punch = punch or PunchGeometry()
     times, forces = _force_history(force)
-    if not (math.isfinite(speed) and speed > 0.0):
-        raise InputError(f"upset: speed = {speed!r} mm/s; allowed: a finite number > 0")
-    if not 0.1 <= mesh_size <= punch.specimen_diameter / 8.0:
-        raise InputError(
-            f"upset: mesh_size = {mesh_size!r} mm; allowed: 0.1 to {punch.specimen_diameter / 8.0:g} mm"
-        )
+    check_range("upset", "speed", speed, 1e-3, 1e5, "mm/s")
+    check_range("upset", "mesh_size", mesh_size, 0.1, punch.specimen_diameter / 8.0, "mm")
+    check_range("upset", "T0", T0, -273.15, 2000.0, "degC")
+    check_range("upset", "T_tool", T_tool, -273.15, 2000.0, "degC")
+    check_range("upset", "n_radii", n_radii, 2, 10_000, "")
     highest = float(forces.max())
     steel = as_material(material)
-    steel.check_start("upset", T0)
+    steel.check_start("upset", T0, "T0")
     simulation, size = _build(punch, steel, T0, T_tool, mesh_size, speed, highest)
     n_markers = len(simulation.state.markers)
     simulation.state.mu = start_mu(mu, n_markers, T0)
-    fraction = np.linspace(0.0, 1.0, n_radii)
+    fraction = np.linspace(0.0, 1.0, int(n_radii))
     rows = [_contact(simulation, punch, fraction)]
 
     def observe(sim: Simulation) -> bool:
@@ -283,15 +284,24 @@ def _force_history(
     force: Force,
 ) -> tuple[FloatArray | None, FloatArray]:
     times: FloatArray | None = None
+    try:
+        given = [
+            np.asarray(part, dtype=np.float64) for part in (force if isinstance(force, tuple) else (force,))
+        ]
+    except (TypeError, ValueError):
+        given = []
+    if len(given) != (2 if isinstance(force, tuple) else 1):
+        raise InputError(
+            f"upset: force = {force!r:.60}; allowed: a number, numbers, or (instants, forces), in s and N"
+        )
     if isinstance(force, tuple):
-        times = np.asarray(force[0], dtype=np.float64)
-        forces = np.asarray(force[1], dtype=np.float64)
+        times, forces = given
         if times.shape != forces.shape:
             raise InputError(
                 f"upset: {times.size} instants and {forces.size} forces; allowed: as many of each"
             )
     else:
-        forces = np.atleast_1d(np.asarray(force, dtype=np.float64))
+        forces = np.atleast_1d(given[0])
     highest = float(forces.max(initial=-np.inf))
     if forces.ndim != 1 or not np.isfinite(forces).all() or not 1e3 <= highest <= 1e7:
         raise InputError(
