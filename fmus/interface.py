@@ -25,6 +25,10 @@ UNITS: dict[str, dict[str, float]] = {
     "mJ/mm2": {"kg": 1, "s": -2, "factor": 1e3},
     "MPa.mm": {"kg": 1, "s": -2, "factor": 1e3},
     "deg": {"rad": 1, "factor": 0.017453292519943295},
+    "GPa": {"kg": 1, "m": -1, "s": -2, "factor": 1e9},
+    "kN/mm": {"kg": 1, "s": -2, "factor": 1e6},
+    "W/(m2 K)": {"kg": 1, "s": -3, "K": -1},
+    "kW/(m2 K)": {"kg": 1, "s": -3, "K": -1, "factor": 1e3},
 }
 
 

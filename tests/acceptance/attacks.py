@@ -61,6 +61,7 @@ ATTACKS = [
     Attack("pack", "spec", "yaml", "{onnx} --spec {bad} -o {out}.fmu"),
     Attack("simulate", "system", "yaml", "{bad} -o {out}"),
     Attack("export", "system", "yaml", "{bad} -o {out}.ssp"),
+    Attack("lab", "plan", "csv", "--plan {bad} -o {out}"),
     Attack("ingest", "channels", "yaml", "{points} --map {bad} -o {out}"),
     Attack("ingest", "files", "csv", "{bad} -o {out}"),
     Attack("ingest", "tests", "csv", "{points} --tests {bad} -o {out}"),
