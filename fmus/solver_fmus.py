@@ -88,12 +88,11 @@ def pack_forming(
         Unknown process, target or parameter, or a value that the solver refuses; no compiler.
     """
     from forming.material import as_material
-
-    from .slaves.forming_solver import PROCESSES
+    from forming.processes import PROCESSES
 
     if process not in PROCESSES:
         raise unknown_name("forming process", process, PROCESSES)
-    solver = PROCESSES[process]
+    solver: Any = PROCESSES[process]
     _check_names(solver, kwargs)
     made = solver(**kwargs)
     if stroke is None:

@@ -23,6 +23,10 @@ _EXPORTS = {
     "RingCompression": "ring",
     "FormingResult": "result",
     "ContactHistory": "result",
+    "FormingTask": "batch",
+    "FormingRun": "batch",
+    "run_batch": "batch",
+    "PROCESSES": "processes",
     "PressCurves": "press",
     "PressLevel": "press",
 }

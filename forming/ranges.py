@@ -17,4 +17,4 @@ def check_range(where: str, name: str, value: float, low: float, high: float, un
     """
     number = isinstance(value, (int, float, np.floating, np.integer)) and not isinstance(value, bool)
     if not (number and low <= value <= high):
-        raise InputError(f"{where}: {name} = {value!r} {unit}; allowed: {low:g} to {high:g} {unit}")
+        raise InputError(f"{where}: {name} = {value!r:.60} {unit}; allowed: {low:g} to {high:g} {unit}")

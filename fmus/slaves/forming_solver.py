@@ -6,28 +6,19 @@ from typing import Any
 
 import numpy as np
 
-from forming.bce import BackwardCupExtrusion
 from forming.fe.body import Body
 from forming.fe.markers import SurfaceLoads, SurfaceMarkers
 from forming.fe.state import Energy, OldMesh, Record, State
 from forming.fe.tool_heat import ToolField, ToolSteel
 from forming.field_recorder import FieldWriter, writer_from_environment
-from forming.fre import ForwardRodExtrusion
 from forming.material import material_from_dict
-from forming.ring import RingCompression, Upsetting
+from forming.processes import PROCESSES
 from forming.tooling import Tool
 
 from .core import Solver
 
 #: Shortest punch travel that is computed [mm]; what is left over is made up for in the next step.
 SHORTEST = 1e-4
-
-PROCESSES: dict[str, Any] = {
-    "fre": ForwardRodExtrusion,
-    "bce": BackwardCupExtrusion,
-    "upsetting": Upsetting,
-    "ring": RingCompression,
-}
 
 
 class FormingSolver(Solver):
@@ -55,7 +46,7 @@ class FormingSolver(Solver):
         given: dict[str, Any] = self.config["fixed"] | {
             name: value for name, value in self.parameters().items() if name not in left_out
         }
-        kind = PROCESSES[self.config.get("process", "fre")]
+        kind: Any = PROCESSES[self.config.get("process", "fre")]
         self.process = kind(material=material, **given)
         self.process.start()
         self.process.set_mu(self.inputs())

@@ -15,7 +15,7 @@ from fmpy.validation import validate_fmu
 
 from fmus import pack, pack_forming, pack_twin
 from fmus.running import FmuError, RunningFmu, UnpackedFmu
-from fmus.slaves.forming_solver import PROCESSES
+from forming import PROCESSES
 from friction_models import ConstantFriction
 from friction_models.loads import LOAD_NAMES, InputError
 
@@ -116,7 +116,8 @@ def test_every_process_is_an_fmu_with_its_numbers_as_parameters(
     options: dict[str, Any] = {"n_points": 12, "mesh_size": 0.8 if process in {"fre", "bce"} else None}
     path = pack_forming(tmp_path / "x.fmu", process=process, **options)
     assert validate_fmu(str(path)) == []
-    direct = PROCESSES[process](**options | start)
+    kind: Any = PROCESSES[process]
+    direct = kind(**options | start)
     direct.start(0.08)
     unpacked = UnpackedFmu(path)
     mu = unpacked.elements("mu")
@@ -201,7 +202,6 @@ if not {installed}:
                     raise ModuleNotFoundError(name, name=name)
                 return spec
     sys.meta_path.insert(0, Hidden())
-from fmus.slaves.forming_solver import PROCESSES
 from fmus.running import RunningFmu, UnpackedFmu
 with RunningFmu(UnpackedFmu({str(packed(0.07, "python"))!r})) as fmu:
     assert fmu.get_real(["mu"])[0] == 0.07
