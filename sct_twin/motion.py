@@ -88,8 +88,10 @@ class Motion:
         the sign of the plate's.
         """
         rest = slice(0, max(slide - 1, 5))
+        # A plate that stops is looked at beyond its stop; one that turns at full speed up to there only.
+        part = self if self._stops(slide, end) else self._until(end)
+        v, a = (values[:end] for values in part._speed(rest, slide, end))
         s = self.s[:end]
-        v, a = self._speed(s, end, rest, slide)
         direction = 1.0 if v[slide:].mean() >= 0.0 else -1.0
         v = direction * v
         noise = 1.4826 * float(np.median(np.abs(v[rest] - np.median(v[rest]))))
@@ -109,25 +111,35 @@ class Motion:
             sd = sd * max(0.0, 1.0 + lag / sd[-1])
         return v, a, sd, slide
 
-    def _speed(self, s: FloatArray, end: int, rest: slice, slide: int) -> tuple[FloatArray, FloatArray]:
-        a = None if self.a is None else self.a[:end] - float(np.median(self.a[:end][rest]))
+    def _until(self, end: int) -> Motion:
+        s, v, a = (None if values is None else values[:end] for values in (self.s, self.v, self.a))
+        return Motion(s, v, a, self.dt, self.where)
+
+    def _stops(self, slide: int, end: int) -> bool:
+        """Whether the plate stands at the end of sliding, judged by its last 5 ms."""
+        tail = min(max(3, round(0.005 / self.dt)), end - 1 - slide)
+        last = abs(float(self.s[end - 1] - self.s[end - 1 - tail])) / max(tail, 1)
+        return last < 0.3 * abs(float(self.s[end - 1] - self.s[slide])) / max(end - 1 - slide, 1)
+
+    def _speed(self, rest: slice, slide: int, end: int) -> tuple[FloatArray, FloatArray]:
+        a = None if self.a is None else self.a - float(np.median(self.a[rest]))
         if self.v is not None:
-            v = self.v[:end] - float(np.median(self.v[:end][rest]))
+            v = self.v - float(np.median(self.v[rest]))
         elif a is not None:
-            return _blend(s, a, rest, self.dt), a
+            return _blend(self.s, a, rest, self.dt), a
         else:
-            v = _derivative(s, self.dt, self._corner(s, slide))
+            v = _derivative(self.s, self.dt, self._corner(slide, end))
         if a is None:
-            corner = 2.0 * CORNER_HZ if self.v is not None else self._corner(s, slide)
+            corner = 2.0 * CORNER_HZ if self.v is not None else self._corner(slide, end)
             a = np.gradient(smooth(v, self.dt, corner), self.dt)
             # At constant speed the derivative is noise and nothing else.
             a = np.where(_accelerates(a, rest, self.dt), a, 0.0)
         return v, a
 
-    def _corner(self, s: FloatArray, slide: int) -> float:
+    def _corner(self, slide: int, end: int) -> float:
         """Return the corner [Hz] at which the derivative of the position has the noise that is aimed at."""
-        noise = noise_of(s)
-        speed = abs(float(s[-1] - s[slide])) / max((len(s) - slide) * self.dt, self.dt)
+        noise = noise_of(self.s[:end])
+        speed = abs(float(self.s[end - 1] - self.s[slide])) / max((end - slide) * self.dt, self.dt)
         highest = 0.2 / self.dt
         if noise <= 0.0:
             return highest

@@ -11,6 +11,10 @@ from friction_models.loads import FloatArray, InputError
 from .uncertainty import LONGEST_NOISE, excess, local_variance, noise_memory
 
 
+#: Part of the distance over which noise is judged.
+STEADY = (0.15, 0.9)
+
+
 @dataclass(frozen=True, eq=False)
 class SlidingSeries:
     """Friction at equal distances of sliding; all arrays of shape (n,).
@@ -131,10 +135,11 @@ def binned(
     normal, force = bins.mean(F_n[moving]), bins.mean(friction[moving])
     mu = friction[moving] / np.where(np.abs(F_n[moving]) > 1e-9, F_n[moving], 1e-9)
     usual = float(np.median(np.diff(x)))
-    # The first millimetres hold the break-away.
-    steady = mu[len(mu) // 5 :]
-    variance, correlation = noise_memory(steady, int(LONGEST_NOISE / max(usual, 1e-9)))
-    along = local_variance(mu, variance)
+    # Friction breaks away at the start and the plate may stop at the end: noise is judged between.
+    steady = slice(*np.searchsorted(x, (STEADY[0] * last, STEADY[1] * last)))
+    usual = float(np.median(np.diff(x[steady]))) if steady.stop - steady.start > 2 else spacing
+    variance, correlation = noise_memory(mu[steady], int(LONGEST_NOISE / max(usual, 1e-9)))
+    along = local_variance(mu, variance, steady)
     inside = spacing / np.maximum(bins.mean(np.gradient(x)), 1e-12)
     noise = np.sqrt(bins.variance(along) * excess(inside, correlation))
     u_n, u_r = (bins.mean(values[moving]) for values in common)

@@ -85,16 +85,16 @@ def mean_std(values: FloatArray) -> float:
     return 1.2533 * float(np.sqrt(variance * total / count))
 
 
-def local_variance(values: FloatArray, variance: float) -> FloatArray:
-    """Return the variance of the noise along a signal, around the given mean of it: pressure may change."""
+def local_variance(values: FloatArray, variance: float, steady: slice) -> FloatArray:
+    """Return the variance of the noise along a signal, with the given mean over `steady`: pressure may change."""
     count = len(values)
-    if count < 60 or variance == 0.0:
+    if count < 60 or variance == 0.0 or steady.stop - steady.start < 10:
         return np.full(count, variance)
     second = np.diff(values, 2)
-    limit = 4.0 * 1.4826 * float(np.median(np.abs(second)))
+    limit = 4.0 * 1.4826 * float(np.median(np.abs(second[steady])))
     square = np.pad(np.minimum(second * second, limit * limit), 1, mode="edge")
     width = max(50, count // 4)
     ones = running_mean(np.ones(count), width)
     along = running_mean(square, width) / ones
-    mean = float(along.mean())
+    mean = float(along[steady].mean())
     return along * (variance / mean) if mean > 0.0 else np.full(count, variance)

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 from friction_models.loads import InputError
 from sct_twin import SctRecord
-from sct_twin.filters import running_mean, spike_rows
+from sct_twin.filters import integral, running_mean, spike_rows
 from sct_twin.signals import process, resample
 from sct_twin.sliding_series import Bins
 
@@ -64,6 +64,22 @@ def test_what_comes_after_sliding_is_cut_off(record_maker: Maker) -> None:
     series = resample(process(whole, 25.0))
     assert series.sd[-1] == pytest.approx(np.ptp(r.s), abs=0.2)
     assert series.mu[5:-3] == pytest.approx(0.07, abs=4e-4)
+
+
+def test_a_plate_that_stops(record_maker: Maker) -> None:
+    r = record_maker(0.07, v_set=400.0, sliding=30.0)
+    # Braked within 4 ms, seen by the accelerometer, then at rest under load.
+    v = 400.0 * np.concatenate([np.linspace(1.0, 0.0, 5)[1:], np.zeros(396)])
+    s = r.s[-1] + integral(np.concatenate([[400.0], v]), 1e-3)[1:]
+    after = {"F_n": np.full(400, r.F_n[-1]), "F_r": np.where(v > 0, r.F_r[-1], -40.0), "s": s}
+    columns = {name: np.concatenate([getattr(r, name), values]) for name, values in after.items()}
+    columns["a"] = np.gradient(np.concatenate([np.gradient(r.s, 1e-3), v]), 1e-3)
+    t = np.arange(len(r) + 400) * 1e-3
+    record = with_noise(SctRecord("stop", t, **columns, T_plate=np.full(len(t), 20.0)), 2, 0.0)
+    series = resample(process(record))
+    assert series.sd[-1] == pytest.approx(float(s[-1] - r.s[0]), abs=0.3)
+    before = series.sd < np.ptp(r.s) - 0.5
+    assert series.v_rel[before][-30:] == pytest.approx(400.0, rel=5e-3)
 
 
 def test_a_plate_that_never_moves(record_maker: Maker) -> None:
