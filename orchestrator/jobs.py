@@ -74,7 +74,8 @@ def _same_run(task: RunTask) -> bool:
         parts = manifest["components"]
         system = task.system
         return bool(
-            manifest["mode"] == task.mode
+            manifest["status"] == "ok"
+            and manifest["mode"] == task.mode
             and manifest["steps"] == system.steps
             and manifest["communication_step"] == system.communication_step
             and manifest["versions"] == versions()

@@ -93,6 +93,7 @@ class Master:
                     )
         self._log: list[str] = []
         self._iterations: list[int] = []
+        self._failure: SimulationError | None = None
         #: Wall time of the stepping loop of the last run [s], without loading and writing.
         self.loop_seconds = 0.0
 
@@ -102,7 +103,7 @@ class Master:
         Parameters
         ----------
         folder : path-like
-            The run folder; replaced as a whole when the run is complete, untouched otherwise.
+            The run folder; replaced as a whole at the end. When a component fails, it gets the steps until then.
         progress : callable, optional
             Called with the share done, 0 to 1.
         csv : bool
@@ -116,9 +117,9 @@ class Master:
         Raises
         ------
         SimulationError
-            A component failed; the message says which, when and why.
+            A component failed; the message says which, when and why, and what is kept.
         """
-        self._log, self._iterations = [], []
+        self._log, self._iterations, self._failure = [], [], None
         began = time.perf_counter()
         # Binaries cannot be deleted while they are mapped on some platforms: folders go after the instances.
         work = Path(tempfile.mkdtemp(prefix="tribofmu-"))
@@ -135,7 +136,10 @@ class Master:
         timing["master"] = max(0.0, self.loop_seconds - sum(timing.values()))
         timing["setup"] = time.perf_counter() - began - self.loop_seconds
         timing["total"] = time.perf_counter() - began
-        return write_run(Path(folder), self, history, timing, self._log, csv)
+        run = write_run(Path(folder), self, history, timing, self._log, csv, str(self._failure or ""))
+        if self._failure is not None:
+            raise SimulationError(f"{self._failure}; kept in {folder}: {len(run.time) - 1} steps until then")
+        return run
 
     def _open(self, name: str, folder: Path) -> AnyInstance:
         description = self.wiring.descriptions[name]
@@ -166,7 +170,14 @@ class Master:
         loop = time.perf_counter()
         for k in range(steps + 1):
             if k:
-                advance(instances, order, incoming, inputs, outputs, (k - 1) * size, size)
+                try:
+                    advance(instances, order, incoming, inputs, outputs, (k - 1) * size, size)
+                except SimulationError as error:
+                    if k == 1:
+                        raise
+                    self._failure = error
+                    history = {label: values[:k] for label, values in history.items()}
+                    break
             for label, component, rows in recorded:
                 history[label][k] = outputs[component].values[rows]
             if progress is not None:

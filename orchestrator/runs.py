@@ -27,14 +27,15 @@ PACKAGES = ("fmpy", "numpy", "onnx", "onnxruntime", "pandas", "pythonfmu", "scip
 
 @dataclass
 class Run:
-    """A finished run.
+    """A run that was written: a complete one, or the beginning of one that stopped.
 
     Attributes
     ----------
     folder : Path
         Where it lies: ``system.yaml``, ``manifest.json``, ``results.nc``, ``log.txt``.
     manifest : dict
-        Versions, file hashes, mode, timing, the synthetic flag.
+        Versions, file hashes, mode, timing, the synthetic flag; ``"status"`` is ``"ok"``, or ``"stopped"`` and
+        ``"message"`` says which component failed, when and why.
     time : ndarray, shape (steps + 1,)
         Communication points [s].
     values : dict of str to ndarray
@@ -50,13 +51,18 @@ class Run:
     units: dict[str, str]
 
     @classmethod
-    def load(cls, folder: str | os.PathLike[str]) -> Run:
+    def load(cls, folder: str | os.PathLike[str], stopped: bool = False) -> Run:
         """Read a run folder.
+
+        Parameters
+        ----------
+        stopped : bool
+            Also read a run that stopped before its end.
 
         Raises
         ------
         InputError
-            Not a run folder, or its files cannot be read.
+            Not a run folder, its files cannot be read, or the run stopped.
         """
         import xarray
 
@@ -72,7 +78,10 @@ class Run:
                 units = {str(n): str(v.attrs.get("units", "")) for n, v in data.data_vars.items()}
         except (OSError, ValueError, KeyError) as error:
             raise InputError(f"{place}: the run cannot be read ({' '.join(str(error).split())})") from None
-        return cls(place, manifest, time, values, units)
+        run = cls(place, manifest, time, values, units)
+        if not stopped and not run.complete:
+            raise InputError(f"{place}: the run stopped ({run.message[:300]}); allowed: a complete run")
+        return run
 
     def __getitem__(self, name: str) -> FloatArray:
         if name not in self.values:
@@ -83,6 +92,16 @@ class Run:
     def synthetic(self) -> bool:
         """Whether something in the run came from a virtual laboratory."""
         return bool(self.manifest.get("synthetic", False))
+
+    @property
+    def complete(self) -> bool:
+        """Whether the run reached its stop time."""
+        return self.manifest.get("status", "ok") == "ok"
+
+    @property
+    def message(self) -> str:
+        """Which component failed, when and why; empty for a complete run."""
+        return str(self.manifest.get("message", ""))
 
     @property
     def name(self) -> str:
@@ -146,10 +165,12 @@ def write_run(
     timing: dict[str, float],
     log: Sequence[str],
     csv: bool = False,
+    failure: str = "",
 ) -> Run:
-    """Write a run folder, beside its place first, and return the run."""
+    """Write a run folder, beside its place first, and return the run; `failure` says why it stopped early."""
     system, wiring = master.system, master.wiring
-    time: FloatArray = np.arange(system.steps + 1, dtype=np.float64) * system.communication_step
+    points = len(next(iter(history.values()))) if history else system.steps + 1
+    time: FloatArray = np.arange(points, dtype=np.float64) * system.communication_step
     values = {item.label: history[item.label] for item in wiring.recorded}
     values = {label: array[:, 0] if array.shape[1] == 1 else array for label, array in values.items()}
     units = {item.label: item.elements[0].unit for item in wiring.recorded}
@@ -171,7 +192,9 @@ def write_run(
         "mode": master.mode,
         "communication_step": system.communication_step,
         "stop_time": system.stop_time,
-        "steps": system.steps,
+        "steps": points - 1,
+        "status": "stopped" if failure else "ok",
+        "message": failure,
         "seeds": {k: v for k, v in system.provenance.items() if k.endswith("seed")},
         "provenance": system.provenance,
         "components": files,
@@ -226,6 +249,7 @@ def _summary(run: Run) -> list[str]:
         f"{manifest['written']} {run.name}: {manifest['steps']} steps of {manifest['communication_step']:g} s, "
         f"mode {manifest['mode']}, {origin}"
     ]
+    lines += [f"stopped: {run.message}"] if run.message else []
     lines += [
         f"{name}: {part['fmu']} sha256 {part['sha256'][:16]}" for name, part in manifest["components"].items()
     ]

@@ -17,14 +17,15 @@ from .theme import AFTER, AFTER_BAND, BEFORE, dress
 
 def run_page(folder: Path) -> str:
     """Return the HTML of a run folder."""
-    run = Run.load(folder)
+    run = Run.load(folder, stopped=True)
     manifest = run.manifest
     largest = _largest_force(run)
     page = Page(
         title=f"{run.name}: largest force {largest:.1f} kN" if largest is not None else run.name,
         kicker="tribofmu run",
         lead=f"{manifest['steps']} steps of {manifest['communication_step']:g} s in the mode <code>{escape(manifest['mode'])}</code>, "
-        f"{manifest['timing_s']['total']:.1f} s of computing.",
+        f"{manifest['timing_s']['total']:.1f} s of computing."
+        + ("" if run.complete else f" <strong>Stopped: {escape(run.message)}.</strong>"),
         synthetic=run.synthetic,
     )
     if largest is not None:

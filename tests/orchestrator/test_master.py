@@ -11,6 +11,7 @@ import pytest
 
 from friction_models.loads import InputError
 from orchestrator import Master, Run, SimulationError, System
+from orchestrator.jobs import RunTask, run_all
 from tests.orchestrator.tiny_fmus import system_content
 
 H, OFFSET, SLOPE = 0.1, 0.1, 0.5
@@ -85,7 +86,7 @@ def test_run_folder_is_complete_and_can_be_loaded(tiny: dict[str, Path], tmp_pat
     np.testing.assert_array_equal(rerun["forming.load"], run["forming.load"])
 
 
-def test_a_failing_component_is_named_and_leaves_nothing_behind(
+def test_a_failing_component_is_named_and_the_steps_until_then_are_kept(
     tiny: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # A folder of its own: other tests run at the same time.
@@ -94,10 +95,36 @@ def test_a_failing_component_is_named_and_leaves_nothing_behind(
     runs.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(scratch))
     system = System.from_dict(system_content(tiny["fragile_law"], tiny["process"]))
-    with pytest.raises(SimulationError, match=r"component 'friction' failed at t = 0\.\d"):
+    with pytest.raises(
+        SimulationError, match=r"component 'friction' failed at t = 0\.\d.*; kept in .*run: \d steps"
+    ):
         Master(system).run(runs / "run")
-    assert list(runs.iterdir()) == []
     assert list(scratch.iterdir()) == []
+    with pytest.raises(
+        InputError, match=r"the run stopped \(component 'friction' failed at t = .*allowed: a complete"
+    ):
+        Run.load(runs / "run")
+    kept = Run.load(runs / "run", stopped=True)
+    whole = Master(System.from_dict(system_content(tiny["law"], tiny["process"]))).run(runs / "whole")
+    n = len(kept.time)
+    assert 2 <= n < len(whole.time) and kept.manifest["steps"] == n - 1 and not kept.complete
+    assert np.array_equal(kept["forming.load"], whole["forming.load"][:n])
+    assert f"failed at t = {kept.time[-1]:g} s" in kept.message
+    assert "stopped: component 'friction'" in (runs / "run" / "log.txt").read_text()
+
+
+def test_a_run_that_stopped_is_not_taken_for_the_same_run(tiny: dict[str, Path], tmp_path: Path) -> None:
+    task = RunTask(System.from_dict(system_content(tiny["law"], tiny["process"])), tmp_path / "run")
+    run_all([task], jobs=1)
+    before = (tmp_path / "run" / "manifest.json").stat().st_mtime_ns
+    run_all([task], jobs=1)
+    assert (tmp_path / "run" / "manifest.json").stat().st_mtime_ns == before
+    manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
+    (tmp_path / "run" / "manifest.json").write_text(
+        json.dumps(manifest | {"status": "stopped", "message": "x"})
+    )
+    (again,) = run_all([task], jobs=1)
+    assert again.complete
 
 
 def test_unknown_mode_and_result(tiny: dict[str, Path], tmp_path: Path) -> None:
