@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from .instruments import Instruments as Instruments
     from .lubricants import LUBRICANTS as LUBRICANTS
     from .plans import PLAN_NAMES as PLAN_NAMES
+    from .press import NINE_LEVELS as NINE_LEVELS
     from .press import press_curves as press_curves
     from .protocols import PROTOCOLS as PROTOCOLS
     from .rig_files import FORMATS as FORMATS
@@ -27,6 +28,7 @@ _EXPORTS = {
     "Instruments": "instruments",
     "LUBRICANTS": "lubricants",
     "PLAN_NAMES": "plans",
+    "NINE_LEVELS": "press",
     "press_curves": "press",
     "PROTOCOLS": "protocols",
     "FORMATS": "rig_files",

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from forming.upsetting import PunchGeometry, UpsettingResult
 from friction_models.loads import InputError, atomic_folder, atomic_path, write_text
 
 from ..pool import Progress, map_unordered
@@ -23,25 +22,16 @@ from .experiment import Specimen, run_test
 from .instruments import Faults, Instruments
 from .law import TrueLaw
 from .lubricants import lubricant_named
-from .plans import SIGMA_LEVELS, make_plan, parse_plan, read_plan
+from .plans import make_plan, parse_plan, read_plan
 from .reality import perturbations
 from .rig_files import file_format as file_format_named
 from .rig_files import write_channel_map
 from .specimen import (
-    DIAMETER,
-    HEIGHT,
-    STEPS,
-    TABLE_MU,
-    TEMPERATURES,
     Rig,
     SpecimenTable,
-    compute_run,
-    solver_fingerprint,
 )
+from .specimen_runs import solver_fingerprint, specimen_tables
 from .truth import write_truth
-
-#: Specimens are upset a little beyond the largest force, for those that are softer.
-FORCE_MARGIN = 1.2
 
 
 @dataclass
@@ -209,7 +199,14 @@ class Campaign:
         report = progress or (lambda done, of, what: None)
         partial = self._partial(target, kind.name)
         known = {row["test_id"] for row in rows if (partial / "truth" / f"{row['test_id']}.npz").is_file()}
-        tables = self._tables(tests, jobs, report, len(rows))
+        shapes = {_shape(row): float(row["bore"]) for row in rows}
+        tables = specimen_tables(
+            shapes,
+            self._rig,
+            None if self.cache is None else str(self.cache),
+            jobs,
+            lambda done, of: report(0, len(rows), f"virtual upsetting {done} of {of}"),
+        )
         if known:
             report(len(known), len(rows), f"{len(known)} tests known")
         open_rows = [row for row in rows if row["test_id"] not in known]
@@ -268,42 +265,6 @@ class Campaign:
             "instruments": asdict(self._instruments),
             "faults": None if self.faults is None else asdict(self.faults),
         }
-
-    def _tables(
-        self, tests: pd.DataFrame, jobs: int | None, report: Progress, total: int
-    ) -> dict[float, SpecimenTable]:
-        shapes = {_shape(row): float(row["bore"]) for row in tests.to_dict("records")}
-        cache = None if self.cache is None else str(self.cache)
-        changed = [name for name in STEPS if name == "mu" or self._rig.scattered]
-        cases: list[tuple[float, dict[str, float]]] = [(T, {}) for T in TEMPERATURES]
-        cases += [(TEMPERATURES[0], {name: STEPS[name]}) for name in changed]
-        items = [
-            (
-                PunchGeometry(
-                    DIAMETER + change.get("diameter", 0.0),
-                    HEIGHT + change.get("height", 0.0),
-                    bore_diameter=bore,
-                    tip_diameter=tip or None,
-                ),
-                T,
-                TABLE_MU + change.get("mu", 0.0),
-                FORCE_MARGIN * SIGMA_LEVELS[-1] * np.pi / 4.0 * bore**2,
-                self._rig,
-                cache,
-            )
-            for tip, bore in shapes.items()
-            for T, change in cases
-        ]
-        runs: dict[int, UpsettingResult] = {}
-        for index, run in map_unordered(compute_run, items, jobs):
-            runs[index] = run
-            report(0, total, f"virtual upsetting {len(runs)} of {len(items)}")
-        m1 = self._rig.material.m1
-        tables = {}
-        for number, shape in enumerate(shapes):
-            mine = [runs[len(cases) * number + k] for k in range(len(cases))]
-            tables[shape] = SpecimenTable((mine[0], mine[1]), m1, dict(zip(changed, mine[2:])))
-        return tables
 
     def _plan_info(self) -> dict[str, Any]:
         if isinstance(self.plan, str) and not self.plan.lower().endswith(".csv"):

@@ -22,7 +22,7 @@ PROTOCOLS: dict[str, tuple[str, ...]] = {
 }
 #: Unit and limits of every number of a plan.
 LIMITS: dict[str, tuple[float, float, str]] = {
-    "sigma_set": (50.0, 2750.0, "MPa"),
+    "sigma_set": (50.0, 2900.0, "MPa"),
     "v_set": (0.5, 1000.0, "mm/s"),
     "T_tool": (0.0, 350.0, "degC"),
     "T_specimen": (0.0, 350.0, "degC"),
@@ -30,8 +30,8 @@ LIMITS: dict[str, tuple[float, float, str]] = {
     "t_wait": (0.05, 600.0, "s"),
     "Ra": (0.0, 10.0, "um"),
     "v_levels": (0.5, 1000.0, "mm/s"),
-    "sigma_end": (20.0, 2750.0, "MPa"),
-    "sigma_levels": (20.0, 2750.0, "MPa"),
+    "sigma_end": (20.0, 2900.0, "MPa"),
+    "sigma_levels": (20.0, 2900.0, "MPa"),
     "hold_at": (0.5, 119.0, "mm"),
     "hold": (0.05, 600.0, "s"),
     "zero_reading": (0.1, 120.0, "s"),

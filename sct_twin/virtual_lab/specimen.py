@@ -6,22 +6,18 @@ force and temperature; results are kept in a cache folder, keyed by everything t
 
 from __future__ import annotations
 
-import hashlib
-import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
-from pathlib import Path
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-import forming
 from forming.material import HenselSpittel, steel_16MnCr5
-from forming.upsetting import PunchGeometry, UpsettingResult
-from friction_models.loads import FloatArray, atomic_path
+from forming.upsetting import UpsettingResult
+from friction_models.loads import FloatArray
 
 from ..contact_temperature import ThermalBody, ThermalSettings
-from ..upsetting import ContactState, robust_upset
+from ..upsetting import ContactState
 
 #: Thermal grid and heat data that hold in the laboratory: other values, and another dependence on temperature.
 FINE = ThermalSettings(
@@ -188,66 +184,3 @@ class SpecimenTable:
             radius_fraction=parts[0][0].radius_fraction,
             pressure=blend("pressure"),
         )
-
-
-def compute_run(
-    punch: PunchGeometry, T_tool: float, mu: float, force: float, rig: Rig, cache: str | None
-) -> UpsettingResult:
-    """Return one upsetting run up to `force` [N] with friction `mu`, from the cache where it is known."""
-    arguments: dict[str, Any] = {
-        "material": rig.material,
-        "mu": mu,
-        "T0": T_tool,
-        "T_tool": T_tool,
-        "speed": rig.ram_speed,
-    }
-    folder = Path(cache) if cache else cache_folder()
-    key = hashlib.sha256(
-        (repr((punch, force, rig.mesh_size, sorted(arguments.items()))) + solver_fingerprint()).encode()
-    ).hexdigest()[:24]
-    file = folder / f"upsetting-{key}.npz"
-    names = [f.name for f in fields(UpsettingResult)]
-    if file.is_file():
-        try:
-            with np.load(file, allow_pickle=False) as stored:
-                values: dict[str, Any] = {name: stored[name] for name in names}
-            values |= {name: str(values[name]) for name in ("status", "message")}
-            return UpsettingResult(**values)
-        except (OSError, ValueError, KeyError):
-            file.unlink(missing_ok=True)
-    run = robust_upset(punch, force, rig.mesh_size, "virtual laboratory", **arguments)
-    try:
-        with atomic_path(file) as temporary, temporary.open("wb") as stream:
-            np.savez(stream, **{n: np.asarray(getattr(run, n)) for n in names})  # type: ignore[arg-type]
-    except OSError:
-        return run  # a read-only home folder costs time, nothing else
-    return run
-
-
-def cache_folder() -> Path:
-    """Return the user's cache folder of the project."""
-    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "tribofmu"
-
-
-#: What upsetting uses of the forming package, besides the kernel.
-_UPSETTING = frozenset(
-    {
-        "upsetting.py",
-        "tooling.py",
-        "temperature.py",
-        "friction_input.py",
-        "material.py",
-        "material_base.py",
-        "flow_curves.py",
-    }
-)
-
-
-def solver_fingerprint() -> str:
-    """Return a fingerprint of the solver: its results are only as good as its code was."""
-    digest = hashlib.sha256()
-    for file in sorted(Path(str(forming.__file__)).parent.rglob("*.py")):
-        if file.parent.name == "fe" or file.name in _UPSETTING:
-            digest.update(file.read_bytes())
-    return digest.hexdigest()

@@ -232,7 +232,7 @@ def test_faults_that_leave_no_trace_or_no_record(record_maker: Maker) -> None:
         ({"protocol": "speed_step", "v_levels": "5;x"}, "v_levels = 'x'; allowed: 0.5 to 1000 mm/s"),
         ({"protocol": "pressure_ramp", "sigma_end": 1500}, "sigma_end = 1500; allowed: 20 to 1000 MPa"),
         ({"protocol": "hold", "hold_at": 5.0}, "hold is missing; allowed: 0.05 to 600 s"),
-        ({"sigma_set": np.nan}, "sigma_set is missing; allowed: 50 to 2750 MPa"),
+        ({"sigma_set": np.nan}, "sigma_set is missing; allowed: 50 to 2900 MPa"),
         ({"psi_set": 7}, "psi_set = 7; allowed: a specimen shape of the rig: 1.069, 5, 10, 20"),
         ({"test_id": "../x"}, "test_id '../x'; allowed: a name that can be a file name"),
         ({"T_tool": "hot"}, "T_tool = 'hot'; allowed: 0 to 350 degC"),

@@ -1,0 +1,141 @@
+"""The upsetting runs behind a campaign's specimens, kept in a cache folder by all that they depend on."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import forming
+from forming.upsetting import PunchGeometry, UpsettingResult
+from friction_models.loads import atomic_path
+
+from ..pool import map_unordered
+from ..upsetting import robust_upset
+from .plans import SIGMA_LEVELS
+from .specimen import DIAMETER, HEIGHT, STEPS, TABLE_MU, TEMPERATURES, Rig, SpecimenTable
+
+#: Specimens are upset beyond the largest force, for those that are softer.
+FORCE_MARGIN = 1.2
+
+
+def specimen_tables(
+    shapes: Mapping[float, float],
+    rig: Rig,
+    cache: str | None,
+    jobs: int | None,
+    tick: Callable[[int, int], None],
+) -> dict[float, SpecimenTable]:
+    """Return the table of every specimen shape.
+
+    Parameters
+    ----------
+    shapes : mapping
+        Diameter of the first contact [mm], 0 where the whole end face touches, and bore of the punch [mm].
+    rig : Rig
+        The laboratory's reality.
+    cache : str, optional
+        Folder of known runs; the user's by default.
+    jobs : int, optional
+        Processes.
+    tick : callable
+        Called with (done, total).
+    """
+    changed = [name for name in STEPS if name == "mu" or rig.scattered]
+    cases: list[tuple[float, dict[str, float]]] = [(T, {}) for T in TEMPERATURES]
+    cases += [(TEMPERATURES[0], {name: STEPS[name]}) for name in changed]
+    items = [
+        (
+            PunchGeometry(
+                DIAMETER + change.get("diameter", 0.0),
+                HEIGHT + change.get("height", 0.0),
+                bore_diameter=bore,
+                tip_diameter=tip or None,
+            ),
+            T,
+            TABLE_MU + change.get("mu", 0.0),
+            FORCE_MARGIN * SIGMA_LEVELS[-1] * np.pi / 4.0 * bore**2,
+            rig,
+            cache,
+        )
+        for tip, bore in shapes.items()
+        for T, change in cases
+    ]
+    runs: dict[int, UpsettingResult] = {}
+    for index, run in map_unordered(compute_run, items, jobs):
+        runs[index] = run
+        tick(len(runs), len(items))
+    m1 = rig.material.m1
+    tables = {}
+    for number, shape in enumerate(shapes):
+        mine = [runs[len(cases) * number + k] for k in range(len(cases))]
+        tables[shape] = SpecimenTable((mine[0], mine[1]), m1, dict(zip(changed, mine[2:])))
+    return tables
+
+
+def compute_run(
+    punch: PunchGeometry, T_tool: float, mu: float, force: float, rig: Rig, cache: str | None
+) -> UpsettingResult:
+    """Return one upsetting run up to `force` [N] with friction `mu`, from the cache where it is known."""
+    arguments: dict[str, Any] = {
+        "material": rig.material,
+        "mu": mu,
+        "T0": T_tool,
+        "T_tool": T_tool,
+        "speed": rig.ram_speed,
+    }
+    folder = Path(cache) if cache else cache_folder()
+    key = hashlib.sha256(
+        (repr((punch, force, rig.mesh_size, sorted(arguments.items()))) + solver_fingerprint()).encode()
+    ).hexdigest()[:24]
+    file = folder / f"upsetting-{key}.npz"
+    names = [f.name for f in fields(UpsettingResult)]
+    if file.is_file():
+        try:
+            with np.load(file, allow_pickle=False) as stored:
+                values: dict[str, Any] = {name: stored[name] for name in names}
+            values |= {name: str(values[name]) for name in ("status", "message")}
+            return UpsettingResult(**values)
+        except (OSError, ValueError, KeyError):
+            file.unlink(missing_ok=True)
+    run = robust_upset(punch, force, rig.mesh_size, "virtual laboratory", **arguments)
+    try:
+        with atomic_path(file) as temporary, temporary.open("wb") as stream:
+            np.savez(stream, **{n: np.asarray(getattr(run, n)) for n in names})  # type: ignore[arg-type]
+    except OSError:
+        return run  # a read-only home folder costs time, nothing else
+    return run
+
+
+def cache_folder() -> Path:
+    """Return the user's cache folder of the project."""
+    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(base) / "tribofmu"
+
+
+#: What upsetting uses of the forming package, besides the kernel.
+_UPSETTING = frozenset(
+    {
+        "upsetting.py",
+        "tooling.py",
+        "temperature.py",
+        "friction_input.py",
+        "material.py",
+        "material_base.py",
+        "flow_curves.py",
+    }
+)
+
+
+def solver_fingerprint() -> str:
+    """Return a fingerprint of the solver: its results are only as good as its code was."""
+    digest = hashlib.sha256()
+    for file in sorted(Path(str(forming.__file__)).parent.rglob("*.py")):
+        if file.parent.name == "fe" or file.name in _UPSETTING:
+            digest.update(file.read_bytes())
+    return digest.hexdigest()
