@@ -191,6 +191,14 @@ def test_impossible_processes_are_refused(wrong):
     assert f"{name} = {value!r}" in str(caught.value) and "allowed:" in str(caught.value)
 
 
+def test_a_billet_that_stands_out_of_the_container_is_refused():
+    """What stands out would be upset there instead of going through the die."""
+    default = ForwardRodExtrusion(billet_length=40.0).container_length
+    assert ForwardRodExtrusion(billet_length=40.0, container_length=default - 1.9).max_stroke > 30.0
+    with pytest.raises(InputError, match=r"container_length = 30\.0 mm; allowed: 3\d\.\d+ to 1000 mm"):
+        ForwardRodExtrusion(billet_length=40.0, container_length=30.0)
+
+
 @pytest.mark.parametrize("mu", [float("nan"), -0.1, float("inf"), 99.0])
 def test_impossible_friction_is_refused(mu):
     with pytest.raises(InputError, match=r"mu = .*marker 0.*allowed: finite, 0 to 10"):
