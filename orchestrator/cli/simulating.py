@@ -29,6 +29,7 @@ def simulate(
     ] = None,
 ) -> None:
     """Run a system of FMUs and write a run folder (results, manifest, log)."""
+    from ..errors import SimulationError
     from ..forces import compare_force, read_press_curve
     from ..master import Master
     from ..system import System
@@ -46,7 +47,14 @@ def simulate(
             from ..run_fields import asked_for_fields, keep_fields
 
             kept = stack.enter_context(asked_for_fields(fields))
-            run = master.run(out, progress=tell, csv=csv)
+            try:
+                run = master.run(out, progress=tell, csv=csv)
+            except SimulationError:
+                if (
+                    out / "manifest.json"
+                ).is_file():  # the steps until then are kept, and so are their fields
+                    keep_fields(kept, out)
+                raise
             snapshots = keep_fields(kept, out)
     timing = run.manifest["timing_s"]
     say(

@@ -63,3 +63,18 @@ def test_environment_is_left_as_it_was(monkeypatch):
     with asked_for_fields(1.0) as place:
         assert os.environ[FIELDS_FOLDER] == str(place) and place.is_dir()
     assert os.environ[FIELDS_FOLDER] == "mine" and not place.exists()
+
+
+def test_a_run_that_stops_keeps_the_fields_until_then(tmp_path):
+    pack_forming(tmp_path / "forming.fmu", n_points=30, mesh_size=0.9, billet_length=12.0, speed=20.0)
+    (tmp_path / "fre.yaml").write_text(
+        "name: fre\ncommunication_step: 0.1\nstop_time: 0.6\n"  # 12 mm; the billet has 10.6 mm of stroke
+        "components:\n  forming: {fmu: forming.fmu, start: {mu: 0.08}}\n"
+    )
+    done = CliRunner().invoke(
+        app, ["simulate", str(tmp_path / "fre.yaml"), "-o", str(tmp_path / "run"), "--fields", "2"]
+    )
+    assert done.exit_code != 0
+    run = Run.load(tmp_path / "run", stopped=True)
+    assert not run.complete and run["forming.stroke"][-1] == pytest.approx(10.0)
+    assert fields_of(tmp_path / "run")["fre"].strokes[-1] == pytest.approx(10.0, abs=0.2)
