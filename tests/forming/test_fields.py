@@ -275,3 +275,19 @@ def test_a_run_that_stops_keeps_where_it_stopped():
     assert result.status == "stopped"
     assert result.fields.strokes[0] == 0.0 and result.fields.strokes[-1] == pytest.approx(result.stroke[-1])
     assert len(CONTACT_FIELDS) == result.fields.at().contact.shape[1]
+
+
+def test_the_pressure_shown_on_a_face_carries_its_force(kept):
+    """Integrated along the face as a viewer would: the punch, whose edge shares its nodes with the container."""
+    last = kept.fields.at()
+    x, p = last.x[last.chain].astype(float), last.contact[:, 0].astype(float)
+    on_punch = x[:, 1] > x[:, 1].max() - 0.02
+    a, b = x[:-1], x[1:]
+    edge = on_punch[:-1] & on_punch[1:] & (p[:-1] > 0.0) & (p[1:] > 0.0)
+    r0, r1, length = a[edge, 0], b[edge, 0], np.hypot(*(b - a)[edge].T)
+    ring = 2.0 * np.pi * length * ((2.0 * r0 + r1) * p[:-1][edge] + (r0 + 2.0 * r1) * p[1:][edge]) / 6.0
+    assert 1e-3 * ring.sum() == pytest.approx(kept.force[-1], rel=0.01)
+    # Where it slides, friction is mu p; the pressure alone is averaged along the contact.
+    sliding = (last.contact[:, 4] > 1.0) & (last.contact[:, 3] < 0.9)
+    ratio = last.contact[sliding, 1].sum() / last.contact[sliding, 0].sum()
+    assert sliding.sum() > 20 and ratio == pytest.approx(0.08, rel=0.01)
