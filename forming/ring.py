@@ -18,7 +18,6 @@ from .fe.state import RemeshPolicy, StepControl
 from .heat_input import TOOLS
 from .material import MaterialSource
 from .process import FormingProcess
-from .ranges import check_range
 from .tooling import block_field, flat_punch, plate
 
 #: Largest share of the height that a stroke may take.
@@ -71,6 +70,8 @@ class Upsetting(FormingProcess):
     """
 
     name = "upsetting"
+    #: As a share of the diameter.
+    smallest_bore = 0.0
 
     def __init__(
         self,
@@ -106,7 +107,8 @@ class Upsetting(FormingProcess):
         )
         self._number("diameter", diameter, 1.0, 300.0, "mm")
         self._number("height", height, 0.1 * diameter, 2.5 * diameter, "mm")
-        self._number("bore_diameter", bore_diameter, 0.0, 0.9 * diameter, "mm")
+        smallest = self.smallest_bore * diameter
+        self._number("bore_diameter", bore_diameter, smallest, 0.9 * diameter, "mm")
         if 0.0 < bore_diameter < 0.05 * diameter:
             raise InputError(
                 f"{self.name}: bore_diameter = {bore_diameter!r} mm; allowed: 0 (solid), or "
@@ -120,8 +122,8 @@ class Upsetting(FormingProcess):
         self.diameter, self.height, self.bore_diameter = diameter, height, bore_diameter
         self.mesh_size = mesh_size
         self.shear_factor = shear_factor
-        self.isothermal = bool(isothermal)
-        self.remeshing = bool(remeshing)
+        self.isothermal = check_flag(self.name, "isothermal", isothermal)
+        self.remeshing = check_flag(self.name, "remeshing", remeshing)
 
     @property
     def max_stroke(self) -> float:
@@ -165,11 +167,11 @@ class RingCompression(Upsetting):
     """
 
     name = "ring compression"
+    smallest_bore = 0.05
 
     def __init__(
         self, diameter: float = 12.0, height: float = 4.0, bore_diameter: float = 6.0, **more: Any
     ) -> None:
-        check_range(self.name, "bore_diameter", bore_diameter, 0.05 * diameter, 0.9 * diameter, "mm")
         super().__init__(diameter, height, bore_diameter, **more)
 
     def bore_profile(self, levels: int = 200) -> FloatArray:

@@ -174,6 +174,12 @@ def test_twin_fmu_is_the_process(twin: Path) -> None:
         (pack_forming, {"halfangle": 40.0}, "did you mean 'half_angle'"),
         (pack_forming, {"half_angle": 4.0}, "half_angle = 4.0 degrees; allowed"),
         (pack_forming, {"stroke": 500.0}, "stroke = 500.0 mm"),
+        (
+            pack_forming,
+            {"process": "ring", "diameter": "wide"},
+            "ring compression: diameter = 'wide' mm; allowed",
+        ),
+        (pack_forming, {"process": "ring", "bore_diameter": 0.0}, "bore_diameter = 0.0 mm; allowed: 0.6 to"),
         (pack_twin, {"bor": 4.0}, "did you mean 'bore'"),
         (pack_twin, {"bore": -1.0}, "bore_diameter = -1.0 mm"),
         (pack_twin, {"F_max": "much"}, "F_max = 'much', allowed: a number"),
