@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from forming.pool import Progress, map_unordered
 from friction_models.loads import InputError, atomic_folder, atomic_path, write_text
 
-from ..pool import Progress, map_unordered
 from ..raw_campaign import RawCampaign, check_target, write_tables
 from ..result import fingerprint
 from .experiment import Specimen, run_test

@@ -18,10 +18,10 @@ import pandas as pd
 from forming.bce import BackwardCupExtrusion
 from forming.fre import ForwardRodExtrusion
 from forming.material import steel_16MnCr5
+from forming.pool import Progress, map_unordered
 from forming.press import PressCurves, PressLevel
 from friction_models.loads import FloatArray, InputError, unknown_name
 
-from ..pool import Progress, map_unordered
 from ..raw_campaign import RawCampaign
 from .campaign import Campaign
 from .law import ContactLaw, TrueLaw

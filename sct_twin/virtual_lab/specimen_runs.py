@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 import forming
+from forming.pool import map_unordered
 from forming.upsetting import PunchGeometry, UpsettingResult
 from friction_models.loads import atomic_path
 
-from ..pool import map_unordered
 from ..upsetting import robust_upset
 from .plans import SIGMA_LEVELS
 from .specimen import DIAMETER, HEIGHT, STEPS, TABLE_MU, TEMPERATURES, Rig, SpecimenTable
