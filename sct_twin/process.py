@@ -102,7 +102,7 @@ class SctProcess:
         upsetting_mu: float = 0.07,
         speed: float = 100.0,
         material: Material | str | None = None,
-        mesh_size: float = 0.6,
+        mesh_size: float = 0.7,
         thermal: ThermalSettings | None = None,
         t_wait: float = 0.0,
     ) -> None:

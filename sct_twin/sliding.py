@@ -34,7 +34,7 @@ def rest(contact: SlidingContact, seconds: float) -> None:
     """Let specimen and plate lie on each other without sliding; steps grow with time."""
     if seconds <= 0.0:
         return
-    edges = np.linspace(0.0, 1.0, 13) ** 2 * seconds
+    edges = np.linspace(0.0, 1.0, 25) ** 2 * seconds
     for dt in np.diff(edges):
         contact.advance(float(dt), 0.0, 0.0)
 

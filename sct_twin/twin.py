@@ -14,10 +14,10 @@ import numpy as np
 import pandas as pd
 
 from forming.material import MaterialSource, as_material, steel_16MnCr5
+from forming.pool import Progress, map_unordered
 from friction_models.loads import InputError
 
 from .filters import smooth
-from .pool import Progress, map_unordered
 from .raw_campaign import RawCampaign
 from .record import SctRecord
 from .result import ASSUMPTIONS, EXTRA_UNITS, TestResult, fingerprint, read_netcdf, write_netcdf
@@ -67,7 +67,7 @@ class SctTwin:
     """
 
     material: MaterialSource = field(default_factory=steel_16MnCr5)
-    mesh_size: float = 0.6
+    mesh_size: float = 0.7
     thermal: ThermalSettings | None = None
     upsetting_mu: float | None = 0.07
     uniform_pressure: bool = False
@@ -195,6 +195,7 @@ class SctTwin:
         out: str | os.PathLike[str] | None = None,
         jobs: int | None = None,
         progress: Progress | None = None,
+        check: int = 0,
     ) -> TwinResult:
         """Evaluate all tests of a campaign.
 
@@ -209,6 +210,9 @@ class SctTwin:
             Processes; all cores by default.
         progress : callable, optional
             Called with (done, total, what).
+        check : int
+            So many tests are also evaluated at the reference fidelity and with other assumptions, one at a
+            time (`sct_twin.twin_error`); the differences go into the result. 0: none.
 
         Returns
         -------
@@ -220,6 +224,8 @@ class SctTwin:
         InputError
             Not a campaign, or none of its tests can be evaluated.
         """
+        if check < 0:
+            raise InputError(f"check = {check} tests; allowed: 0 or more")
         source = campaign if isinstance(campaign, RawCampaign) else RawCampaign.load(campaign)
         mass = source.moving_mass
         folder = None if out is None else Path(out)
@@ -242,7 +248,7 @@ class SctTwin:
             report(len(results), len(ids), f"{len(results)} tests known")
         open_ids = [test_id for test_id in ids if test_id not in results]
         items = [(self, str(source.folder), source.metadata(test_id), mass) for test_id in open_ids]
-        for index, outcome in map_unordered(_evaluate_file, items, jobs):
+        for index, outcome in map_unordered(evaluate_file, items, jobs):
             test_id = open_ids[index]
             if isinstance(outcome, str):
                 failures[test_id] = outcome
@@ -255,6 +261,12 @@ class SctTwin:
         if not results:
             raise InputError(f"none of {len(ids)} tests can be evaluated; the first: {failures[ids[0]]}")
         result = self._assemble(source, ids, results, failures)
+        if check:
+            from . import twin_error
+
+            done = [test_id for test_id in ids if test_id in results]
+            result.errors = twin_error.check(self, source, done, check, jobs, progress)
+            result.info["errors"] = {"unit": "%", "largest": twin_error.summary(result.errors)}
         if folder is not None:
             result.save(folder)
         return result
@@ -309,7 +321,7 @@ class SctTwin:
         )
 
 
-def _evaluate_file(twin: SctTwin, folder: str, metadata: dict[str, Any], mass: float) -> TestResult | str:
+def evaluate_file(twin: SctTwin, folder: str, metadata: dict[str, Any], mass: float) -> TestResult | str:
     """Evaluate one test of a campaign in a pool; a reason where it cannot be."""
     test_id = str(metadata["test_id"])
     try:

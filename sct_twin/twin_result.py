@@ -64,6 +64,12 @@ class TwinResult:
             means["mu"] = (means["F_r"] / means["F_n"]).clip(lower=0.0)
         return DataSet(means, self.tests, {**self.info, "kind": KIND_AVERAGES})
 
+    def error_table(self) -> str:
+        """Return what was found about the twin's errors as text."""
+        from . import twin_error
+
+        return twin_error.table(self.errors)
+
     def save(self, folder: str | os.PathLike[str]) -> Path:
         """Write both data sets, each file at once; other files in the folder stay.
 

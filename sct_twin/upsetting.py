@@ -245,7 +245,7 @@ def robust_upset(
     """
     message = ""
     largest = punch.specimen_diameter / 8.0
-    for factor in (1.0, 0.9, 1.12, 0.8, 1.25):
+    for factor in (1.0, 1.1, 0.9, 1.25, 0.8):
         result = upset(punch, force=force, mesh_size=min(factor * mesh_size, largest), **arguments)
         if result.status == "ok":
             return result

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from friction_models.loads import LOAD_NAMES, InputError
-from sct_twin import SctProcess
+from sct_twin import RawCampaign, SctProcess, TwinResult
 
 
 @pytest.fixture(scope="module")
@@ -26,6 +28,65 @@ def test_loads_of_a_test_that_is_driven_from_outside(process: SctProcess) -> Non
     assert 1.04 < loads.psi < 1.07
     assert 200.0 < loads.T < process.T_max
     process.restore(start)
+
+
+def test_a_rest_is_kept_under_a_wobbling_force_and_as_a_parameter() -> None:
+    stepped = SctProcess(F_max=330e3, T_tool=100.0, T_specimen=120.0, speed=200.0)
+    at_once = SctProcess(F_max=330e3, T_tool=100.0, T_specimen=120.0, speed=200.0, t_wait=5.0)
+    start = stepped.advance(0.0, 330e3, 0.0, 100.0, 0.0)
+    for k in range(100):
+        stepped.advance(0.05, 330e3 * (1.0 + 0.003 * (-1) ** k), 0.0, 100.0, 0.0)
+    rested = at_once.advance(0.0, 330e3, 0.0, 100.0, 0.0)
+    # Upsetting has heated the specimen; plate and punch take that away while it lies there.
+    assert start.T - 100.0 > 5.0
+    assert stepped.loads.T < start.T - 2.0
+    assert pytest.approx(stepped.loads.T - 100.0, rel=0.05) == rested.T - 100.0
+
+
+def test_contact_belongs_to_the_highest_force_so_far() -> None:
+    process = SctProcess(F_max=330e3, bore=20.0, T_tool=20.0, speed=100.0)
+    small = process.advance(0.0, 150e3, 100.0, 20.0, 0.07)
+    process.advance(0.01, 150e3, 100.0, 20.0, 0.07)
+    unloaded = process.advance(0.01, 75e3, 100.0, 20.0, 0.07)
+    assert unloaded.sigma_n == pytest.approx(0.5 * small.sigma_n, rel=1e-12)
+    assert unloaded.psi == small.psi
+    loaded = process.advance(0.01, 165e3, 100.0, 20.0, 0.07)
+    assert loaded.psi > small.psi
+    assert small.sigma_n < loaded.sigma_n < 1.1 * small.sigma_n
+
+
+def test_driven_by_a_measurement_it_gives_the_loads_of_the_twin(
+    tiny: RawCampaign, twinned: tuple[TwinResult, Path]
+) -> None:
+    result, _ = twinned
+    tests = result.tests.set_index("test_id")
+    for test_id in ("sct002", "sct005"):
+        points = result.points[result.points["test_id"] == test_id]
+        row = tests.loc[test_id]
+        process = SctProcess(
+            bore=row["bore"],
+            tip=0.0 if np.isnan(row["tip"]) else row["tip"],
+            F_max=float(points["F_n"].max()),
+            T_tool=row["T_tool"],
+            speed=float(points["v_rel"].max()),
+            t_wait=row["t_wait"],
+        )
+        T, sigma_n = [], []
+        t = sd = 0.0
+        force = float(points["F_n"].iloc[0])
+        process.advance(0.0, force, 0.0, row["T_tool"], 0.0)
+        for point in points.itertuples():
+            loads = process.advance(
+                point.t - t, point.F_n, (point.sd - sd) / (point.t - t), row["T_tool"], point.mu
+            )
+            t, sd = point.t, point.sd
+            T.append(loads.T)
+            sigma_n.append(loads.sigma_n)
+            assert loads.sd == pytest.approx(point.sd)
+        rise = points["T"].to_numpy() - row["T_tool"]
+        assert np.abs(np.array(T) - points["T"].to_numpy()).mean() < 0.01 * rise.mean()
+        assert np.abs(np.array(sigma_n) / points["sigma_n"].to_numpy() - 1.0).max() < 0.005
+        assert process.loads.psi == pytest.approx(points["psi"].iloc[-1], rel=0.005)
 
 
 def test_snapshot_is_exact_and_can_be_used_again(process: SctProcess) -> None:
@@ -51,5 +112,7 @@ def test_less_friction_less_heat(process: SctProcess) -> None:
 def test_impossible_inputs(process: SctProcess) -> None:
     with pytest.raises(InputError, match="mu = nan; allowed: 0 to 10"):
         process.advance(0.01, 1e5, 100.0, 20.0, float("nan"))
+    with pytest.raises(InputError, match=r"t_wait = -1 s; allowed: 0 to 1e5 s"):
+        SctProcess(t_wait=-1)
     with pytest.raises(InputError, match="F_max = -1"):
         SctProcess(F_max=-1.0)

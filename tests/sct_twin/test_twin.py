@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import json
 import shutil
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
 from friction_models.loads import POINT_COLUMNS, DataSet, InputError
 from sct_twin import RawCampaign, SctTwin, TwinResult
 from sct_twin.ingest import ingest
+from sct_twin.result import read_netcdf
 from sct_twin.virtual_lab import load_truth
 
 
@@ -41,9 +47,10 @@ def test_loads_and_friction_meet_the_truth(tiny: RawCampaign, twinned: tuple[Twi
         assert abs(np.mean(p["mu"] - t["mu"])) < 4e-4
         assert np.abs(p["v_rel"][20:] / t["v_rel"][20:] - 1.0).max() < 0.03
     error = np.array(worst)
-    assert (error[:, 0] < 0.06).all() and error[:, 0].mean() < 0.025
-    # A contact that has not filled the bore is known to a node of the mesh.
-    assert (error[:, 1] < 0.07).all() and error[:, 1].mean() < 0.025
+    # The laboratory's steel is 1.5 % harder than the twin's, and its specimens scatter; where a taper folds down
+    # the area grows with twice the relative force, and one test in nine is such.
+    assert (error[:, 0] < 0.045).all() and np.median(error[:, 0]) < 0.015
+    assert (error[:, 1] < 0.045).all() and (error[:, 1] < 0.02).sum() >= 8
     assert (error[:, 2] < 0.03).all()
 
 
@@ -104,6 +111,63 @@ def test_finished_tests_are_not_computed_again(
     assert np.array_equal(again.points["T"], result.points["T"])
     SctTwin(spacing=0.5).run(tiny, out=tmp_path / "data", jobs=1)
     assert len(computed) == 10  # other settings: everything anew
+
+
+def test_a_killed_run_goes_on_bit_for_bit(
+    tiny: RawCampaign, twinned: tuple[TwinResult, Path], tmp_path: Path
+) -> None:
+    result, _ = twinned
+    out = tmp_path / "data"
+    script = "import sys; from sct_twin import SctTwin; SctTwin().run(sys.argv[1], out=sys.argv[2], jobs=1)"
+    command = [sys.executable, "-c", script, str(tiny.folder), str(out)]
+    with subprocess.Popen(command) as running:
+        finished: list[Path] = []
+        while running.poll() is None and len(finished) < 2:
+            time.sleep(0.02)
+            finished = list((out / "twin").glob("sct*.nc"))
+        running.kill()
+    assert running.returncode == -signal.SIGKILL and len(finished) >= 2
+    assert not (out / "points.csv").exists()
+    kept = {file.name: file.read_bytes() for file in (out / "twin").glob("sct*.nc")}
+    (out / "twin" / ".sct009.nc.half.nc").write_bytes(b"half a file")
+    (out / ".dataset.half").mkdir()
+    assert all(read_netcdf(out / "twin" / name) is not None for name in kept)
+    seen: list[str] = []
+    again = SctTwin().run(tiny, out=out, jobs=1, progress=lambda done, total, what: seen.append(what))
+    assert seen[0] == f"{len(kept)} tests known" and len(seen) == 10 - len(kept)
+    pd.testing.assert_frame_equal(again.points, result.points, check_exact=True)
+    pd.testing.assert_frame_equal(again.tests, result.tests, check_exact=True)
+    assert kept == {name: (out / "twin" / name).read_bytes() for name in kept}
+    assert sorted(path.name for path in out.iterdir()) == [
+        "averages",
+        "dataset.json",
+        "points.csv",
+        "tests.csv",
+        "twin",
+    ]
+    assert len(list((out / "twin").iterdir())) == 9
+
+
+def test_errors_of_fidelity_and_assumptions(tiny: RawCampaign, tmp_path: Path) -> None:
+    folder = tmp_path / "c"
+    shutil.copytree(tiny.folder, folder)
+    few = [str(test_id) for test_id in list(tiny.tests["test_id"])[:2]]
+    tests = pd.read_csv(folder / "tests.csv")
+    tests[tests["test_id"].isin(few)].to_csv(folder / "tests.csv", index=False)
+    result = SctTwin().run(folder, out=tmp_path / "data", jobs=1, check=1)
+    errors = pd.read_csv(tmp_path / "data" / "errors.csv").set_index("variant")
+    assert set(errors["test_id"]) == {few[0]} and len(errors) == 9
+    assert errors.loc["finer mesh and grid", ["sigma_n", "psi"]].abs().max() < 2.0
+    assert errors.loc["finer mesh and grid", "T"] == pytest.approx(0.0, abs=3.0)
+    # What concerns the sliding only leaves the contact alone; harder steel, smaller contact.
+    for variant in ("interface heat transfer x 0.5", "heat data of 20 degC", "contact heated evenly"):
+        assert errors.loc[variant, "sigma_n"] == errors.loc[variant, "psi"] == 0.0
+    assert errors.loc["contact heated evenly", "T_max"] < -1.0
+    assert errors.loc["flow stress x 1.02", "sigma_n"] > 0.0
+    assert result.info["errors"]["largest"]["flow stress x 1.02"]["sigma_n"] > 0.0
+    assert "flow stress x 1.02" in result.error_table()
+    with pytest.raises(InputError, match="check = -1 tests"):
+        SctTwin().run(folder, check=-1)
 
 
 def test_a_bad_record_is_left_out(tiny: RawCampaign, tmp_path: Path) -> None:
