@@ -195,7 +195,15 @@ def testable(
         absent = [m for m in effect.metadata if m not in campaign.system]
         if effect.name in taken:
             continue
-        if effect.needs_state and campaign.count.size == len(campaign.tests):
+        if effect.driver[0] in campaign.absent:
+            continue  # the warning that the data lack this load says it
+        averaged = campaign.count.size == len(campaign.tests)
+        if averaged and len(campaign.tests) > 1 and effect.driver[0] == "sd":
+            notes.append(
+                f"{effect.name} was not tested: it shows along a test, and there is one point a test"
+            )
+            continue
+        if effect.needs_state and averaged:
             notes.append(f"{effect.name} was not tested: memory needs more than one point a test")
             continue
         if absent:

@@ -14,6 +14,7 @@ BINS = 19  # a test, with many tests
 MOST_BINS = 120  # a test, with few tests
 ALL_BINS = 2100  # of a campaign, about
 MOST_POINTS = 150_000
+LEAST_COPY = 3  # points: fewer agree by chance where values are rounded
 SPIKE = 0.005  # least distance in mu of a point from its neighbours that counts as a spike
 FINENESS = 1.7  # exponent of the bin edges: the first bin covers about 0.7 % of the distance
 
@@ -50,6 +51,10 @@ class Campaign:
         Whether tests are known.
     distrusted : ndarray of bool, shape (m,), or None
         Bins that lie far off their neighbours; they carry no weight.
+    spikes : float
+        Share of the points that lay far off their neighbours and were replaced.
+    absent : tuple of str
+        Loads that the data lack; they are held constant.
     integrated : dict
         States of effects whose evolution does not depend on shape parameters, with the mu that drove them.
     """
@@ -67,6 +72,8 @@ class Campaign:
     warnings: list[str] = field(default_factory=list)
     grouped: bool = True
     distrusted: npt.NDArray[np.bool_] | None = None
+    spikes: float = 0.0
+    absent: tuple[str, ...] = ()
     integrated: dict[str, tuple[FloatArray, dict[str, FloatArray]]] = field(default_factory=dict, repr=False)
 
     def average(self, values: FloatArray) -> FloatArray:
@@ -116,10 +123,14 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> Campaign:
     if np.any(np.diff(order) < 0):
         rows = np.argsort(order, kind="stable")
         frame, order = frame.iloc[rows].reset_index(drop=True), order[rows]
+    frame = _without_copies(frame, warnings)
     frame = _thinned(frame, warnings)
     loads = TriboLoads.from_frame(frame, tests)
-    mu = _without_spikes(check_column(frame["mu"].to_numpy(), MU, "data"), frame["test_id"], warnings)
+    measured = check_column(frame["mu"].to_numpy(), MU, "data")
+    mu = _without_spikes(measured, frame["test_id"], warnings)
     campaign = campaign_of(loads, mu, loads.test_id)
+    campaign.absent = tuple(q.name for q in absent)
+    campaign.spikes = float(np.mean(mu != measured))
     campaign.system = _system_columns(loads)
     campaign.warnings = warnings + _remarks(campaign, {q.name for q in absent})
     return campaign
@@ -165,6 +176,26 @@ def _thinned(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
     kept = frame[(place % step == 0) | (size <= 4 * BINS)]
     warnings.append(f"every {step}. point was used ({len(kept)} of {len(frame)})")
     return kept.reset_index(drop=True)
+
+
+def _without_copies(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
+    """Return the tests without those that are exact copies of an earlier one: copies would pass for confirmation."""
+    columns = [q.name for q in LOADS] + ["mu"]
+    values = frame[columns].apply(pd.to_numeric, errors="coerce").to_numpy(dtype=np.float64)
+    seen: dict[bytes, str] = {}
+    copies: list[str] = []
+    for name, rows in frame.groupby("test_id", sort=False).indices.items():
+        if len(rows) < LEAST_COPY:
+            continue
+        content = values[rows].tobytes()
+        if content in seen:
+            copies.append(str(name))
+        seen.setdefault(content, str(name))
+    if not copies:
+        return frame
+    shown = ", ".join(copies[:4]) + (" ..." if len(copies) > 4 else "")
+    warnings.append(f"{len(copies)} tests are exact copies of others and were left out ({shown})")
+    return frame[~frame["test_id"].isin(copies)].reset_index(drop=True)
 
 
 def _without_spikes(mu: FloatArray, test: pd.Series, warnings: list[str]) -> FloatArray:

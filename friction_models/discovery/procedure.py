@@ -15,7 +15,7 @@ import pandas as pd
 
 from ..effects import CATALOGUE, make_effect
 from ..effects.base import Effect
-from ..loads import FloatArray
+from ..loads import LOAD_NAMES, FloatArray, InputError
 from .analysis import Round, distrust_outliers, search, testable
 from .base_law import BaseLaw, base_law
 from .binning import Campaign, prepare
@@ -23,7 +23,7 @@ from .candidates import Candidate, evaluate, spans_of
 from .diagnosis import Diagnosis
 from .identifiability import limits
 from .next_tests import propose
-from .noise_floor import NoiseFloor
+from .noise_floor import NoiseFloor, independent_columns
 from .scan import Fit
 from .significance import stays_first
 from .structure import Structure, find_structure, spline_columns
@@ -31,6 +31,12 @@ from .summaries import base_residual, binned_bias, unrecorded_factor, weighted_r
 from .verdict import LEAST_SHARE, LEVEL, Evidence, decide
 from .wording import sentence
 
+#: Averages that must be left beside the numbers of the base.
+SPARE = 3
+#: More spikes than this and the records have to be repaired before anything is asked of them.
+MOST_SPIKES = 0.04
+#: A winner that comes first again less often than this has its follower as a rival.
+SURE = 0.5
 #: A second effect must carry this share of the squared contribution of both.
 SECOND_SHARE = 0.1
 
@@ -69,6 +75,7 @@ def diagnose(
     """
     campaign = prepare(data, tests)
     base = base_law(model, campaign, seed)
+    _check_enough(campaign, base)
     floor = distrust_outliers(campaign, base)
     chosen = CATALOGUE if catalogue is None else catalogue
     effects = [make_effect(e) for e in (chosen.values() if isinstance(chosen, Mapping) else chosen)]
@@ -80,9 +87,33 @@ def diagnose(
     evidence, effects_found, final = _weigh(campaign, base, found, candidates, seed)
     kinds = {e.name: e.kind for e in usable}
     verdict = decide(evidence, kinds)
+    if campaign.spikes > MOST_SPIKES and verdict != "out_of_domain":
+        verdict, effects_found = "data_problem", []
     answer = _assemble(campaign, base, found, final, evidence, verdict, effects_found, notes, mu, seed)
     answer.synthetic = bool(data.attrs.get("synthetic", False))
     return answer
+
+
+def _check_enough(campaign: Campaign, base: BaseLaw) -> None:
+    """Refuse data of which the base alone leaves nothing.
+
+    Raises
+    ------
+    InputError
+        No load varies, or hardly more averages than the base has numbers.
+    """
+    if not any(campaign.varies(n) for n in LOAD_NAMES):
+        raise InputError(
+            f"data: none of the loads ({', '.join(LOAD_NAMES)}) varies, so nothing can be said about their effects; "
+            "allowed: tests along which, or between which, at least one of them varies"
+        )
+    averages = campaign.average(base.columns)
+    numbers = independent_columns(averages).shape[1]
+    if len(averages) < numbers + SPARE:
+        raise InputError(
+            f"data: {len(averages)} averages of mu from {len(campaign.tests)} tests, and the {base.name} model alone has "
+            f"{numbers} numbers; allowed: at least {numbers + SPARE}, by more tests or by time series instead of averages"
+        )
 
 
 def _base_prediction(campaign: Campaign, base: BaseLaw) -> FloatArray:
@@ -126,6 +157,8 @@ def _weigh(
         structure = find_structure(campaign, found, np.empty((len(found.y), 0)), seed)
         return Evidence(found, winner, p, share, [], structure, _part(structure, found), outside), [], found
     confusion = found.confusion_set()
+    if len(confusion) == 1 and len(found.ranking) > 1 and stays_first(found.ranking, found.simulated) < SURE:
+        confusion.append(found.ranking[1].name)
     chosen, last = [winner], found
     second = _second_effect(campaign, base, winner, found, candidates, seed)
     if second is not None:
@@ -193,7 +226,7 @@ def _assemble(
     residual = base_residual(campaign, found)
     named = verdict in {"explained", "ambiguous", "data_problem"}
     names = [f.name for f in chosen] if named else []
-    moved = np.sum([found.change(f) for f in chosen], axis=0) if named else np.zeros(len(residual))
+    moved = np.sum([found.change(f) for f in chosen], axis=0) if names else np.zeros(len(residual))
     left = evidence.structure.rms if evidence.unexplained else 0.0
     if verdict == "nothing_missing":
         confidence = float(np.clip(0.5 + evidence.p_value, 0.5, 0.95))
@@ -216,10 +249,10 @@ def _assemble(
         rivals += [f for f in found.ranking if f.name != rivals[0].name and f.gain > 0][:1]
     return Diagnosis(
         verdict=verdict,
-        sentence=sentence(verdict, base, evidence, chosen, confidence),
+        sentence=sentence(verdict, base, evidence, chosen, confidence, campaign),
         effects=names,
         confidence=round(float(confidence), 3),
-        confusion_set=evidence.confusion_set if named else [],
+        confusion_set=evidence.confusion_set if names else [],
         ranking=[
             {"effect": f.name, "gain": float(f.gain), "p_value": found.p_value(f)} for f in found.ranking
         ],

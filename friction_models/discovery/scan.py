@@ -96,6 +96,9 @@ class Projector:
 
     def __init__(self, base: FloatArray) -> None:
         norms = np.linalg.norm(base, axis=0)
+        if not np.any(norms > 0):
+            self.q = np.empty((len(base), 0))
+            return
         u, s, _ = np.linalg.svd(base[:, norms > 0] / norms[norms > 0], full_matrices=False)
         self.q = u[:, s > 1e-7 * s[0]]
 

@@ -98,6 +98,8 @@ def find_structure(campaign: Campaign, found: Round, signal: FloatArray, seed: i
     scores, fits, excess = [], {}, {}
     for key, columns in blocks.items():
         q = Projector(project(found.whiten(columns))).q
+        if not q.shape[1]:
+            continue
         drop = np.sum((q.T @ data) ** 2, axis=0)
         scores.append((drop - q.shape[1]) / np.sqrt(2.0 * q.shape[1]))
         fits[key], excess[key] = q, float(drop[0] - q.shape[1])
@@ -106,7 +108,7 @@ def find_structure(campaign: Campaign, found: Round, signal: FloatArray, seed: i
     table = np.array(scores)
     null = table[:, 1:].max(axis=0)
     p = float((1 + np.sum(null >= table[:, 0].max())) / (1 + REPLICATES))
-    keys = list(blocks)
+    keys = list(fits)
     significant = [
         k for k in np.argsort(-table[:, 0]) if (1 + np.sum(null >= table[k, 0])) / (1 + REPLICATES) < 0.05
     ]

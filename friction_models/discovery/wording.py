@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from .base_law import BaseLaw
+from .binning import Campaign
 from .scan import Fit
 from .verdict import Evidence
 
 
-def sentence(verdict: str, base: BaseLaw, evidence: Evidence, chosen: list[Fit], confidence: float) -> str:
+def sentence(
+    verdict: str, base: BaseLaw, evidence: Evidence, chosen: list[Fit], confidence: float, campaign: Campaign
+) -> str:
     """Return the verdict as a user reads it."""
     model = f"the {base.name} model"
     sure = f"(confidence {confidence:.2f}"
@@ -23,6 +26,11 @@ def sentence(verdict: str, base: BaseLaw, evidence: Evidence, chosen: list[Fit],
             f"{model} lacks an effect, but these data cannot tell {', '.join(evidence.confusion_set)} apart; "
             f"{chosen[0].name} fits best {sure}."
         )
+    if verdict == "data_problem" and not chosen:
+        return (
+            f"{100 * campaign.spikes:.0f} % of the points lie far off their neighbours: the records have to be repaired "
+            f"before {model} can be judged {sure}."
+        )
     if verdict == "data_problem":
         return f"the residual of {model} looks like a fault of the data: {names} {sure}, p = {p:.3f}."
     if verdict == "unknown_structure":
@@ -30,4 +38,10 @@ def sentence(verdict: str, base: BaseLaw, evidence: Evidence, chosen: list[Fit],
         return f"something systematic is missing from {model} that no effect in the catalogue explains, along {places} {sure}."
     if verdict == "out_of_domain":
         return f"{100 * evidence.outside:.0f} % of the points lie outside the loads that {model} was trained on; no effect can be judged there."
+    if not evidence.found.floor.known:
+        tests = len(campaign.tests)
+        return (
+            f"nothing can be seen to be missing from {model}, but {tests} test{'s' if tests > 1 else ''} cannot show the "
+            f"scatter between tests: at least 3 are needed, better 10 (confidence {confidence:.2f})."
+        )
     return f"nothing is missing from {model}: its residual is at the noise floor {sure}."

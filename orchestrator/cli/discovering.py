@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from .console import progress, say, write_result
 from .options import Data, Json, OutFolder, Tests, any_model, fitted_model, read_data
+
+if TYPE_CHECKING:
+    from friction_models.loads import DataSet
 
 
 def compare(
@@ -68,9 +71,9 @@ def diagnose(
     from friction_models.discovery import diagnose as search
 
     friction = any_model(model)
-    dataset = read_data(data, tests)
+    dataset, absent = read_some_loads(data, tests)
     part = dataset.select("train")  # tests that are held out stay unseen
-    result = search(part.points, part.tests, model=friction, seed=seed)
+    result = search(part.points.drop(columns=absent), part.tests, model=friction, seed=seed)
     say(result.report())
     if json is not None:
         write_result(json, result.to_dict())
@@ -99,7 +102,7 @@ def refine(
     friction = any_model(model)
     if Path(model).suffix == ".fmu":
         raise InputError(f"{model}: an FMU is a fixed law; allowed: a model folder or the name of a family")
-    dataset = read_data(data, tests)
+    dataset, _ = read_some_loads(data, tests)
     better = improve(dataset.points, dataset.tests, model=friction, add=add)
     if friction.is_fitted:
         say(evaluate(friction, dataset, name=f"before: {model}").report())
@@ -109,6 +112,44 @@ def refine(
     say(result.report())
     better.save(out)
     say(f"model written: {out}")
+
+
+def read_some_loads(data: Path, tests: Path | None) -> tuple[DataSet, list[str]]:
+    """Read a data set that may lack some of the five loads; return it with constants for them, and their names.
+
+    Raises
+    ------
+    InputError
+        What `DataSet.load` refuses, other than missing loads; no load at all.
+    """
+    from friction_models.loads import LOADS, DataSet
+    from friction_models.loads.dataset import check_points, read_table
+
+    file = data
+    if data.is_dir():
+        file = next((data / n for n in ("points.csv", "points.parquet") if (data / n).is_file()), data)
+    if file.is_dir() or not file.is_file():
+        return read_data(data, tests), []
+    table = read_table(file)
+    absent = [q for q in LOADS if q.name not in table.columns]
+    if not absent or len(absent) == len(LOADS) or "mu" not in table.columns:
+        return read_data(data, tests), []
+    if "test_id" not in table.columns:
+        table["test_id"] = "all"
+    for q in absent:
+        table[q.name] = 1.0 if q.name == "psi" else q.nominal
+    points = check_points(table, str(file))
+    beside = data / "tests.csv"
+    listed = tests if tests is not None else beside if data.is_dir() and beside.is_file() else None
+    frame = None
+    if listed is not None:
+        from friction_models.loads import missing_column
+
+        frame = read_table(listed)
+        if "test_id" not in frame.columns:
+            raise missing_column("test_id", frame.columns, str(listed))
+        frame["test_id"] = frame["test_id"].astype(str)
+    return DataSet(points, frame, {}), [q.name for q in absent]
 
 
 def _label(name: str, names: list[str]) -> str:
