@@ -52,7 +52,8 @@ class HeatInput:
     def __post_init__(self) -> None:
         for name, (low, high, unit) in RANGES.items():
             check_range(self.where, name, getattr(self, name), low, high, unit)
-        object.__setattr__(self, "tool_material", as_material(self.tool_material or TOOLS))
+        steel = TOOLS if self.tool_material is None else self.tool_material
+        object.__setattr__(self, "tool_material", as_material(steel, "tool_material"))
 
     def apply(self, simulation: Simulation) -> Simulation:
         """Give a simulation at its start these data; return it."""

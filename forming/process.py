@@ -22,7 +22,7 @@ from .field_recorder import recorder_for
 from .friction_input import Friction, checked_mu, start_mu
 from .heat_input import RANGES, HeatInput
 from .material import MaterialSource, as_material
-from .ranges import check_range
+from .ranges import check_flag, check_range
 from .result import FormingResult
 from .run_log import RunLog
 
@@ -72,7 +72,7 @@ class FormingProcess(ABC):
         self.T_tool = self._number("T_tool", T_tool, -50.0, 700.0, "degC")
         check_range(self.name, "n_points", n_points, 8, 2000, "")
         self.n_points = int(n_points)
-        self.tool_heating = bool(tool_heating)
+        self.tool_heating = check_flag(self.name, "tool_heating", tool_heating)
         self.material = as_material(material)
         self.material.check_start(self.name, T_billet)
         self.heat_input = HeatInput(self.name, tool_material, htc, T_ambient, h_ambient)

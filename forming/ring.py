@@ -18,6 +18,7 @@ from .fe.state import RemeshPolicy, StepControl
 from .heat_input import TOOLS
 from .material import MaterialSource
 from .process import FormingProcess
+from .ranges import check_flag
 from .tooling import block_field, flat_punch, plate
 
 #: Largest share of the height that a stroke may take.
