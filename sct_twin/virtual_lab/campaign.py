@@ -34,7 +34,7 @@ from .specimen_runs import solver_fingerprint, specimen_tables
 from .truth import write_truth
 
 
-@dataclass
+@dataclass(eq=False)
 class Campaign:
     """A campaign of sliding compression tests that never took place.
 
