@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from .result import ContactHistory
 
 _COLUMNS = {"travel": "mm", "force": "kN", "work": "J", "grip": "kN"}
+#: What a phase may be called.
+PHASES = ("withdraw", "release", "eject")
 _FIGURES = ("energy_balance", "slip_regularisation")
 #: Most rows, and bytes, of a file that is read back.
 _ROWS, _BYTES = 100_000, 20_000_000
@@ -149,17 +151,25 @@ def load_ejection(folder: Path) -> EjectionResult | None:
         return None
     if max(table.stat().st_size, figures.stat().st_size) > _BYTES:
         raise ValueError("the files of the ejection are too large")
-    with table.open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.reader(stream))
+    try:
+        with table.open(encoding="utf-8", newline="") as stream:
+            rows = list(csv.reader(stream))
+    except csv.Error as error:
+        raise ValueError(f"ejection.csv: {error}") from None
     head = ["phase", *(f"{name} [{unit}]" for name, unit in _COLUMNS.items())]
     if not rows or rows[0] != head or len(rows) > _ROWS or any(len(row) != len(head) for row in rows):
         raise ValueError("ejection.csv holds other columns or rows")
+    if not {row[0] for row in rows[1:]} <= set(PHASES):
+        raise ValueError(f"ejection.csv holds a phase that is none of {', '.join(PHASES)}")
     numbers = np.array([[float(v) for v in row[1:]] for row in rows[1:]]).reshape(-1, len(_COLUMNS))
     given = json.loads(figures.read_text(encoding="utf-8"))
-    patches = tuple(
-        GripPatch(str(p.pop("tool")), **{k: float(v) for k, v in p.items()}) for p in given["patches"]
-    )
-    figure = {name: float(given[name]) for name in _FIGURES}
+    try:
+        patches = tuple(
+            GripPatch(str(p.pop("tool")), **{k: float(v) for k, v in p.items()}) for p in given["patches"]
+        )
+        figure = {name: float(given[name]) for name in _FIGURES}
+    except OverflowError:
+        raise ValueError("ejection.json holds a number that is too large") from None
     found = [*figure.values(), *(v for p in patches for v in list(vars(p).values())[1:])]
     if not np.isfinite(numbers).all() or not all(map(math.isfinite, found)):
         raise ValueError("the ejection holds numbers that are not finite")

@@ -128,9 +128,27 @@ def test_result_files_keep_the_ejection(rods, tmp_path):
     assert read.ejection.force == pytest.approx(result.ejection.force, rel=1e-8)
     assert np.array_equal(read.ejection.contact.loads, result.ejection.contact.loads)
     assert read.ejection.to_frame().columns.tolist() == ["phase", "travel", "force", "work", "grip"]
-    (tmp_path / "run" / "ejection.csv").write_text("phase,travel [mm]\neject,nan\n")
-    with pytest.raises(InputError, match=r"the result cannot be read \(ejection.csv holds other columns"):
-        load_result(tmp_path / "run")
+    whole = {name: (tmp_path / "run" / name).read_text() for name in ("ejection.csv", "ejection.json")}
+    for name, old, new, words in (
+        ("ejection.csv", "travel", "way", "ejection.csv holds other columns"),
+        ("ejection.csv", "withdraw,", "fly,", "ejection.csv holds a phase that is none of withdraw"),
+        ("ejection.csv", "withdraw,", f"withdraw{'x' * 200_000},", "field larger than field limit"),
+        ("ejection.csv", "eject,0", "eject,nan\nwithdraw,0", "other columns or rows"),
+        ("ejection.json", '"pressure": ', f'"pressure": 1{"0" * 400}, "mean": ', "too large"),
+        ("ejection.json", '"tool"', '"tol"', "'tool'"),
+        ("ejection.json", '"pressure": ', '"pressure": 1e400, "mean": ', "mean"),
+        (
+            "ejection.json",
+            '"energy_balance": ',
+            '"energy_balance": NaN, "more": ',
+            "numbers that are not finite",
+        ),
+        ("ejection.json", "{", "[", ""),
+    ):
+        (tmp_path / "run" / name).write_text(whole[name].replace(old, new, 1))
+        with pytest.raises(InputError, match=f"cannot be read .*{words}"):
+            load_result(tmp_path / "run")
+        (tmp_path / "run" / name).write_text(whole[name])
     assert load_ejection(tmp_path) is None
 
 
