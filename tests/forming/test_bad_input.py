@@ -206,9 +206,28 @@ def cups():
     )
 
 
+def rings():
+    """Ranges of a ring, each a little wider than what is allowed."""
+    return st.fixed_dictionaries(
+        {"bore_diameter": st.floats(0.5, 11.0), "height": st.floats(1.0, 31.0)},
+        optional={
+            "speed": st.floats(0.001, 2100.0),
+            "T_billet": st.floats(-10.0, 520.0),
+            "T_tool": st.floats(-55.0, 720.0),
+            "shear_factor": st.floats(-0.05, 1.05),
+            "isothermal": st.booleans(),
+            "remeshing": st.booleans(),
+            "htc": st.floats(-1.0, 500.0),
+            "T_ambient": st.floats(-60.0, 750.0),
+            "h_ambient": st.floats(-1.0, 500.0),
+        },
+    )
+
+
 def a_result_without_nan_or_one_sentence(process, given_values, mu, share):
     try:
-        made = process(**given_values, mesh_size=0.8, n_points=20, tool_heating=False)
+        size = {} if process is RingCompression else {"mesh_size": 0.8}
+        made = process(**given_values, **size, n_points=20, tool_heating=False)
         # Only the beginning: whether a run ends at its stroke is what the sweep measures.
         result = made.run(mu, max(0.01, 0.1 * share * made.max_stroke))
     except InputError as error:
@@ -232,3 +251,9 @@ def test_any_rod_gives_a_result_without_nan_or_one_sentence(given_values, mu, sh
 @given(cups(), st.floats(-0.02, 0.5), st.floats(0.0, 1.0))
 def test_any_cup_gives_a_result_without_nan_or_one_sentence(given_values, mu, share):
     a_result_without_nan_or_one_sentence(BackwardCupExtrusion, given_values, mu, share)
+
+
+@settings(max_examples=30, deadline=None, derandomize=True)
+@given(rings(), st.floats(-0.02, 0.5), st.floats(0.0, 1.0))
+def test_any_ring_gives_a_result_without_nan_or_one_sentence(given_values, mu, share):
+    a_result_without_nan_or_one_sentence(RingCompression, given_values, mu, share)
