@@ -81,6 +81,21 @@ class Motion:
         moved = np.abs(padded[2 * half :] - padded[: -2 * half])
         return np.asarray(moved < max(STANDING, 6.0 * noise_of(self.s)))
 
+    def acceleration_ratio(self, slide: int, end: int) -> float:
+        """Return the largest speed by the acceleration alone over that by the position (or speed) alone.
+
+        0 without acceleration; the position's is the largest over 50 ms.
+        """
+        if self.a is None:
+            return 0.0
+        rest = slice(0, max(slide - 1, 5))
+        a = self.a - float(np.median(self.a[rest]))
+        fast = integral(np.where(_accelerates(a, rest, self.dt), a, 0.0), self.dt)[slide:end]
+        span = min(max(1, round(0.05 / self.dt)), end - slide - 1)
+        s = self.s[slide:end]
+        largest = float(np.abs(s[span:] - s[:-span]).max()) / (span * self.dt)
+        return float(np.abs(fast - fast[0]).max()) / max(largest, 1e-9)
+
     def slide(self, slide: int, end: int, stated: bool) -> tuple[FloatArray, FloatArray, FloatArray, int]:
         """Return speed [mm/s], acceleration [mm/s2], distance [mm] up to `end`, and where sliding begins.
 

@@ -50,6 +50,11 @@ _LOST = {
 }
 #: Largest ratio between the measured speed or force and the one that was set.
 SET_RATIO = 5.0
+#: Largest ratio between the speed that the acceleration adds up to and that of the plate: a plate that
+#: sticks first overshoots when it is released.
+ACCELERATED = 30.0
+#: A plate whose temperature is so far from the tool's is reported [K].
+PLATE_FROM_TOOL = 100.0
 #: Pressure of such tests [MPa]; another one is reported.
 SIGMA_USUAL = (20.0, 5000.0)
 
@@ -112,6 +117,7 @@ def quality_row(record: SctRecord, moving_mass: float = 0.0) -> dict[str, Any]:
         "sliding_mm": round(float(signals.sd[-1]), 4),
         "speed_mm_s": round(speed, 3),
         "T_plate_degC": round(signals.T_plate, 2),
+        "T_tool_degC": record.number("T_tool") if is_given(record.metadata.get("T_tool")) else None,
         "F_n_sliding_N": round(F_n, 1),
         "sigma_guess_MPa": round(F_n / (0.25 * np.pi * diameter**2), 1),
         "mu_mean": round(float(series.mu.mean()), 5),
@@ -203,6 +209,11 @@ def warnings(row: Mapping[str, Any]) -> list[str]:
         used, found = row[f"{phase}_s"], row[f"{phase}_detected_s"]
         if found is not None and abs(used - found) > PHASE_TOLERANCE:
             said.append(f"{phase} is said to begin at {used:g} s, the signals say {found:g} s")
+    if row["T_tool_degC"] is not None and abs(row["T_plate_degC"] - row["T_tool_degC"]) > PLATE_FROM_TOOL:
+        said.append(
+            f"the plate is at {row['T_plate_degC']:g} degC, T_tool at {row['T_tool_degC']:g} degC (is the unit of "
+            "T_plate wrong?)"
+        )
     if not SIGMA_USUAL[0] <= row["sigma_guess_MPa"] <= SIGMA_USUAL[1]:
         said.append(
             f"F_n over the bore (or the specimen) is {row['sigma_guess_MPa']:g} MPa; usual are "
@@ -254,6 +265,11 @@ def _check_sliding(record: SctRecord, signals: TestSignals) -> float:
         raise InputError(
             f"{where}: friction over normal force is {mu:.2g} while sliding; allowed: {MU_LIMITS[0]:g} to "
             f"{MU_LIMITS[1]:g} (are columns swapped, or is a unit of 'F_n' or 'F_r' wrong?)"
+        )
+    if signals.acceleration_ratio > ACCELERATED:
+        raise InputError(
+            f"{record.where}: the acceleration adds up to {signals.acceleration_ratio:.3g} times the speed of the "
+            f"plate; allowed: up to {ACCELERATED:g} times (is a unit of 'a' or 't' wrong?)"
         )
     speed = float(np.median(signals.v[i:][moving]))
     wanted = _levels(record)

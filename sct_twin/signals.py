@@ -49,6 +49,8 @@ class TestSignals:
         Samples that were replaced (metadata `despike`).
     low_pass : float
         Corner of the low-pass of the forces [Hz]; 0 without.
+    acceleration_ratio : float
+        Largest speed by the acceleration alone over that by the position alone; 0 without acceleration.
     """
 
     t: FloatArray
@@ -64,6 +66,7 @@ class TestSignals:
     friction_std: FloatArray
     spikes: int = 0
     low_pass: float = 0.0
+    acceleration_ratio: float = 0.0
 
     @property
     def force_zero(self) -> tuple[float, float]:
@@ -154,6 +157,7 @@ def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
         _shared(record, "F_r", zero.F_r, end),
         removed,
         corner,
+        motion.acceleration_ratio(slide, end),
     )
 
 

@@ -80,7 +80,7 @@ def ingest(
             text = preview(source, channels, tests, tick, width)
         say(text)
         return
-    with progress("reading") as tick:
+    with progress("reading") as tick, keeping(lambda: f"{out} was not written"):
         report = read(
             source, channels, out, tests, tick, show=lambda found: say(describe(found, channels, width))
         )

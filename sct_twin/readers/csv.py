@@ -6,7 +6,7 @@ import codecs
 import io
 import os
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -87,25 +87,33 @@ def read_csv(path: str | os.PathLike[str]) -> RawTable:
     rows = _line_count(file)
     check_shape(rows, len(bare), str(file))
     decimal = "," if delimiter != "," and re.search(r"\d,\d", layout.body) else "."
+    source = _Source(io.FileIO(file))
+    if layout.start is not None:
+        source.seek(layout.start)
     try:
-        with pd.read_csv(
-            file if layout.start is None else _rest(file, layout.start),
-            sep=delimiter,
-            decimal=decimal,
-            header=None,
-            names=bare,
-            skiprows=skip if layout.start is None else 0,
-            encoding=layout.encoding,
-            nrows=MAX_ROWS + 1,
-            low_memory=False,
-            index_col=False,
-            on_bad_lines="error",
-            chunksize=_PIECE,
-        ) as pieces:
+        with (
+            source,
+            pd.read_csv(
+                source,
+                sep=delimiter,
+                decimal=decimal,
+                header=None,
+                names=bare,
+                skiprows=skip if layout.start is None else 0,
+                encoding=layout.encoding,
+                nrows=MAX_ROWS + 1,
+                low_memory=False,
+                index_col=False,
+                on_bad_lines="error",
+                chunksize=_PIECE,
+            ) as pieces,
+        ):
             frame = _together(pieces, bare, rows)
     except pd.errors.EmptyDataError:
         raise InputError(f"{file}: no rows behind the header; allowed: rows of numbers") from None
     except (ValueError, OSError, UnicodeError) as error:
+        if source.failure is not None:
+            raise source.failure from None
         raise InputError(f"{file}: not a readable table ({str(error).strip().splitlines()[-1]})") from None
     if frame.empty:
         raise InputError(f"{file}: no rows behind the header; allowed: rows of numbers")
@@ -139,10 +147,23 @@ def _line_count(file: Path) -> int:
     return max(ends.values()) + 1
 
 
-def _rest(file: Path, start: int) -> io.BufferedReader:
-    stream = file.open("rb")
-    stream.seek(start)
-    return stream
+class _Source(io.BufferedReader):
+    """A file that remembers what interrupted its reading: the parser makes an error of its own of it."""
+
+    failure: BaseException | None = None
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        return self._kept(super().read, size)
+
+    def read1(self, size: int = -1, /) -> bytes:
+        return self._kept(super().read1, size)
+
+    def _kept(self, read: Callable[..., bytes], size: int | None) -> bytes:
+        try:
+            return read(size)
+        except BaseException as error:
+            self.failure = error
+            raise
 
 
 def _head(file: Path) -> _Layout:

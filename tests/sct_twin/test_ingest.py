@@ -23,7 +23,7 @@ from sct_twin.clock import ENOUGH_HZ, Clock
 from sct_twin.force_zero import drift
 from sct_twin.ingest import ingest
 from sct_twin.preview import preview
-from sct_twin.quality import quality_row, repeats
+from sct_twin.quality import quality_row, repeats, warnings
 from sct_twin.readers import guarded
 from sct_twin.signals import process, resample
 from sct_twin.units import conversion
@@ -66,6 +66,8 @@ def test_one_bad_file_does_not_stop_the_others(tmp_path: Path, record_maker: Mak
     write_plain(folder / "backwards.csv", frame.iloc[::-1], UNITS)
     write_plain(folder / "missing.csv", frame.drop(columns="s"), UNITS)
     write_plain(folder / "position.csv", frame.assign(s=frame["T_plate"], T_plate=frame["s"]), UNITS)
+    write_plain(folder / "unit_a.csv", frame, {**UNITS, "a": "g"})
+    write_plain(folder / "unit_t.csv", frame.assign(t=1e3 * frame["t"]), UNITS)
     text = (folder / "good.csv").read_bytes()
     (folder / "truncated.csv").write_bytes(text[: len(text) // 2])
     (folder / "good.parquet").write_bytes(b"PAR1" + bytes(100))
@@ -80,6 +82,8 @@ def test_one_bad_file_does_not_stop_the_others(tmp_path: Path, record_maker: Mak
         "unit_n.csv": "are the columns swapped, or is a unit wrong?",
         "unit_r.csv": "allowed: 0.001 to 1",
         "unit_s.csv": "moves by",
+        "unit_a.csv": "is a unit of 'a' or 't' wrong?",
+        "unit_t.csv": "is a unit of 'a' or 't' wrong?",
         "sign.csv": "set sign: -1",
         "constant.csv": "a constant signal is not a measurement",
         "backwards.csv": "time must increase",
@@ -118,6 +122,18 @@ def test_what_was_set_against_what_was_measured(record_maker: Maker) -> None:
     assert quality_row(replace(record, metadata=steps))["speed_mm_s"] == pytest.approx(50.0, rel=0.02)
     with pytest.raises(InputError, match="the test table says v_set 5 mm/s"):
         quality_row(replace(record, metadata={"v_set": 5.0}))
+
+
+def test_what_is_reported_but_not_refused(record_maker: Maker) -> None:
+    record = record_maker(noise=1.0)
+    kelvin = replace(record, T_plate=np.asarray(record.T_plate) + 273.15)
+    small = replace(record, F_n=record.F_n / 1e3, F_r=record.F_r / 1e3)
+    for changed, said in (
+        (kelvin, "is the unit of T_plate wrong?"),
+        (small, "is the unit of F_n and F_r wrong?"),
+    ):
+        assert said in " ".join(warnings({**quality_row(changed), "notes": ""}))
+    assert warnings({**quality_row(record), "notes": ""}) == []
 
 
 def test_quality_sees_what_is_wrong(record_maker: Maker) -> None:

@@ -18,6 +18,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from friction_models.loads import InputError
+from sct_twin.readers import csv as csv_reader
 from sct_twin.readers import guarded, read_file
 
 from .reader_files import SUFFIX, WRITERS, write_catman, write_excel, write_plain
@@ -26,7 +27,7 @@ from .test_readers import UNITS, needs
 FRAME = pd.DataFrame(
     {"t": np.arange(80) / 1000.0, "F_n": np.linspace(-1.0, 1.0, 80) ** 3, "Weg": np.linspace(0.0, 2.0, 80)}
 )
-KINDS = ["semicolon", "catman ASCII", "catman", "catman 2 bytes", "MDF", "TDMS", "MATLAB", "Parquet", "Excel"]
+KINDS = list(WRITERS)
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -55,7 +56,7 @@ def valid(kind: str) -> bytes:
 
 @st.composite
 def damage(draw: st.DrawFn) -> list[tuple[str, int, bytes]]:
-    kinds = st.sampled_from(["set", "cut", "insert", "double"])
+    kinds = st.sampled_from(["set", "flip", "cut", "insert", "double"])
     place = st.integers(0, 10**6)
     blobs = st.binary(min_size=1, max_size=8) | st.sampled_from([b"\xff" * 8, b"\0" * 8, b"\x7f\xff\xff\xff"])
     return draw(st.lists(st.tuples(kinds, place, blobs), min_size=1, max_size=4))
@@ -66,6 +67,8 @@ def spoil(content: bytes, faults: list[tuple[str, int, bytes]]) -> bytes:
         at = place % max(1, len(content))
         if what == "set":
             content = content[:at] + blob + content[at + len(blob) :]
+        elif what == "flip" and content:
+            content = content[:at] + bytes([content[at] ^ 1 << blob[0] % 8]) + content[at + 1 :]
         elif what == "cut":
             content = content[:at]
         elif what == "insert":
@@ -107,7 +110,7 @@ def test_cut_anywhere(kind: str, tmp_path: Path) -> None:
             assert path.name in str(error)
         else:
             # Text and streamed formats keep what was written; never more than that.
-            assert kind in {"semicolon", "catman ASCII", "TDMS", "MDF"}
+            assert kind in {"comma", "semicolon", "tab", "catman ASCII", "TDMS", "MDF"}
             assert len(table.frame) < len(FRAME)
 
 
@@ -211,6 +214,30 @@ def test_a_reader_that_hangs_or_dies_is_ended(tmp_path: Path) -> None:
     process.process.kill()
     process.process.wait()
     assert len(read_file(path).frame) == len(FRAME)
+
+
+def test_an_interrupt_while_reading_is_no_bad_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "x.csv"
+    write_plain(path, FRAME, UNITS)
+
+    class Interrupted(io.FileIO):
+        def readinto(self, buffer: object, /) -> int:
+            raise KeyboardInterrupt
+
+        def read(self, size: int | None = -1, /) -> bytes:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(csv_reader.io, "FileIO", Interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        csv_reader.read_csv(path)
+
+
+def test_bytes_behind_the_beginning_that_are_no_text(tmp_path: Path) -> None:
+    path = tmp_path / "late.csv"
+    write_plain(path, pd.concat([FRAME] * 200), UNITS)
+    content = path.read_bytes()
+    path.write_bytes(content + b"0.1,\xff\xfe,0.2\n")
+    assert "late.csv: not a readable table ('utf-8' codec can't decode byte 0xff" in sentence(path)
 
 
 def test_other_encodings_and_delimiters(tmp_path: Path) -> None:
