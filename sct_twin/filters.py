@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
-from scipy.signal import butter, sosfiltfilt
 
 from friction_models.loads import FloatArray
+
+from .lowpass import low_pass
 
 #: Corner between the differentiated position (below) and the integrated acceleration (above) [Hz].
 CORNER_HZ = 10.0
@@ -45,8 +46,7 @@ def smooth(values: FloatArray, dt: float, corner: float = CORNER_HZ) -> FloatArr
     """
     if not can_smooth(len(values), dt, corner):
         return values
-    sos = butter(2, corner, fs=1.0 / dt, output="sos")
-    return np.asarray(sosfiltfilt(sos, values, padlen=min(len(values) - 1, int(0.5 / (dt * corner)) * 6)))
+    return low_pass(values, dt, corner, min(len(values) - 1, int(0.5 / (dt * corner)) * 6))
 
 
 def running_mean(values: FloatArray, width: int) -> FloatArray:

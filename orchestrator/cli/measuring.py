@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from friction_models.loads import InputError
+
 from .console import keeping, progress, say
 from .options import Jobs, OutFolder
 
@@ -56,13 +58,15 @@ def lab(
 
 def ingest(
     files: Annotated[list[Path], typer.Argument(help="Measurement files, or a folder of them.")],
-    out: OutFolder,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", help="Folder to write; not needed with --dry-run.")
+    ] = None,
     channels: Annotated[
         Path | None, typer.Option("--map", help="YAML: which column is which channel, units, signs, offsets.")
     ] = None,
     tests: Annotated[Path | None, typer.Option("--tests", help="Test table with a column test_id.")] = None,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Only show what was found; -o is not written.")
+        bool, typer.Option("--dry-run", help="Only show what was found, write nothing.")
     ] = False,
 ) -> None:
     """Turn measurement files of any layout into a campaign folder with canonical channels and units.
@@ -73,6 +77,8 @@ def ingest(
     from sct_twin.ingest import ingest as read
     from sct_twin.preview import describe, preview
 
+    if out is None and not dry_run:
+        raise InputError("ingest: -o is missing; allowed: the folder to write, or --dry-run")
     source = files[0] if len(files) == 1 else files
     width = min(max(shutil.get_terminal_size((80, 24)).columns, 60), 160)
     if dry_run:
@@ -108,6 +114,8 @@ def twin(
     say(
         f"{label}data set written: {out} ({data.points['test_id'].nunique()} tests, {len(data.points)} points)"
     )
+    if (out / "averages").is_dir():
+        say(f"means over each test: {out / 'averages'}")
     if not result.left_out.empty:
         say(f"{len(result.left_out)} tests left out, reasons in {out / 'left_out.csv'}")
     if check:

@@ -114,6 +114,9 @@ def read_csv(path: str | os.PathLike[str]) -> RawTable:
     except (ValueError, OSError, UnicodeError) as error:
         if source.failure is not None:
             raise source.failure from None
+        if "on source failed" in str(error):
+            # Nothing failed inside of a read: an interrupt came between two of them.
+            raise KeyboardInterrupt from None
         raise InputError(f"{file}: not a readable table ({str(error).strip().splitlines()[-1]})") from None
     if frame.empty:
         raise InputError(f"{file}: no rows behind the header; allowed: rows of numbers")

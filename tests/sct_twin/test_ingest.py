@@ -297,8 +297,11 @@ def test_preview_and_the_command(tmp_path: Path, record_maker: Maker) -> None:
         record.F_n, abs=0.1
     )
     (tmp_path / "channels.yaml").write_text(yaml.safe_dump(mapping), encoding="utf-8")
-    command = ["ingest", str(file), "--map", str(tmp_path / "channels.yaml"), "-o", str(tmp_path / "out")]
+    command = ["ingest", str(file), "--map", str(tmp_path / "channels.yaml")]
+    run = CliRunner().invoke(app, command)
+    assert isinstance(run.exception, InputError) and "-o is missing" in str(run.exception)
     run = CliRunner().invoke(app, [*command, "--dry-run"])
+    command += ["-o", str(tmp_path / "out")]
     assert run.exit_code == 0, run.output
     table = run.output.splitlines()
     assert max(map(len, table)) <= 80
