@@ -45,12 +45,21 @@ class SctPrediction:
     run: Run
 
     def frame(self) -> pd.DataFrame:
-        """Return one row a step: `test_id, t`, the five loads and `mu_model`."""
+        """Return one row a step: `test_id, t`, the five loads and `mu_model`.
+
+        Where the test was measured also `mu` and `T_measured` at the same sliding distance, without value beyond
+        the measured distances.
+        """
         run = self.run
         columns: dict[str, Any] = {"test_id": self.schedule.test_id, "t": run.time[1:]}
         # A step begins with the loads of the step before: mu and the loads it belongs to stand in one row.
         columns |= {name: run[f"twin.{name}"][:-1] for name in LOAD_NAMES}
         columns["mu_model"] = run["friction.mu"][1:]
+        measured = self.schedule.measured
+        for name, column in (("mu", "mu"), ("T_measured", "T")):
+            if measured is not None and column in measured:
+                known, values = measured["sd"].to_numpy(), measured[column].to_numpy()
+                columns[name] = np.interp(columns["sd"], known, values, left=np.nan, right=np.nan)
         return pd.DataFrame(columns)
 
     def at(self, sd: FloatArray) -> dict[str, FloatArray]:

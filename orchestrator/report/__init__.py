@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
 
 def write_report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | None = None) -> Path:
-    """Write the report of a demo folder, of a run folder or of a forming result; return its path.
+    """Write the report of a demo folder, of a run folder, of predicted tests or of a forming result; return its path.
 
     Parameters
     ----------
     folder : path-like
-        A folder written by `demo` (with ``demo.json``), by `simulate` (with ``manifest.json``) or by
-        `forming.FormingResult.save` (with ``forming.json``).
+        A folder written by `demo` (with ``demo.json``), by `simulate` (with ``manifest.json``), by `predict-sct`
+        (with ``prediction.json``) or by `forming.FormingResult.save` (with ``forming.json``).
     out : path-like, optional
         HTML file; by default ``report.html`` in the folder.
 
@@ -38,14 +38,18 @@ def write_report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | N
         from .run_page import run_page
 
         return write_text(target, run_page(place))
+    if (place / "prediction.json").is_file():
+        from .prediction_page import prediction_page
+
+        return write_text(target, prediction_page(place))
     if (place / "forming.json").is_file():
         from forming.report import report_page
         from forming.result_files import load_result
 
         return write_text(target, report_page(*load_result(place)))
     raise InputError(
-        f"{place}: neither a run folder (manifest.json) nor a folder of the demo (demo.json) nor one of a forming "
-        "result (forming.json); allowed: one of them"
+        f"{place}: neither a run folder (manifest.json) nor a folder of the demo (demo.json), of predicted tests "
+        "(prediction.json) or of a forming result (forming.json); allowed: one of them"
     )
 
 

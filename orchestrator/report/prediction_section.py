@@ -26,7 +26,12 @@ def prediction_html(story: Story) -> str:
         predicted[part] = {test: frame[frame["test_id"] == test] for test in shown}
     chart = figure(
         "predicted",
-        prediction_chart(measured, predicted, labels, [_heading(story, test) for test in shown]),
+        prediction_chart(
+            {test: _heading(story, test) for test in shown},
+            measured,
+            predicted,
+            {part: f"{part}: {label}" for part, label in labels.items()},
+        ),
         "Friction FMU and twin FMU in a closed loop: normal force, motion and tool temperature of a held-out test go in, friction "
         "and the heat that it makes come out. Nothing else is known of the test. Shown are the tests on which the "
         f"{escape(labels['before'])} model is best, in between and worst under the measured loads. The measured T is that of the twin under the measured friction.",

@@ -13,6 +13,7 @@ from fmus import pack
 from friction_models import ConstantFriction
 from friction_models.loads import DataSet, InputError
 from orchestrator.cli.predicting_sct import add_commands
+from orchestrator.report import write_report
 from orchestrator.sct_prediction import SctPrediction, predict_sct, sct_system
 from orchestrator.sct_schedule import SctSchedule, held_out_schedules, planned_schedules
 from sct_twin.process import SctProcess
@@ -74,6 +75,11 @@ def test_memory_temperature_and_roughness_act_in_the_loop(ageing: Path, tmp_path
     assert T[-1] > 65.0
     assert (tmp_path / "predicted.csv").is_file() and (tmp_path / "runs" / "p1" / "manifest.json").is_file()
     assert "-" in found.table() and found.summary() is None
+    html = write_report(tmp_path).read_text(encoding="utf-8")
+    assert "ageing: one test predicted" in html and "Nobody has run them" in html
+    (tmp_path / "prediction.json").write_text("{}")
+    with pytest.raises(InputError, match="not a complete prediction"):
+        write_report(tmp_path)
 
 
 def test_a_measured_test_is_driven_as_it_was_and_compared(
@@ -106,6 +112,11 @@ def test_a_measured_test_is_driven_as_it_was_and_compared(
     assert errors["mu_rms"] == pytest.approx(0.004, rel=1e-6)
     assert errors["T_rms"] < 1.0  # the same friction, force and motion
     assert "synthetic" in found.table() and "over 1 tests: mu RMS 0.0040" in found.table()
+    frame = found.frame()
+    inside = frame["sd"].between(sd[0], sd[-1])
+    assert (frame.loc[inside, "mu"] == 0.084).all() and frame.loc[~inside, "mu"].isna().all()
+    html = write_report(tmp_path).read_text(encoding="utf-8")
+    assert "0.08: one test predicted, mu within 0.0040 (RMS)" in html and "synthetic data" in html
     # A test of the data set whose force is not kept is driven by pressure and contact area.
     area = float(planned.run["inputs.F_n"][0] / planned.run["twin.sigma_n"][0])
     row = {"test_id": "m1", "T_tool": 60.0, "contact_area": area}

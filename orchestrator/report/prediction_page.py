@@ -1,0 +1,121 @@
+"""The report of tests that were predicted in a closed loop (`predict-sct`)."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from friction_models.loads import InputError
+
+from .charts_prediction import prediction_chart
+from .markup import escape, table
+from .page import Page, figure
+
+#: Tests that the chart shows.
+SHOWN = 3
+
+
+def prediction_page(folder: Path) -> str:
+    """Return the HTML of a folder with ``prediction.json`` and ``predicted.csv``.
+
+    Raises
+    ------
+    InputError
+        A file is missing or damaged.
+    """
+    try:
+        content = json.loads((folder / "prediction.json").read_text(encoding="utf-8"))
+        points = pd.read_csv(folder / "predicted.csv", dtype={"test_id": str})
+        return _page(content, points)
+    except (KeyError, TypeError, ValueError, OSError) as error:
+        raise InputError(
+            f"{folder}: not a complete prediction ({type(error).__name__}: {error}); run predict-sct again"
+        ) from None
+
+
+def _page(content: dict[str, Any], points: pd.DataFrame) -> str:
+    rows, total = content["tests"], content["summary"]
+    count = f"{len(rows)} tests" if len(rows) > 1 else "one test"
+    title = f"{content['friction']}: {count} predicted"
+    if total is not None:
+        title += f", mu within {total['mu_rms']:.4f} (RMS)"
+    page = Page(
+        title=title,
+        kicker="tribofmu predict-sct: friction FMU and twin FMU in a closed loop",
+        lead="Normal force, motion and tool temperature went in; friction and the heat that it makes came out.",
+        synthetic=bool(content["synthetic"]),
+    )
+    shown = _telling(rows)
+    predicted = {test: points[points["test_id"] == test] for test in shown}
+    columns = {"mu", "T_measured"} <= set(points.columns)
+    measured = {
+        test: frame[["sd", "mu", "T_measured"]].dropna().rename(columns={"T_measured": "T"})
+        for test, frame in predicted.items()
+        if columns
+    }
+    chart = prediction_chart(
+        {test: test for test in shown}, measured, {"after": predicted}, {"after": str(content["friction"])}
+    )
+    said = (
+        "the tests with the smallest, a middle and the largest error of mu" if total else "some of the tests"
+    )
+    page.add(
+        "predicted",
+        "Friction and temperature",
+        figure("predicted", chart, f"Shown: {said}. The measured T is that of the twin under the measured friction."
+               if total else f"Shown: {said}. Nobody has run them.",
+               f"Friction and contact temperature over sliding distance in the tests {', '.join(shown)}."),
+    )  # fmt: skip
+    page.add("tests", "All tests", _table(rows, total))
+    return page.render(f"Friction: {escape(content['friction'])}.")
+
+
+def _telling(rows: list[dict[str, Any]]) -> list[str]:
+    """Return tests with the smallest, middle and largest error; of unmeasured ones the first, middle and last."""
+    ranked = sorted(rows, key=lambda row: row["errors"]["mu_rms"] if row["errors"] else 0.0)
+    places = sorted({round(k * (len(ranked) - 1) / (SHOWN - 1)) for k in range(SHOWN)})
+    return [str(ranked[k]["test_id"]) for k in places]
+
+
+def _table(rows: list[dict[str, Any]], total: dict[str, float] | None) -> str:
+    headings = [
+        "test",
+        "measured mu",
+        "model",
+        "RMS",
+        "measured T [°C]",
+        "model",
+        "RMS [K]",
+        "outside domain",
+    ]
+    lines: list[tuple[object, ...]] = []
+    for row in rows:
+        e = row["errors"] or {}
+        lines.append(
+            (
+                row["test_id"],
+                _shown(e.get("mu_measured"), 4),
+                _shown(e.get("mu_predicted", row["mu_mean"]), 4),
+                _shown(e.get("mu_rms"), 4),
+                _shown(e.get("T_measured"), 0),
+                _shown(e.get("T_predicted", row["T_mean"]), 0),
+                _shown(e.get("T_rms"), 1),
+                f"{100 * row['outside_domain']:.0f} %",
+            )
+        )
+    if total is not None:
+        lines.append(("all", "", "", _shown(total["mu_rms"], 4), "", "", _shown(total.get("T_rms"), 1), ""))
+    return table(
+        headings,
+        lines,
+        numeric=range(1, len(headings)),
+        caption="Means over the sliding, and RMS of predicted minus measured. Outside domain: share of the steps beyond the "
+        "loads that the friction model was trained on.",
+    )
+
+
+def _shown(value: float | None, decimals: int) -> str:
+    return "-" if value is None else f"{float(value):.{decimals}f}"
