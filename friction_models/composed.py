@@ -160,12 +160,13 @@ class ComposedFriction(FrictionModel):
         if not self.states or (points.test_id is None and points.t is None):
             L = LoadColumns(*(c[:, None] for c in matrix.T))
             return x.relu(self.formula(x, L, None, system))[:, 0]
-        from .discovery.candidates import time_steps
+        from .discovery.candidates import rests, time_steps
 
         slices = points.segments()
         starts = np.array([s.start for s in slices])
         lengths = np.array([s.stop - s.start for s in slices])
         dt = time_steps(points, starts)
+        pause = rests(points, dt)
         mu = np.empty(len(points))
         S = [np.full((len(starts), 1), v.start) for v in self.states]
         for step in range(int(lengths.max(initial=0))):
@@ -176,7 +177,10 @@ class ComposedFriction(FrictionModel):
             held = [s[running] for s in S]
             if step:
                 before = x.relu(self.formula(x, L, held, inside))
-                held, _ = self.state_update(x, L, held, before, dt[rows, None])
+                if pause[rows].any():  # the contact stood still first, then slid up to here
+                    still = LoadColumns(0.0 * L.v_rel, L.T, L.sigma_n, L.sd, L.psi)
+                    held, _ = self.state_update(x, still, held, before, pause[rows, None])
+                held, _ = self.state_update(x, L, held, before, (dt - pause)[rows, None])
                 for s, new in zip(S, held, strict=True):
                     s[running] = new
             mu[rows] = x.relu(self.formula(x, L, held, inside))[:, 0]

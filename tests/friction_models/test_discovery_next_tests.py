@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from friction_models import effects
+from friction_models import ConstantFriction, effects
 from friction_models.discovery import Diagnosis, diagnose
 from friction_models.discovery.binning import prepare
 from friction_models.discovery.candidates import integrate, rests, time_steps
@@ -94,6 +94,9 @@ def test_a_rest_between_two_points_lets_the_contact_age() -> None:
     assert age[k] == pytest.approx(
         60.0 * np.exp(-0.1 / 0.5), rel=0.02
     )  # healed for a minute, then slid 0.1 mm
+    jumpy = frame.assign(mu=0.08 + 0.004 * np.log(5.0 / 0.5 * age))  # falls back over D_c after the rest
+    model = (ConstantFriction() + effects.RateState(D_c=0.5, v_0=5.0)).fit_frame(jumpy)
+    assert np.abs(model.predict_frame(jumpy) - jumpy["mu"]).max() < 1e-3
     steady = TriboLoads(20.0 * one, 50.0 * one, 1000.0 * one, sd, one, t=sd / 20.0)
     assert not rests(steady, time_steps(steady, [0])).any()
 

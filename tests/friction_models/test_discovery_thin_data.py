@@ -158,7 +158,8 @@ def test_points_without_tests_are_taken_as_averages(null: Any) -> None:
     points = null[0].iloc[::20]
     found = diagnose(points.assign(test_id=[f"p{k}" for k in range(len(points))]))
     assert any("averaged data" in w for w in found.warnings)
-    assert any("one test" in w for w in diagnose(points.drop(columns=["test_id", "t"])).warnings)
+    with pytest.raises(InputError, match="averages of mu from 1 tests"):
+        diagnose(points.drop(columns=["test_id", "t"]))  # 81 tests strung together are no single one
 
 
 def test_many_tests_are_thinned_and_judged() -> None:
