@@ -1,0 +1,217 @@
+"""The benchmark of the diagnosis: every case is diagnosed once, kept in a file, and counted with Wilson intervals.
+
+``python -m tests.benchmarks.discovery -o build/discovery --seeds 12`` goes on where it was interrupted.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from friction_models import make_model
+from friction_models.discovery import diagnose, refine
+from friction_models.effects import CATALOGUE
+from friction_models.loads import write_json
+
+from ..common import Section, Table, section
+from ..data import sources
+from .generator import EFFECTS, NOISE_LEVELS, NULLS, OUTSIDE, PAIRS, campaign
+
+#: Seeds begin here, so that no test and no earlier study has seen them.
+FIRST_SEED = 50_000
+#: Effects that look alike in any plan of constant pressures, or nearly so in speed: a name that is inherent.
+TWINS = (
+    {"pressure_power", "pressure_saturation", "force_zero"},
+    {"stribeck", "rate_state", "flash_temperature", "viscous"},
+    {"wear_out", "work_exhaustion"},
+    {"running_in", "static_peak", "rate_state"},
+    {"thermal_softening", "thermal_breakdown", "twin_heating", "flash_temperature"},
+)
+MUST = {
+    "false alarms, nothing missing": "at most 5 %",
+    "right effect first": "at least 90 %",
+    "truth in the confusion set": "at least 96 %",
+    "outside the catalogue: abstains": "at least 90 %",
+    "pairs found exactly": "at least 75 %",
+    "one effect left out of the catalogue: abstains or names a twin": "at least 85 %",
+    "proposed additions that make held-out tests worse": "at most 3 %",
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One campaign to diagnose."""
+
+    kind: str
+    hidden: tuple[str, ...]
+    seed: int
+    null: str = "plain"
+    noise: float = 1.0
+    left_out: str = ""
+
+    @property
+    def key(self) -> str:
+        """Name of its file."""
+        words = [self.kind, "+".join(self.hidden) or self.null, self.left_out and f"without-{self.left_out}"]
+        return "-".join(w.replace(" ", "_") for w in [*words, str(self.seed)] if w)
+
+
+def cases(seeds: int) -> Iterator[Case]:
+    """Return all cases for so many seeds each; noise levels take turns."""
+    for s in range(seeds):
+        noise = NOISE_LEVELS[s % len(NOISE_LEVELS)]
+        number = FIRST_SEED + 1000 * s
+        # as many nulls as single effects
+        for k in range(len(EFFECTS)):
+            yield Case("null", (), number + k, NULLS[k % len(NULLS)], noise)
+        for k, name in enumerate(EFFECTS):
+            yield Case("single", (name,), number + 100 + k, "plain", noise)
+            yield Case("left_out", (name,), number + 100 + k, "plain", noise, name)
+        for k, name in enumerate(OUTSIDE):
+            yield Case("outside", (name,), number + 200 + k, "plain", noise)
+        for k, pair in enumerate(PAIRS):
+            yield Case("pair", pair, number + 300 + k, "plain", noise)
+
+
+def run_case(case: Case) -> dict[str, Any]:
+    """Diagnose one case on its training tests, refine by what was proposed, judge on the held-out tests."""
+    points, tests, part, strength = campaign(case.seed, case.hidden, case.null, case.noise)
+    train = points["test_id"].isin(tests.loc[tests["role"] == "train", "test_id"]).to_numpy()
+    catalogue = [n for n in CATALOGUE if n != case.left_out]
+    found = diagnose(points[train], tests, model="linear", catalogue=catalogue, seed=case.seed)
+    result: dict[str, Any] = {
+        **asdict(case),
+        "strength": strength,
+        "verdict": found.verdict,
+        "effects": found.effects,
+        "first": found.ranking[0]["effect"] if found.effects else "",
+        "confusion_set": found.confusion_set,
+        "confidence": found.confidence,
+    }
+    if found.effects and case.kind in {"single", "pair", "null"}:
+        result |= _held_out(points, tests, train, part, found.effects)
+    return result
+
+
+def _held_out(
+    points: Any, tests: Any, train: np.ndarray, part: np.ndarray, added: list[str]
+) -> dict[str, Any]:
+    """Return held-out errors [mu] of the ordinary fit, of the refined model and of a linear law without the hidden part."""
+    base = make_model("linear").fit_frame(points[train], tests)
+    better = refine(points[train], tests.assign(role="train"), model="linear", add=added, force=True)
+    plain = points.assign(mu=np.maximum(points["mu"].to_numpy() - part, 1e-3))
+    least = make_model("linear").fit_frame(plain[train], tests)
+    mu = points["mu"].to_numpy()[~train]
+
+    def square(model: Any, target: np.ndarray) -> float:
+        return float(np.mean((model.predict_frame(points[~train], tests) - target) ** 2))
+
+    before, after = square(base, mu), square(better, mu)
+    floor = square(least, plain["mu"].to_numpy()[~train])
+    avoidable = max(before - floor, 1e-12)
+    return {"before": before**0.5, "after": after**0.5, "removed": (before - after) / avoidable}
+
+
+def run_all(folder: Path, seeds: int, tell: Callable[[str], None] = print) -> list[dict[str, Any]]:
+    """Run what is not in `folder` yet; return all results."""
+    place = folder / sources("friction_models")
+    found = []
+    for case in cases(seeds):
+        kept = place / f"{case.key}.json"
+        if not kept.is_file():
+            write_json(kept, run_case(case))
+            tell(f"{case.key}")
+        found.append(json.loads(kept.read_text(encoding="utf-8")))
+    return found
+
+
+def wilson(hits: int, total: int, z: float = 1.96) -> tuple[float, float]:
+    """Return the 95 % Wilson interval of a rate."""
+    if not total:
+        return 0.0, 1.0
+    p = hits / total
+    middle = (p + z * z / (2 * total)) / (1 + z * z / total)
+    half = z / (1 + z * z / total) * float(np.sqrt(p * (1 - p) / total + z * z / (4 * total**2)))
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def twins_of(name: str) -> set[str]:
+    """Return the effects that may be named instead of one that is not in the catalogue."""
+    return set().union(*(group for group in TWINS if name in group)) - {name}
+
+
+def summary(results: Sequence[dict[str, Any]]) -> Section:
+    """Return the tables of the benchmark."""
+    by: dict[str, list[dict[str, Any]]] = {}
+    for r in results:
+        by.setdefault(r["kind"], []).append(r)
+    null, single = by.get("null", []), by.get("single", [])
+    named = {"explained", "ambiguous", "data_problem"}
+    abstains = {"unknown_structure", "nothing_missing"}
+    judged = [r for r in results if "removed" in r]
+    rates: list[tuple[str, int, int]] = [
+        ("false alarms, nothing missing", sum(r["verdict"] != "nothing_missing" for r in null), len(null)),
+        *(
+            (f"... {kind}", sum(r["verdict"] != "nothing_missing" for r in null if r["null"] == kind),
+             sum(r["null"] == kind for r in null))
+            for kind in NULLS
+        ),
+        ("right effect first", sum(r["first"] == r["hidden"][0] for r in single), len(single)),
+        ("truth in the confusion set", sum(r["hidden"][0] in r["confusion_set"] for r in single), len(single)),
+        *(
+            (f"... noise {level:g}", sum(r["first"] == r["hidden"][0] for r in single if r["noise"] == level),
+             sum(r["noise"] == level for r in single))
+            for level in NOISE_LEVELS
+        ),
+        ("outside the catalogue: abstains", sum(r["verdict"] in abstains for r in by.get("outside", [])),
+         len(by.get("outside", []))),
+        ("pairs found exactly", sum(sorted(r["effects"]) == sorted(r["hidden"]) for r in by.get("pair", [])),
+         len(by.get("pair", []))),
+        (
+            "one effect left out of the catalogue: abstains or names a twin",
+            sum(r["verdict"] in abstains or bool(set(r["confusion_set"]) & twins_of(r["left_out"]))
+                for r in by.get("left_out", [])),
+            len(by.get("left_out", [])),
+        ),
+        ("proposed additions that make held-out tests worse", sum(r["after"] > 1.005 * r["before"] for r in judged),
+         len(judged)),
+    ]  # fmt: skip
+    table = Table(["what", "reached", "95 % interval", "asked for"])
+    for what, hits, total in rates:
+        low, high = wilson(hits, total)
+        share = f"{hits} of {total}" + (f" ({100 * hits / total:.0f} %)" if total else "")
+        table.rows.append((what, share, f"{100 * low:.0f} to {100 * high:.0f} %", MUST.get(what, "")))
+    sizes = [len(r["confusion_set"]) for r in single if r["verdict"] in named]
+    removed = [r["removed"] for r in judged if r["kind"] == "single"]
+    if sizes:
+        table.rows.append(("mean size of the confusion set", f"{np.mean(sizes):.2f}", "", "at most 1.4"))
+    if removed:
+        median, low = np.quantile(removed, [0.5, 0.1])
+        table.rows.append(
+            (
+                "avoidable held-out error removed, median / 10th percentile",
+                f"{median:.2f} / {low:.2f}",
+                "",
+                "0.90 / 0.55",
+            )
+        )
+    each = Table(["hidden effect", "first", "in the set", "verdicts"])
+    for name in EFFECTS:
+        own = [r for r in single if r["hidden"] == [name]]
+        verdicts = sorted({r["verdict"] for r in own})
+        each.rows.append(
+            (name, sum(r["first"] == name for r in own), sum(name in r["confusion_set"] for r in own),
+             ", ".join(f"{v} {sum(r['verdict'] == v for r in own)}" for v in verdicts))
+        )  # fmt: skip
+    return section(
+        "Finding hidden effects: benchmark",
+        f"{len(results)} campaigns of 81 training and 30 held-out tests, made by `tests/benchmarks/discovery/generator.py`; synthetic. "
+        "Forms differ from the catalogue's, the rms of what is hidden is 0.5 to 2 times the scatter between tests.",
+        table,
+        each,
+    )
