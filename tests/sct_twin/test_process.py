@@ -7,8 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fmus.slaves.state_bytes import from_bytes, to_bytes
+from fmus.slaves.twin_solver import TwinSolver
 from friction_models.loads import LOAD_NAMES, InputError
 from sct_twin import RawCampaign, SctProcess, TwinResult
+from sct_twin.thermal_settings import ThermalBody, ThermalSettings
 
 
 @pytest.fixture(scope="module")
@@ -98,6 +101,26 @@ def test_snapshot_is_exact_and_can_be_used_again(process: SctProcess) -> None:
     assert runs[0] == runs[1]
     process.restore(start)
     assert process.time == 0.0 and process.loads.sd == 0.0
+
+
+def test_state_as_bytes_is_exact_with_heat_data_that_vary() -> None:
+    plate = ThermalBody(((20.0, 20.0), (400.0, 23.0)), ((20.0, 3.5), (400.0, 4.4)))
+    process = SctProcess(F_max=330e3, speed=200.0, thermal=ThermalSettings(plate=plate))
+    process.advance(0.0, 330e3, 0.0, 20.0, 0.0)
+    for _ in range(4):
+        process.advance(0.005, 330e3, 200.0, 20.0, 0.07)
+    content = to_bytes(process.snapshot(), "twin", TwinSolver.snapshot_classes)
+    going_on = [process.advance(0.005, 320e3, 150.0, 20.0, 0.08) for _ in range(4)]
+    process.restore(from_bytes(content, "twin", TwinSolver.snapshot_classes))
+    assert [process.advance(0.005, 320e3, 150.0, 20.0, 0.08) for _ in range(4)] == going_on
+    # The same plate at the data of 20 degC is hotter: both grow with temperature.
+    steady = SctProcess(F_max=330e3, speed=200.0, thermal=ThermalSettings(plate=plate).constant())
+    steady.advance(0.0, 330e3, 0.0, 20.0, 0.0)
+    for _ in range(4):
+        hotter = steady.advance(0.005, 330e3, 200.0, 20.0, 0.07)
+    for _ in range(4):
+        hotter = steady.advance(0.005, 320e3, 150.0, 20.0, 0.08)
+    assert hotter.T > going_on[-1].T + 2.0
 
 
 def test_less_friction_less_heat(process: SctProcess) -> None:
