@@ -151,6 +151,6 @@ def join(
             )
             before = np.full(len(t_up), still)
             if name not in ("a", "v", "s"):
-                notes.append(f"no {name} in the upsetting file: {still:g} as at the start of sliding")
+                notes.append(f"no {name} in the upsetting file: taken to stay as at the start of sliding")
         joined[name] = np.concatenate([before, values])
     return joined, notes

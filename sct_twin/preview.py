@@ -31,6 +31,7 @@ _NAMES: dict[str, str] = {
     "s": r"\b(s|pos\w*|weg\w*|disp\w*|path|stroke|slide)\b",
     "v": r"\b(v|vel\w*|speed\w*|geschw\w*)\b",
 }
+_NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 #: Of more tests than this only the first are shown; quality.csv has all.
 _SHOWN = 40
 #: Tests that are named behind a remark.
@@ -89,14 +90,18 @@ def describe(found: Survey, channel_map: Map = None, width: int = 80) -> str:
 
 def remarks(found: Survey, width: int = 80) -> list[str]:
     """Return what to look at, each remark once with the tests it is about, and what was left out."""
-    about: dict[str, list[str]] = {}
+    about: dict[str, list[tuple[str, str]]] = {}
     for row in found.rows:
         named = {str(k): None if isinstance(v, float) and np.isnan(v) else v for k, v in row.items()}
         for said in warnings(named):
-            about.setdefault(said, []).append(str(row["test_id"]))
+            # The same remark with other numbers is one remark.
+            about.setdefault(_NUMBER.sub("#", said), []).append((str(row["test_id"]), said))
     lines = []
-    for said, tests in about.items():
+    for remark in about.values():
+        tests = [test for test, _ in remark]
         more = f" and {len(tests) - _NAMED} more" if len(tests) > _NAMED else ""
+        same = len({said for _, said in remark}) == 1
+        said = remark[0][1] if same else f"{remark[0][1]} (numbers of the first)"
         lines += _wrapped(f"{', '.join(tests[:_NAMED])}{more}: {said}", width)
     for entry in found.left_out:
         lines += _wrapped(f"left out: {entry['reason']}", width)
@@ -163,7 +168,7 @@ def _tests(rows: Sequence[dict[str, Any]], mapping: ChannelMap, width: int) -> l
         cells = "".join(f"  {column[number].rjust(n)}" for column, n in zip(columns, widths))
         lines.append(f"{text.ljust(room)}{cells}".rstrip())
     if len(rows) > len(shown):
-        lines.append(f"and {len(rows) - len(shown)} more tests (all in quality.csv)")
+        lines.append(f"and {len(rows) - len(shown)} more tests (quality.csv holds all)")
     how = Counter("stated" if row["phases"] != "detected" else "detected" for row in rows)
     phases = " and ".join(f"{key} in {count}" for key, count in sorted(how.items()))
     about = (

@@ -414,6 +414,26 @@ def test_bad_endings(files: object, message: str) -> None:
         ChannelMap.load({"phases": {"files": files}})
 
 
+def test_many_tests_are_shown_briefly(tmp_path: Path, record_maker: Maker) -> None:
+    frame = record_maker(noise=1.0).to_frame()
+    rng = np.random.default_rng(3)
+    for number in range(45):
+        rows = np.delete(np.arange(len(frame)), slice(300, 305 + number))
+        spiky = frame.iloc[rows].copy()
+        spiky.iloc[600, 1] += 1e4 * rng.uniform(1, 2)
+        write_plain(tmp_path / f"a_test_with_a_long_name_{number}.csv", spiky.drop(columns="a"), UNITS)
+    for width in (80, 120):
+        lines = preview(tmp_path, width=width).splitlines()
+        assert max(map(len, lines)) <= max(width, 80)
+        assert sum(line.startswith("a_") and "  1000  " in line for line in lines) == 40
+        text = " ".join(" ".join(lines).split())
+        assert "and 5 more tests (quality.csv holds all)" in text
+        for said in ("1 gap, the largest", "a not recorded", "1 spike in F_n, left in"):
+            assert text.count(said) == 1
+        assert "a_test_with_a_long_name_10, " in text and "and 39 more: 1 gap," in text
+        assert "(numbers of the first)" in text
+
+
 def test_the_channel_map_of_the_documentation(tmp_path: Path, record_maker: Maker) -> None:
     text = (Path(__file__).parents[2] / "docs" / "measurements.md").read_text(encoding="utf-8")
     example = text.split("```yaml", 1)[1].split("```", 1)[0]
