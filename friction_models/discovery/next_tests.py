@@ -40,6 +40,10 @@ SEVERAL = 3
 RELIEVED = 0.2
 #: A test that separates by less tells nothing; one that separates by more is enough.
 USELESS, ENOUGH = 0.5, 3.0
+#: Sliding distance of a proposed test where the data do not say how far tests slide [mm].
+USUAL_DISTANCE = 20.0
+#: What sets a load; a load that the data lack is left out of the proposed rows.
+SET_BY = {"v_rel": "v_set", "T": "T_tool", "sigma_n": "sigma_set"}
 #: Shapes of a rival that are tried.
 SHAPES = 20
 
@@ -133,6 +137,7 @@ class _Settings:
     psi_set: float | None
     distance: float
     heating: Heating
+    unknown: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, campaign: Campaign) -> _Settings:
@@ -150,20 +155,25 @@ class _Settings:
         lasts = np.r_[firsts[1:], len(array)] - 1
         fast = max(float(high[0]), 1e-9)
         slow = max(float(low[0]), 0.01 * fast, 1e-9)
+        distance = _round(float(np.median(campaign.distance[lasts])))
+        if "sd" in campaign.absent or campaign.count.size == len(campaign.tests) or not distance > 0.0:
+            distance = USUAL_DISTANCE
         return cls(
             (_round(slow), _round(float(np.sqrt(slow * fast))), _round(fast)),
             (_round(low[2]), _round(middle[2]), _round(high[2])),
             (_round(cold.min()), _round(np.median(cold)), _round(cold.max())),
             max(float(middle[4]), 1e-3),
             usual,
-            _round(float(np.median(campaign.distance[lasts]))),
+            distance,
             Heating.learn(array[:, 2], array[:, 0], array[:, 3], rise),
+            tuple(SET_BY[n] for n in campaign.absent if n in SET_BY),
         )
 
     def row(self, sigma: float, v: float, tool: float, distance: float) -> dict[str, Any]:
         row: dict[str, Any] = {
             "protocol": "constant", "sigma_set": sigma, "v_set": v, "T_tool": tool, "sd_set": distance,
         }  # fmt: skip
+        row = {k: value for k, value in row.items() if k not in self.unknown}
         return row | ({"psi_set": self.psi_set} if self.psi_set is not None else {})
 
     def loads(

@@ -43,6 +43,10 @@ def test_motor_oil_pressure_first_then_speed() -> None:
     assert answer.verdict in {"ambiguous", "explained"}
     assert answer.effects[0] in PRESSURE and answer.effects[1:] == ["viscous"]
     assert any("averaged data" in w for w in answer.warnings)
+    row = answer.next_tests[0]["plan"][0]
+    assert (
+        "T_tool" not in row and 0.0 < row["sigma_set"] < 1.0
+    )  # a contact of tenths of a MPa; no temperature in the data
 
 
 def test_motor_oil_error_left_out_falls() -> None:
