@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from sct_twin.pool import map_unordered
+from forming.pool import map_unordered
 
 from .runs import Run, versions
 from .system import System

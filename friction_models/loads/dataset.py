@@ -223,9 +223,11 @@ class DataSet:
 
     def write_into(self, folder: Path) -> None:
         """Write the three files into an existing folder (not atomic; see `save`)."""
-        units = [POINT_UNITS.get(c, "") for c in self.points.columns]
+        extra = self.info.get("extra_units")
+        known = {**(extra if isinstance(extra, dict) else {}), **POINT_UNITS}
         with (folder / "points.csv").open("w", encoding="utf-8", newline="\n") as stream:
-            stream.write(",".join(self.points.columns) + "\n" + ",".join(units) + "\n")
+            head = csv.writer(stream, lineterminator="\n")
+            head.writerows([self.points.columns, [str(known.get(c, "")) for c in self.points.columns]])
             self.points.to_csv(stream, index=False, header=False, lineterminator="\n")
         if self.tests is not None:
             self.tests.to_csv(folder / "tests.csv", index=False, lineterminator="\n")

@@ -33,12 +33,14 @@ def demo(
 
 
 def report(
-    folder: Annotated[Path, typer.Argument(help="Run folder, or a folder of the demo.")],
+    folder: Annotated[
+        Path, typer.Argument(help="Run folder, folder of predicted tests, or folder of the demo.")
+    ],
     out: Annotated[
         Path | None, typer.Option("-o", "--out", help="HTML file (default: report.html in the folder).")
     ] = None,
 ) -> None:
-    """Write a self-contained HTML report (works offline) of a run or of a demo."""
+    """Write a self-contained HTML report (works offline) of a run, of predicted tests or of a demo."""
     from ..report import write_report
 
     say(f"report written: {write_report(folder, out)}")

@@ -100,6 +100,15 @@ def test_data_set_round_trip(points: pd.DataFrame, tmp_path: Path) -> None:
     assert train["test_id"].unique().tolist() == ["a"] and held_out["test_id"].unique().tolist() == ["b"]
 
 
+def test_further_columns_keep_their_units(points: pd.DataFrame, tmp_path: Path) -> None:
+    more = points.assign(T_max=points["T"] + 5.0, F_n=1e5)
+    DataSet(more, None, {"extra_units": {"T_max": "degC", "F_n": "N", "mu": "no"}}).save(tmp_path / "set")
+    head, units = (tmp_path / "set" / "points.csv").read_text().splitlines()[:2]
+    known = dict(zip(head.split(","), units.split(","), strict=True))
+    assert known["T_max"] == "degC" and known["F_n"] == "N" and known["mu"] == "1"
+    pd.testing.assert_frame_equal(DataSet.load(tmp_path / "set").points, more, check_dtype=False)
+
+
 def test_units_in_the_header_or_in_a_row(points: pd.DataFrame, tmp_path: Path) -> None:
     named = points.rename(columns={"T": "T [degC]", "v_rel": "v_rel [mm/s]"})
     named.to_csv(tmp_path / "header.csv", index=False)
