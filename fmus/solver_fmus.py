@@ -303,6 +303,3 @@ def write_solver_fmu(
         )
     files["documentation/index.html"] = page(interface.title, sections)
     return write_archive(path, files)
-
-
-_write = write_solver_fmu
