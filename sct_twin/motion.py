@@ -65,7 +65,7 @@ class Motion:
         else:
             steady = median_filter(self.s, 5, mode="nearest")
             origin = float(np.median(steady[: max(5, len(steady) // 50)]))
-            away = np.abs(steady - origin) > max(0.02, 0.001 * travel)
+            away = np.abs(steady - origin) > max(0.02, 0.001 * travel, 6.0 * noise_of(self.s))
         if not away.any() or away[0]:
             raise InputError(
                 f"{self.where}: the plate moves from the first sample on; allowed: upsetting at rest first"

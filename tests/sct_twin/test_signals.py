@@ -200,6 +200,16 @@ def test_position_or_speed_alone(
         process(replace(record, metadata={}))
 
 
+@pytest.mark.parametrize("v_set", [50.0, 400.0])
+def test_a_coarse_position(record_maker: Maker, v_set: float) -> None:
+    record = record_maker(0.08, v_set=v_set, sliding=30.0, ramp=0.05)
+    s = np.asarray(record.s) + 0.05 * np.random.default_rng(2).standard_normal(len(record))
+    for a in (record.a, None):
+        series = resample(process(replace(record, s=s, a=a), 25.0))
+        assert np.abs(series.mu - 0.08).max() < 1e-3
+        assert np.std(series.v_rel[150:]) < 0.01 * v_set
+
+
 def test_neither_position_nor_speed(record_maker: Maker) -> None:
     with pytest.raises(InputError, match="neither a position 's' nor a speed 'v'"):
         replace(record_maker(), s=None)
