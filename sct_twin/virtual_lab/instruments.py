@@ -88,7 +88,7 @@ class Instruments:
     stiffness: float = 0.0
     damping: float = 0.3
     static: float = 0.0
-    static_length: float = 0.02
+    static_length: float = 0.01
     thermocouple_lag: float = 0.0
     plate_capacity: float = 0.0
     batch_scatter: float = 0.0
