@@ -243,6 +243,26 @@ def test_phases_of_the_test_table(tmp_path: Path, record_maker: Maker) -> None:
         ingest(tmp_path, both, tmp_path / "no")
 
 
+def test_processing_stands_in_the_map_or_in_the_test_table(tmp_path: Path, record_maker: Maker) -> None:
+    record = record_maker(noise=1.0)
+    spiky = record.to_frame()
+    spiky.loc[50, "F_n"] += 9e3
+    for name in ("t1", "t2"):
+        write_plain(tmp_path / f"{name}.csv", spiky, UNITS)
+    (tmp_path / "tests.csv").write_text("test_id,low_pass\nt1,auto\nt2,\n")
+    report = ingest(tmp_path, {"despike": True, "low_pass": 40.0}, tmp_path / "out")
+    campaign = RawCampaign.load(tmp_path / "out")
+    assert list(report.quality["low_pass_Hz"]) == [100.0, 40.0]
+    assert list(report.quality["spikes_removed"]) == [1, 1]
+    for name, corner in (("t1", 100.0), ("t2", 40.0)):
+        signals = process(campaign.record(name))
+        assert signals.spikes == 1 and signals.low_pass == pytest.approx(corner)
+    assert "1 spike in F_n, replaced" in str(report)
+    for key, value in (("despike", "yes"), ("low_pass", 0)):
+        with pytest.raises(InputError, match=f"{key} is {value!r}; allowed"):
+            ChannelMap.load({key: value})
+
+
 @pytest.mark.parametrize(
     ("times", "message"),
     [
