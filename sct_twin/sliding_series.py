@@ -10,7 +10,6 @@ from friction_models.loads import FloatArray, InputError
 
 from .uncertainty import LONGEST_NOISE, excess, local_variance, noise_memory
 
-
 #: Part of the distance over which noise is judged.
 STEADY = (0.15, 0.9)
 
