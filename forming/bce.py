@@ -23,12 +23,13 @@ from .tooling import CupPunch, Tool, line, plate
 
 @dataclass(frozen=True)
 class _CupSize:
-    """Element size: finest at the punch edge, a few elements through wall and base."""
+    """Element size: `on_edge` on the rounding of the punch, `finest` around it, a few elements through wall and base."""
 
     finest: float
     nose: float
     punch: CupPunch
     wall: float
+    on_edge: float
 
     def __call__(self, points: FloatArray) -> FloatArray:
         rp, edge = self.punch.radius, self.punch.edge_radius
@@ -36,6 +37,8 @@ class _CupSize:
         distance = np.hypot(points[:, 0] - (rp - 0.3 * edge), points[:, 1] - (shoulder + 0.5 * edge))
         growth = 0.15 * np.maximum(0.0, distance - 1.2 - edge)
         size = np.minimum(self.finest + growth, 2.6 * self.finest)
+        off_edge = np.abs(np.hypot(points[:, 0] - rp + edge, points[:, 1] - shoulder - edge) - edge)
+        size = np.minimum(size, self.on_edge + 0.2 * np.maximum(0.0, off_edge - 0.3))
         above = points[:, 1] > shoulder + edge
         through_wall = max(self.wall / 4.0, self.finest)
         through_base = max(max(self.nose, 0.3) / 4.0, 0.6 * self.finest)
@@ -172,9 +175,11 @@ class BackwardCupExtrusion(FormingProcess):
         radius, height = self.container_radius, self.billet_length
         wall = radius - self.punch.radius
         finest = min(self.mesh_size, wall / 5.0, max(0.57 * self.mesh_size, 0.35 * self.punch.edge_radius))
+        # The surface is a polygon: small sides on the rounding, of which the force ripples with their square.
+        on_edge = min(finest, max(0.57 * self.mesh_size, 0.175 * self.punch.edge_radius))
 
         def size(stroke: float) -> _CupSize:
-            return _CupSize(finest, height - stroke, self.punch, wall)
+            return _CupSize(finest, height - stroke, self.punch, wall, on_edge)
 
         shaft = height + 40.0
         punch = Tool(
@@ -209,7 +214,9 @@ class BackwardCupExtrusion(FormingProcess):
         corners = np.cumsum([0.0, radius, height, radius])
         counted = np.cumsum([0.0, 0.3 * radius, 0.5 * height, 3.0 * radius])
         markers = np.interp(np.linspace(0.0, counted[-1], self.n_points), counted, corners)
-        control = StepControl(slip=0.5 * finest)
+        # A spring behind the punch answers to the force of a fresh mesh: smaller steps there.
+        after = 0.6 if self.elasticity.compliance == 0.0 else 0.3
+        control = StepControl(slip=0.5 * finest, after_remesh=after)
         simulation = Simulation(
             body,
             tools,
