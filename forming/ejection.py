@@ -14,7 +14,7 @@ import numpy.typing as npt
 from friction_models.loads import InputError, unknown_name
 
 from .ejection_result import EjectionResult, GripPatch
-from .ejection_tools import Stage
+from .ejection_tools import Stage, grip_patches
 from .fe.polyline import SizeField
 from .fe.shape import FloatArray
 from .fe.simulation import Simulation
@@ -62,6 +62,7 @@ class EjectionState:
     start_load: float
     total: float
     last: Row
+    incoming: FloatArray
     trial: int
     regularisation: float
     finished: bool
@@ -131,7 +132,8 @@ class Ejection:
                 forces=np.array([kept.get(tool.name, np.zeros(2)) for tool in tools]),
             )
         )
-        self.simulation.state.body.velocity[:] = 0.0
+        self._incoming = state.body.velocity.copy()
+        self.simulation.state.body.velocity[:] = TRIALS[0][0] * self._incoming
         self._last_touch, self._start_load = 0.0, 0.0
         self._last = Row(stage.name, 0.0, self._force(self.simulation), 0.0, 0.0)
 
@@ -215,7 +217,8 @@ class Ejection:
             return False
         self._trial += 1
         state, share = self.simulation.state, TRIALS[self._trial][0]
-        state.body.velocity *= share
+        moved = state.increments + state.remeshes > 0
+        state.body.velocity = share * (state.body.velocity if moved else self._incoming)
         state.status, state.message, state.failures_in_row = "ok", "", 0
         state.next_dt = self._control().first / self.simulation.speed
         self.simulation = self._simulation(state)
@@ -300,6 +303,7 @@ class Ejection:
                 self._start_load,
                 self._total,
                 self._last,
+                self._incoming,
                 self._trial,
                 self.regularisation,
                 self.finished,
@@ -311,6 +315,7 @@ class Ejection:
         kept = copy.deepcopy(kept)
         self._number, self.stage, self._rows = kept.number, kept.stage, kept.rows
         self._patches, self._last_touch = kept.patches, kept.last_touch
+        self._incoming = kept.incoming
         self._start_load, self._total, self.finished = kept.start_load, kept.total, kept.finished
         self._last, self._trial, self.regularisation = kept.last, kept.trial, kept.regularisation
         self.contact.cut(self._total)
@@ -379,33 +384,3 @@ def ejection_choice(process: FormingProcess, how: str | bool) -> str:
     if how not in process.ejections:
         raise unknown_name(f"way to eject from {process.name}", str(how), process.ejections)
     return str(how)
-
-
-def grip_patches(simulation: Simulation) -> tuple[GripPatch, ...]:
-    """Return the parts of the surface that the tools at rest touch, from the lower axis point on."""
-    state, found = simulation.state, []
-    mu = state.markers.at_nodes(state.mu, len(state.body.chain))
-    surface = state.body.surface
-    for tool, table in zip(state.tools, state.tables or []):
-        if tool.speed > 0.0:
-            continue
-        on = np.flatnonzero(table[:, 0] > 0.0)
-        for patch in np.split(on, np.flatnonzero(np.diff(on) > 1) + 1):
-            if not len(patch):
-                continue
-            force = 2.0 * math.pi * table[patch, 0] * state.weights[patch]
-            (r_low, z_low), (r_high, z_high) = surface[patch].min(axis=0), surface[patch].max(axis=0)
-            area = 2.0 * math.pi * float(state.weights[patch].sum())
-            axial = float((mu[patch] * force * np.abs(table[patch, 4])).sum())
-            found.append(
-                GripPatch(
-                    tool.name,
-                    float(r_low),
-                    float(r_high),
-                    float(z_low),
-                    float(z_high),
-                    float(force.sum()) / area,
-                    axial * 1e-3,
-                )
-            )
-    return tuple(found)

@@ -102,7 +102,8 @@ def test_rod_is_pushed_out_against_the_friction_of_what_grips_it(rods):
     assert np.median(np.abs(found.force / found.grip - 1.0)[sliding]) < 0.01
     assert found.max_force == pytest.approx(found.grip[out][found.travel[out] > 0.2].max(), rel=0.1)
     held = sum(patch.friction for patch in found.patches)
-    assert found.max_force == pytest.approx(held, rel=0.25)
+    # The rounding of the die lets go at once, the container goes on gripping.
+    assert 0.5 * held < found.max_force < 1.1 * held
     # The end is where the head, 16 mm long, stands in the opening of the container only.
     assert 12.0 < found.travel[-1] < 20.0
     assert {patch.tool for patch in found.patches} == {"die"}
