@@ -16,7 +16,7 @@ import pandas as pd
 from friction_models import make_model
 from friction_models.discovery import diagnose, refine
 from friction_models.loads import DataSet, write_json
-from sct_twin.virtual_lab.campaign import load_truth
+from sct_twin.virtual_lab import load_truth
 
 from .common import Section, Table, section
 from .data import PLAN, campaign, raw_folder, sources
