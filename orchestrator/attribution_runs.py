@@ -10,189 +10,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from friction_models.effects import CATALOGUE, make_effect
-from friction_models.loads import MU, InputError, unknown_name
+from friction_models.loads import InputError, unknown_name
 
+from .attribution_causes import FORMING, FRICTION_LEVEL, MACHINE, Cause, all_causes
+from .attribution_plant import Plant
 from .attribution_probe import FACTOR, addable, graph_of, pack_probe, strengths
-from .fmu_files import FmuDescription, describe
 from .forces import ForceCurve
 from .jobs import RunProgress, RunTask, run_all
-from .system import System
 
 if TYPE_CHECKING:
     from forming.press import PressLevel
 
 #: What carries the strength of the flow stress in each kind of material.
 _FLOW = {"HenselSpittel": ("A",), "PowerLaw": ("yield_stress", "K"), "FlowTable": ("stresses",)}
-KINDS = ("friction", "flow stress", "heat", "machine")
-
-
-@dataclass(frozen=True)
-class Cause:
-    """Something that changes a force-stroke curve.
-
-    Attributes
-    ----------
-    name, title, kind, unit : str
-        Identifier, words, one of `KINDS`, unit of the strength.
-    step : float
-        How far it is moved for the sensitivity; 0 where no run is needed.
-    sign : int
-        Physical sign of the strength; 0: both.
-    column : str
-        Tells two strengths of one cause apart; empty for most.
-    """
-
-    name: str
-    title: str
-    kind: str
-    unit: str
-    step: float = 0.0
-    sign: int = 0
-    column: str = ""
-
-    @property
-    def key(self) -> str:
-        """Name of the run."""
-        return f"{self.name}.{self.column}" if self.column else self.name
-
-
-FORMING = (
-    Cause("flow_stress", "flow stress of the workpiece, relative", "flow stress", "1", 0.03),
-    Cause("tool_temperature", "tool temperature", "heat", "K", 15.0),
-    Cause("billet_temperature", "billet temperature", "heat", "K", 15.0),
-    Cause("heat_transfer", "heat transfer to the tools, relative", "heat", "1", 0.5),
-)
-FRICTION_LEVEL = Cause("friction_level", "friction as a whole, relative", "friction", "1", 0.2)
 #: A mesh of this relative size shows how far the mesh moves the curves.
 OTHER_MESH = 0.9
-#: Seen in the simulated curve itself.
-MACHINE = (
-    Cause("compliance", "elastic give of press and tools", "machine", "mm/kN", sign=1),
-    Cause("stroke_zero", "zero of the stroke", "machine", "mm"),
-    Cause("force_gain", "gain of the force cell, relative", "machine", "1"),
-)
-
-
-def all_causes() -> list[str]:
-    """Return the names of all causes."""
-    physics = [e.name for e in CATALOGUE.values() if e.kind == "physics" and not e.metadata]
-    return [c.name for c in (*FORMING, FRICTION_LEVEL, *MACHINE)] + physics
-
-
-@dataclass(frozen=True)
-class Plant:
-    """A user's system, and how it is changed.
-
-    Attributes
-    ----------
-    system : System
-    forming, friction : str
-        Names of the components.
-    description : FmuDescription
-        Of the forming FMU.
-    process : str
-        ``fre``, ``bce``, or empty for a forming FMU that is not of this project.
-    """
-
-    system: System
-    forming: str
-    friction: str
-    description: FmuDescription
-    process: str
-    config: dict[str, Any]
-
-    @classmethod
-    def of(cls, system: System) -> Plant:
-        """Find forming process and friction model in a system.
-
-        Raises
-        ------
-        InputError
-            No component computes stroke and force from mu, nothing gives it mu, or it has no parameters
-            ``speed`` and ``T_tool``.
-        """
-        found = {name: describe(system.fmu_path(name)) for name in system.components}
-        forming = [
-            n for n, d in found.items() if {"stroke", "force"} <= d.variables.keys() and MU.name in d.arrays
-        ]
-        if len(forming) != 1:
-            raise InputError(
-                f"{system.source}: {len(forming)} components have stroke, force and mu; allowed: one forming process"
-            )
-        name = forming[0]
-        lines = [c.replace(" ", "").partition("->") for c in system.connections]
-        sources = [a.rpartition(".")[0] for a, _, b in lines if b.partition("[")[0] == f"{name}.{MU.name}"]
-        if not sources or len(set(sources)) != 1:
-            raise InputError(
-                f"{system.source}: {name}.mu comes from {len(set(sources))} components; allowed: one friction FMU"
-            )
-        for parameter in ("speed", "T_tool"):
-            if parameter not in found[name].variables:
-                raise InputError(
-                    f"{found[name].path}: no parameter {parameter!r}; allowed: a forming FMU with speed and T_tool, "
-                    "which every level of the press sets"
-                )
-        config = _config(found[name].path)
-        return cls(system, name, sources[0], found[name], str(config.get("process", "")), config)
-
-    @property
-    def nodes(self) -> int:
-        """Contact points of the forming FMU."""
-        return len(self.description.resolve(MU.name))
-
-    @property
-    def travel(self) -> float:
-        """Punch travel of one communication step [mm]."""
-        speed = self.system.components[self.forming].start.get("speed")
-        if speed is None:
-            variable = next(v for v in self.description.raw.modelVariables if v.name == "speed")
-            speed = float(variable.start)
-        return float(self.system.communication_step * float(speed))  # type: ignore[arg-type]
-
-    def start_of(self, parameter: str) -> float | None:
-        """Return the value of a forming parameter in the system; None where the FMU has none."""
-        own = self.system.components[self.forming].start.get(parameter)
-        if own is not None:
-            return float(own)  # type: ignore[arg-type]
-        for variable in self.description.raw.modelVariables:
-            if variable.name == parameter and variable.start is not None:
-                return float(variable.start)
-        return None
-
-    def at(
-        self, level: PressLevel, friction: Path, forming: Path, changes: dict[str, dict[str, float]]
-    ) -> System:
-        """Return the system at a level of the press, with other FMUs and start values."""
-        content = self.system.model_dump(mode="json", exclude_none=True)
-        for name in content["components"]:
-            content["components"][name]["fmu"] = str(self.system.fmu_path(name))
-        parts = content["components"]
-        parts[self.friction]["fmu"], parts[self.forming]["fmu"] = str(friction), str(forming)
-        parts[self.forming]["start"] |= {"speed": level.speed, "T_tool": level.T_tool}
-        for name, values in changes.items():
-            parts[name]["start"] |= values
-        recorded = float(level.curves.groupby("repeat")["stroke"].max().min())
-        asked = self.travel * self.system.steps
-        steps = max(1, int(min(recorded, asked) / self.travel + 1e-6))
-        content["communication_step"] = self.travel / level.speed
-        content["stop_time"] = content["communication_step"] * steps
-        content["record"] = [f"{self.forming}.stroke", f"{self.forming}.force"]
-        content["name"] = f"{self.system.name}"[:80]
-        return System.from_dict(content, source=self.system.source)
-
-
-def _config(fmu: Path) -> dict[str, Any]:
-    """Return what a forming FMU of this project was packed from; empty for any other."""
-    import zipfile
-
-    try:
-        with zipfile.ZipFile(fmu) as archive:
-            item = archive.getinfo("resources/interface.json")
-            content = json.loads(archive.read(item)) if item.file_size < 64 * 1024**2 else {}
-    except (KeyError, ValueError, OSError, zipfile.BadZipFile):
-        return {}
-    good = isinstance(content, dict) and {"process", "fixed", "material"} <= content.keys()
-    return content if good else {}
 
 
 def cache_folder() -> Path:
@@ -301,6 +133,8 @@ def run_sensitivities(
                 changes = {plant.friction: {FACTOR: 1.0 + cause.step}}
             elif key in by_key and cause is not None:
                 changes = {plant.friction: {by_key[key]: cause.step}}
+            elif cause is not None and cause.name == "heat_transfer" and plant.start_of("htc") is not None:
+                changes = {plant.forming: {"htc": (plant.start_of("htc") or 0.0) * (1.0 + cause.step)}}
             elif cause is not None and cause.name == "tool_temperature":
                 changes = {plant.forming: {"T_tool": level.T_tool + cause.step}}
             elif cause is not None and cause.name == "billet_temperature":
@@ -324,7 +158,9 @@ def _graph(plant: Plant) -> bytes:
 def _possible(cause: Cause, plants: Sequence[Plant], warnings: list[str]) -> bool:
     """Return whether a cause can be moved in all systems; says so where it cannot."""
     for plant in plants:
-        if cause.name in {"flow_stress", "heat_transfer"}:
+        if cause.name == "heat_transfer":
+            fits = bool(plant.config) or plant.start_of("htc") is not None
+        elif cause.name == "flow_stress":
             fits = bool(plant.config)
         else:
             fits = plant.start_of("T_tool" if cause.name == "tool_temperature" else "T_billet") is not None
@@ -346,6 +182,8 @@ def _forming_fmus(plant: Plant, causes: Sequence[Cause], folder: Path) -> dict[s
     for cause in causes:
         if cause.name not in {"flow_stress", "heat_transfer"}:
             continue
+        if cause.name == "heat_transfer" and plant.start_of("htc") is not None:
+            continue  # a parameter: it needs no other FMU
         config = json.loads(json.dumps(plant.config))
         material, fixed = config["material"], dict(config["fixed"])
         if cause.name == "flow_stress":
@@ -363,6 +201,9 @@ def _forming_fmus(plant: Plant, causes: Sequence[Cause], folder: Path) -> dict[s
             for v in plant.description.raw.modelVariables
             if v.causality == "parameter" and v.start is not None and v.type in {"Real", "Float64"}
         }
+        # a number that may be left out is 0 in the FMU when it is
+        left_out = [n for n in config.get("optional", []) if numbers.get(n) == 0.0]
+        numbers = {n: value for n, value in numbers.items() if n not in left_out}
         key = _hashed(
             json.dumps([material, config["fixed"], numbers], sort_keys=True, default=str).encode(), cause.key
         )

@@ -15,7 +15,8 @@ from friction_models import ConstantFriction, effects
 from friction_models.discovery import Diagnosis, diagnose
 from friction_models.discovery.binning import prepare
 from friction_models.discovery.candidates import integrate, rests, time_steps
-from friction_models.discovery.next_tests import plan_rows, protocols
+from friction_models.discovery.next_tests import plan_rows
+from friction_models.discovery.protocols import protocols
 from friction_models.loads import TriboLoads
 from sct_twin import SctTwin
 from sct_twin.virtual_lab import Campaign, run_protocol

@@ -23,9 +23,11 @@ from friction_models.effects import make_effect
 from friction_models.loads import InputError
 from friction_models.onnx_export import export
 from friction_models.onnx_model import OnnxModel
-from orchestrator.attribution import Level, attribute, attribution
+from orchestrator.attribution import attribute
+from orchestrator.attribution_causes import Cause
+from orchestrator.attribution_fit import Level, attribution
 from orchestrator.attribution_probe import addable, strengths, with_effects
-from orchestrator.attribution_runs import Cause, Sensitivities
+from orchestrator.attribution_runs import Sensitivities
 from orchestrator.cli import attributing
 from orchestrator.forces import ForceCurve
 from orchestrator.processes import extrusion_system

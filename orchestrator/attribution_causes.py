@@ -1,0 +1,60 @@
+"""Causes of a deviation between measured and simulated forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from friction_models.effects import CATALOGUE
+
+KINDS = ("friction", "flow stress", "heat", "machine")
+
+
+@dataclass(frozen=True)
+class Cause:
+    """Something that changes a force-stroke curve.
+
+    Attributes
+    ----------
+    name, title, kind, unit : str
+        Identifier, words, one of `KINDS`, unit of the strength.
+    step : float
+        How far it is moved for the sensitivity; 0 where no run is needed.
+    sign : int
+        Physical sign of the strength; 0: both.
+    column : str
+        Tells two strengths of one cause apart; empty for most.
+    """
+
+    name: str
+    title: str
+    kind: str
+    unit: str
+    step: float = 0.0
+    sign: int = 0
+    column: str = ""
+
+    @property
+    def key(self) -> str:
+        """Name of the run."""
+        return f"{self.name}.{self.column}" if self.column else self.name
+
+
+FORMING = (
+    Cause("flow_stress", "flow stress of the workpiece, relative", "flow stress", "1", 0.03),
+    Cause("tool_temperature", "tool temperature", "heat", "K", 15.0),
+    Cause("billet_temperature", "billet temperature", "heat", "K", 15.0),
+    Cause("heat_transfer", "heat transfer to the tools, relative", "heat", "1", 0.5),
+)
+FRICTION_LEVEL = Cause("friction_level", "friction as a whole, relative", "friction", "1", 0.2)
+#: Seen in the simulated curve itself.
+MACHINE = (
+    Cause("compliance", "elastic give of press and tools", "machine", "mm/kN", sign=1),
+    Cause("stroke_zero", "zero of the stroke", "machine", "mm"),
+    Cause("force_gain", "gain of the force cell, relative", "machine", "1"),
+)
+
+
+def all_causes() -> list[str]:
+    """Return the names of all causes."""
+    physics = [e.name for e in CATALOGUE.values() if e.kind == "physics" and not e.metadata]
+    return [c.name for c in (*FORMING, FRICTION_LEVEL, *MACHINE)] + physics

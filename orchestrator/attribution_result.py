@@ -1,0 +1,131 @@
+"""What a forming attribution says: ranked causes, those that cannot be told apart, and its limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Strength of one cause that fits best, alone."""
+
+    cause: str
+    kind: str
+    title: str
+    values: tuple[tuple[str, float, float, str], ...]
+    gain: float
+    p_value: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data; the interval is that of the strength if this cause is the only one."""
+        strengths = [
+            {"name": n, "value": v, "interval": [v - 1.96 * e, v + 1.96 * e], "unit": u}
+            for n, v, e, u in self.values
+        ]
+        return {
+            "cause": self.cause,
+            "kind": self.kind,
+            "title": self.title,
+            "strength": strengths,
+            "gain": self.gain,
+            "p_value": self.p_value,
+        }
+
+
+@dataclass
+class Attribution:
+    """Where the force-stroke curves point to; an attribution, not a proof.
+
+    Attributes
+    ----------
+    ranking : list of Fit
+        The largest gain first (drop of the whitened squared error less two a strength).
+    confusion_set : list of str
+        Causes that these curves cannot tell from the first one, itself included; empty where nothing stands out.
+    second : list of str
+        What is missing beside it, where something is.
+    groups : list of list of str
+        Causes whose fingerprints are the same in these curves, whatever the truth.
+    unseen : list of str
+        Causes that leave no trace in these curves.
+    deviation : dict
+        RMS of measured minus simulated [kN] ``before``, ``after`` the first cause (and the second), and of the
+        ``scatter`` to expect.
+    levels : list of dict
+        Name, stroke and rms of each level.
+    """
+
+    ranking: list[Fit]
+    confusion_set: list[str]
+    second: list[str]
+    groups: list[list[str]]
+    unseen: list[str]
+    deviation: dict[str, float]
+    levels: list[dict[str, Any]]
+    synthetic: bool
+    warnings: list[str] = field(default_factory=list)
+
+    @property
+    def kinds(self) -> list[str]:
+        """Kinds of the causes in the confusion set."""
+        by_name = {f.cause: f.kind for f in self.ranking}
+        return list(dict.fromkeys(by_name[c] for c in self.confusion_set))
+
+    @property
+    def sentence(self) -> str:
+        """The result in one sentence."""
+        if not self.confusion_set:
+            return "Attribution, not proof: the simulated curves lie within the scatter of the measured ones; no cause stands out."
+        first = self.confusion_set[0]
+        others = self.confusion_set[1:]
+        text = f"the curves point to {' or '.join(self.kinds)}: {first}"
+        if others:
+            text += f", which they cannot tell from {', '.join(others)}"
+        if self.second:
+            text += f"; beside it {' or '.join(self.second)}"
+        return f"Attribution, not proof: {text}."
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what ``attribute --json`` writes."""
+        return {
+            "label": "attribution, not proof",
+            "sentence": self.sentence,
+            "synthetic": self.synthetic,
+            "kinds": self.kinds,
+            "confusion_set": list(self.confusion_set),
+            "second": list(self.second),
+            "ranking": [f.to_dict() for f in self.ranking],
+            "groups": [list(g) for g in self.groups],
+            "unseen": list(self.unseen),
+            "deviation_kN": dict(self.deviation),
+            "levels": self.levels,
+            "warnings": list(self.warnings),
+        }
+
+    def report(self) -> str:
+        """Return the text report, the result in one sentence first."""
+        d = self.deviation
+        lines = [self.sentence, *(["(synthetic press curves)"] if self.synthetic else []), ""]
+        lines.append(
+            f"Deviation of the force (rms): {d['before']:.2f} kN, with what is named {d['after']:.2f} kN; "
+            f"scatter to expect {d['scatter']:.2f} kN"
+        )
+        lines += [f"  {x['level']:<28} {x['rms_kN']:.2f} kN" for x in self.levels]
+        lines += ["", "Causes, each alone (gain: drop of the whitened squared error less 2 a strength)"]
+        for f in self.ranking[:8]:
+            values = ", ".join(
+                f"{n + ' ' if n else ''}{v:+.3g} [{v - 1.96 * e:+.3g}, {v + 1.96 * e:+.3g}]{' ' + u if u != '1' else ''}"
+                for n, v, e, u in f.values
+            )
+            lines.append(f"  {f.cause:<22}{f.kind:<13} gain {f.gain:9.1f}   p {f.p_value:.3f}   {values}")
+        if self.groups:
+            lines += ["", "Not to be told apart by these curves, whatever the truth"]
+            lines += [f"  {', '.join(g)}" for g in self.groups]
+        if self.unseen:
+            lines += ["", "Leaves no trace in these curves: " + ", ".join(self.unseen)]
+        notes = [
+            "friction effects are found on tribometer data (`diagnose`); force curves confirm them",
+            *self.warnings,
+        ]
+        return "\n".join([*lines, "", "Note", *(f"  - {n}" for n in notes)]) + "\n"
