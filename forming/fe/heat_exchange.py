@@ -17,6 +17,9 @@ from .thermal import heat_step
 #: Stefan-Boltzmann constant [N/(mm s K4)]; 0 degC [K].
 STEFAN_BOLTZMANN, ZERO = 5.670374419e-11, 273.15
 
+#: Corrections of the temperatures after a remeshing; step of its slope, and largest share of the departure from the mean.
+KEEPING, SMALL, MOST = 4, 1e-3, 0.2
+
 
 @dataclass(frozen=True)
 class Environment:
@@ -159,3 +162,24 @@ def _content(body: Body, T: FloatArray, volumes: FloatArray, material: Material,
     capacity = material.heat_capacity
     density = integral(capacity, T) - integral(capacity, reference)
     return float((volumes * (density[body.quads] @ N_GAUSS.T)).sum())
+
+
+def keep_heat(old: Body, new: Body, material: Material) -> FloatArray:
+    """Return the temperatures of `new`, corrected so that it holds as much heat as `old`, whose shape it has.
+
+    Interpolation on another mesh loses or gains some. The difference is laid on where the temperature departs from
+    its mean, in proportion: warm places become warmer or cooler, a body of one temperature stays as it is. Where the
+    volumes of both meshes differ (remeshing keeps it to some 1e-6), the heat of the mean temperature goes with it.
+    """
+    mean = float(old.T.mean())
+    wanted = _content(old, old.T, gauss_volumes(old.x, old.quads), material, mean)
+    volumes, T = gauss_volumes(new.x, new.quads), new.T
+    for _ in range(KEEPING):
+        missing = wanted - _content(new, T, volumes, material, mean)
+        above = np.abs(T - mean)
+        ability = _content(new, T + SMALL * above, volumes, material, mean)
+        ability = (ability - _content(new, T, volumes, material, mean)) / SMALL
+        if ability <= 0.0 or abs(missing) <= 1e-13 * ability:
+            break
+        T = T + min(max(missing / ability, -MOST), MOST) * above
+    return T

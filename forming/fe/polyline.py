@@ -84,3 +84,29 @@ def distance_to_polygon(points: FloatArray, polygon: FloatArray) -> FloatArray:
             j = i
         result[p] = np.sqrt(best)
     return result
+
+
+@njit(cache=True)
+def first_crossing(chain: FloatArray) -> int:
+    """Return the first edge of a polyline that crosses a later one which is not its neighbour; -1: there is none."""
+    last = chain.shape[0] - 2
+    closed = chain[0, 0] == chain[last + 1, 0] and chain[0, 1] == chain[last + 1, 1]
+    for i in range(last + 1):
+        ar, az = chain[i, 0], chain[i, 1]
+        br, bz = chain[i + 1, 0], chain[i + 1, 1]
+        low_r, high_r = min(ar, br), max(ar, br)
+        low_z, high_z = min(az, bz), max(az, bz)
+        for j in range(i + 2, last + 1):
+            if closed and i == 0 and j == last:
+                continue
+            cr, cz = chain[j, 0], chain[j, 1]
+            dr, dz = chain[j + 1, 0], chain[j + 1, 1]
+            if max(cr, dr) < low_r or min(cr, dr) > high_r or max(cz, dz) < low_z or min(cz, dz) > high_z:
+                continue
+            c_side = (br - ar) * (cz - az) - (bz - az) * (cr - ar)
+            d_side = (br - ar) * (dz - az) - (bz - az) * (dr - ar)
+            a_side = (dr - cr) * (az - cz) - (dz - cz) * (ar - cr)
+            b_side = (dr - cr) * (bz - cz) - (dz - cz) * (br - cr)
+            if c_side * d_side < 0.0 and a_side * b_side < 0.0:
+                return i
+    return -1

@@ -13,12 +13,12 @@ from ..tooling import Tool
 from .body import Body
 from .contact import FACING
 from .energy import Loading
-from .heat_exchange import HeatExchange, exchange_heat
+from .heat_exchange import HeatExchange, exchange_heat, keep_heat
 from .increment import Attempt, Settings, Step, StepError, Workspace, solve_increment
 from .markers import SurfaceLoads, SurfaceMarkers
 from .mesh_kernels import qualities
 from .mesher import MeshError
-from .polyline import SizeField
+from .polyline import SizeField, first_crossing
 from .resample import mesh_inside, resample, surface_chain
 from .shape import FloatArray, IntArray, gauss_volumes
 from .state import SCALES, OldMesh, Record, RemeshPolicy, State, StepControl
@@ -290,6 +290,13 @@ class Simulation:
             return
         state.markers.update(body.surface, body.T[body.chain], loads, dt)
         state.history.append(self._record(step, loads))
+        fold = first_crossing(body.surface)
+        if fold >= 0:
+            r, z = body.surface[fold]
+            self._stop(
+                f"the surface of the workpiece has folded onto itself at r = {r:.2f} mm, z = {z:.2f} mm; contact of the "
+                "workpiece with itself is not computed"
+            )
 
     def _ends(self, step: Step) -> list[Loading]:
         """Return the contact at the start, where it is known, and at the end of an increment not yet accepted."""
@@ -399,6 +406,8 @@ class Simulation:
             np.ascontiguousarray(nodal[:, 1:]),
         )
         state.body.velocity[state.body.axis, 0] = 0.0
+        if self.heat is not None:
+            state.body.T = keep_heat(body, state.body, self.material)
         state.strain_at_remesh = state.body.strain.copy()
         state.tables = None
         state.since_remesh = 0
