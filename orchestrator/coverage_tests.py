@@ -123,8 +123,8 @@ class Response:
         ]
         tool = table["T_tool"].reindex(points["test_id"].astype(str)).to_numpy(dtype=float)
         rise = points["T"].to_numpy(dtype=float) - tool
-        columns = (points[n].to_numpy(dtype=float) for n in ("sigma_n", "v_rel", "sd"))
-        heating = Heating.learn(*columns, rise)
+        sigma, v, sd = (points[n].to_numpy(dtype=float) for n in ("sigma_n", "v_rel", "sd"))
+        heating = Heating.learn(sigma, v, sd, rise)
         return cls(shapes, np.array(lines[0]), np.array(lines[1]), heating)
 
     def loads(self, s: Mapping[str, float]) -> FloatArray:

@@ -103,8 +103,8 @@ def test_a_rest_between_two_points_lets_the_contact_age() -> None:
 
 
 def test_the_proposed_protocol_separates_the_rivals_in_the_virtual_laboratory(tmp_path: Path) -> None:
-    loads = product((500.0, 1200.0, 2000.0, 2700.0), (50.0, 400.0), (20.0, 200.0))
-    rows = [{"sigma_set": s, "psi_set": 1.069, "v_set": v, "T_tool": T, "sd_set": 15.0} for s, v, T in loads]
+    loads = product((500.0, 1500.0, 2700.0), (50.0, 400.0), (20.0, 200.0))
+    rows = [{"sigma_set": s, "psi_set": 1.069, "v_set": v, "T_tool": T, "sd_set": 10.0} for s, v, T in loads]
     law = Campaign("tiny-6+3", hidden="stribeck", seed=4).true_law
     law = replace(law, hidden=tuple((e, {**p, "A": 3.0 * p["A"]}) for e, p in law.hidden))
     lab = Campaign(pd.DataFrame(rows), seed=4, law=law)
