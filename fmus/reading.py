@@ -10,7 +10,8 @@ import numpy.typing as npt
 import pandas as pd
 
 from friction_models.domain import Domain
-from friction_models.loads import LOADS, FloatArray, InputError, TriboLoads
+from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, InputError, TriboLoads
+from friction_models.loads.time_steps import rests, time_steps
 
 from .running import RunningFmu
 from .source import parse_source
@@ -91,13 +92,14 @@ class FmuModel:
             parts = [slice(0, len(array))]
         else:
             parts = points.segments()
+        pause = rests(points, time_steps(points, [p.start for p in parts if p.stop > p.start]))
         for part in parts:
             # System variables are the same all through a test.
             start = {name: float(values[part.start]) for name, values in system.items() if len(array)}
             if points.t is None:
                 mu[part] = self._at_once(array[part], start)
             else:
-                mu[part] = self._in_steps(array[part], points.t[part], start)
+                mu[part] = self._in_steps(array[part], points.t[part], pause[part], start)
         return mu
 
     def _at_once(self, array: FloatArray, start: dict[str, float]) -> FloatArray:
@@ -112,8 +114,10 @@ class FmuModel:
                 mu[first : first + count] = values[:count]
         return mu
 
-    def _in_steps(self, array: FloatArray, t: FloatArray, start: dict[str, float]) -> FloatArray:
-        """Return mu of one test; its memory starts fresh."""
+    def _in_steps(
+        self, array: FloatArray, t: FloatArray, pause: FloatArray, start: dict[str, float]
+    ) -> FloatArray:
+        """Return mu of one test; its memory starts fresh. Before a point the contact stood still for `pause` [s]."""
         mu = np.empty(len(array))
         width = self._width(1)
         with self._run(width, start) as fmu:
@@ -121,8 +125,15 @@ class FmuModel:
                 # The loads of a point act over the interval that ends there, then mu is read.
                 rows = np.tile(array[row], (width, 1))
                 if row:
+                    time = float(t[row - 1] - t[0])
+                    if pause[row] > 0.0:
+                        still = rows.copy()
+                        still[:, LOAD_NAMES.index("v_rel")] = 0.0
+                        self._write(fmu, still)
+                        fmu.step(time, float(pause[row]))
+                        time += float(pause[row])
                     self._write(fmu, rows)
-                    fmu.step(float(t[row - 1] - t[0]), float(t[row] - t[row - 1]))
+                    fmu.step(time, float(t[row] - t[0]) - time)
                 mu[row] = self._evaluate(fmu, rows)[0]
         return mu
 

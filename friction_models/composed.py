@@ -15,6 +15,7 @@ from .domain import Domain
 from .effects import make_effect
 from .effects.base import Effect, Memory
 from .loads import FloatArray, InputError, TriboLoads
+from .loads.time_steps import rests, time_steps
 from .ops import LoadColumns, NumpyOps, Ops, Value
 from .variables import StateVariable, SystemVariable, as_numbers
 
@@ -160,8 +161,6 @@ class ComposedFriction(FrictionModel):
         if not self.states or (points.test_id is None and points.t is None):
             L = LoadColumns(*(c[:, None] for c in matrix.T))
             return x.relu(self.formula(x, L, None, system))[:, 0]
-        from .discovery.candidates import rests, time_steps
-
         slices = points.segments()
         starts = np.array([s.start for s in slices])
         lengths = np.array([s.stop - s.start for s in slices])
@@ -176,10 +175,11 @@ class ComposedFriction(FrictionModel):
             inside = {k: v[rows] for k, v in system.items()}
             held = [s[running] for s in S]
             if step:
-                before = x.relu(self.formula(x, L, held, inside))
                 if pause[rows].any():  # the contact stood still first, then slid up to here
                     still = LoadColumns(0.0 * L.v_rel, L.T, L.sigma_n, L.sd, L.psi)
+                    before = x.relu(self.formula(x, still, held, inside))
                     held, _ = self.state_update(x, still, held, before, pause[rows, None])
+                before = x.relu(self.formula(x, L, held, inside))
                 held, _ = self.state_update(x, L, held, before, (dt - pause)[rows, None])
                 for s, new in zip(S, held, strict=True):
                     s[running] = new

@@ -13,6 +13,7 @@ import pandas as pd
 
 from .domain import Domain
 from .loads import LOAD_NAMES, LOADS, FloatArray, InputError, TriboLoads
+from .loads.time_steps import rests, time_steps
 from .parameters import first_line
 from .variables import as_numbers
 
@@ -130,26 +131,34 @@ class OnnxModel:
         loads = TriboLoads.from_frame(data, tests)
         if not self.states and not self.system_variables:
             return self.predict(loads)
-        if loads.t is None:
-            travelled = np.maximum(np.diff(loads.sd, prepend=loads.sd[:1]), 0.0)
-            dt = travelled / np.maximum(loads.v_rel, 1e-9)
-        else:
-            dt = np.diff(loads.t, prepend=loads.t[:1])
+        parts = [part for part in loads.segments() if part.stop > part.start]
+        dt = time_steps(loads, [part.start for part in parts])
+        pause = rests(loads, dt)
         mu, matrix, system = np.empty(len(loads)), loads.as_array(), self._system_of(loads)
-        for part in loads.segments():
-            if part.stop > part.start:
-                own = matrix[part]
-                mu[part] = self.predict(own, self._history(own, dt[part], system[part][0]), system[part][0])
+        for part in parts:
+            own, constant = matrix[part], system[part.start]
+            states = self._history(own, dt[part], pause[part], constant)
+            mu[part] = self.predict(own, states, constant)
         return mu
 
-    def _history(self, loads: FloatArray, dt: FloatArray, system: FloatArray) -> FloatArray | None:
-        """Return the states at each point of one test, shape (n, k); None without memory."""
+    def _history(
+        self, loads: FloatArray, dt: FloatArray, pause: FloatArray, system: FloatArray
+    ) -> FloatArray | None:
+        """Return the states at each point of one test, shape (n, k); None without memory.
+
+        Of the time `dt` before a point the contact stood still for `pause`, then it slid.
+        """
         if not self.states:
             return None
         states = self.start_state(len(loads))
         feed = {"system": system[None, :]} if self.system_variables else {}
+        still = loads * np.array([float(name != "v_rel") for name in LOAD_NAMES])
         for i in range(1, len(loads)):
-            feed |= {"loads": loads[i : i + 1], "state": states[i - 1 : i], "dt": dt[i : i + 1]}
+            held = states[i - 1 : i]
+            if pause[i] > 0.0:
+                feed |= {"loads": still[i : i + 1], "state": held, "dt": pause[i : i + 1]}
+                held = self._session.run(["state_next"], feed)[0]
+            feed |= {"loads": loads[i : i + 1], "state": held, "dt": dt[i : i + 1] - pause[i]}
             states[i] = self._session.run(["state_next"], feed)[0][0]
         return states
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..effects.base import Effect, Memory
 from ..loads import FloatArray, TriboLoads
+from ..loads.time_steps import rests, time_steps
 from ..ops import LoadColumns, NumpyOps
 from .binning import Campaign
 
@@ -168,32 +169,3 @@ def integrate(
     if not effect.states_need_shapes:
         campaign.integrated[effect.name] = (mu.copy(), states)
     return states
-
-
-def time_steps(loads: TriboLoads, point_starts: Sequence[int] | np.ndarray) -> FloatArray:
-    """Return the time since the previous point of the same test [s]; 0 at the first point.
-
-    Without a time column the step follows from distance and speed.
-    """
-    if loads.t is not None:
-        dt = np.diff(loads.t, prepend=loads.t[:1])
-    else:
-        dt = np.maximum(np.diff(loads.sd, prepend=loads.sd[:1]), 0.0) / np.maximum(loads.v_rel, 1e-9)
-    dt[np.asarray(point_starts)] = 0.0
-    return dt
-
-
-#: A gap of time in a test is a rest when it is so much longer than the sliding, and so long at least [s].
-REST_FACTOR, LEAST_REST = 5.0, 0.1
-
-
-def rests(loads: TriboLoads, dt: FloatArray) -> FloatArray:
-    """Return how much of each time step the contact stood still before it slid on [s].
-
-    Points stand at equal distances, so a rest shows as time that the distance to the last point at the speed of this
-    one does not need. Points that do not move at all are left as they are: their speed says it.
-    """
-    way = np.diff(loads.sd, prepend=loads.sd[:1])
-    sliding = np.maximum(way, 0.0) / np.maximum(loads.v_rel, 1e-9)
-    rest = (way > 0.0) & (loads.v_rel > 0.0) & (dt > REST_FACTOR * sliding) & (dt - sliding > LEAST_REST)
-    return np.where(rest, dt - sliding, 0.0)

@@ -11,13 +11,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from fmus import pack, read_friction_fmu
 from friction_models import ConstantFriction, effects
 from friction_models.discovery import Diagnosis, diagnose
 from friction_models.discovery.binning import prepare
-from friction_models.discovery.candidates import integrate, rests, time_steps
+from friction_models.discovery.candidates import integrate
 from friction_models.discovery.next_tests import plan_rows
 from friction_models.discovery.protocols import protocols
 from friction_models.loads import TriboLoads
+from friction_models.loads.time_steps import rests, time_steps
+from friction_models.onnx_model import OnnxModel
 from sct_twin import SctTwin
 from sct_twin.virtual_lab import Campaign, run_protocol
 from tests.benchmarks.discovery_campaigns import campaign
@@ -73,7 +76,7 @@ def test_all_protocols_stay_on_the_rig() -> None:
     assert "long run" in {p.protocol for p in protocols(prepare(short, tests))}
 
 
-def test_a_rest_between_two_points_lets_the_contact_age() -> None:
+def test_a_rest_between_two_points_lets_the_contact_age(tmp_path: Path) -> None:
     sd = np.linspace(0.1, 10.0, 100)
     t = sd / 20.0 + np.where(sd > 5.0, 60.0, 0.0)
     one = np.ones(100)
@@ -97,7 +100,12 @@ def test_a_rest_between_two_points_lets_the_contact_age() -> None:
     )  # healed for a minute, then slid 0.1 mm
     jumpy = frame.assign(mu=0.08 + 0.004 * np.log(5.0 / 0.5 * age))  # falls back over D_c after the rest
     model = (ConstantFriction() + effects.RateState(D_c=0.5, v_0=5.0)).fit_frame(jumpy)
-    assert np.abs(model.predict_frame(jumpy) - jumpy["mu"]).max() < 1e-3
+    mu = model.predict_frame(jumpy)
+    assert np.abs(mu - jumpy["mu"]).max() < 1e-3
+    model.to_onnx(tmp_path / "aged.onnx")
+    np.testing.assert_allclose(OnnxModel(tmp_path / "aged.onnx").predict_frame(jumpy), mu, rtol=1e-9)
+    packed = pack(tmp_path / "aged.onnx", tmp_path / "aged.fmu")
+    np.testing.assert_allclose(read_friction_fmu(packed).predict_frame(jumpy), mu, rtol=1e-9)
     steady = TriboLoads(20.0 * one, 50.0 * one, 1000.0 * one, sd, one, t=sd / 20.0)
     assert not rests(steady, time_steps(steady, [0])).any()
 
