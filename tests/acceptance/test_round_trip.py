@@ -19,11 +19,12 @@ from tests.round_trip import deviations
 Tribofmu = Callable[..., str]
 #: Packages without which a format cannot be written or read.
 NEEDED = {"mdf": "asammdf", "tdms": "nptdms"}
-#: Flat, cup and reduced first contact; fast and cold, slow, hot.
+#: Flat, cup and reduced first contact; fast and cold, slow, hot, and so slow that the plate sticks and jumps first.
 PLAN = """protocol,sigma_set,psi_set,v_set,T_tool,sd_set
 constant,1750,1.069,500,20,25
 constant,2750,5,50,100,12
 constant,800,20,200,300,18
+constant,2750,1.069,5,20,8
 """
 
 
@@ -45,11 +46,11 @@ def test_loads_come_back_from_every_format(
     assert "synthetic" in tribofmu("lab", *options, "--format", file_format, "-o", lab)
     mapped = ["--map", lab / "channels.yaml"] if (lab / "channels.yaml").is_file() else []
     assert (file_format == "canonical") == (not mapped)
-    assert "3 tests" in tribofmu("ingest", lab, *mapped, "-o", campaign)
+    assert "4 tests" in tribofmu("ingest", lab, *mapped, "-o", campaign)
     assert not list(campaign.glob("truth*"))
     assert "synthetic data set" in tribofmu("twin", campaign, "-o", data, "--jobs", 1)
     found = deviations(DataSet.load(data), load_truth(lab)[1])
-    assert len(found) == 3
+    assert len(found) == 4
     said = found.round(4).to_string()
     assert (found["T"].abs() < 3.0).all(), said  # % of the mean rise
     assert (found["sigma_n"].abs() < 2.0).all(), said
