@@ -17,6 +17,7 @@ from forming.material import MaterialSource, as_material, steel_16MnCr5
 from forming.pool import Progress, map_unordered
 from friction_models.loads import InputError
 
+from .contact_diameter import measured_diameter, read_at_diameter
 from .filters import smooth
 from .raw_campaign import RawCampaign
 from .record import SctRecord
@@ -25,10 +26,10 @@ from .signals import TestSignals, process, resample
 from .sliding import rest, slide
 from .thermal_settings import ThermalBody, ThermalSettings
 from .twin_result import AVERAGES, KIND, TwinResult
-from .upsetting import geometry, shear_share, upset_specimen
+from .upsetting import Upsetting, contact_forces, geometry, shear_share, upset_specimen
 
 #: Changes when the same inputs give other results.
-TWIN_VERSION = 2
+TWIN_VERSION = 3
 
 
 @dataclass
@@ -130,18 +131,29 @@ class SctTwin:
         mu = self.upsetting_mu
         if mu is None:
             mu = float(np.clip(np.median(series.mu[: max(10, len(series.mu) // 10)]), 0.0, 0.3))
-        upsetting = upset_specimen(
-            geometry(record),
-            t,
-            F_n,
-            float(series.F_n.max()),
-            as_material(self.material),
-            mu,
-            record.number("T_specimen", T_tool),
-            T_tool,
-            self.mesh_size,
-            where,
-        )
+        punch = geometry(record)
+        diameter = measured_diameter(record, punch)
+        highest = float(series.F_n.max())
+
+        def run_to(force: float) -> Upsetting:
+            return upset_specimen(
+                punch,
+                t,
+                F_n,
+                max(force, highest),
+                as_material(self.material),
+                mu,
+                record.number("T_specimen", T_tool),
+                T_tool,
+                self.mesh_size,
+                where,
+            )
+
+        if diameter is None:
+            upsetting, measured = run_to(highest), {}
+        else:
+            found = read_at_diameter(run_to, float(contact_forces(series.F_n, upset_to)[-1]), diameter, punch)
+            upsetting, measured = found.upsetting, found.summary()
         state = upsetting.at(upset_to)
         area, psi = upsetting.area_and_psi(series.F_n, upset_to)
         contact = state.sliding(
@@ -182,10 +194,11 @@ class SctTwin:
             "psi_mean": round(float(psi.mean()), 5),
             "T_mean": round(float(T["mean"].mean()), 3),
             "v_mean": round(float(series.v_rel.mean()), 4),
-            "sigma_n_shear": round(shear_share(state, geometry(record), float(series.mu.mean())), 5),
+            "sigma_n_shear": round(shear_share(state, punch, float(series.mu.mean())), 5),
             "F_n_zero": round(signals.force_zero[0], 3),
             "F_r_zero": round(signals.force_zero[1], 3),
             "mu_noise": float(f"{_mu_noise(signals):.4g}"),
+            **measured,
         }
         return TestResult(record.test_id, columns, summary)
 
@@ -303,9 +316,11 @@ class SctTwin:
         for key in ("notice", "plan", "specimen", "plate"):
             if key in source.info:
                 info[key] = source.info[key]
-        return TwinResult(
-            points, tests.reset_index(drop=True), info, pd.DataFrame(left_out, columns=["test_id", "reason"])
-        )
+        missing = pd.DataFrame(left_out, columns=["test_id", "reason"])
+        result = TwinResult(points, tests.reset_index(drop=True), info, missing)
+        if result.remarks:
+            info["remarks"] = result.remarks
+        return result
 
     def _settings(self) -> dict[str, Any]:
         return asdict(self) | {"thermal": asdict(self.heat)}

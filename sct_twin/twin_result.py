@@ -64,6 +64,15 @@ class TwinResult:
             means["mu"] = (means["F_r"] / means["F_n"]).clip(lower=0.0)
         return DataSet(means, self.tests, {**self.info, "kind": KIND_AVERAGES})
 
+    @property
+    def remarks(self) -> list[dict[str, str]]:
+        """What of the test table does not fit a test: `test_id` and `remark`; such values are not used."""
+        name = "contact_diameter_remark"
+        if name not in self.tests:
+            return []
+        rows = zip(self.tests["test_id"], self.tests[name])
+        return [{"test_id": str(t), "remark": r} for t, r in rows if isinstance(r, str) and r]
+
     def error_table(self) -> str:
         """Return what was found about the twin's errors as text."""
         from . import twin_error

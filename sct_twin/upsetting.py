@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -117,22 +117,32 @@ class Upsetting:
         The run.
     T_tool : float
         Temperature of the tools in it [degC].
+    flow_stress : float
+        Flow stress of the specimen over that of the run: the contact under a force F is that of the run under
+        F / `flow_stress`, with its pressure in proportion.
+    area_factor : float
+        Measured contact area over that of the run.
     """
 
     result: UpsettingResult
     T_tool: float
+    flow_stress: float = 1.0
+    area_factor: float = 1.0
 
     def at(self, force: float) -> ContactState:
         """Return the contact under a force [N]."""
-        return ContactState.from_result(self.result, force, self.T_tool)
+        state = ContactState.from_result(self.result, force / self.flow_stress, self.T_tool)
+        return replace(
+            state,
+            force=float(force),
+            area=state.area * self.area_factor,
+            radius=state.radius * math.sqrt(self.area_factor),
+            pressure=state.pressure * (self.flow_stress / self.area_factor),
+        )
 
     def area_and_psi(self, F_n: FloatArray, upset_to: float) -> tuple[FloatArray, FloatArray]:
-        """Return contact area [mm2] and mean expansion along a sliding phase, both of the shape of `F_n`.
-
-        The contact is the one under the highest force so far: it stays while the force falls, and grows
-        where the force exceeds the one of upsetting by more than `WOBBLE`.
-        """
-        forces = np.maximum(np.maximum.accumulate(F_n) / (1.0 + WOBBLE), upset_to)
+        """Return contact area [mm2] and mean expansion at `contact_forces`, both of the shape of `F_n`."""
+        forces = contact_forces(F_n, upset_to)
         if float(forces[-1]) == upset_to:
             state = self.at(upset_to)
             return np.full(len(F_n), state.area), np.full(len(F_n), state.psi)
@@ -140,6 +150,15 @@ class Upsetting:
         states = [self.at(float(force)) for force in nodes]
         areas = np.interp(forces, nodes, [state.area for state in states])
         return areas, np.interp(forces, nodes, [state.psi for state in states])
+
+
+def contact_forces(F_n: FloatArray, upset_to: float) -> FloatArray:
+    """Return the forces [N] that the contact of each point of a sliding phase belongs to.
+
+    It is the contact under the highest force so far: it stays while the force falls, and grows where the force
+    exceeds the one of upsetting by more than `WOBBLE`.
+    """
+    return np.maximum(np.maximum.accumulate(F_n) / (1.0 + WOBBLE), upset_to)
 
 
 def shear_share(state: ContactState, punch: PunchGeometry, mu: float) -> float:

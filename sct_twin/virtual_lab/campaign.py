@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from friction_models.loads import InputError, atomic_folder, atomic_path, write_
 
 from ..raw_campaign import RawCampaign, check_target, write_tables
 from ..result import fingerprint
-from .experiment import Specimen, run_test
+from .experiment import Specimen, contact_reading, run_test
 from .instruments import Faults, Instruments
 from .law import TrueLaw
 from .lubricants import lubricant_named
@@ -229,12 +229,23 @@ class Campaign:
             report(len(known) + done + 1, len(rows), f"virtual test {test_id}")
         with atomic_folder(target) as folder:
             (partial / "raw").rename(folder / "raw")
-            write_truth(partial / "truth", folder, [str(row["test_id"]) for row in rows], self._truth())
-            write_tables(folder, tests, self._info(kind.name))
+            ids = [str(row["test_id"]) for row in rows]
+            scatter = write_truth(partial / "truth", folder, ids, self._truth())
+            write_tables(folder, self._measured_after(tests, scatter), self._info(kind.name))
             if kind.name != "canonical":
                 write_channel_map(folder, kind, self._instruments.moving_mass)
         shutil.rmtree(partial, ignore_errors=True)
         return target
+
+    def _measured_after(
+        self, tests: pd.DataFrame, scatter: Mapping[str, Mapping[str, float]]
+    ) -> pd.DataFrame:
+        """Return the test table with what is read off the specimens after the tests."""
+        if self._instruments.contact_reading == 0.0:
+            return tests.drop(columns="contact_diameter", errors="ignore")
+        true = [(str(t), scatter[str(t)]["contact_diameter"]) for t in tests["test_id"]]
+        read = [contact_reading(d, name, self._instruments, int(self.seed)) for name, d in true]
+        return tests.assign(contact_diameter=read)
 
     def _partial(self, target: Path, kind: str) -> Path:
         """Return the folder beside `target` in which finished tests wait; emptied if it is another campaign's."""
@@ -301,6 +312,7 @@ class Campaign:
                 "F_set": "N",
                 "specimen_diameter": "mm",
                 "specimen_height": "mm",
+                "contact_diameter": "mm",
                 "sigma_end": "MPa",
                 "sigma_levels": "MPa",
                 "v_levels": "mm/s",

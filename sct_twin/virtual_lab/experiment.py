@@ -71,6 +71,12 @@ class Specimen:
         )
 
 
+def contact_reading(diameter: float, test_id: str, instruments: Instruments, seed: int) -> float:
+    """Return what is read for the diameter of a contact [mm] after a test, from a stream of its own."""
+    z = np.clip(np.random.default_rng([seed, 7017, stream(test_id)]).standard_normal(), -2.5, 2.5)
+    return round(diameter + instruments.contact_reading * float(z), 2)
+
+
 def stream(test_id: str) -> int:
     """Return the number of the random stream of a test."""
     tail = test_id.removeprefix("sct")
@@ -180,7 +186,7 @@ def run_test(
     truth = _truth(plate_sd, plate_v, T, sigma_n, psi, law_mu, mu)
     known = {"offset": offset, "flow_stress": flow_stress}
     known |= {"diameter": specimen.diameter, "height": specimen.height}
-    known["upsetting_mu"] = specimen.upsetting_mu
+    known |= {"upsetting_mu": specimen.upsetting_mu, "contact_diameter": 2.0 * state.radius}
     return VirtualTest(frame, truth, known)
 
 

@@ -66,6 +66,8 @@ class Instruments:
         Of mu from lubricant batch to lubricant batch.
     caliper : float
         Of the specimen dimensions in the test table [mm].
+    contact_reading : float
+        Of the diameter of the contact, measured after the test [mm]; 0: it is not measured.
     unloaded_after : float
         How long the rig goes on recording after the load is off [s]; not a standard deviation.
     """
@@ -93,6 +95,7 @@ class Instruments:
     plate_capacity: float = 0.0
     batch_scatter: float = 0.0
     caliper: float = 0.0
+    contact_reading: float = 0.0
     unloaded_after: float = 0.0
 
     def __post_init__(self) -> None:
@@ -115,6 +118,7 @@ class Instruments:
             thermocouple_lag=0.6,
             plate_capacity=400.0,
             caliper=0.01,
+            contact_reading=0.04,
             unloaded_after=0.3,
         )
 

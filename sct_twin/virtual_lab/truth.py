@@ -18,8 +18,13 @@ from .specimen import Rig
 TRUTH_JSON, TRUTH_NPZ = "truth.json", "truth.npz"
 
 
-def write_truth(source: Path, folder: Path, ids: list[str], about: Mapping[str, Any]) -> None:
-    """Gather the truth of single tests in `source` into the two truth files of a campaign folder."""
+def write_truth(
+    source: Path, folder: Path, ids: list[str], about: Mapping[str, Any]
+) -> dict[str, dict[str, float]]:
+    """Gather the truth of single tests in `source` into the two truth files of a campaign folder.
+
+    Returns what each specimen, cell and lubricant film was.
+    """
     truth: dict[str, FloatArray] = {}
     scatter: dict[str, dict[str, float]] = {}
     for test_id in ids:
@@ -28,6 +33,7 @@ def write_truth(source: Path, folder: Path, ids: list[str], about: Mapping[str, 
             truth |= {f"{test_id}/{n}": stored[n] for n in stored.files if not n.startswith("scatter/")}
     np.savez_compressed(folder / TRUTH_NPZ, **truth)  # type: ignore[arg-type]
     write_json(folder / TRUTH_JSON, {"synthetic": True, **about, "tests": scatter})
+    return scatter
 
 
 def load_truth(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, dict[str, FloatArray]]]:
