@@ -214,9 +214,7 @@ class BackwardCupExtrusion(FormingProcess):
         corners = np.cumsum([0.0, radius, height, radius])
         counted = np.cumsum([0.0, 0.3 * radius, 0.5 * height, 3.0 * radius])
         markers = np.interp(np.linspace(0.0, counted[-1], self.n_points), counted, corners)
-        # A spring behind the punch answers to the force of a fresh mesh: smaller steps there.
-        after = 0.6 if self.elasticity.compliance == 0.0 else 0.3
-        control = StepControl(slip=0.5 * finest, after_remesh=after)
+        control = StepControl(slip=0.5 * finest)
         simulation = Simulation(
             body,
             tools,
