@@ -76,7 +76,7 @@ class EjectionResult:
     contact : ContactHistory
         Loads at the material markers; its `stroke` is the travel of all phases together.
     energy_balance : float
-        (plastic + friction + elastic) / external - 1 over forming and ejection.
+        (plastic + friction + elastic + contact springs) / external - 1 over forming and ejection.
     slip_regularisation : float
         v0 of the friction law that the solver needed, as a share of the tool speed; the friction of parts that
         slip slower than this is not all used.

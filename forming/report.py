@@ -1,4 +1,4 @@
-"""The page of a forming run: key figures, force and work, animation of the fields, loads in the contact."""
+"""The page of a forming run: force and work, animation of the fields, loads in the contact, ejection, key figures."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from .fe.shape import FloatArray
 from .picture import FONT, INK, SOFT
 
 if TYPE_CHECKING:
+    from .ejection_result import EjectionResult
     from .result import FormingResult
 
 _STYLE = f"""
@@ -61,6 +62,8 @@ def report_page(result: FormingResult, name: str = "forming") -> str:
     parts.append(chart("stroke [mm]", "work [J]", result.stroke, result.work))
     parts.append("</div>")
     parts.append(_contact(result))
+    if result.ejection is not None:
+        parts.append(_ejection(result.ejection))
     parts.append(f"<h2>Key figures</h2>\n{_figures(result)}\n</main>\n</body>\n</html>\n")
     return "\n".join(p for p in parts if p)
 
@@ -79,6 +82,40 @@ def _figures(result: FormingResult) -> str:
     ]  # fmt: skip
     lines = "".join(f'<tr><th scope="row">{escape(k)}</th><td>{escape(v)}</td></tr>' for k, v in rows)
     return f'<div class="scroll"><table>{lines}</table></div>'
+
+
+#: What moves in a phase of the ejection.
+_MOVES = {"withdraw": "punch withdrawn", "release": "stripper taken back", "eject": "ejector pushes"}
+
+
+def _ejection(ejection: EjectionResult) -> str:
+    """Force over travel of each phase, and where the tools hold the product once the punch is free."""
+    charts = []
+    for phase in dict.fromkeys(ejection.phase):
+        on = ejection.of_phase(phase)
+        x = f"{_MOVES[phase]}: travel [mm]"
+        charts.append(chart(x, "force [kN]", ejection.travel[on], ejection.force[on]))
+    rows = "".join(
+        f'<tr><th scope="row">{escape(p.tool)}</th><td>{_range(p.r_low, p.r_high)}</td>'
+        f"<td>{_range(p.z_low, p.z_high)}</td><td>{p.pressure:.0f}</td><td>{p.friction:.2f}</td></tr>"
+        for p in ejection.patches
+    )
+    head = "".join(
+        f'<th scope="col">{name}</th>'
+        for name in ("held by", "r [mm]", "z [mm]", "pressure [MPa]", "friction it can carry [kN]")
+    )
+    table = f'<div class="scroll"><table><tr>{head}</tr>{rows}</table></div>' if rows else ""
+    note = "" if ejection.status == "ok" else f'<p class="note">{escape(ejection.message)}</p>'
+    return (
+        f"<h2>{'Ejection' if ejection.how == 'ejector' else 'Stripping'}</h2>{note}\n<p>Largest force of the "
+        f"{'ejector' if ejection.how == 'ejector' else 'punch'} {ejection.max_force:.1f} kN; work "
+        f'{ejection.total_work:.1f} J. A negative force drives the tool: the workpiece springs back.</p>\n<div class="charts">'
+        f"{''.join(charts)}</div>\n{table}"
+    )
+
+
+def _range(low: float, high: float) -> str:
+    return " to ".join(f"{round(v, 2) + 0.0:.2f}" for v in (low, high))  # + 0.0: no minus sign before a zero
 
 
 def _contact(result: FormingResult) -> str:

@@ -72,7 +72,7 @@ class FormingResult:
     share_above_0_6k : float
         Share of the contact (area and time) with a friction stress above 0.6 k.
     energy_balance : float
-        (plastic + friction + elastic) / external - 1.
+        (plastic + friction + elastic + contact springs) / external - 1.
     volume_change : float
         Relative change of the unloaded volume.
     increments, remeshes, failed_increments : int

@@ -17,6 +17,7 @@ from forming.fe.mesher import grid_mesh
 from forming.fe.simulation import Simulation
 from forming.material import steel_16MnCr5
 from forming.process import FormingProcess
+from forming.report import report_page
 from forming.result_files import load_result
 from forming.tooling import Tool, flat_punch, line
 from friction_models.loads import InputError
@@ -151,6 +152,10 @@ def test_result_files_keep_the_ejection(rods, tmp_path):
             load_result(tmp_path / "run")
         (tmp_path / "run" / name).write_text(whole[name])
     assert load_ejection(tmp_path) is None
+    page = report_page(read)
+    assert f"Largest force of the ejector {read.ejection.max_force:.1f} kN" in page
+    assert page.count("punch withdrawn: travel") == 2 and page.count("ejector pushes: travel") == 2
+    assert f"<td>{read.ejection.patches[0].friction:.2f}</td>" in page
 
 
 def test_cup_is_stripped_and_ejected():
