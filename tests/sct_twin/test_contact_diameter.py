@@ -73,7 +73,16 @@ def test_a_diameter_that_cannot_be_is_not_used(factor: float) -> None:
     found = read_at_diameter(of_the_table, FORCE, factor * expected, PUNCH)
     assert found.upsetting.flow_stress == 1.0 and found.use == "not used"
     assert f"contact_diameter = {factor * expected:g} mm" in found.remark
-    assert "allowed: " in found.remark and "was not used" in found.remark
+    assert "allowed: " in found.remark and "the measured one was not used" in found.remark
+
+
+def test_a_little_beyond_the_run_the_area_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Shifts of 1 % only: the diameter needs more, but it may well be the contact's.
+    monkeypatch.setattr("sct_twin.contact_diameter.SHIFTS", (0.99, 1.01))
+    expected = 2.0 * of_the_table(FORCE).at(FORCE).radius
+    found = read_at_diameter(of_the_table, FORCE, 0.985 * expected, PUNCH)
+    assert found.use == "area" and found.upsetting.flow_stress == 1.0
+    assert 2.0 * found.upsetting.at(FORCE).radius == pytest.approx(0.985 * expected, rel=1e-9)
 
 
 def filled(record_maker: Maker, diameter: object) -> SctRecord:
@@ -100,7 +109,7 @@ def test_a_filled_bore_is_not_changed(record_maker: Maker) -> None:
         assert compared.summary["flow_stress_ratio"] == 1.0
         remark = str(compared.summary["contact_diameter_remark"])
         assert (remark == "") == fits
-    assert "contact_diameter = 14.9 mm" in remark and "allowed: 15.20 to 15.82 mm; it was not used" in remark
+    assert "contact_diameter = 14.9 mm" in remark and "allowed: 15.20 to 15.82 mm for this" in remark
 
 
 def test_pressure_of_a_test_is_force_over_the_measured_area(record_maker: Maker) -> None:

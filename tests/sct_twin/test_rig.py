@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -159,6 +159,24 @@ def test_flaws_of_the_rig_are_in_the_record(real: RawCampaign) -> None:
     for name, scatter in (("specimen_diameter", 0.02), ("specimen_height", 0.03)):
         assert tests[name].nunique() == 5
         assert np.abs(tests[name] - 15.0).max() < 4.0 * scatter
+
+
+def test_contact_is_measured_after_the_test(
+    real: RawCampaign, tiny: RawCampaign, lab_cache: Path, tmp_path: Path
+) -> None:
+    true = json.loads((real.folder.parent / "files" / "truth.json").read_text())["tests"]
+    error = [
+        row["contact_diameter"] - true[row["test_id"]]["contact_diameter"] for _, row in real.tests.iterrows()
+    ]
+    assert 0.0 < np.abs(error).max() <= 0.105 and len(set(error)) == 5
+    assert real.info["reality"]["sensors"]["contact_reading"] == 0.04
+    assert "contact_diameter" not in tiny.tests
+    # Nothing else is drawn from its stream: the same seed gives the same records without it.
+    usual = Campaign(pd.DataFrame(PROTOCOLS[:1]), lubricant="mos2", seed=2, cache=lab_cache)
+    blind = replace(usual, instruments=replace(usual.sensors, contact_reading=0.0))
+    raw = [lab.run(tmp_path / name, jobs=1) for lab, name in ((usual, "usual"), (blind, "blind"))]
+    assert raw[0].raw_file("sct001").read_bytes() == raw[1].raw_file("sct001").read_bytes()
+    pd.testing.assert_frame_equal(raw[0].tests.drop(columns="contact_diameter"), raw[1].tests)
 
 
 def test_reality_is_stated_and_is_not_the_twins(real: RawCampaign) -> None:
