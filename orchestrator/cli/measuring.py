@@ -118,6 +118,8 @@ def twin(
         say(f"means over each test: {out / 'averages'}")
     if not result.left_out.empty:
         say(f"{len(result.left_out)} tests left out, reasons in {out / 'left_out.csv'}")
+    for remark in result.remarks:
+        say(f"{remark['test_id']}: {remark['remark']}")
     if check:
         say(result.error_table())
 
