@@ -43,9 +43,9 @@ ASSUMPTIONS = (
     "fresh plate enters at the temperature measured before sliding; the punch stays at tool temperature",
     "the specimen starts to slide at one uniform temperature, that of its contact after upsetting",
     "friction while upsetting is a parameter of the twin, as no sensor sees it (0.03 more or less: up to 2.8 % of "
-    "sigma_n, 5 % of psi where the bore is not filled)",
+    "sigma_n, 5 % of psi where the bore is not filled and the contact not measured)",
     "the flow curve is that of the material file (2 % more flow stress: up to 1.9 % of sigma_n where the bore is "
-    "not filled)",
+    "not filled and the contact not measured)",
     "where the diameter of the contact was measured after the test (column contact_diameter) and the bore is not "
     "filled, sigma_n is the force over that area, and what differs in flow stress and friction while upsetting is "
     "taken for a factor on the flow stress (column flow_stress_ratio); a reading 0.05 mm off changes sigma_n by up to "
