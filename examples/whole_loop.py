@@ -8,9 +8,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pandas as pd
+
 from fmus import check, pack, pack_forming
-from friction_models import PolynomialFriction
+from friction_models import FrictionModel, PolynomialFriction
 from friction_models.discovery import compare, diagnose, refine
+from friction_models.loads import InputError
 from orchestrator import Master, Run, System
 from sct_twin import SctTwin, virtual_lab
 
@@ -33,7 +36,17 @@ record: [forming.stroke, forming.force, forming.work, forming.max_tau_over_k]
 """
 
 
-def main(folder: Path, plan: str = "reduced-27+10", stroke: float = 20.0) -> tuple[Run, Run]:
+def first_accepted(train: pd.DataFrame, tests: pd.DataFrame | None, effects: list[str]) -> FrictionModel:
+    """Return the linear model with the first of these effects that `refine` does not refuse."""
+    for effect in effects:
+        try:
+            return refine(train, tests, model="linear", add=[effect])
+        except InputError as refused:
+            print(refused)
+    raise RuntimeError(f"none of {', '.join(effects)} makes the linear model better")
+
+
+def main(folder: Path, plan: str | pd.DataFrame = "reduced-27+10", stroke: float = 20.0) -> tuple[Run, Run]:
     """Run the loop in `folder`; return the co-simulations with the first and the refined model."""
     # %% Measurements, and the digital twin that adds the loads
     campaign = virtual_lab.Campaign(plan=plan, hidden="stribeck", seed=7).run(folder / "campaign")
@@ -46,8 +59,8 @@ def main(folder: Path, plan: str = "reduced-27+10", stroke: float = 20.0) -> tup
     diagnosis = diagnose(train, data.tests, model="linear")
     print(diagnosis.report())
 
-    # %% The effect added
-    better = refine(train, data.tests, model="linear", add=diagnosis.effects or ["stribeck"])
+    # %% The effect added; of several that the data cannot tell apart, the first that cross-validation accepts
+    better = first_accepted(train, data.tests, diagnosis.confusion_set or diagnosis.effects or ["stribeck"])
     print(compare({"polynomial": model, "refined": better}, test).report())
     better.save(folder / "better")
 

@@ -8,8 +8,6 @@ from typing import Annotated
 
 import typer
 
-from friction_models.loads import InputError
-
 from .console import keeping, progress, say
 from .options import Jobs, OutFolder
 
@@ -78,6 +76,8 @@ def ingest(
     from sct_twin.preview import describe, preview
 
     if out is None and not dry_run:
+        from friction_models.loads import InputError
+
         raise InputError("ingest: -o is missing; allowed: the folder to write, or --dry-run")
     source = files[0] if len(files) == 1 else files
     width = min(max(shutil.get_terminal_size((80, 24)).columns, 60), 160)

@@ -107,7 +107,8 @@ def test_compare_models_on_held_out_tests(home: Path, tribofmu: Tribofmu) -> Non
     assert result["tests"] == 10
     assert result["ranking"][0] == "better" and result["ranking"][-1] == "0.08"  # type: ignore[index]
     rmse = {name: m["rmse"] for name, m in result["models"].items()}  # type: ignore[attr-defined]
-    assert rmse["scalar"] == pytest.approx(rmse["linear"], rel=1e-9)  # the FMU is the model
+    # The FMU is the model, but for held-out points a little outside the trained domain, where it clamps.
+    assert rmse["scalar"] == pytest.approx(rmse["linear"], rel=1e-4)
 
 
 def test_pack_check_simulate(home: Path, tribofmu: Tribofmu) -> None:

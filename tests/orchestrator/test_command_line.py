@@ -199,7 +199,11 @@ def test_a_component_that_fails_is_a_failure_not_bad_input(
     )
     assert run(["simulate", str(system), "-o", str(tmp_path / "run")]) == 1
     assert "component 'friction' failed at t = " in capsys.readouterr().err
-    assert not (tmp_path / "run").exists()
+    assert json.loads((tmp_path / "run" / "manifest.json").read_text())["status"] == "stopped"
+    assert run(["report", str(tmp_path / "run")]) == 0  # what it had is kept and shown
+    assert "component 'friction' failed" in (tmp_path / "run" / "report.html").read_text().replace(
+        "&#x27;", "'"
+    )
 
 
 def test_train_evaluate_predict(place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
