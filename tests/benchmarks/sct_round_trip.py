@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import re
 import shutil
-import statistics
+import subprocess
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from forming.pool import default_jobs, map_unordered
+from forming.pool import default_jobs
 from sct_twin import SctTwin
 from sct_twin.ingest import ingest
-from sct_twin.raw_campaign import RawCampaign
 from sct_twin.virtual_lab import Campaign, load_truth
 from tests.round_trip import deviations
 
@@ -125,24 +124,7 @@ def _spread(values: pd.Series[Any]) -> str:
 
 def one_worker(campaign: Path) -> tuple[float, float]:
     """Return median time of one twin [s] and peak memory [MB] of a fresh process that runs 20 tests one by one."""
-    # Two items, so that the pool starts a process of its own; one of them does nothing.
-    results = dict(map_unordered(_twenty, [(str(campaign),), ("",)], 2))
-    return results[0]
-
-
-def _twenty(folder: str) -> tuple[float, float]:
-    if not folder:
-        return 0.0, 0.0
-    raw = RawCampaign.load(folder)
-    twin = SctTwin()
-    ids = [str(name) for name in raw.tests["test_id"]][:: max(1, len(raw) // 20)][:20]
-    twin.evaluate(raw.record(ids[0]), raw.moving_mass)  # loads the compiled kernels
-    taken = []
-    for name in ids:
-        record = raw.record(name)
-        began = time.perf_counter()
-        twin.evaluate(record, raw.moving_mass)
-        taken.append(time.perf_counter() - began)
-    status = Path("/proc/self/status")
-    peak = re.search(r"VmHWM:\s+(\d+) kB", status.read_text()) if status.is_file() else None
-    return statistics.median(taken), int(peak[1]) / 1024.0 if peak else float("nan")
+    command = [sys.executable, "-m", "tests.benchmarks.sct_worker", str(campaign)]
+    said = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    seconds, memory = said.split()
+    return float(seconds), float(memory)
