@@ -15,7 +15,7 @@ import pandas as pd
 
 from friction_models.loads import InputError
 
-from .table import MAX_BYTES, MAX_ROWS, RawTable, check_shape, split_unit
+from .table import MAX_ROWS, RawTable, check_file, check_shape, split_unit
 
 _NUMBER = re.compile(r"^[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?$|^(nan|NaN|inf|-inf|)$")
 #: So many rows of numbers in a row are data and not part of a long header (catman writes 29 lines of it).
@@ -47,13 +47,7 @@ def read_csv(path: str | os.PathLike[str]) -> RawTable:
         No such file, empty, too large, not text, no header, or rows that do not fit the header.
     """
     file = Path(path)
-    if not file.is_file():
-        raise InputError(f"{file}: no such file")
-    size = file.stat().st_size
-    if size == 0:
-        raise InputError(f"{file}: the file is empty; allowed: a header, a units row and rows of numbers")
-    if size > MAX_BYTES:
-        raise InputError(f"{file}: {size} bytes; allowed: at most {MAX_BYTES}")
+    check_file(file)
     layout = _head(file)
     header, second, delimiter = layout.header, layout.second, layout.delimiter
     if header.count(delimiter) == 0:

@@ -10,7 +10,7 @@ from types import ModuleType
 from friction_models.loads import InputError
 
 from .catman import looks_like_catman
-from .table import MAX_BYTES, RawTable
+from .table import RawTable, check_file
 
 #: Suffix -> kind; the kinds without a reader of our own run guarded.
 SUFFIXES: dict[str, str] = {
@@ -48,13 +48,7 @@ def kind_of(file: Path) -> str:
         No such file, empty, too large, a suffix without a reader, or content that is something else than
         the suffix says.
     """
-    if not file.is_file():
-        raise InputError(f"{file}: no such file")
-    size = file.stat().st_size
-    if size == 0:
-        raise InputError(f"{file}: the file is empty; allowed: a header, a units row and rows of numbers")
-    if size > MAX_BYTES:
-        raise InputError(f"{file}: {size} bytes; allowed: at most {MAX_BYTES}")
+    check_file(file)
     kind = SUFFIXES.get(file.suffix.lower())
     if kind is None:
         raise InputError(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,23 @@ MAX_CELLS = 200_000_000
 
 _TIME = re.compile(r"^(t|time|timestamps?|zeit|temps|tempo)\b|\b(time|zeit)\b", re.IGNORECASE)
 _BRACKET = re.compile(r"^(.*\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*$")
+
+
+def check_file(file: Path) -> None:
+    """Raise before a file is opened that is not there, empty or too large.
+
+    Raises
+    ------
+    InputError
+        Names the file and what is allowed.
+    """
+    if not file.is_file():
+        raise InputError(f"{file}: no such file")
+    size = file.stat().st_size
+    if size == 0:
+        raise InputError(f"{file}: the file is empty; allowed: a header, a units row and rows of numbers")
+    if size > MAX_BYTES:
+        raise InputError(f"{file}: {size} bytes; allowed: at most {MAX_BYTES}")
 
 
 @dataclass(frozen=True)
