@@ -16,7 +16,7 @@ $(STAMP): pyproject.toml constraints.txt
 	touch $@
 
 $(TESTING): $(STAMP)
-	$(PIP) -e '.[cross,daq,dev,interop]'
+	$(PIP) -e '.[cross,daq,dev,interop,cluster]'
 	# Only to compare our reader of catman files with; what it depends on stays away.
 	$(PIP) --no-deps --target build/apread apread==1.1.3 || echo "apread is not to be had: one test skips"
 	touch $@
