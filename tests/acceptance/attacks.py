@@ -152,7 +152,7 @@ class Sandbox:
 
     def arguments(self, attack: Attack, bad: Path) -> list[str]:
         values = self.known | {"bad": bad}
-        return [attack.command, *(word.format_map(values) for word in attack.arguments.split())]
+        return [*attack.command.split(), *(word.format_map(values) for word in attack.arguments.split())]
 
     def seen(self) -> dict[Path, int]:
         if any((self.root / "tmp").iterdir()):

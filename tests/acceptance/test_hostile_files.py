@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+import typer
 
 from fmus.native.compile import build
 from friction_models.loads import InputError
@@ -45,11 +46,21 @@ SHARE = 5
 HEAVY = {"xml_million_variables", "xml_huge_attribute", "many_files", "lying_size"}
 
 
+def commands(group: typer.Typer, prefix: str = "") -> Iterator[tuple[str, typer.models.CommandInfo]]:
+    """Every command, those of sub-commands with the name of their group before them."""
+    for command in group.registered_commands:
+        yield prefix + (command.name or str(getattr(command.callback, "__name__", ""))), command
+    for inner in group.registered_groups:
+        if inner.typer_instance is not None:
+            yield from commands(
+                inner.typer_instance, f"{prefix}{inner.name or inner.typer_instance.info.name} "
+            )
+
+
 def test_every_parameter_that_may_be_a_file_is_attacked() -> None:
     """A new command or option has to be put into one of the two lists."""
     attacked = {f"{a.command}.{a.parameter}" for a in ATTACKS}
-    for command in app.registered_commands:
-        name = command.name or str(getattr(command.callback, "__name__", ""))
+    for name, command in commands(app):
         for parameter, hint in typing.get_type_hints(command.callback).items():
             kinds = {hint, *typing.get_args(hint)}
             if parameter != "return" and kinds & {Path, str, list[str], list[Path]}:
