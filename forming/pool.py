@@ -1,15 +1,17 @@
-"""A pool of processes for runs and tests that are independent of each other."""
+"""Processes for runs and tests that are independent of each other."""
 
 from __future__ import annotations
 
 import os
 import signal
 import sys
+import threading
 import types
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import Connection, wait
 from typing import Any, TypeVar
 
 from friction_models.loads import InputError
@@ -26,6 +28,48 @@ def default_jobs() -> int:
     return max(1, os.cpu_count() or 1)
 
 
+def process_count(jobs: int | None) -> int:
+    """Return how many processes `jobs` asks for; all cores for None.
+
+    Raises
+    ------
+    InputError
+        Less than one.
+    """
+    if jobs is not None and jobs < 1:
+        raise InputError(f"jobs = {jobs}; allowed: at least 1 process")
+    return jobs or default_jobs()
+
+
+class Workers:
+    """Spawned processes that take calls; they end with `close`, and when the process that started them dies.
+
+    Parameters
+    ----------
+    count : int
+        Largest number of processes; they start when calls come.
+    """
+
+    def __init__(self, count: int) -> None:
+        self._ears, self._stop = get_context("spawn").Pipe(duplex=False)
+        self._pool = ProcessPoolExecutor(
+            count, mp_context=get_context("spawn"), initializer=_begin, initargs=(self._ears,)
+        )
+
+    def submit(self, function: Callable[..., Result], *arguments: Any) -> Future[Result]:
+        """Call an importable function in one of the processes; to be used from the main thread."""
+        with _detached_main(), one_thread():
+            return self._pool.submit(function, *arguments)
+
+    def close(self, now: bool = False) -> None:
+        """End the processes, after the calls that are in hand or `now`."""
+        if now:
+            self._stop.close()
+        self._pool.shutdown(wait=True, cancel_futures=now)
+        self._stop.close()
+        self._ears.close()
+
+
 def map_unordered(
     function: Callable[..., Result], items: Sequence[tuple[Any, ...]], jobs: int | None = None
 ) -> Iterator[tuple[int, Result]]:
@@ -39,30 +83,33 @@ def map_unordered(
     InputError
         Less than one job.
     """
-    if jobs is not None and jobs < 1:
-        raise InputError(f"jobs = {jobs}; allowed: at least 1 process")
-    jobs = min(jobs or default_jobs(), len(items))
+    jobs = min(process_count(jobs), len(items))
     if jobs <= 1:
         for index, item in enumerate(items):
             yield index, function(*item)
         return
-    pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_quiet)
+    workers = Workers(jobs)
     try:
-        with _detached_main(), _one_thread():
-            futures: dict[Future[Result], int] = {
-                pool.submit(function, *item): index for index, item in enumerate(items)
-            }
+        futures = {workers.submit(function, *item): index for index, item in enumerate(items)}
         for future in as_completed(futures):
             yield futures[future], future.result()
     except BaseException:
-        pool.shutdown(wait=False, cancel_futures=True)
+        workers.close(now=True)
         raise
-    pool.shutdown()
+    workers.close()
 
 
-def _quiet() -> None:
-    """Leave an interrupt from the keyboard to the parent."""
+def _begin(ears: Connection) -> None:
+    """Leave an interrupt from the keyboard to the parent; end when it says so or is gone, killed for example."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+    ends: list[Any] = [ears] if parent is None else [ears, parent.sentinel]
+
+    def listen() -> None:
+        wait(ends)
+        os._exit(1)
+
+    threading.Thread(target=listen, daemon=True).start()
 
 
 @contextmanager
@@ -81,8 +128,8 @@ def _detached_main() -> Iterator[None]:
 
 
 @contextmanager
-def _one_thread() -> Iterator[None]:
-    """Processes are the parallelism: keep linear algebra in each of them to one thread."""
+def one_thread() -> Iterator[None]:
+    """Keep linear algebra that starts now, here or in a new process, to one thread: processes are the parallelism."""
     names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
     before = {name: os.environ.get(name) for name in names}
     os.environ.update(dict.fromkeys(names, "1"))

@@ -1,0 +1,100 @@
+"""What decides the result of a job, as hashes: inputs, file contents, versions and sources."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import importlib.util
+import json
+import os
+import platform
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from friction_models.loads import InputError
+
+#: Distributions whose version may change a number.
+DISTRIBUTIONS = (
+    "fmpy", "netCDF4", "numba", "numpy", "onnx", "onnxruntime", "pandas", "pythonfmu",
+    "scikit-learn", "scipy", "torch", "tribofmu", "xarray",
+)  # fmt: skip
+#: Files of a package that are sources of its results.
+_SOURCES = (".py", ".yaml", ".c", ".h")
+
+
+def digest(content: Any) -> str:
+    """Return the hash of JSON-able content.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Content that JSON does not hold, NaN among it.
+    """
+    text = json.dumps(content, sort_keys=True, allow_nan=False, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def path_digest(path: str | os.PathLike[str]) -> str:
+    """Return the hash of a file's content, or of the names and contents of all files in a folder.
+
+    Raises
+    ------
+    InputError
+        Nothing is there, or it cannot be read.
+    """
+    place = Path(path)
+    try:
+        if place.is_dir():
+            inside = sorted(p for p in place.rglob("*") if p.is_file())
+            return digest([[p.relative_to(place).as_posix(), path_digest(p)] for p in inside])
+        with place.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(f"{place}: cannot be read ({error.strerror}); allowed: a file or a folder") from None
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of Python and of the distributions that results depend on."""
+    found = {"python": platform.python_version()}
+    for name in DISTRIBUTIONS:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def code_digest(names: Iterable[str]) -> str:
+    """Return the hash of the sources of packages and modules, as they lie on the disk now.
+
+    Raises
+    ------
+    InputError
+        No such package.
+    """
+    return digest({name: _sources(name) for name in sorted(set(names))})
+
+
+def _sources(name: str) -> list[list[str]]:
+    """Return file names and content hashes of one package or module."""
+    place = _place(name)
+    if place is None:
+        raise InputError(f"campaign: code {name!r}; allowed: an importable package or module with sources")
+    if place.is_file():
+        return [[place.name, path_digest(place)]]
+    files = sorted(p for p in place.rglob("*") if p.suffix in _SOURCES and p.is_file())
+    return [[p.relative_to(place).as_posix(), path_digest(p)] for p in files]
+
+
+@cache
+def _place(name: str) -> Path | None:
+    try:
+        spec = importlib.util.find_spec(name)
+    except (ImportError, ValueError):
+        return None
+    if spec is None or spec.origin is None:
+        return None
+    file = Path(spec.origin)
+    return file.parent if file.name == "__init__.py" else file

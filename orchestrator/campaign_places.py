@@ -1,0 +1,142 @@
+"""Where jobs run: processes of this machine, or a dask.distributed cluster."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
+from types import TracebackType
+from typing import Any, Self
+
+from forming.pool import Workers
+from friction_models.loads import InputError
+
+from .campaign_work import Order, execute
+
+Outcome = dict[str, str]
+
+
+class Place(ABC):
+    """Takes orders and gives futures of their outcomes."""
+
+    #: Orders that may be in hand at a time.
+    capacity: int
+    #: Orders that are worked on at a time, for estimates.
+    workers: int
+
+    @abstractmethod
+    def submit(self, order: Order) -> Future[Outcome]:
+        """Start an order."""
+
+    @abstractmethod
+    def died(self, error: BaseException) -> bool:
+        """Whether the error says that the worker of an order was killed, so that it is worth another try."""
+
+    @abstractmethod
+    def close(self, now: bool) -> None:
+        """End; `now` gives up what is in hand."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close(now=kind is not None)
+
+
+class Local(Place):
+    """Processes of this machine, a pool for each: when one is killed, the others do not notice."""
+
+    def __init__(self, jobs: int) -> None:
+        self.capacity = self.workers = jobs
+        self._idle: list[Workers] = []
+        self._busy: dict[Future[Outcome], Workers] = {}
+
+    def submit(self, order: Order) -> Future[Outcome]:
+        for future in [f for f in self._busy if f.done()]:
+            worker = self._busy.pop(future)
+            if future.exception() is None:
+                self._idle.append(worker)
+            else:
+                worker.close()
+        while True:
+            worker = self._idle.pop() if self._idle else Workers(1)
+            try:
+                future = worker.submit(execute, order)
+            except BrokenProcessPool:  # killed while it had nothing to do
+                worker.close()
+                continue
+            self._busy[future] = worker
+            return future
+
+    def died(self, error: BaseException) -> bool:
+        return isinstance(error, BrokenProcessPool)
+
+    def close(self, now: bool) -> None:
+        for worker in [*self._idle, *self._busy.values()]:
+            worker.close(now)
+
+
+class Here(Place):
+    """This process."""
+
+    capacity = workers = 1
+
+    def submit(self, order: Order) -> Future[Outcome]:
+        future: Future[Outcome] = Future()
+        future.set_result(execute(order))
+        return future
+
+    def died(self, error: BaseException) -> bool:
+        return False
+
+    def close(self, now: bool) -> None:
+        pass
+
+
+class Cluster(Place):
+    """A dask.distributed cluster; it repeats by itself what a killed worker had in hand.
+
+    Raises
+    ------
+    InputError
+        The package is not installed, the address is none, nobody answers, or no worker is there.
+    """
+
+    def __init__(self, address: str) -> None:
+        try:
+            from distributed import Client
+        except ImportError:
+            raise InputError(
+                "--scheduler: the package distributed is missing; install it: pip install 'tribofmu[cluster]'"
+            ) from None
+        if not address.startswith(("tcp://", "tls://")):
+            raise InputError(
+                f"--scheduler {address}: not an address; allowed: tcp://HOST:PORT of a dask scheduler"
+            )
+        try:
+            self._client: Any = Client(address, timeout="10s")
+        except (OSError, ValueError, TimeoutError) as error:
+            reason = " ".join(str(error).split())[:200]
+            raise InputError(f"--scheduler {address}: no scheduler answers there ({reason})") from None
+        self._executor = self._client.get_executor()
+        self.workers = sum(self._client.ncores().values())
+        if not self.workers:
+            self._client.close()
+            raise InputError(
+                f"--scheduler {address}: it has no workers yet; start some: dask worker {address} --nthreads 1"
+            )
+        # One waits at each worker, so that none is idle while the next order travels.
+        self.capacity = 2 * self.workers
+
+    def submit(self, order: Order) -> Future[Outcome]:
+        future: Future[Outcome] = self._executor.submit(execute, order)
+        return future
+
+    def died(self, error: BaseException) -> bool:
+        return False  # dask has tried several times already
+
+    def close(self, now: bool) -> None:
+        self._executor.shutdown(wait=not now)
+        self._client.close()

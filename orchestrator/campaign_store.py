@@ -1,0 +1,122 @@
+"""The folder of a campaign: a folder for each result, named by its hash, that appears by one rename."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from friction_models.loads import InputError, write_json
+
+#: Every result folder holds this file; its presence says that the result is complete.
+RESULT = "result.json"
+
+
+@dataclass(frozen=True)
+class JobResult:
+    """What a job gave.
+
+    Attributes
+    ----------
+    name : str
+        Name of the job.
+    values : dict
+        What the function returned, as JSON holds it.
+    folder : Path
+        The files it wrote.
+    seconds : float
+        Time it took [s].
+    """
+
+    name: str
+    values: dict[str, Any]
+    folder: Path
+    seconds: float
+
+
+class Store:
+    """The results in a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder ``jobs`` of a study; need not exist yet.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder.resolve()
+
+    def load(self, key: str, name: str) -> JobResult | None:
+        """Return the kept result of a key under a job's name; None where there is none that can be read."""
+        place = self.folder / key
+        try:
+            content = json.loads((place / RESULT).read_text(encoding="utf-8"))
+            values, seconds = dict(content["values"]), float(content["seconds"])
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+        return JobResult(name, values, place, seconds)
+
+    def keep(self, key: str, work: Path, content: dict[str, Any]) -> None:
+        """Put the folder `work` in its place as the result of a key; one that is there already stays."""
+        write_json(work / RESULT, content)
+        place = self.folder / key
+        if place.exists() and self.load(key, "") is None:
+            shutil.rmtree(place)  # damaged
+        try:
+            work.rename(place)
+        except OSError:
+            # Another process was first; a result that is not there is an error of the disk.
+            if self.load(key, "") is None:
+                raise
+            shutil.rmtree(work, ignore_errors=True)
+
+    @contextmanager
+    def opened(self) -> Iterator[Path]:
+        """Make the folder, keep other campaigns out of it and yield a place for work in hand.
+
+        Raises
+        ------
+        InputError
+            Another campaign runs in the folder.
+        """
+        self.folder.mkdir(parents=True, exist_ok=True)
+        lock = os.open(self.folder / ".lock", os.O_RDWR | os.O_CREAT, 0o644)
+        try:
+            if not _locked(lock):
+                raise InputError(
+                    f"{self.folder.parent}: another run of this study is at work here; wait for it, or use another folder"
+                )
+            for left in self.folder.glob(".work-*"):  # of a run that was killed
+                shutil.rmtree(left, ignore_errors=True)
+            work = Path(tempfile.mkdtemp(prefix=".work-", dir=self.folder))
+            try:
+                yield work
+            finally:
+                shutil.rmtree(work, ignore_errors=True)
+        finally:
+            os.close(lock)
+
+
+def _locked(handle: int) -> bool:
+    """Take the lock of an open file; it ends with the process, however that ends. False where another has it."""
+    try:
+        if sys.platform == "win32":
+            import msvcrt
+
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (BlockingIOError, PermissionError):
+        return False
+    except OSError:
+        pass  # a file system without locks
+    return True

@@ -1,0 +1,62 @@
+"""What all studies share on the command line: their options, and running a campaign."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from .console import keeping, progress, say
+
+if TYPE_CHECKING:
+    from ..campaign import Campaign, JobResult
+
+StudyFolder = Annotated[
+    Path,
+    typer.Option("-o", "--out", help="Folder of the study; what is there already is not computed again."),
+]
+Quick = Annotated[bool, typer.Option("--quick", help="A small size that shows the way, under two minutes.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Only count the jobs and estimate the time.")]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler",
+        metavar="tcp://HOST:PORT",
+        help="Run the jobs on a dask.distributed cluster whose workers see the folder, too.",
+    ),
+]
+
+
+def run_campaign(
+    campaign: Campaign, title: str, jobs: int | None, scheduler: str | None, dry_run: bool
+) -> dict[str, JobResult] | None:
+    """Run a campaign with its progress shown; None for a dry run, which prints its counts.
+
+    Jobs that failed are listed on stderr; call `Campaign.check` when everything else is written.
+    """
+    if dry_run:
+        say(f"{title}: {campaign.dry_run(jobs).report()}")
+        return None
+
+    def kept() -> str:
+        return f"the finished jobs are kept in {campaign.folder}; the same command goes on from there"
+
+    with keeping(kept), progress(title) as tick:
+        results = campaign.run(jobs, scheduler, tick)
+    for failure in campaign.failed.values():
+        typer.echo(f"failed: {failure.job.name}: {failure.error}", err=True)
+    return results
+
+
+def write_manifest(
+    campaign: Campaign,
+    results: Mapping[str, JobResult],
+    settings: Mapping[str, Any],
+    seeds: Mapping[str, int],
+) -> None:
+    """Write ``manifest.json`` into the folder of the study."""
+    from friction_models.loads import write_json
+
+    write_json(campaign.folder / "manifest.json", campaign.manifest(results, settings, seeds))
