@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from .base import FrictionModel, Groups
+from .base import FrictionModel, Groups, LoadsLike
 from .loads import LOAD_NAMES, FloatArray, InputError, TriboLoads, unknown_name
 from .ops import LoadColumns, NumpyOps, Ops, Value
 from .parameters import check_integer, check_number, stored_floats
 from .scaling import Scaling
 from .training.splits import hold_out
+
+if TYPE_CHECKING:
+    from .training.network import Lesson
 
 ACTIVATIONS = ("tanh", "relu", "sigmoid")
 MAX_LAYERS, MAX_WIDTH, MAX_MEMBERS = 8, 1024, 64
@@ -116,23 +119,36 @@ class FeedForwardFriction(FrictionModel):
         return [len(LOAD_NAMES), *widths, 1]
 
     def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> None:
-        from .training.network import train_networks
+        _train_together([self], [(loads, mu, groups)])
 
-        widths = self._check_params()
+    def _lesson(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> Lesson:
+        """Return what the networks learn from; notes the scaling and the tests held out."""
+        from .training.network import Lesson
+
         x = NumpyOps()
         features = x.concat(_inputs(x, LoadColumns(*(c[:, None] for c in loads.as_array().T))))
-        self.scaling_, target = Scaling.of(features), Scaling.of(mu[:, None])
+        self.scaling_ = Scaling.of(features)
         held = [
             hold_out(groups, len(mu), self.validation_fraction, self.seed + k)[1] for k in range(self.members)
         ]
         self.validation_tests_ = (
             [] if groups is None else sorted(set(groups[np.logical_or.reduce(held)].tolist()))
         )
-        inputs, outputs = self.scaling_.apply(features), target.apply(mu[:, None])
-        self.networks_, self.epochs_ = train_networks(inputs, outputs, held, widths, self)
-        for network in self.networks_:
-            weights, bias = network[-1]
-            network[-1] = (weights * target.scale, bias * target.scale + target.mean)
+        outputs = Scaling.of(mu[:, None]).apply(mu[:, None])
+        return Lesson(self.scaling_.apply(features), outputs, held, self.seed, self.weight_decay)
+
+    @property
+    def _alike(self) -> tuple[Any, ...]:
+        """What models must share to be trained in one batch."""
+        return (
+            tuple(self._check_params()),
+            self.activation,
+            self.learning_rate,
+            self.batch_size,
+            self.epochs,
+            self.patience,
+            self.threads,
+        )
 
     def formula(
         self,
@@ -181,6 +197,53 @@ class FeedForwardFriction(FrictionModel):
         self.scaling_ = Scaling.restore(self.family, arrays, len(LOAD_NAMES))
         self.epochs_ = [check_integer(self.family, "epochs", e, 0, 10**6) for e in values["epochs"]]
         self.validation_tests_ = [str(t) for t in values.get("validation_tests", [])]
+
+
+def fit_together(
+    models: Sequence[FeedForwardFriction],
+    data: Sequence[tuple[LoadsLike, npt.ArrayLike, npt.ArrayLike | None]],
+) -> None:
+    """Fit each model to its own data, as `fit` does, with those of one shape trained in one batched product.
+
+    Lessons of equal length give the networks that `fit` gives, to rounding; see `training.network.train_networks`.
+
+    Parameters
+    ----------
+    models : sequence of FeedForwardFriction
+    data : sequence of (loads, mu, groups)
+        One entry a model, as the arguments of `fit`.
+
+    Raises
+    ------
+    InputError
+        What `fit` refuses.
+    """
+    checked = [model._checked(*own) for model, own in zip(models, data, strict=True)]
+    batches: dict[tuple[Any, ...], list[int]] = {}
+    for number, model in enumerate(models):
+        batches.setdefault(model._alike, []).append(number)
+    for batch in batches.values():
+        _train_together([models[k] for k in batch], [checked[k] for k in batch])
+    for model, own in zip(models, checked):
+        model._record_fit(*own)
+
+
+def _train_together(
+    models: Sequence[FeedForwardFriction], data: Sequence[tuple[TriboLoads, FloatArray, Groups]]
+) -> None:
+    """Train models that are alike; mu's scaling goes into the last layers."""
+    from .training.network import train_networks
+
+    widths = models[0]._check_params()
+    lessons = [model._lesson(*own) for model, own in zip(models, data)]
+    for model, (_, mu, _), (networks, epochs) in zip(
+        models, data, train_networks(lessons, widths, models[0])
+    ):
+        target = Scaling.of(mu[:, None])
+        for network in networks:
+            weights, bias = network[-1]
+            network[-1] = (weights * target.scale, bias * target.scale + target.mean)
+        model.networks_, model.epochs_ = networks, epochs
 
 
 def _inputs(x: Ops, L: LoadColumns) -> list[Value]:

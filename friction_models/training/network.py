@@ -1,10 +1,12 @@
-"""Training of several small fully connected networks at once with torch."""
+"""Training of many small fully connected networks at once with torch."""
 
 from __future__ import annotations
 
 import math
-from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import accumulate, pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -19,61 +21,78 @@ if TYPE_CHECKING:
 Masks = list[npt.NDArray[np.bool_]]
 #: Weights (in, out) and biases (out,) of every layer of one network.
 Layers = list[tuple[FloatArray, FloatArray]]
+#: Networks of one model, and the epochs until the weights that were kept.
+Trained = tuple[list[Layers], list[int]]
 #: Fewest steps an epoch, where the data set has enough points for batches of the smallest size.
 STEPS = 40
 SMALLEST_BATCH = 32
 
 
-def train_networks(
-    inputs: FloatArray,
-    outputs: FloatArray,
-    held: Masks,
-    widths: list[int],
-    options: FeedForwardFriction,
-) -> tuple[list[Layers], list[int]]:
-    """Train one network for each mask of held-out points; keep its weights that are best on those points.
+@dataclass(frozen=True)
+class Lesson:
+    """What the networks of one model learn from.
 
-    The networks share nothing but the arithmetic: one batched product a layer serves all of them.
-
-    Parameters
+    Attributes
     ----------
-    inputs, outputs : ndarray, shapes (n, widths[0]) and (n, 1)
+    inputs, outputs : ndarray, shapes (n, inputs) and (n, 1)
         Standardised.
     held : list of ndarray of bool, shape (n,)
         Points that each network does not learn from. Where there is none, the last weights are kept.
+    seed : int
+        Of the first weights and the order of the points.
+    weight_decay : float
+    """
+
+    inputs: FloatArray
+    outputs: FloatArray
+    held: Masks
+    seed: int
+    weight_decay: float
+
+
+def train_networks(
+    lessons: Sequence[Lesson], widths: list[int], options: FeedForwardFriction
+) -> list[Trained]:
+    """Train one network for each mask of held-out points of each lesson; keep its weights that are best on those.
+
+    The networks share nothing but the arithmetic: one batched product a layer serves all of them. Lessons of
+    equal length come out, to rounding, as they do one by one; a shorter one repeats some of its points in an
+    epoch, so that all take the same steps.
+
+    Parameters
+    ----------
+    lessons : sequence of Lesson
+        One a model.
     widths : list of int
         Width of every layer, input and output included.
     options : FeedForwardFriction
-        Its parameters steer the training.
+        Its other parameters steer the training.
 
     Returns
     -------
-    networks : list of Layers
-    epochs : list of int
-        Epochs until the weights that were kept.
+    list of (networks, epochs)
+        One a lesson; for each network the epochs until the weights that were kept.
     """
     import torch
 
     threads = torch.get_num_threads()
     torch.set_num_threads(options.threads)
     try:
-        return _train(inputs, outputs, held, widths, options)
+        return _train(lessons, widths, options)
     finally:
         torch.set_num_threads(threads)
 
 
-def _train(
-    inputs: FloatArray,
-    outputs: FloatArray,
-    held: Masks,
-    widths: list[int],
-    options: FeedForwardFriction,
-) -> tuple[list[Layers], list[int]]:
+def _train(lessons: Sequence[Lesson], widths: list[int], options: FeedForwardFriction) -> list[Trained]:
     import torch
 
-    rng = np.random.default_rng(options.seed)
-    weights, biases = _start(rng, len(held), widths)
-    tensors = [*weights, *biases]
+    generators = [np.random.default_rng(lesson.seed) for lesson in lessons]
+    starts = [_start(rng, len(lesson.held), widths) for rng, lesson in zip(generators, lessons)]
+    layers = len(widths) - 1
+    tensors = [
+        torch.from_numpy(np.concatenate(parts)).requires_grad_() for parts in zip(*starts, strict=True)
+    ]
+    weights, biases = tensors[:layers], tensors[layers:]
     activation = {"tanh": torch.tanh, "relu": torch.relu, "sigmoid": torch.sigmoid}[options.activation]
 
     def squares(x: torch.Tensor, y: torch.Tensor) -> torch.Tensor:
@@ -82,65 +101,84 @@ def _train(
             x = activation(torch.baddbmm(bias, x, weight))
         return (torch.baddbmm(biases[-1], x, weights[-1]) - y)[..., 0] ** 2
 
-    parameters: list[dict[str, Any]] = [{"params": weights}, {"params": biases, "weight_decay": 0.0}]
     rate = options.learning_rate
-    optimizer = torch.optim.AdamW(parameters, lr=rate, weight_decay=options.weight_decay, fused=True)
+    optimizer = torch.optim.Adam(tensors, lr=rate, fused=True)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, options.epochs, rate * 1e-2)
-    x, y = torch.from_numpy(inputs), torch.from_numpy(outputs)
-    own = [np.flatnonzero(~h) for h in held]
-    length = max(len(rows) for rows in own)
+    x = torch.from_numpy(np.concatenate([lesson.inputs for lesson in lessons]))
+    y = torch.from_numpy(np.concatenate([lesson.outputs for lesson in lessons]))
+    offsets = [0, *accumulate(len(lesson.inputs) for lesson in lessons)]
+    own = [
+        [offset + np.flatnonzero(~mask) for mask in lesson.held] for lesson, offset in zip(lessons, offsets)
+    ]
+    length = max(len(rows) for group in own for rows in group)
     batch = min(options.batch_size, max(SMALLEST_BATCH, math.ceil(length / STEPS)))
-    judged, share = _padded(held)
-    best, kept = np.full(len(held), math.inf), [t.detach().clone() for t in tensors]
-    epochs = np.zeros(len(held), dtype=int)
+    judged, share = _padded([(offset, m) for lesson, offset in zip(lessons, offsets) for m in lesson.held])
+    decay = torch.from_numpy(np.repeat([le.weight_decay for le in lessons], [len(le.held) for le in lessons]))
+    counts = [len(lesson.held) for lesson in lessons]
+    groups = [slice(end - count, end) for end, count in zip(accumulate(counts), counts)]
+    best, kept = np.full(sum(counts), math.inf), [t.detach().clone() for t in tensors]
+    epochs = np.zeros(sum(counts), dtype=int)
+    learning = np.full(sum(counts), True)
     for epoch in range(1, options.epochs + 1):
-        order = torch.from_numpy(np.stack([np.resize(rng.permutation(rows), length) for rows in own]))
+        order = torch.from_numpy(
+            np.stack(
+                [
+                    np.resize(rng.permutation(rows), length)
+                    for rng, group in zip(generators, own)
+                    for rows in group
+                ]
+            )
+        )
+        # Decoupled from the gradient, as in AdamW (Loshchilov and Hutter, 2019); each model has its own.
+        shrink = (1.0 - optimizer.param_groups[0]["lr"] * decay)[:, None, None]
         for rows in order.split(batch, dim=1):
             optimizer.zero_grad(set_to_none=True)
             squares(x[rows], y[rows]).mean(dim=1).sum().backward()
+            with torch.no_grad():
+                for weight in weights:
+                    weight.mul_(shrink)
             optimizer.step()
         schedule.step()
         with torch.no_grad():
             errors = (squares(x[judged], y[judged]) * share).sum(dim=1).numpy()
-        better = errors < best if judged.shape[1] else np.full(len(held), True)
+        better = (errors < best if judged.shape[1] else np.full(len(best), True)) & learning
         best[better], epochs[better] = errors[better], epoch
         chosen = torch.from_numpy(better)
         for keep, tensor in zip(kept, tensors):
             keep[chosen] = tensor.detach()[chosen]
-        if epoch - epochs.max() >= options.patience:
+        # A model stops when none of its networks gets better, whatever the others do.
+        for group in groups:
+            learning[group] &= epoch - epochs[group].max() < options.patience
+        if not learning.any():
             break
-    layers = len(weights)
     arrays = [t.numpy() for t in kept]
-    networks = [
+    networks: list[Layers] = [
         [(arrays[i][k].copy(), arrays[layers + i][k, 0].copy()) for i in range(layers)]
-        for k in range(len(held))
+        for k in range(len(best))
     ]
-    return networks, epochs.tolist()
+    return [(networks[group], epochs[group].tolist()) for group in groups]
 
 
-def _start(
-    rng: np.random.Generator, count: int, widths: list[int]
-) -> tuple[list[torch.Tensor], list[torch.Tensor]]:
-    """Return weights (networks, in, out), uniform as Glorot and Bengio (2010), and biases of zero."""
-    import torch
-
+def _start(rng: np.random.Generator, count: int, widths: list[int]) -> list[FloatArray]:
+    """Return weights (networks, in, out), uniform as Glorot and Bengio (2010), then biases of zero."""
     shapes = list(pairwise(widths))
-    weights = [
-        torch.tensor(rng.uniform(-1, 1, (count, a, b)) * math.sqrt(6 / (a + b)), requires_grad=True)
-        for a, b in shapes
+    weights: list[FloatArray] = [
+        rng.uniform(-1, 1, (count, a, b)) * math.sqrt(6 / (a + b)) for a, b in shapes
     ]
-    biases = [torch.zeros((count, 1, b), dtype=torch.float64, requires_grad=True) for _, b in shapes]
-    return weights, biases
+    return [*weights, *(np.zeros((count, 1, b)) for _, b in shapes)]
 
 
-def _padded(held: Masks) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return row numbers (networks, most held points), padded, and the share of each row in the mean."""
+def _padded(held: list[tuple[int, npt.NDArray[np.bool_]]]) -> tuple[torch.Tensor, torch.Tensor]:
+    """Return row numbers (networks, most held points), padded, and the share of each row in the mean.
+
+    `held` has the first row of its lesson and the mask of each network.
+    """
     import torch
 
-    counts = [int(h.sum()) for h in held]
+    counts = [int(mask.sum()) for _, mask in held]
     rows = np.zeros((len(held), max(counts)), dtype=np.int64)
     share = np.zeros(rows.shape)
-    for k, (mask, count) in enumerate(zip(held, counts)):
-        rows[k, :count] = np.flatnonzero(mask)
+    for k, ((offset, mask), count) in enumerate(zip(held, counts)):
+        rows[k, :count] = offset + np.flatnonzero(mask)
         share[k, :count] = 1.0 / max(count, 1)
     return torch.from_numpy(rows), torch.from_numpy(share)
