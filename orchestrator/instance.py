@@ -199,19 +199,19 @@ class Instance:
             raise self._failure("reading outputs", now, error) from None
         outputs.from_buffers()
 
-    def save_state(self) -> Any:
+    def save_state(self, now: float = 0.0) -> Any:
         """Return a handle to the FMU's complete state; give it to `free_state` in the end."""
         try:
             return self._slave.save_state()
         except CallFailed as error:
-            raise self._failure("saving the state", 0.0, error) from None
+            raise self._failure("saving the state", now, error) from None
 
-    def restore_state(self, state: Any) -> None:
+    def restore_state(self, state: Any, now: float = 0.0) -> None:
         """Go back to a saved state."""
         try:
             self._slave.restore_state(state)
         except CallFailed as error:
-            raise self._failure("restoring the state", 0.0, error) from None
+            raise self._failure("restoring the state", now, error) from None
 
     def free_state(self, state: Any) -> None:
         """Give up a saved state."""

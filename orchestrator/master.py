@@ -10,8 +10,8 @@ jacobi
     All components see the outputs of the previous step: two increments of lag. This is what libcosim and
     ecos do, with the same numbers.
 iterated
-    Each step is repeated from a saved FMU state until the exchanged values agree: no lag. Needs FMUs
-    that can save their state; shows what the lag costs.
+    Each step is repeated from a saved FMU state until the values of every connection agree: no lag. Needs
+    FMUs that can save their state; shows what the lag costs. See `iteration` for when repetitions agree.
 
 Before the first step connected inputs are initialized along the connections in every mode.
 """
@@ -33,9 +33,11 @@ import numpy.typing as npt
 
 from friction_models.loads import FloatArray, InputError, unknown_name
 
+from . import iteration
 from .errors import SimulationError
 from .fmu_files import unpack
 from .instance import Instance
+from .iteration import Settling
 from .points import PointInstances
 from .ports import Port
 from .runs import Run, write_run
@@ -43,9 +45,6 @@ from .system import System
 from .wiring import Wiring
 
 MODES = ("gauss_seidel", "jacobi", "iterated")
-#: The iterated mode stops when the values of every connection change by less than this share of their largest.
-ITERATION_TOLERANCE = 1e-8
-MAX_ITERATIONS = 50
 
 Progress = Callable[[float], None]
 AnyInstance: TypeAlias = Instance | PointInstances
@@ -71,28 +70,40 @@ class Master:
         What to run.
     mode : {"gauss_seidel", "jacobi", "iterated"}
         How the components exchange values.
+    tolerance : float
+        Mode ``iterated``: repetitions agree when the values of every connection change by less than this
+        share of their largest.
 
     Raises
     ------
     InputError
-        Unknown mode, or a set-up that does not hold (all problems at once).
+        Unknown mode, a tolerance that is not between 0 and 1, a component that cannot save its state where
+        the mode needs it, or a set-up that does not hold (all problems at once).
     """
 
-    def __init__(self, system: System, mode: str = "gauss_seidel") -> None:
+    def __init__(
+        self, system: System, mode: str = "gauss_seidel", tolerance: float = iteration.TOLERANCE
+    ) -> None:
         if mode not in MODES:
             raise unknown_name("mode", mode, MODES)
+        if not 0.0 < tolerance < 1.0:
+            raise InputError(f"tolerance = {tolerance!r}, allowed: more than 0 and less than 1")
+        self.tolerance = tolerance
         self.system = system
         self.mode = mode
         self.wiring = Wiring.of(system)
         if mode == "iterated":
-            for name, description in self.wiring.descriptions.items():
-                if not description.state_can_be_saved:
-                    raise InputError(
-                        f"{system.source}: component {name!r} cannot save its state; mode 'iterated' needs that, "
-                        "allowed for it: gauss_seidel, jacobi"
-                    )
+            stuck = [n for n, d in self.wiring.descriptions.items() if not d.state_can_be_saved]
+            if stuck:
+                raise InputError(
+                    f"{system.source}: component {', '.join(map(repr, stuck))} cannot save its state "
+                    "(canGetAndSetFMUstate / canGetAndSetFMUState is not true); mode 'iterated' needs that, "
+                    "allowed for it: gauss_seidel, jacobi"
+                )
         self._log: list[str] = []
         self._iterations: list[int] = []
+        self._changes: list[float] = []
+        self._settling: Settling | None = None
         self._failure: SimulationError | None = None
         #: Wall time of the stepping loop of the last run [s], without loading and writing.
         self.loop_seconds = 0.0
@@ -119,7 +130,7 @@ class Master:
         SimulationError
             A component failed; the message says which, when and why, and what is kept.
         """
-        self._log, self._iterations, self._failure = [], [], None
+        self._log, self._iterations, self._changes, self._failure = [], [], [], None
         began = time.perf_counter()
         # Binaries cannot be deleted while they are mapped on some platforms: folders go after the instances.
         work = Path(tempfile.mkdtemp(prefix="tribofmu-"))
@@ -242,32 +253,39 @@ class Master:
         now: float,
         size: float,
     ) -> None:
-        saved = {name: instance.save_state() for name, instance in instances.items()}
-        try:
-            transfers = [t for found in incoming.values() for t in found]
-            previous = [outputs[t.source].values[t.rows].copy() for t in transfers]
-            for iteration in range(1, MAX_ITERATIONS + 1):
-                if iteration > 1:
-                    for name, instance in instances.items():
-                        instance.restore_state(saved[name])
-                _gauss_seidel(instances, order, incoming, inputs, outputs, now, size)
-                values = [outputs[t.source].values[t.rows].copy() for t in transfers]
-                settled = all(_agree(a, b) for a, b in zip(values, previous))
-                previous = values
-                if iteration > 1 and settled:
-                    self._iterations.append(iteration)
-                    return
-        finally:
+        if self._settling is None or self._settling.outputs is not outputs:
+            self._settling = Settling(self.wiring.links, outputs, self.tolerance)
+        settling = self._settling
+        with ExitStack() as stack:
+            saved = {}
             for name, instance in instances.items():
-                instance.free_state(saved[name])
+                saved[name] = instance.save_state(now)
+                stack.callback(instance.free_state, saved[name])
+            settling.begin()
+            while settling.repetitions < iteration.MOST_REPETITIONS:
+                if settling.repetitions:
+                    for name, instance in instances.items():
+                        instance.restore_state(saved[name], now)
+                    settling.pass_on()
+                _gauss_seidel(instances, order, incoming, inputs, outputs, now, size)
+                if settling.settled():
+                    self._iterations.append(settling.repetitions)
+                    self._changes.append(settling.change)
+                    return
         raise SimulationError(
-            f"the iteration at t = {now:g} s did not converge in {MAX_ITERATIONS} repetitions; use the mode 'gauss_seidel'"
+            f"the step at t = {now:g} s did not converge in {settling.repetitions} repetitions: {settling.where} still "
+            f"changes by {100 * settling.change:.2g} %; use a smaller communication step or the mode 'gauss_seidel'"
         )
 
     @property
     def iterations(self) -> list[int]:
         """Repetitions of each step of the last run in the mode ``iterated``."""
         return list(self._iterations)
+
+    @property
+    def changes(self) -> list[float]:
+        """Largest relative change of a connection in the last repetition of each of these steps."""
+        return list(self._changes)
 
 
 def _transfer(transfers: list[_Transfer], inputs: dict[str, Port], outputs: dict[str, Port]) -> None:
@@ -310,11 +328,6 @@ def _places(numbers: list[int]) -> _Index:
     if numbers == list(range(first, first + len(numbers))):
         return slice(first, first + len(numbers))
     return np.array(numbers, dtype=np.intp)
-
-
-def _agree(new: FloatArray, old: FloatArray) -> bool:
-    change = float(np.max(np.abs(new - old), initial=0.0))
-    return change <= ITERATION_TOLERANCE * max(float(np.max(np.abs(new), initial=0.0)), 1e-12)
 
 
 def _made(folder: Path) -> Path:

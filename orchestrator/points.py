@@ -121,14 +121,14 @@ class PointInstances:
             instance.read(read, now)
         outputs.values[found.order] = found.values
 
-    def save_state(self) -> Any:
+    def save_state(self, now: float = 0.0) -> Any:
         """Return handles to the states of all instances; give them to `free_state` in the end."""
-        return [instance.save_state() for instance in self.instances]
+        return [instance.save_state(now) for instance in self.instances]
 
-    def restore_state(self, state: Any) -> None:
+    def restore_state(self, state: Any, now: float = 0.0) -> None:
         """Go back to saved states."""
         for instance, one in zip(self.instances, state):
-            instance.restore_state(one)
+            instance.restore_state(one, now)
 
     def free_state(self, state: Any) -> None:
         """Give up saved states."""

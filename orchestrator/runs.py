@@ -205,8 +205,11 @@ def write_run(
     }
     if master.mode == "iterated":
         manifest["iterations"] = {
-            "mean": float(np.mean(master.iterations)),
-            "largest": max(master.iterations),
+            "mean": float(np.mean(master.iterations or [0])),
+            "largest": max(master.iterations, default=0),
+            "total": sum(master.iterations),
+            "largest_change": max(master.changes, default=0.0),
+            "tolerance": master.tolerance,
         }
     run = Run(folder, manifest, time, values, units)
     with atomic_folder(folder) as place:

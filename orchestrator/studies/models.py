@@ -1,0 +1,156 @@
+"""Jobs that train a friction model on a data set and pack it; several studies share their results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from friction_models.loads import InputError
+
+if TYPE_CHECKING:
+    from ..campaign import Job, JobResult
+
+#: The five advanced models, simplest first, and the two constants from the literature.
+ADVANCED = ("linear", "polynomial", "power_law", "gradient_boosting", "ffnn")
+CONSTANTS = (0.04, 0.08)
+#: Expected CPU time of training and packing [s], for estimates of a whole campaign.
+SECONDS = {"gradient_boosting": 5.0, "ffnn": 20.0}
+USUAL_SECONDS = 3.0
+#: Folder and file in the result of a job.
+MODEL, FMU = "model", "friction.fmu"
+
+
+def model_job(
+    family: str,
+    data: str | Path | None = None,
+    *,
+    name: str | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    tests: Sequence[str] | None = None,
+) -> Job:
+    """Return the job that trains one model.
+
+    Parameters
+    ----------
+    family : str
+        Name of a family; ``constant`` with ``parameters={"mu": 0.08}`` needs no data.
+    data : str or Path, optional
+        Name of the job whose folder holds the data set (its value ``dataset`` says in which folder), or
+        the ``points.csv`` (or Parquet) file of one, whose ``tests.csv`` and ``dataset.json`` lie beside it.
+    name : str, optional
+        Of the job; ``model-FAMILY-DATA`` by default.
+    parameters : mapping, optional
+        Of the family.
+    tests : sequence of str, optional
+        Train on these tests only; on those with the role ``train``, or on all where there is none, by default.
+    """
+    from ..campaign import Job
+
+    files: dict[str, Path] = {}
+    needs: tuple[str, ...] = ()
+    label = ""
+    if isinstance(data, Path):
+        files = data_files(data)
+        label = f"-{data.name if data.is_dir() else data.parent.name}"
+    elif data is not None:
+        needs, label = (data,), f"-{data}"
+    inputs: dict[str, Any] = {"family": family, "parameters": dict(parameters or {})}
+    if tests is not None:
+        inputs["tests"] = list(tests)
+    return Job(
+        name or f"model-{family}{label}",
+        "orchestrator.studies.models:train_model",
+        inputs,
+        files,
+        needs,
+        seconds=SECONDS.get(family, USUAL_SECONDS),
+    )
+
+
+def constant_job(mu: float) -> Job:
+    """Return the job that packs a constant coefficient of friction."""
+    return model_job("constant", name=f"model-constant-{mu:g}", parameters={"mu": mu})
+
+
+def data_files(data: Path) -> dict[str, Path]:
+    """Return the files of a data set by the names under which `train_model` looks for them.
+
+    Raises
+    ------
+    InputError
+        A folder without points.
+    """
+    if data.is_file():
+        return {"points": data}
+    found = {
+        key: data / file
+        for key, file in (("tests", "tests.csv"), ("info", "dataset.json"))
+        if (data / file).is_file()
+    }
+    for file in ("points.csv", "points.parquet"):
+        if (data / file).is_file():
+            return {"points": data / file} | found
+    raise InputError(f"{data}: no data set (points.csv is missing), allowed: a folder or a file with points")
+
+
+def load_data(files: Mapping[str, Path], needs: Mapping[str, JobResult]) -> Any:
+    """Return the data set that a job was given: by files, or as the result of another job."""
+    from friction_models.loads import DataSet
+
+    if "points" in files:
+        points = files["points"]
+        if "tests" in files and files["tests"].parent == points.parent:
+            return DataSet.load(points.parent)
+        return DataSet.load(points, files.get("tests"))
+    (result,) = needs.values()
+    return DataSet.load(result.folder / str(result.values.get("dataset", "dataset")))
+
+
+def train_model(
+    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
+) -> dict[str, Any]:
+    """Train, measure on held-out tests, save and pack one model; the function of `model_job`.
+
+    Returns
+    -------
+    dict
+        ``family``, ``model`` and ``fmu`` (names in `folder`; an FMU of FMI 3.0 whose arrays take the number of
+        contact points), ``domain``, ``points`` and ``tests`` trained on, ``mae_test`` and ``rmse_test`` (None without
+        held-out tests), ``synthetic``.
+    """
+    from fmus import pack
+    from friction_models.registry import make_model
+    from friction_models.training import error_measures
+
+    family = str(inputs["family"])
+    model: Any = make_model(family, **inputs.get("parameters", {}))
+    facts: dict[str, Any] = {"points": 0, "tests": 0, "mae_test": None, "rmse_test": None, "synthetic": False}
+    if files or needs:
+        data = load_data(files, needs)
+        training = data.select("train")
+        if not len(training.points):
+            training = data
+        points = training.points
+        if "tests" in inputs:
+            points = points[points["test_id"].isin(inputs["tests"])].reset_index(drop=True)
+            if not len(points):
+                raise InputError(
+                    f"{family}: none of the tests {inputs['tests'][:5]} is in the data, allowed: some of them"
+                )
+        model.fit_frame(points, training.tests, data.info)
+        facts |= {
+            "points": len(points),
+            "tests": int(points["test_id"].nunique()),
+            "synthetic": bool(data.synthetic),
+        }
+        test = data.select("test")
+        if len(test.points):
+            measures = error_measures(
+                test.points["mu"].to_numpy(), model.predict_frame(test.points, test.tests)
+            )
+            model.record_errors("test", measures)
+            facts |= {"mae_test": measures["mae"], "rmse_test": measures["rmse"]}
+    model.save(folder / MODEL)
+    pack(model, folder / FMU, fmi="3.0")
+    return {"family": family, "model": MODEL, "fmu": FMU, "domain": model.domain.to_dict(), **facts}

@@ -1,0 +1,104 @@
+"""The iterated mode where repetitions swing, are noisy, do not agree, or cannot be made."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from friction_models.loads import InputError
+from orchestrator import Master, SimulationError, System
+from orchestrator.iteration import DAMPED_AFTER, PATIENCE, Settling
+from orchestrator.ports import Port
+from orchestrator.wiring import Wiring
+from tests.orchestrator import tiny_fmus
+from tests.orchestrator.tiny_fmus import system_content
+
+H, OFFSET = 0.1, 0.1
+
+
+@pytest.fixture(scope="module")
+def swinging(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Friction that falls steeply with the load: the second point swings to twice the other side."""
+    return tiny_fmus.law(tmp_path_factory.mktemp("swinging"), "SwingingLaw", slope=-10.0)
+
+
+def test_a_step_that_swings_is_damped(swinging: Path, tiny: dict[str, Path], tmp_path: Path) -> None:
+    system = System.from_dict(system_content(swinging, tiny["process"], stop_time=0.2))
+    master = Master(system, mode="iterated")
+    run = master.run(tmp_path / "run")
+    gain = np.array([1.0, 2.0]) * H
+    loads = [np.ones(2)]
+    for _ in range(2):
+        loads.append((loads[-1] + gain * OFFSET) / (1.0 + 10.0 * gain))
+    np.testing.assert_allclose(run["forming.load"], loads, rtol=1e-6)
+    assert min(master.iterations) > DAMPED_AFTER
+    made = run.manifest["iterations"]
+    assert made["total"] == sum(master.iterations) and made["largest_change"] <= made["tolerance"] == 1e-8
+
+
+def test_a_wider_tolerance_needs_fewer_repetitions(tiny: dict[str, Path], tmp_path: Path) -> None:
+    system = System.from_dict(system_content(tiny["law"], tiny["process"], stop_time=0.2))
+    masters = [Master(system, "iterated", tolerance=t) for t in (1e-3, 1e-10)]
+    runs = [m.run(tmp_path / str(k)) for k, m in enumerate(masters)]
+    assert sum(masters[0].iterations) < sum(masters[1].iterations)
+    assert max(masters[1].changes) <= 1e-10 < max(masters[0].changes) <= 1e-3
+    np.testing.assert_allclose(runs[0]["forming.load"], runs[1]["forming.load"], rtol=1e-3)
+    with pytest.raises(InputError, match=r"tolerance = 0\.0, allowed: more than 0"):
+        Master(system, "iterated", tolerance=0.0)
+
+
+def test_repetitions_that_never_agree_are_reported(tiny: dict[str, Path], tmp_path: Path) -> None:
+    steep = tiny_fmus.law(tmp_path, "SteepLaw", slope=-20.0)
+    system = System.from_dict(system_content(steep, tiny["process"]))
+    with pytest.raises(
+        SimulationError,
+        match=r"step at t = 0 s did not converge in 50 repetitions: \w+\.\w+ -> \w+\.\w+ still changes by .* %",
+    ):
+        Master(system, "iterated").run(tmp_path / "run")
+
+
+def test_an_fmu_without_states_is_named(tiny: dict[str, Path], tmp_path: Path) -> None:
+    with zipfile.ZipFile(tiny["process"]) as source, zipfile.ZipFile(tmp_path / "p.fmu", "w") as target:
+        for item in source.infolist():
+            data = source.read(item)
+            if item.filename == "modelDescription.xml":
+                assert b'canGetAndSetFMUstate="true"' in data
+                data = data.replace(b'canGetAndSetFMUstate="true"', b'canGetAndSetFMUstate="false"')
+            target.writestr(item, data)
+    system = System.from_dict(system_content(tiny["law"], tmp_path / "p.fmu"))
+    with pytest.raises(
+        InputError, match=r"component 'forming' cannot save its state.*allowed for it: gauss_seidel"
+    ):
+        Master(system, mode="iterated")
+    Master(system)
+
+
+def settling(tiny: dict[str, Path]) -> tuple[Settling, Port]:
+    wiring = Wiring.of(System.from_dict(system_content(tiny["law"], tiny["process"])))
+    outputs = {}
+    for link in wiring.links:
+        outputs[link.source] = Port(link.sources)
+    return Settling(wiring.links, outputs), outputs["forming"]
+
+
+def test_what_a_solver_cannot_resolve_counts_as_agreement(tiny: dict[str, Path]) -> None:
+    follows, loads = settling(tiny)
+    follows.begin()
+    for repetition in range(1, 30):
+        # The solver stops somewhere within 1e-6 of the solution.
+        loads.values[:] = 100.0 * (1.0 + 1e-6 * (-1) ** repetition)
+        if follows.settled():
+            break
+    assert 2 + PATIENCE <= repetition < 2 + 2 * PATIENCE
+    assert follows.change == pytest.approx(2e-6, rel=1e-3) and follows.where.startswith("forming.load -> ")
+
+
+def test_a_coarse_swing_does_not_count_as_agreement(tiny: dict[str, Path]) -> None:
+    follows, loads = settling(tiny)
+    follows.begin()
+    for repetition in range(1, 30):
+        loads.values[:] = 100.0 * (1.0 + 1e-3 * (-1) ** repetition)
+        assert not follows.settled()
