@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+import pandas as pd
+
 VERDICTS = ("explained", "ambiguous", "unknown_structure", "nothing_missing", "data_problem", "out_of_domain")
 
 
@@ -44,11 +46,18 @@ class Diagnosis:
     model : str
         The base.
     bias : list of dict
-        Binned residual against each load: ``load``, ``low``, ``high``, ``bias``, ``interval``, ``tests``.
+        Binned residual against each load: ``load``, ``low``, ``high``, ``bias``, ``interval``, ``tests``; where
+        effects are named also ``after`` and ``after_interval`` with them.
     parameters : dict
         Fitted parameters of the effects named, with units.
     synthetic : bool
         Whether the data says of itself that it is synthetic (``data.attrs["synthetic"]``).
+    threshold : float
+        Gain from which on an effect stands out among all of the catalogue.
+    averages : pandas.DataFrame
+        What was judged: a row for each bin of the distance of each test, with ``test_id``, ``points``, the loads that
+        the data hold, metadata that the effects named need, measured ``mu``, what the base leaves of it (``before``), what base and effects
+        leave (``after``), and for each effect named its share of mu (``effect NAME``).
     """
 
     verdict: str
@@ -68,6 +77,8 @@ class Diagnosis:
     bias: list[dict[str, Any]] = field(default_factory=list)
     parameters: dict[str, dict[str, Any]] = field(default_factory=dict)
     synthetic: bool = False
+    threshold: float = float("nan")
+    averages: pd.DataFrame = field(default_factory=pd.DataFrame, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
         """Return what ``diagnose --json`` writes."""

@@ -27,7 +27,7 @@ from .noise_floor import NoiseFloor, independent_columns
 from .scan import Fit
 from .significance import stays_first
 from .structure import Structure, find_structure, spline_columns
-from .summaries import base_residual, binned_bias, unrecorded_factor, weighted_rms, worst_tests
+from .summaries import averages, base_residual, binned_bias, unrecorded_factor, weighted_rms, worst_tests
 from .verdict import LEAST_SHARE, LEVEL, Evidence, decide
 from .wording import sentence
 
@@ -274,8 +274,10 @@ def _assemble(
         next_tests=propose(campaign, found, rivals, mu, base),
         warnings=warnings,
         model=base.name,
-        bias=binned_bias(campaign, residual),
+        bias=binned_bias(campaign, residual, residual - moved if names else None),
         parameters={f.name: _parameters(f) for f in chosen} if named else {},
+        threshold=float(np.quantile(found.null, 1.0 - LEVEL)),
+        averages=averages(campaign, residual, residual - moved, chosen if names else ()),
     )
 
 

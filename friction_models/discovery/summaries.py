@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
+import pandas as pd
 
 from ..loads import LOAD_NAMES, FloatArray
 from .analysis import Round
 from .binning import Campaign
+from .scan import Fit
 
 BIAS_BINS = 6
 
@@ -34,43 +38,79 @@ def worst_tests(campaign: Campaign, residual: FloatArray, most: int = 10) -> lis
     return [{"test_id": campaign.tests[k], "rms": float(rms[k])} for k in order]
 
 
-def binned_bias(campaign: Campaign, residual: FloatArray) -> list[dict[str, Any]]:
+def averages(
+    campaign: Campaign, before: FloatArray, after: FloatArray, chosen: Sequence[Fit] = ()
+) -> pd.DataFrame:
+    """Return the bins as a table: what `Diagnosis.averages` holds."""
+    columns: dict[str, Any] = {
+        "test_id": np.array(campaign.tests)[campaign.test],
+        "points": campaign.count.astype(int),
+    }
+    loads = {n: getattr(campaign.loads, n) for n in LOAD_NAMES if n not in campaign.absent}
+    columns |= {n: campaign.average(v) for n, v in loads.items()}
+    needed = dict.fromkeys(n for fit in chosen for n in fit.prepared.candidate.effect.metadata)
+    columns |= {n: campaign.average(campaign.system[n][:, 0]) for n in needed if n not in columns}
+    columns |= {"mu": campaign.average(campaign.mu), "before": before, "after": after}
+    columns |= {f"effect {fit.name}": fit.binned for fit in chosen}
+    return pd.DataFrame(columns)
+
+
+def load_bins(values: FloatArray, most: int = BIAS_BINS) -> npt.NDArray[np.intp]:
+    """Return the bin of each value: quantiles, those that practically coincide (levels of a plan) as one."""
+    ordered = np.sort(values)
+    inner: list[float] = []
+    for edge in np.quantile(ordered, np.linspace(0.0, 1.0, most + 1))[1:-1]:
+        # a cut lies in the widest gap near the quantile, so that a level of a plan is not cut in two
+        near = max(0.1 * abs(edge), 0.02 * float(np.ptp(ordered)))
+        first = max(int(np.searchsorted(ordered, edge - near)) - 1, 0)
+        last = int(np.searchsorted(ordered, edge + near, side="right"))
+        part = ordered[first : last + 1]
+        k = int(np.argmax(np.diff(part))) if len(part) > 1 else 0
+        inner.append(0.5 * float(part[k] + part[min(k + 1, len(part) - 1)]))
+    cuts = np.unique(inner)
+    which = np.searchsorted(cuts, values, side="right")
+    return np.unique(which, return_inverse=True)[1].astype(np.intp)
+
+
+def clustered_mean(
+    residual: FloatArray, weight: FloatArray, test: npt.NDArray[np.intp], inside: npt.NDArray[np.bool_]
+) -> tuple[float, float, int]:
+    """Return mean, half of its 95 % interval over tests (NaN for one test), and the number of tests."""
+    tests = np.unique(test[inside])
+    totals = np.bincount(test[inside], weight[inside])[tests]
+    sums = np.bincount(test[inside], (weight * residual)[inside])[tests]
+    mean = float(sums.sum() / totals.sum())
+    if len(tests) < 2:
+        return mean, float("nan"), len(tests)
+    spread = np.sqrt(np.sum((sums - mean * totals) ** 2) * len(tests) / (len(tests) - 1)) / totals.sum()
+    return mean, float(_t_quantile(len(tests) - 1) * spread), len(tests)
+
+
+def binned_bias(
+    campaign: Campaign, residual: FloatArray, after: FloatArray | None = None
+) -> list[dict[str, Any]]:
     """Return the mean residual along each load that varies, with intervals that treat a test as the unit."""
     rows: list[dict[str, Any]] = []
     for name in LOAD_NAMES:
         if not campaign.varies(name):
             continue
         values = campaign.average(getattr(campaign.loads, name))
-        edges = np.unique(np.quantile(values, np.linspace(0, 1, BIAS_BINS + 1)))
-        which = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, max(len(edges) - 2, 0))
-        for k in range(max(len(edges) - 1, 1)):
+        which = load_bins(values)
+        for k in range(int(which.max()) + 1):
             inside = which == k
-            if not inside.any():
-                continue
-            tests = np.unique(campaign.test[inside])
-            totals = np.bincount(campaign.test[inside], campaign.count[inside], len(campaign.tests))[tests]
-            sums = np.bincount(
-                campaign.test[inside], (campaign.count * residual)[inside], len(campaign.tests)
-            )[tests]
-            mean = float(sums.sum() / totals.sum())
-            if len(tests) > 1:
-                spread = (
-                    np.sqrt(np.sum((sums - mean * totals) ** 2) * len(tests) / (len(tests) - 1))
-                    / totals.sum()
-                )
-                half = float(_t_quantile(len(tests) - 1) * spread)
-            else:
-                half = float("nan")
-            rows.append(
-                {
-                    "load": name,
-                    "low": float(values[inside].min()),
-                    "high": float(values[inside].max()),
-                    "bias": mean,
-                    "interval": [mean - half, mean + half],
-                    "tests": len(tests),
-                }
-            )
+            mean, half, tests = clustered_mean(residual, campaign.count, campaign.test, inside)
+            row = {
+                "load": name,
+                "low": float(values[inside].min()),
+                "high": float(values[inside].max()),
+                "bias": mean,
+                "interval": [mean - half, mean + half],
+                "tests": tests,
+            }
+            if after is not None:
+                mean, half, _ = clustered_mean(after, campaign.count, campaign.test, inside)
+                row |= {"after": mean, "after_interval": [mean - half, mean + half]}
+            rows.append(row)
     return rows
 
 

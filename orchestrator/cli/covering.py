@@ -46,6 +46,7 @@ def coverage(
     from ..contact_history import ContactHistory
     from ..coverage import coverage as compare
     from ..coverage_tests import Rig, propose_tests
+    from ..plan_file import write_plan
     from ..runs import Run
 
     if (run is None) == (history is None):
@@ -71,14 +72,11 @@ def coverage(
     if json is not None:
         write_result(json, found.to_dict())
     if plan is not None:
-        import pandas as pd
-
         if not found.proposals:
             say("no plan written: no test is proposed")
         else:
-            rows = [row for p in found.proposals for row in p["plan"]]
-            write_text(plan, pd.DataFrame(rows).to_csv(index=False, lineterminator="\n"))
-            say(f"written: {plan}")
+            write_plan(plan, [row for p in found.proposals for row in p["plan"]], "cover")
+            say(f"written: {plan} (run it: tribofmu lab --plan {plan} ...)")
     if report is not None:
         from ..report.coverage_page import coverage_page
 

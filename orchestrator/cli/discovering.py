@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from . import comparing
 from .console import say, write_result
 from .options import Data, Json, OutFolder, Tests, any_model, read_data
 
@@ -22,6 +21,9 @@ def diagnose(
     seed: Annotated[int, typer.Option(help="Seed of the bootstrap.")] = 0,
     json: Json = None,
     report: Annotated[Path | None, typer.Option(help="Also write an HTML report.")] = None,
+    plan: Annotated[
+        Path | None, typer.Option(help="Also write the proposed tests as a plan (CSV, one row a test).")
+    ] = None,
 ) -> None:
     """Say which physical effect the model is missing: or that nothing is, or that the data cannot tell."""
     from friction_models.discovery import diagnose as search
@@ -38,6 +40,23 @@ def diagnose(
 
         write_diagnosis_report(report, friction, part, result, label=model)
         say(f"report written: {report}")
+    if plan is not None:
+        _write_plan(plan, result.next_tests)
+
+
+def _write_plan(plan: Path, next_tests: list[dict[str, Any]]) -> None:
+    from friction_models.discovery.next_tests import plan_rows
+
+    from ..plan_file import missing_settings, write_plan
+
+    rows = plan_rows(next_tests)
+    if not rows:
+        say("no plan written: there are no rivals that a further test would tell apart")
+        return
+    write_plan(plan, rows)
+    absent = missing_settings(rows)
+    todo = f"; fill in {', '.join(absent)} first: the data do not hold them" if absent else ""
+    say(f"plan written: {plan} ({len(rows)} tests{todo})")
 
 
 def refine(
@@ -110,7 +129,6 @@ def read_some_loads(data: Path, tests: Path | None) -> tuple[DataSet, list[str]]
 
 def add_commands(app: typer.Typer) -> None:
     """Register the commands of this file."""
-    comparing.add_commands(app)
     app.command(epilog="Example: tribofmu diagnose --data data --model models/linear --json diagnosis.json")(
         diagnose
     )
