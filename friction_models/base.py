@@ -14,6 +14,7 @@ import pandas as pd
 from sklearn.base import BaseEstimator
 
 from .domain import Domain
+from .intervals import LEVEL, PredictionInterval
 from .loads import MU, FloatArray, InputError, TriboLoads, check_column, missing_column, unknown_name
 from .ops import LoadColumns, NumpyOps, Ops, Value
 from .training.measures import error_measures
@@ -51,6 +52,8 @@ class FrictionModel(BaseEstimator):
         What it was trained on: counts, tests, versions.
     errors_ : dict
         Error measures by the name of the split (``train``, ``test``, ...).
+    interval_ : PredictionInterval
+        After `calibrate`.
     """
 
     family: ClassVar[str] = ""
@@ -143,6 +146,14 @@ class FrictionModel(BaseEstimator):
         InputError
             No points, unequal lengths, values outside the physical limits, a bad parameter.
         """
+        points, target, tests = self._checked(loads, mu, groups)
+        self._fit(points, target, tests)
+        return self._record_fit(points, target, tests)
+
+    def _checked(
+        self, loads: LoadsLike, mu: npt.ArrayLike, groups: npt.ArrayLike | None
+    ) -> tuple[TriboLoads, FloatArray, Groups]:
+        """Return checked loads, mu and the test of each point; see `fit`."""
         points = as_loads(loads)
         target = check_column(np.asarray(mu), MU, "mu")
         if len(points) == 0 or len(points) != len(target):
@@ -152,11 +163,15 @@ class FrictionModel(BaseEstimator):
         tests: Groups = points.test_id if groups is None else np.asarray(groups).astype(str)
         if tests is not None and len(tests) != len(target):
             raise InputError(f"fit: {len(tests)} groups for {len(target)} points; allowed: one a point")
-        self.training_: dict[str, Any] = self._training_facts(len(target), tests)
-        self._fit(points, target, tests)
+        return points, target, tests
+
+    def _record_fit(self, points: TriboLoads, mu: FloatArray, tests: Groups) -> Self:
+        """Note what the model has just been fitted to: facts, domain, training error; an interval is gone."""
+        self.training_: dict[str, Any] = self._training_facts(len(mu), tests)
         self.domain_ = Domain.of(points.as_array())
         self.errors_: dict[str, dict[str, float]] = {}
-        self.record_errors("train", error_measures(target, self.predict(points), tests))
+        self.__dict__.pop("interval_", None)
+        self.record_errors("train", error_measures(mu, self.predict(points), tests))
         return self
 
     def fit_frame(
@@ -190,6 +205,80 @@ class FrictionModel(BaseEstimator):
     def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
         """Return mu for a table with the columns of the contract (mu itself is not needed)."""
         return self.predict(TriboLoads.from_frame(data, tests))
+
+    # --- how far a measurement may lie from the model -------------------------------------------------
+
+    @property
+    def interval(self) -> PredictionInterval | None:
+        """The calibrated prediction interval, None without one."""
+        return getattr(self, "interval_", None)
+
+    def calibrate(
+        self,
+        loads: LoadsLike,
+        mu: npt.ArrayLike,
+        groups: npt.ArrayLike | None = None,
+        level: float = LEVEL,
+        seed: int = 0,
+    ) -> Self:
+        """Give a fitted model its prediction interval, from the data it was fitted to.
+
+        Parameters
+        ----------
+        loads, mu, groups
+            As in `fit`; the tests must be known, at least four.
+        level : float
+            Share of the points of new tests that the interval is to hold, 0.5 to 0.999.
+        seed : int
+            Of the folds.
+
+        Raises
+        ------
+        InputError
+            The model is not fitted, the tests are not known or too few, a fold cannot be fitted.
+        """
+        from .calibration import calibrate
+
+        self.require_fitted()
+        points, target, tests = self._checked(loads, mu, groups)
+        self.interval_ = calibrate(self, points, target, tests, level, seed=seed)
+        return self
+
+    def left_out(
+        self, loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_], folds: int, seed: int
+    ) -> tuple[FloatArray, str]:
+        """Return mu of points predicted without their tests, shape (n,), NaN where there is none; and how, in words.
+
+        The points are those the model was fitted to. A family that leaves tests out while it trains overrides this.
+        """
+        from .calibration import folds_of
+
+        return folds_of(self, loads, mu, groups, folds, seed)
+
+    def predict_interval(self, loads: LoadsLike, level: float | None = None) -> tuple[FloatArray, FloatArray]:
+        """Return the lower and upper bound of mu of a new test at `loads`, each of shape (n,).
+
+        Never negative; outside the trained domain the interval widens, but promises no coverage.
+
+        Raises
+        ------
+        InputError
+            The model has no interval, or a level outside 0.5 to 0.999.
+        """
+        points = as_loads(loads)
+        mu = self.predict(points)
+        if self.interval is None:
+            raise InputError(f"the {self.name} model has no prediction interval; call calibrate first")
+        margin = self.interval.margins(points.as_array(), self.domain, level)
+        return np.maximum(mu - margin, 0.0), mu + margin
+
+    def predict_interval_frame(
+        self, data: pd.DataFrame, tests: pd.DataFrame | None = None, level: float | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the bounds of `predict_interval` for a table with the columns of the contract."""
+        return self.predict_interval(TriboLoads.from_frame(data, tests), level)
+
+    # --- words and files ------------------------------------------------------------------------------
 
     @property
     def is_fitted(self) -> bool:
@@ -264,6 +353,8 @@ class FrictionModel(BaseEstimator):
             "training": getattr(self, "training_", {}),
             "errors": getattr(self, "errors_", {}),
         }
+        if self.interval is not None:
+            content["interval"] = self.interval.to_dict()
         return content, arrays
 
     @classmethod
@@ -280,11 +371,17 @@ class FrictionModel(BaseEstimator):
             if name not in cls._get_param_names():
                 raise unknown_name("parameter", name, cls._get_param_names(), cls.family)
         model = cls(**params)
-        model._restore(content["learned"], arrays)
-        model.domain_ = Domain.from_dict(content["domain"])
-        model.training_ = dict(content.get("training", {}))
-        model.errors_ = {str(k): dict(v) for k, v in content.get("errors", {}).items()}
-        return model
+        return model._restored(content, arrays)
+
+    def _restored(self, content: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Self:
+        """Take back what `parts` returned."""
+        self._restore(content["learned"], arrays)
+        self.domain_ = Domain.from_dict(content["domain"])
+        self.training_ = dict(content.get("training", {}))
+        self.errors_ = {str(k): dict(v) for k, v in content.get("errors", {}).items()}
+        if content.get("interval") is not None:
+            self.interval_ = PredictionInterval.from_dict(content["interval"])
+        return self
 
     def _plain_params(self) -> dict[str, Any]:
         """Return the constructor's parameters as JSON holds them."""

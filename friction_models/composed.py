@@ -11,7 +11,6 @@ import pandas as pd
 from sklearn.base import clone
 
 from .base import FrictionModel, Groups, LoadsLike, as_loads
-from .domain import Domain
 from .effects import make_effect
 from .effects.base import Effect, Memory
 from .loads import FloatArray, InputError, TriboLoads
@@ -266,11 +265,7 @@ class ComposedFriction(FrictionModel):
             effect = make_effect(str(entry["name"]))
             effects.append(type(effect)(**{str(k): float(v) for k, v in entry["fixed"].items()}))
         model = cls(base, effects)
-        model._restore(content["learned"], arrays)
-        model.domain_ = Domain.from_dict(content["domain"])
-        model.training_ = dict(content.get("training", {}))
-        model.errors_ = {str(k): dict(v) for k, v in content.get("errors", {}).items()}
-        return model
+        return model._restored(content, arrays)
 
 
 def _checked(effect: Effect, values: Mapping[str, Any], names: list[str]) -> dict[str, float]:

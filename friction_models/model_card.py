@@ -49,13 +49,46 @@ def build_card(model: FrictionModel) -> dict[str, Any]:
         "states": [s.to_dict() for s in model.states],
         "system_variables": [s.to_dict() for s in model.system_variables],
         "versions": dict(training.get("versions", versions())),
-    }
+    } | ({} if model.interval is None else {"interval": model.interval.summary()})
 
 
 def _labels(variable: Mapping[str, Any]) -> str:
     """Say which number stands for which label; empty for a number."""
     shown = ", ".join(f"{k} = {label}" for k, label in enumerate(variable.get("labels", ())))
     return f"; {shown}, any other number: none of these" if shown else ""
+
+
+def _interval_lines(interval: Mapping[str, Any]) -> list[str]:
+    """Return the section on the prediction interval."""
+    how = {
+        "conformal": "quantile of the errors, every test counted alike, corrected for one test more",
+        "student": "Student's t over the tests, which are too few for a quantile",
+    }
+    slopes = ", ".join(f"{name} {value:+.4g}" for name, value in interval["slopes"].items() if value)
+    lines = [
+        *("", "## Prediction interval", ""),
+        f"Holds {interval['level']:.0%} of the points of new tests: mu +- margin, cut at 0.",
+        "",
+        f"- From the errors of {interval['tests']} whole tests ({interval['points']} points): {interval['source']}",
+        f"- Method: {interval['method']} ({how.get(interval['method'], 'not recorded')})",
+        f"- Margin: exp({interval['constant']:.4g}{' + slopes' if slopes else ''}) x {interval['factor']:.4g}",
+        f"- Slopes: {slopes or 'none, the margin is the same everywhere in the domain'}",
+        "- Outside the domain: the margin at the nearest point of the domain, times (1 + distance); no coverage is promised",
+    ]
+    if interval["coverage"]:
+        lines += [
+            *(
+                "",
+                "| tests | expected | within (each test alike) | 95 % interval of it | worst test | mean width | tests |",
+            ),
+            "|---|---|---|---|---|---|---|",
+        ]
+    for role, c in interval["coverage"].items():
+        lines.append(
+            f"| {role} | {c['expected']:.0%} | {c['share']:.1%} | {c['share_low']:.1%} to {c['share_high']:.1%} "
+            f"| {c['worst_test']:.0%} | {c['mean_width']:.4f} | {c['tests']:g} |"
+        )
+    return lines
 
 
 def card_text(card: Mapping[str, Any]) -> str:
@@ -93,6 +126,8 @@ def card_text(card: Mapping[str, Any]) -> str:
         ]
     else:
         lines.append("None recorded: the model was not fitted to data.")
+    if "interval" in card:
+        lines += _interval_lines(card["interval"])
     lines += ["", "## Domain", "", "| load | meaning | from | to | unit |", "|---|---|---|---|---|"]
     for q in LOADS:
         low, high = card["domain"][q.name]

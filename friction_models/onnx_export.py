@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .intervals import MARGIN
 from .loads import LOAD_NAMES, MU, atomic_path
 from .model_card import build_card, package_version
 from .onnx_graph import GraphBuilder, OnnxOps
@@ -25,7 +26,9 @@ def export(model: FrictionModel, path: str | os.PathLike[str]) -> Path:
 
     Inputs: `loads` [n, 5]; with system variables `system` [1, m]; with memory `state` [n, k] and
     `dt` [1] in s. Outputs: `mu` [n, 1]; with memory `state_next` [n, k] and, where all states obey an
-    ODE, `state_der` [n, k]. `mu` belongs to the states before the step.
+    ODE, `state_der` [n, k]. `mu` belongs to the states before the step. A model with a prediction interval
+    has one output more, last: `mu_margin` [n, 1]; at the interval's level mu of a new test lies between
+    ``max(mu - mu_margin, 0)`` and ``mu + mu_margin``.
 
     Raises
     ------
@@ -52,7 +55,7 @@ def build_onnx(model: FrictionModel) -> onnx.ModelProto:
         system = {v.name: x.column(values, j) for j, v in enumerate(variables)}
     if not states:
         graph.output(MU.name, x.relu(model.formula(x, columns, None, system)), ["n", 1])
-        return graph.build(model_metadata(model))
+        return _finished(graph, x, columns, model)
     state = graph.input("state", ["n", len(states)])
     dt = graph.input("dt", [1])
     held = [x.column(state, j) for j in range(len(states))]
@@ -62,6 +65,13 @@ def build_onnx(model: FrictionModel) -> onnx.ModelProto:
     graph.output("state_next", x.concat(following), ["n", len(states)])
     if derivative is not None:
         graph.output("state_der", x.concat(derivative), ["n", len(states)])
+    return _finished(graph, x, columns, model)
+
+
+def _finished(graph: GraphBuilder, x: OnnxOps, columns: LoadColumns, model: FrictionModel) -> onnx.ModelProto:
+    """Add the margin of the prediction interval, where the model has one, and the metadata."""
+    if model.interval is not None:
+        graph.output(MARGIN, model.interval.margin(x, columns, model.domain), ["n", 1])
     return graph.build(model_metadata(model))
 
 
@@ -77,6 +87,8 @@ def model_metadata(model: FrictionModel) -> dict[str, Any]:
         "tribofmu.domain": model.domain.to_dict(),
         "tribofmu.card": build_card(model),
     }
+    if model.interval is not None:
+        metadata["tribofmu.interval"] = {"level": model.interval.level, "method": model.interval.method()}
     if model.states:
         metadata["tribofmu.state"] = [s.to_dict() for s in model.states]
     if model.system_variables:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from .domain import Domain
+from .intervals import MARGIN
 from .loads import LOAD_NAMES, LOADS, FloatArray, InputError, TriboLoads
 from .loads.time_steps import rests, time_steps
 from .parameters import first_line
@@ -76,9 +77,9 @@ class OnnxModel:
         feed = self._feed(np.tile([q.nominal for q in LOADS], (2, 1)), None, None)
         if "dt" in self._session_inputs:
             feed["dt"] = np.full(1, 1e-3)
-        names = sorted(self._session_outputs & {"mu", "state_next", "state_der"})
+        names = sorted(self._session_outputs & {"mu", "state_next", "state_der", MARGIN})
         for name, result in zip(names, self._session.run(names, feed)):
-            columns = 1 if name == "mu" else len(self.states)
+            columns = 1 if name in {"mu", MARGIN} else len(self.states)
             if result.shape != (2, columns) or not np.isfinite(result).all():
                 raise InputError(
                     f"{self.path}: output {name!r} is {np.ravel(result)[:2]} of shape {result.shape} for two points at "
@@ -99,6 +100,29 @@ class OnnxModel:
         if "dt" in self._session_inputs:
             feed["dt"] = np.zeros(1)
         return self._session.run(["mu"], feed)[0][:, 0]
+
+    def predict_interval(
+        self,
+        loads: TriboLoads | npt.ArrayLike,
+        state: npt.ArrayLike | None = None,
+        system: npt.ArrayLike | None = None,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the lower and upper bound of mu of a new test, each of shape (n,), at the level of the file.
+
+        Raises
+        ------
+        InputError
+            The file holds no prediction interval, or shapes do not fit.
+        """
+        if MARGIN not in self._session_outputs:
+            raise InputError(
+                f"{self.path}: no prediction interval; allowed: a model with the output {MARGIN!r}"
+            )
+        feed = self._feed(loads, state, system)
+        if "dt" in self._session_inputs:
+            feed["dt"] = np.zeros(1)
+        mu, margin = self._session.run(["mu", MARGIN], feed)
+        return np.maximum(mu - margin, 0.0)[:, 0], (mu + margin)[:, 0]
 
     def step(
         self,

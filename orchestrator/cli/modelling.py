@@ -3,12 +3,31 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from .console import say, write_result
 from .options import Data, Json, OutFile, OutFolder, Tests, fitted_model, named_model, read_data
+
+if TYPE_CHECKING:
+    from friction_models.loads import DataSet
+
+
+Interval = Annotated[
+    bool,
+    typer.Option(
+        "--interval/--no-interval",
+        help="Calibrate a prediction interval for mu on tests left out (at least 4 tests).",
+    ),
+]
+Level = Annotated[
+    float | None,
+    typer.Option(
+        help="Share of the points of new tests that the prediction interval is to hold, 0.5 to 0.999 (default: that of "
+        "the model)."
+    ),
+]
 
 
 def train(
@@ -25,17 +44,38 @@ def train(
     parameters: Annotated[
         list[str] | None, typer.Option("--set", help="Parameter of the family, for example degree=2.")
     ] = None,
+    interval: Interval = True,
+    level: Annotated[
+        float, typer.Option(help="Share of the points of new tests that the prediction interval is to hold.")
+    ] = 0.95,
 ) -> None:
     """Train a friction model on the tests of the role `train` and save it with its model card."""
     model = named_model(family, parameters or [])
     dataset = read_data(data, tests)
     _refuse_empty(len(dataset.select("train").points), data)
+    from friction_models.intervals import check_level
     from friction_models.training import train as fit
 
+    check_level(level)
     result = fit(model, dataset)
+    said = add_interval(model, dataset, level) if interval else ""
     model.save(out)
     say(result.report())
+    if said:
+        say(said)
     say(f"model written: {out}")
+
+
+def add_interval(model: Any, dataset: DataSet, level: float = 0.95) -> str:
+    """Calibrate the prediction interval of a fitted model; return what to tell the user, also why there is none."""
+    from friction_models.calibration import add_interval as calibrate
+    from friction_models.calibration import report
+    from friction_models.loads import InputError
+
+    try:
+        return report(calibrate(model, dataset, level))
+    except InputError as error:
+        return f"no prediction interval: {error}\n"
 
 
 def evaluate(
@@ -43,15 +83,24 @@ def evaluate(
     data: Data,
     tests: Tests = None,
     json: Json = None,
+    level: Level = None,
 ) -> None:
-    """Show the errors of a model: overall, by role (train, test) and test by test."""
+    """Show the errors of a model: overall, by role (train, test) and test by test; and what its interval holds."""
     from friction_models import evaluate as measure
 
     friction = fitted_model(model)
-    result = measure(friction, read_data(data, tests), name=model)
+    dataset = read_data(data, tests)
+    _refuse_level(friction, model, level)
+    result = measure(friction, dataset, name=model)
     say(result.report())
+    content = {"data": str(data), **result.to_dict()}
+    if has_interval(friction):
+        from friction_models.calibration import coverage_text, measured_coverage
+
+        content["coverage"] = measured_coverage(friction, dataset, level)
+        say(coverage_text(content["coverage"]))
     if json is not None:
-        write_result(json, {"data": str(data), **result.to_dict()})
+        write_result(json, content)
 
 
 def predict(
@@ -59,21 +108,43 @@ def predict(
     data: Data,
     out: OutFile,
     tests: Tests = None,
+    level: Level = None,
 ) -> None:
-    """Write the points with a further column `mu_model` (CSV or Parquet by the suffix of the output)."""
+    """Write the points with the column `mu_model` and, from a model with a prediction interval, `mu_low` and `mu_high`.
+
+    The output is CSV or Parquet, by its suffix.
+    """
     from friction_models.loads import InputError, atomic_path
 
     if out.suffix not in {".csv", ".parquet"}:
         raise InputError(f"{out}: suffix {out.suffix!r}, allowed: .csv, .parquet")
     friction = fitted_model(model)
+    _refuse_level(friction, model, level)
     dataset = read_data(data, tests, need_mu=False)
     frame = dataset.points.assign(mu_model=friction.predict_frame(dataset.points, dataset.tests))
+    if has_interval(friction):
+        low, high = friction.predict_interval_frame(dataset.points, dataset.tests, level)
+        frame = frame.assign(mu_low=low, mu_high=high)
     with atomic_path(out) as temporary:
         if out.suffix == ".csv":
             frame.to_csv(temporary, index=False, lineterminator="\n")
         else:
             frame.to_parquet(temporary, index=False)
     say(f"written: {out} ({len(frame)} points)")
+
+
+def has_interval(model: Any) -> bool:
+    """Whether a model knows a prediction interval."""
+    return getattr(model, "interval", None) is not None
+
+
+def _refuse_level(model: Any, name: str, level: float | None) -> None:
+    if level is not None and not has_interval(model):
+        from friction_models.loads import InputError
+
+        raise InputError(
+            f"--level {level:g}: {name} has no prediction interval; allowed: a model trained with one (train --interval)"
+        )
 
 
 def _refuse_empty(points: int, data: Path) -> None:
