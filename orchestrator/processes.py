@@ -1,4 +1,4 @@
-"""Ready-made systems: forward rod extrusion with friction from an FMU."""
+"""Ready-made systems: a forming process with friction from an FMU."""
 
 from __future__ import annotations
 
@@ -25,6 +25,8 @@ def extrusion_system(
     name: str = "fre",
     synthetic: bool = False,
     provenance: Mapping[str, bool | int | float | str] | None = None,
+    step: float = STEP,
+    start: Mapping[str, bool | int | float | str] | None = None,
 ) -> System:
     """Return forward rod extrusion, friction first: the one-step lag of the paper's user subroutine.
 
@@ -35,20 +37,24 @@ def extrusion_system(
     forming : path-like
         Forming FMU (`fmus.pack_forming`).
     speed : float
-        Punch speed of the forming FMU [mm/s]; a communication step is `STEP` mm of stroke.
+        Punch speed of the forming FMU [mm/s].
     stroke : float
         Punch travel of the run [mm].
     name, synthetic, provenance
         Go into the manifest of the run.
+    step : float
+        Punch travel of one communication step [mm]; the stroke is rounded to whole steps.
+    start : mapping, optional
+        Start values of the friction FMU, such as ``clamp_to_domain``.
     """
-    step = STEP / speed
+    seconds = step / speed
     return System.from_dict(
         {
             "name": name,
-            "communication_step": step,
-            "stop_time": step * round(stroke / STEP),
+            "communication_step": seconds,
+            "stop_time": seconds * max(1, round(stroke / step)),
             "components": {
-                "friction": {"fmu": str(Path(friction).resolve())},
+                "friction": {"fmu": str(Path(friction).resolve()), "start": dict(start or {})},
                 "forming": {"fmu": str(Path(forming).resolve())},
             },
             "connections": [
