@@ -8,6 +8,7 @@ import typer
 
 from . import (
     attributing,
+    comparing,
     covering,
     discovering,
     fmus,
@@ -16,6 +17,7 @@ from . import (
     predicting_sct,
     showing,
     simulating,
+    studying,
     verifying,
 )
 
@@ -56,9 +58,11 @@ for module in (
     fmus,
     simulating,
     predicting_sct,
+    comparing,
     discovering,
     covering,
     attributing,
+    studying,
     verifying,
 ):
     module.add_commands(app)

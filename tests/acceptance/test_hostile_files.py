@@ -31,7 +31,7 @@ NO_FILES = {
     *("verify.only", "verify.json", "verify.out", "predict-sct.out", "predict-sct.only", "predict-sct.json"),
     *("predict-sct.parameters", "coverage.column", "coverage.rig", "coverage.json", "coverage.report"),
     *("coverage.plan", "attribute.causes", "attribute.runs", "attribute.json"),
-    *("lab.lubricant", "lab.file_format"),
+    *("lab.lubricant", "lab.file_format", "diagnose.plan", "refine.report", "attribute.report"),
 }  # fmt: skip
 #: Beside the sentence: progress before it, and the numbered list of a system with several mistakes.
 ALLOWED_LINES = re.compile(r"\w+: \d+/\d+ |  \d+\. ")
