@@ -91,6 +91,7 @@ def level_job(
     *,
     mode: str = "gauss_seidel",
     step: float | None = None,
+    tolerance: float | None = None,
     start: Mapping[str, Any] | None = None,
     keep: Literal["summary", "run"] = "summary",
     synthetic: bool = False,
@@ -107,6 +108,8 @@ def level_job(
         Friction FMU, or the name of the job that made it (its value ``fmu`` is the file in its folder).
     mode, step
         How the FMUs are coupled, and the stroke between two exchanges [mm].
+    tolerance : float, optional
+        Of the mode ``iterated``.
     start : mapping, optional
         Start values of the friction FMU.
     keep : {"summary", "run"}
@@ -126,6 +129,8 @@ def level_job(
         "start": dict(start or {}),
         "keep": keep,
     }
+    if tolerance is not None:
+        inputs["tolerance"] = tolerance
     if keep == "run":
         inputs |= {"synthetic": synthetic, "label": label}
     files = {"friction": friction} if isinstance(friction, Path) else {}
@@ -172,6 +177,7 @@ def simulate_level(inputs: Mapping[str, Any], friction: Path, folder: Path) -> R
     from fmus import pack_forming
 
     from ..fmu_files import describe
+    from ..iteration import TOLERANCE
     from ..master import Master
     from ..processes import extrusion_system
 
@@ -193,7 +199,8 @@ def simulate_level(inputs: Mapping[str, Any], friction: Path, folder: Path) -> R
     if not _has(describe(friction), "domain_distance"):
         system.record = [name for name in system.record or [] if name != "friction.domain_distance"]
     try:
-        return Master(system, mode=str(inputs["mode"])).run(folder)
+        tolerance = float(inputs.get("tolerance", TOLERANCE))
+        return Master(system, mode=str(inputs["mode"]), tolerance=tolerance).run(folder)
     finally:
         forming.unlink()
 
