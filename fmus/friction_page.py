@@ -9,7 +9,7 @@ from typing import Any
 from friction_models.loads import LOADS, MU
 
 from .documentation import card_json, cell, html
-from .interface import FrictionInterface
+from .interface import FrictionInterface, bounds
 from .native.platforms import PLATFORMS
 from .response_curves import legend, response_curves, short
 from .source import FrictionSource
@@ -131,6 +131,8 @@ def _variables(source: FrictionSource, interface: FrictionInterface, fmi: str) -
             "0 inside the trained domain; outside, how far, in units of the range of the load that is farthest out",
         )
     )
+    for bound, meaning in bounds(interface.interval):
+        rows.append(row(name(bound), "output", "1", meaning + ", never negative"))
     rows.append(
         row(name("in_domain", False), "output", "", "whether every point in contact is inside the domain")
     )
@@ -176,6 +178,12 @@ def _use(source: FrictionSource, interface: FrictionInterface, target: str, fmi:
             "Outside the trained domain <code>in_domain</code> becomes false and <code>domain_distance</code> grows. With "
             "<code>clamp_to_domain</code> = true mu is that of the nearest point of the domain; with false the law is "
             "extrapolated, at your own risk."
+        )
+    if interface.interval is not None:
+        points.append(
+            f"<code>mu_low</code> and <code>mu_high</code> hold {100.0 * interface.interval:g} % of the measured points of a "
+            "new test inside the trained domain. Outside of it they move apart with <code>domain_distance</code>, "
+            "but nothing was measured there."
         )
     points.append(
         "Values that are not finite are refused: the call returns an error, and the logged message names the "

@@ -158,13 +158,15 @@ class FrictionInterface:
 
     Value references of the Real variables of FMI 2.0 run through the names in groups of `nodes`: the five
     loads, `mu`, `domain_distance`, then the states; then the system variables, one each; then the
-    derivatives of the states, in groups again. FMI 3.0 is in `interface3`.
+    derivatives of the states, in groups again; last, where `interval` is the level of a prediction
+    interval, the groups `mu_low` and `mu_high`. FMI 3.0 is in `interface3`.
     """
 
     nodes: int = 1
     domain: dict[str, tuple[float, float]] = field(default_factory=dict)
     states: tuple[State, ...] = ()
     system: tuple[Parameter, ...] = ()
+    interval: float | None = None
 
     def names(self, name: str) -> list[str]:
         """Return the variable names of one quantity: ``[mu]``, or ``[mu[1], mu[2], ...]``."""
@@ -270,6 +272,17 @@ class FrictionInterface:
                     )
                 )
                 reference += 1
+        for bound, meaning in bounds(self.interval):
+            group(
+                bound,
+                "output",
+                MU.unit,
+                initial="calculated",
+                lower=0.0,
+                description=meaning,
+                depends=now_of,
+                initial_depends=initial_of,
+            )
         every_load = tuple(name for column in columns for name in column)
         result.append(
             Variable(
@@ -296,6 +309,14 @@ class FrictionInterface:
             )
         )
         return result
+
+
+def bounds(level: float | None) -> list[tuple[str, str]]:
+    """Return name and meaning of the bounds of the prediction interval; none without a level."""
+    if level is None:
+        return []
+    what = f"bound of the {100.0 * level:g} % prediction interval for mu of a new test"
+    return [("mu_low", f"lower {what}"), ("mu_high", f"upper {what}")]
 
 
 def vector(variables: Sequence[str], name: str) -> list[str]:

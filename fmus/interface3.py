@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from friction_models.loads import LOADS, MU
 
-from .interface import FrictionInterface, Variable
+from .interface import FrictionInterface, Variable, bounds
 
 #: Names that FMI 3.0 takes besides those of FMI 2.0.
 NAMES = ("time", "n", "domain_indicator")
@@ -16,7 +16,7 @@ def variables3(interface: FrictionInterface, ode: bool = False) -> list[Variable
     """Return the variables in file order.
 
     Value references: 0 is the time; then one a variable: the five loads, `mu`, `domain_distance`, the states, the
-    system variables, with `ode` the derivatives of the states; then `domain_indicator` (only present with
+    system variables, with `ode` the derivatives of the states, the bounds of a prediction interval; then `domain_indicator` (only present with
     a recorded domain), `in_domain`, `clamp_to_domain` and `n`.
 
     Parameters
@@ -104,6 +104,18 @@ def variables3(interface: FrictionInterface, ode: bool = False) -> list[Variable
             description=f"rate of {s.name}, 0 without contact",
             depends=now,
             initial_depends=first,
+            array=True,
+        )
+    for bound, meaning in bounds(interface.interval):
+        add(
+            bound,
+            "output",
+            initial="calculated",
+            unit=MU.unit,
+            lower=0.0,
+            description=meaning,
+            depends=(*now, "clamp_to_domain"),
+            initial_depends=(*first, "clamp_to_domain"),
             array=True,
         )
     indicator = Variable(

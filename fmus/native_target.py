@@ -96,6 +96,24 @@ def _capabilities(fmi: str, native: bool) -> tuple[dict[str, bool], dict[str, bo
     return common, {"canHandleVariableCommunicationStepSize": True, "canInterpolateInputs": False}, {}
 
 
+def without_interval(text: str) -> str:
+    """Leave out what only FMUs with a prediction interval need, so that the others carry no dead code.
+
+    In C this stands between ``#if TF_INTERVAL`` and ``#endif /* TF_INTERVAL */`` (what stands behind an ``#else``
+    stays), in Python between ``# <interval>`` and ``# </interval>``.
+    """
+    kept, inside = [], False
+    for line in text.splitlines(keepends=True):
+        mark = line.strip()
+        if mark in {"#if TF_INTERVAL", "# <interval>"}:
+            inside = True
+        elif mark in {"#endif /* TF_INTERVAL */", "# </interval>"} or (mark == "#else" and inside):
+            inside = False
+        elif not inside:
+            kept.append(line)
+    return "".join(kept)
+
+
 def native_files(
     source: FrictionSource,
     interface: FrictionInterface,
@@ -129,6 +147,8 @@ def native_files(
 
     folder = Path(__file__).parent / "native"
     texts = {n: (folder / n).read_text(encoding="utf-8") for n in (*_SHARED, *_OWN[fmi])}
+    if interface.interval is None:
+        texts = {n: without_interval(text) for n, text in texts.items()}
     main = _OWN[fmi][0]
     model = generate(source, interface)
     ode = "#define TF_ODE 1" in model

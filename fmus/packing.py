@@ -33,6 +33,7 @@ def pack(
     fmi: str = "2.0",
     platforms: Sequence[str] | None = None,
     spec: str | os.PathLike[str] | None = None,
+    interval: bool = False,
     **options: Any,
 ) -> Path:
     """Write a friction model as an FMU, or as sources or a table for codes that load no FMUs.
@@ -56,6 +57,8 @@ def pack(
         Platforms of a native FMU (`fmus.native.platforms`, or ``all``); this machine's by default.
     spec : path-like, optional
         YAML file that says what the columns of an ONNX file from elsewhere mean.
+    interval : bool
+        Whether the FMU has the outputs `mu_low` and `mu_high`: the bounds of the model's prediction interval.
     **options
         Of the targets of `fmus.exports`.
 
@@ -77,6 +80,10 @@ def pack(
     if isinstance(nodes, bool) or not isinstance(nodes, Integral) or not 1 <= nodes <= MAX_NODES:
         raise InputError(f"nodes = {nodes!r}, allowed: a whole number from 1 to {MAX_NODES}")
     if target in EXPORT_TARGETS:
+        if interval:
+            raise InputError(
+                f"interval: target {target!r} has no prediction interval; allowed: native, python"
+            )
         return _export(model, path, target, int(nodes), version, platforms, spec, options)
     if options:
         name = next(iter(options))
@@ -84,7 +91,7 @@ def pack(
     if Path(path).suffix != ".fmu":
         raise InputError(f"{path}: suffix {Path(path).suffix!r}, allowed: '.fmu'")
     source = read_source(model, spec=spec, target=target)
-    interface = source.interface(int(nodes))
+    interface = source.interface(int(nodes), bool(interval))
     _check_names(source)
     if target == "native":
         from .native_target import native_files
@@ -125,6 +132,7 @@ def _export(
 
 def _check_names(source: FrictionSource) -> None:
     taken = {q.name for q in LOADS} | {"mu", "domain_distance", "in_domain", "clamp_to_domain", *FMI3_NAMES}
+    taken |= {"mu_low", "mu_high"}
     for name in [s.name for s in source.states] + [p.name for p in source.system]:
         if name in taken or not re.fullmatch(r"[A-Za-z_]\w*", name, flags=re.ASCII):
             raise InputError(

@@ -21,7 +21,7 @@ def friction_files(source: FrictionSource, interface: FrictionInterface) -> dict
     It runs our graph (`resources/model.onnx`); a user's graph that has no translation is run as it is
     (`resources/original.onnx`), with the loads brought into its units and places.
     """
-    from .native_target import friction_description
+    from .native_target import friction_description, without_interval
     from .presentation import presentation_files
 
     reals = [v for v in interface.variables() if v.type == "Real"]
@@ -38,6 +38,8 @@ def friction_files(source: FrictionSource, interface: FrictionInterface) -> dict
         "system_start": [p.start for p in source.system],
     }
     script = (Path(__file__).parent / "slaves" / "friction_slave.py").read_text(encoding="utf-8")
+    if interface.interval is None:
+        script = without_interval(script)
     if source.foreign is not None:
         config["foreign"] = source.foreign
     resources = {"interface.json": (json.dumps(config) + "\n").encode()}

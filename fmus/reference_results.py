@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from lxml import etree
 
+from friction_models.intervals import MARGIN
 from friction_models.loads import LOADS, FloatArray, InputError
 
 from .interface import FrictionInterface
@@ -116,7 +117,7 @@ def reference_run(
     Returns
     -------
     dict of str to ndarray
-        `mu`, `domain_distance` and the states of shape (rows, points), `in_domain` of shape (rows, 1).
+        `mu` (its bounds, where the FMU has them), `domain_distance` and the states of shape (rows, points), `in_domain` of shape (rows, 1).
     """
     import onnxruntime
 
@@ -144,12 +145,17 @@ def reference_run(
             feed["dt"] = np.array([step])
         return np.asarray(session.run([name], feed)[0], dtype=float)
 
+    bounds = [] if interface.interval is None else ["mu_low", "mu_high"]
     found: dict[str, list[FloatArray]] = {
-        n: [] for n in ("mu", "domain_distance", *(s.name for s in interface.states), "in_domain")
+        n: [] for n in ("mu", *bounds, "domain_distance", *(s.name for s in interface.states), "in_domain")
     }
     for k, raw in enumerate(loads):
         row = np.clip(raw, *limits)
         found["mu"].append(np.maximum(run(mu_name, np.clip(row, *box), 0.0)[:, 0], 0.0))
+        if bounds:
+            margin = run(MARGIN, row, 0.0)[:, 0]
+            found["mu_low"].append(np.maximum(found["mu"][-1] - margin, 0.0))
+            found["mu_high"].append(found["mu"][-1] + margin)
         distance = (np.maximum(np.maximum(box[0] - raw, raw - box[1]), 0.0) / scale).max(axis=1)
         found["domain_distance"].append(distance)
         for j, s in enumerate(interface.states):

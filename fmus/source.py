@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from friction_models.intervals import MARGIN, check_level
 from friction_models.loads import LOAD_NAMES, FloatArray, InputError, TriboLoads, unknown_name
 from friction_models.variables import as_numbers
 
@@ -42,6 +43,8 @@ class FrictionSource:
         How the loads enter `original`, for a graph that runs in Python only (`onnx` is then empty).
     note : str
         What packing should tell the user (how far the redrawn graph is from the original); or empty.
+    interval : float or None
+        Level of the prediction interval, None for a model without one.
     """
 
     onnx: bytes
@@ -56,10 +59,22 @@ class FrictionSource:
     original: bytes | None = None
     foreign: dict[str, Any] | None = None
     note: str = ""
+    interval: float | None = None
 
-    def interface(self, nodes: int) -> FrictionInterface:
-        """Return the FMI variables of this model at `nodes` contact points."""
-        return FrictionInterface(nodes, dict(self.domain), self.states, self.system)
+    def interface(self, nodes: int, interval: bool = False) -> FrictionInterface:
+        """Return the FMI variables of this model at `nodes` contact points, with the bounds of `interval` or without.
+
+        Raises
+        ------
+        InputError
+            The bounds are wanted, and the model has no prediction interval.
+        """
+        if interval and self.interval is None:
+            raise InputError(
+                f"{self.where}: the model has no prediction interval; allowed: a model that was trained with one"
+            )
+        level = self.interval if interval else None
+        return FrictionInterface(nodes, dict(self.domain), self.states, self.system, level)
 
     @property
     def labels(self) -> dict[str, tuple[str, ...]]:
@@ -248,7 +263,18 @@ def parse_source(content: bytes, where: str) -> FrictionSource:
         states=states,
         system=system,
         card=part("card", {}),
+        interval=_level(part("interval", {}), {o.name for o in model.graph.output}, where),
     )
+
+
+def _level(content: dict[str, Any], outputs: set[str], where: str) -> float | None:
+    """Return the level of the prediction interval, None without one."""
+    if not content or MARGIN not in outputs:
+        return None
+    try:
+        return check_level(content.get("level"))
+    except InputError as error:
+        raise InputError(f"{where}: metadata tribofmu.interval: {error}") from None
 
 
 def _texts(values: object) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from friction_models.loads import LOADS, FloatArray, InputError
 
+from .interface import vector
 from .running import RunningFmu
 from .trial import random_loads
 from .unpacked import UnpackedFmu
@@ -41,6 +42,8 @@ def friction(fmu: UnpackedFmu, notes: Notes) -> None:
             _reference(trial, model, notes)
             if model.states:
                 _memory(trial, model, notes)
+        if trial.bounds:
+            _interval(trial, model, notes)
         _derivatives(trial, model, notes)
     if "in_domain" in fmu.variables and model is not None and model.domain is not None:
         _domain(default, model, notes)
@@ -69,6 +72,8 @@ class Friction:
         names = fmu.friction()
         self.inputs = [n for q in LOADS for n in names[q.name]]
         self.mu = names["mu"]
+        present = list(fmu.variables)
+        self.bounds = [vector(present, n) for n in ("mu_low", "mu_high") if vector(present, n)]
         sizes = {} if points is None or fmu.sizing is None else {fmu.sizing: points}
         self.width = sum(fmu.length(n, sizes) for n in self.mu)
         self.label = "" if points is None else f" with {fmu.sizing} = {points}"
@@ -121,6 +126,33 @@ def _reference(trial: Friction, model: OnnxModel, notes: Notes) -> None:
         bool(agrees and (mu >= 0.0).all()),
         f"mu against ONNX Runtime at {count} points{trial.label}: largest difference {worst:.1e}",
     )
+
+
+def _interval(trial: Friction, model: OnnxModel | None, notes: Notes) -> None:
+    """Look at the bounds of mu: around it, never negative, and those of ONNX Runtime, which widens them outside."""
+    if len(trial.bounds) != 2:
+        notes.add(False, "mu_low and mu_high belong together: one of them is missing")
+        return
+    rng = np.random.default_rng(8)
+    worst, around, expected = 0.0, True, None
+    with trial.run("interval") as fmu:
+        for k in range(4):
+            points = random_loads(rng, trial.width)
+            if k % 2 == 0 and model is not None and model.domain is not None:
+                points = model.domain.clamp(points)
+            trial.set(fmu, points)
+            mu, low, high = (fmu.get_real(names) for names in (trial.mu, *trial.bounds))
+            around &= bool(((low >= 0.0) & (low <= mu) & (mu <= high) & np.isfinite(high)).all())
+            if model is not None and model.has_interval:
+                expected = model.margin(points)
+                error = np.abs(np.r_[low - np.maximum(mu - expected, 0.0), high - mu - expected])
+                worst = max(worst, float((error / (1.0 + np.r_[expected, expected])).max()))
+    notes.add(around, f"mu_low and mu_high lie around mu, never below 0{trial.label}")
+    if expected is not None:
+        notes.add(
+            worst <= RELATIVE,
+            f"mu_low and mu_high against ONNX Runtime{trial.label}: largest difference {worst:.1e}",
+        )
 
 
 def _memory(trial: Friction, model: OnnxModel, notes: Notes) -> None:

@@ -114,15 +114,29 @@ class OnnxModel:
         InputError
             The file holds no prediction interval, or shapes do not fit.
         """
-        if MARGIN not in self._session_outputs:
+        mu, margin = self.predict(loads, state, system), self.margin(loads, state, system)
+        return np.maximum(mu - margin, 0.0), mu + margin
+
+    @property
+    def has_interval(self) -> bool:
+        """Whether the file holds a prediction interval."""
+        return MARGIN in self._session_outputs
+
+    def margin(
+        self,
+        loads: TriboLoads | npt.ArrayLike,
+        state: npt.ArrayLike | None = None,
+        system: npt.ArrayLike | None = None,
+    ) -> FloatArray:
+        """Return half the width of the prediction interval before the cut at 0, shape (n,)."""
+        if not self.has_interval:
             raise InputError(
                 f"{self.path}: no prediction interval; allowed: a model with the output {MARGIN!r}"
             )
         feed = self._feed(loads, state, system)
         if "dt" in self._session_inputs:
             feed["dt"] = np.zeros(1)
-        mu, margin = self._session.run(["mu", MARGIN], feed)
-        return np.maximum(mu - margin, 0.0)[:, 0], (mu + margin)[:, 0]
+        return self._session.run([MARGIN], feed)[0][:, 0]
 
     def step(
         self,

@@ -23,6 +23,9 @@ enum {
     FIRST_SYSTEM_VR = TF_FIRST_SYSTEM * TF_NODES,
     FIRST_DER_VR = FIRST_SYSTEM_VR + TF_SYSTEM,
     VR_COUNT = FIRST_DER_VR + TF_CONTINUOUS_STATES * TF_NODES
+#if TF_INTERVAL
+               + 2 * TF_NODES /* the bounds of the prediction interval */
+#endif /* TF_INTERVAL */
 };
 
 #define STATUS(good) ((good) ? fmi2OK : fmi2Error)

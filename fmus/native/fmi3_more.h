@@ -47,6 +47,9 @@ static size_t dependencies_a_point(fmi3ValueReference vr) {
     if (!is_group(vr)) return 0;
     if (group == TF_DISTANCE) return TF_LOADS;
     if (group == TF_MU) return TF_LOADS + TF_CONTINUOUS_STATES + TF_SYSTEM + 1;
+#if TF_INTERVAL
+    if (group >= TF_LOW) return TF_LOADS + TF_CONTINUOUS_STATES + TF_SYSTEM + 1;
+#endif /* TF_INTERVAL */
     return group >= TF_FIRST_DER ? TF_LOADS + TF_CONTINUOUS_STATES + TF_SYSTEM : 0;
 }
 

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from friction_models.intervals import MARGIN
+
 from ..interface import FrictionInterface
 from ..source import FrictionSource
 from . import ops
@@ -50,7 +52,8 @@ def _generate(source: FrictionSource, interface: FrictionInterface) -> str:
     graph = read_graph(source.onnx, where, len(source.states), len(source.system))
     ode = "state_der" in graph.outputs
     dt = graph.inputs.get("dt")
-    for role in ("mu", "state_der"):
+    roles = ("mu", "state_der", MARGIN) if interface.interval is not None else ("mu", "state_der")
+    for role in roles:
         if role in graph.outputs and any(dt in s.inputs for s in graph.needed_for(role) if dt is not None):
             raise refuse(where, f"output {role!r} depends on the length of the step 'dt'")
     tables = Tables()
@@ -67,6 +70,10 @@ def _generate(source: FrictionSource, interface: FrictionInterface) -> str:
         writer = Writer(graph, "state_der", tables, where)
         functions.append(_chosen("tf_model_der", f"{_POINT}, double *out", _body(writer)))
         functions.append(_seeded("tf_model_der_d", graph, "state_der", tables, where))
+    if interface.interval is not None:
+        writer = Writer(graph, MARGIN, tables, where)
+        functions.append(_chosen("tf_model_margin", f"{_POINT}, double *out", _body(writer)))
+        functions.append(_seeded("tf_model_margin_d", graph, MARGIN, tables, where))
     text = "\n".join(functions)
     # Only the kernels that are called; those of the exponential functions also stand behind power and logarithm.
     parts = ["lanes.h"]
@@ -85,6 +92,7 @@ def _generate(source: FrictionSource, interface: FrictionInterface) -> str:
             f"#define TF_SYSTEM {len(source.system)}",
             f"#define TF_HAS_DOMAIN {int(bool(interface.domain))}",
             f"#define TF_ODE {int(ode)}",
+            *(["#define TF_INTERVAL 1"] if interface.interval is not None else []),
             f"#define TF_BLOCK {BLOCK}",
             f"#define TF_BLOCK_LEAST {_least(graph)} /* fewer points are quicker one by one */",
             f"typedef unsigned {_index_type(graph)} tf_index; /* of a node within its tree, of a feature */",

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from friction_models.intervals import MARGIN
 from friction_models.loads import LOADS, InputError
 
 Array = npt.NDArray[Any]
@@ -171,7 +172,7 @@ def _read(content: bytes, where: str, states: int, system: int) -> Graph:
         raise InputError(
             f"{where}: the graph has outputs {', '.join(names)}, allowed: one of them named 'mu'"
         )
-    sizes = {"mu": 1, "state_next": states, "state_der": states}
+    sizes = {"mu": 1, "state_next": states, "state_der": states, MARGIN: 1}
     for role, name in roles.items():
         tensor = known.get(name)
         if tensor is None or role not in sizes:

@@ -25,7 +25,14 @@ enum {
     TF_FIRST_STATE,
     TF_FIRST_SYSTEM = TF_FIRST_STATE + TF_STATES,
     TF_FIRST_DER = TF_FIRST_SYSTEM + TF_SYSTEM,
+#if TF_INTERVAL
+    TF_LOW = TF_FIRST_DER + TF_CONTINUOUS_STATES, /* bounds of the prediction interval */
+    TF_HIGH,
+#endif /* TF_INTERVAL */
     TF_GROUPS = TF_FIRST_DER + TF_CONTINUOUS_STATES
+#if TF_INTERVAL
+                + 2
+#endif /* TF_INTERVAL */
 };
 
 typedef struct { /* with loads and state, all that getting and setting the FMU state moves */
@@ -55,16 +62,27 @@ typedef struct tf_instance {
 
 /* Write the name of one element of a group. */
 static void tf_name(const tf_instance *m, char *text, int group, size_t i) {
+#if TF_INTERVAL
+    const int derivative = group >= TF_FIRST_DER && group < TF_LOW;
+#else
     const int derivative = group >= TF_FIRST_DER;
+#endif /* TF_INTERVAL */
     const size_t points = TF_N(m);
     (void)m;
     const char *name = group < TF_LOADS          ? tf_load_names[group]
+#if TF_INTERVAL
+                       : group == TF_LOW         ? "mu_low"
+                       : group == TF_HIGH        ? "mu_high"
+#endif /* TF_INTERVAL */
                        : group == TF_MU          ? "mu"
                        : group == TF_DISTANCE    ? "domain_distance"
                        : group < TF_FIRST_SYSTEM ? tf_state_names[group - TF_FIRST_STATE]
                        : !derivative             ? tf_system_names[group - TF_FIRST_SYSTEM]
                                                  : tf_state_names[group - TF_FIRST_DER];
     char index[32] = "";
+#if TF_INTERVAL
+    if (points > 1 && group >= TF_LOW) snprintf(index, sizeof index, "[%lu]", (unsigned long)i + 1);
+#endif /* TF_INTERVAL */
     if (points > 1 && (derivative || group < TF_FIRST_SYSTEM)) snprintf(index, sizeof index, "[%lu]", (unsigned long)i + 1);
     snprintf(text, TF_MESSAGE / 2, "%s%.200s%s%s", derivative ? "der(" : "", name, index, derivative ? ")" : "");
 }

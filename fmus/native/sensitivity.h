@@ -3,7 +3,33 @@
 
 typedef struct { /* derivatives of the outputs of one point */
     double mu, distance, rates[TF_AT_LEAST_ONE(TF_STATES)];
+#if TF_INTERVAL
+    double bound;
+#endif /* TF_INTERVAL */
 } tf_tangent;
+#if TF_INTERVAL
+
+static int tf_differentiate(const tf_instance *m, int group, size_t i, const double *dL, const double *dS,
+                            const double *dP, tf_tangent *out);
+
+/* The same for TF_LOW and TF_HIGH; a bound does not move where it is held at 0. */
+static int tf_differentiate_bound(const tf_instance *m, int group, size_t i, const double *dL, const double *dS,
+                                  const double *dP, tf_tangent *out) {
+    double raw[TF_LOADS], loads[TF_LOADS], direction[TF_LOADS], state[TF_AT_LEAST_ONE(TF_STATES)];
+    double mu, margin, slope;
+    if (!tf_differentiate(m, TF_MU, i, dL, dS, dP, out)) return 0;
+    tf_loads_of(m, i, raw);
+    tf_state_of(m, i, state);
+    tf_limited(raw, m->head.clamp, loads);
+    tf_model_mu(loads, state, m->head.system, &mu);
+    (void)tf_mu_rule(&mu);
+    tf_limited(raw, 0, loads);
+    for (int l = 0; l < TF_LOADS; ++l) direction[l] = loads[l] == raw[l] ? dL[l] : 0.0;
+    tf_model_margin_d(loads, state, m->head.system, direction, dS, dP, &margin, &slope);
+    out->bound = group == TF_HIGH ? out->mu + slope : mu > margin ? out->mu - slope : 0.0;
+    return isfinite(out->bound) ? 1 : tf_fail_at(m, "the derivative of ", group, i, " is not a finite number");
+}
+#endif /* TF_INTERVAL */
 
 /* Differentiate what `group` names at point i (TF_MU, TF_DISTANCE or a derivative group); the rest stays 0. */
 static int tf_differentiate(const tf_instance *m, int group, size_t i, const double *dL, const double *dS,
@@ -11,6 +37,9 @@ static int tf_differentiate(const tf_instance *m, int group, size_t i, const dou
     double raw[TF_LOADS], loads[TF_LOADS], direction[TF_LOADS], state[TF_AT_LEAST_ONE(TF_STATES)];
     double value[TF_AT_LEAST_ONE(TF_STATES)], result = 0.0;
     memset(out, 0, sizeof *out);
+#if TF_INTERVAL
+    if (group >= TF_LOW) return tf_differentiate_bound(m, group, i, dL, dS, dP, out);
+#endif /* TF_INTERVAL */
     tf_loads_of(m, i, raw);
     tf_state_of(m, i, state);
     if (group == TF_DISTANCE) {
@@ -36,6 +65,9 @@ static int tf_differentiate(const tf_instance *m, int group, size_t i, const dou
 }
 
 static double tf_tangent_of(const tf_tangent *t, int group) {
+#if TF_INTERVAL
+    if (group >= TF_LOW) return t->bound;
+#endif /* TF_INTERVAL */
     return group == TF_MU ? t->mu : group == TF_DISTANCE ? t->distance : t->rates[group - TF_FIRST_DER];
 }
 

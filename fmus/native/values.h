@@ -117,6 +117,20 @@ static int tf_rates(const tf_instance *m, size_t i, double *out) {
     return 1;
 }
 #endif
+#if TF_INTERVAL
+
+/* A bound of the prediction interval around a mu that is up to date, never below 0. The margin is that of the unclamped
+   loads: it knows the trained domain, and grows outside of it. */
+static int tf_bound(const tf_instance *m, int group, size_t i, double *out) {
+    double raw[TF_LOADS], loads[TF_LOADS], state[TF_AT_LEAST_ONE(TF_STATES)], margin;
+    tf_loads_of(m, i, raw);
+    tf_limited(raw, 0, loads);
+    tf_state_of(m, i, state);
+    tf_model_margin(loads, state, m->head.system, &margin);
+    *out = group == TF_LOW ? m->mu[i] - margin : m->mu[i] + margin;
+    return tf_mu_rule(out) ? 1 : tf_fail_at(m, "", group, i, " is not a finite number at the given loads");
+}
+#endif /* TF_INTERVAL */
 
 /* ---- getting and setting ---- */
 
@@ -136,6 +150,13 @@ static int tf_get(tf_instance *m, int group, size_t first, size_t count, double 
     } else if (group < TF_FIRST_DER) {
         out[0] = m->head.system[group - TF_FIRST_SYSTEM];
     }
+#if TF_INTERVAL
+    else if (group >= TF_LOW) {
+        if (!tf_get(m, TF_MU, first, count, out)) return 0;
+        for (size_t i = 0; i < count; ++i)
+            if (!tf_bound(m, group, first + i, out + i)) return 0;
+    }
+#endif /* TF_INTERVAL */
 #if TF_ODE
     else {
         for (size_t i = 0; i < count; ++i) {

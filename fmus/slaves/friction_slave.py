@@ -142,6 +142,20 @@ class FrictionSlave(Fmi2Slave):
         outside = np.maximum(self.domain_lower - loads, loads - self.domain_upper)
         self.values[(LOADS + 1) * n : self.first_state] = np.maximum(outside / self.scale, 0.0).max(axis=1)
 
+    # <interval>
+    def bounds(self) -> Any:
+        """Return the bounds of the prediction interval: all lower ones, then all upper ones."""
+        self.evaluate()
+        loads = np.ascontiguousarray(np.clip(self.loads(), self.lower, self.upper))
+        margin = self.run("mu_margin", loads, 0.0).reshape(-1)
+        mu = self.values[LOADS * self.nodes : (LOADS + 1) * self.nodes]
+        found = np.concatenate([np.maximum(mu - margin, 0.0), mu + margin])
+        if not np.isfinite(found).all():
+            bad = len(self.values) + int(np.argmin(np.isfinite(found)))
+            raise ValueError(f"{self.names[bad]} is not a finite number at the given loads")
+        return found
+
+    # </interval>
     @guarded
     def do_step(self, current_time: float, step_size: float) -> bool:
         if not math.isfinite(step_size) or step_size < 0.0:
@@ -172,6 +186,10 @@ class FrictionSlave(Fmi2Slave):
             self.evaluate()
         if (group == LOADS + 1).any():
             self.measure_distance()
+        # <interval>
+        if (index >= len(self.values)).any():
+            return np.append(self.values, self.bounds())[index].tolist()
+        # </interval>
         return self.values[index].tolist()
 
     @guarded
@@ -180,6 +198,10 @@ class FrictionSlave(Fmi2Slave):
         if not np.isfinite(given).all():
             k = int(np.argmin(np.isfinite(given)))
             raise ValueError(f"{self.names[vrs[k]]} = {values[k]} is not a finite number")
+        # <interval>
+        if (index >= len(self.values)).any():
+            raise ValueError("mu_low and mu_high are calculated and cannot be set")
+        # </interval>
         n = self.nodes
         if ((index >= LOADS * n) & (index < self.first_state)).any():
             raise ValueError("mu and domain_distance are outputs and cannot be set")

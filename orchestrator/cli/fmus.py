@@ -49,6 +49,13 @@ def pack(
         typer.Option("--ssp", help="Write an SSP archive (.ssp) around the FMU, for simulators of systems."),
     ] = False,
     boundary: Boundary = False,
+    interval: Annotated[
+        bool,
+        typer.Option(
+            "--interval",
+            help="Friction FMU: also the outputs mu_low and mu_high, the model's prediction interval.",
+        ),
+    ] = False,
     parameters: Annotated[
         list[str] | None,
         typer.Option(
@@ -67,8 +74,8 @@ def pack(
         if key in {"material", "tool_material"}:  # the name of a steel may look like a number: 1.2379
             values[key] = name
     if model in {"forming", "twin"}:
-        if spec is not None or ssp:
-            raise InputError(f"--spec and --ssp: allowed for friction models, not for {model!r}")
+        if spec is not None or ssp or interval:
+            raise InputError(f"--spec, --ssp and --interval: allowed for friction models, not for {model!r}")
         if nodes != 1 or fmi not in {"2", "2.0"}:
             points = "--set n_points=80" if model == "forming" else "neither"
             raise InputError(f"--nodes and --fmi are those of friction FMUs; allowed for {model!r}: {points}")
@@ -81,6 +88,8 @@ def pack(
     chosen = target or "native"
     source = read_source(_source(model), spec=spec, target=chosen)
     options = {"target": chosen, "nodes": nodes, "fmi": fmi, "platforms": wanted, **values}
+    if interval:
+        options["interval"] = True
     if ssp or out.suffix == ".ssp":
         path = fmus.pack_ssp(source, out, boundary=boundary, **options)
     else:
