@@ -1,0 +1,66 @@
+"""`study forming-error`: every friction model in every forming run, against the press."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .console import say
+from .options import Jobs
+from .study_options import DryRun, Quick, Scheduler, StudyFolder, run_campaign, write_manifest
+
+
+def forming_error(
+    out: StudyFolder,
+    data: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--data",
+            metavar="[LUBRICANT=]DIR",
+            help="Data set of a lubricant, repeated for each (default: the virtual laboratory).",
+        ),
+    ] = None,
+    press: Annotated[
+        list[Path] | None,
+        typer.Option("--press", help="Folder of press curves of the same lubricants; may be repeated."),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the virtual laboratory.")] = 0,
+    quick: Quick = False,
+    dry_run: DryRun = False,
+    jobs: Jobs = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Errors of maximum force and work of five friction models and constant friction, at nine levels.
+
+    Forward rod extrusion and backward cup extrusion with two lubricants: training on time-series data, 252
+    pairs of level and friction, uncertainty from the scatter of the press, run time of friction. A second run
+    computes only what changed.
+    """
+    from ..report.forming_error_page import forming_error_page
+    from ..studies.forming_error import FormingErrorStudy, Plan
+    from ..studies.forming_error_files import table, write_results
+    from ..studies.forming_error_result import FormingErrors
+    from ..studies.measurements import chosen_data
+
+    plan = Plan.quick(seed) if quick else Plan.full(seed)
+    study = FormingErrorStudy.of(plan, chosen_data(data), press)
+    campaign = study.campaign(out)
+    results = run_campaign(campaign, "forming error", jobs, scheduler, dry_run)
+    if results is None:
+        return
+    write_manifest(campaign, results, {"study": "forming-error", **study.settings()}, {"virtual_lab": seed})
+    errors = FormingErrors.of(study, results)
+    if errors.runs:
+        write_results(out, errors, forming_error_page(study, errors, campaign.manifest(results)))
+        say(table(errors))
+        say(f"report written: {out / 'report.html'}")
+    campaign.check()
+
+
+def add_commands(app: typer.Typer) -> None:
+    """Register the command of this file."""
+    app.command(
+        "forming-error", epilog="Example: tribofmu study forming-error --quick -o studies/forming-error"
+    )(forming_error)

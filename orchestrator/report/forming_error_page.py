@@ -1,0 +1,266 @@
+"""The report of the forming-error study, with the paper's numbers beside ours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..studies.forming_error import FormingErrorStudy
+from ..studies.forming_error_files import percent
+from ..studies.forming_error_result import TAU_OVER_K, FormingErrors
+from .charts_forming_error import error_bars, force_charts, group_title, groups, level_map, share_bars
+from .markup import bullets, escape, paragraph, table
+from .page import Page, figure
+
+#: Change of the error of the maximum force, and of its standard deviation, against constant friction.
+PAPER_CHANGES = {"ffnn": (-0.58, -0.71), "polynomial": (-0.52, -0.84), "linear": (-0.52, -0.68)}
+#: MARE of the maximum force with constant friction and its standard deviation, each with its uncertainty.
+PAPER_CONSTANT = "13 +- 4 %", "19 +- 20 %"
+#: Run time added by friction.
+PAPER_TIMES = {"linear": "+18 %", "polynomial": "+18 %", "ffnn": "+61 %"}
+
+
+def forming_error_page(study: FormingErrorStudy, errors: FormingErrors, manifest: Mapping[str, Any]) -> str:
+    """Return the HTML of the study."""
+    page = Page(_headline(errors), "tribofmu study forming-error", _lead(study, errors), errors.synthetic)
+    page.add("paper", "Beside the paper", _beside_paper(errors), bullets(_differs(study, errors)))
+    page.add("mare", "Error of the maximum force", *_bars(errors, "max_force", "maximum force"))
+    page.add("work", "Error of the forming work", *_bars(errors, "work", "forming work"))
+    page.add("levels", "Level by level", *_maps(errors))
+    page.add("curves", "Force over stroke", *_curves(errors))
+    page.add("time", "Run time of friction", *_time(errors))
+    page.add("tau", "Friction stress and shear yield stress", *_tau(errors))
+    page.add("models", "Models and where they were asked", *_models(errors))
+    page.add("how", "How it was computed", _how(study, manifest))
+    versions = manifest["versions"]
+    origin = (
+        "Every measurement in this report is synthetic: made by the virtual laboratory, not measured."
+        if errors.synthetic
+        else "Tests and press curves are the user's."
+    )
+    return page.render(
+        f"tribofmu {escape(versions['tribofmu'])}, Python {escape(versions['python'])}. {origin}"
+    )
+
+
+def _headline(errors: FormingErrors) -> str:
+    changes = [c for c in errors.changes() if not c.constant] or errors.changes()
+    if not changes:
+        return "Forming error of friction models"
+    best = min(changes, key=lambda c: c.mare)
+    verb = "below" if best.mare < 0 else "above"
+    against = best.constant or "constant friction"
+    return f"Error of the maximum force: {best.friction} is {abs(100 * best.mare):.0f} % {verb} {against}"
+
+
+def _lead(study: FormingErrorStudy, errors: FormingErrors) -> str:
+    levels = len({(r.lubricant, r.level) for r in errors.runs})
+    lubricants = " and ".join(errors.lubricants)
+    repeats = max((r.force.max_force.measured.repeats for r in errors.runs), default=0)
+    missing = f" {errors.missing} pairs have no result." if errors.missing else ""
+    return escape(
+        f"{len(errors.runs)} pairs of friction law and press level: {len(errors.frictions)} friction laws at {levels} levels "
+        f"({lubricants}; forward rod extrusion and backward cup extrusion, tool temperature by speed), each against "
+        f"{repeats} strokes of the press. Friction comes from an FMU in every run, one increment behind the forming FMU.{missing}"
+    )
+
+
+def _beside_paper(errors: FormingErrors) -> str:
+    rows: list[tuple[str, str, str]] = []
+    constants = [f.label for f in errors.frictions if f.constant]
+    for label in constants:
+        summary = errors.summary(label)
+        if summary is not None:
+            force = summary.max_force
+            rows.append(
+                (
+                    f"MARE of the maximum force, {label}",
+                    PAPER_CONSTANT[0],
+                    percent(force.mare, force.mare_std),
+                )
+            )
+            rows.append((f"its standard deviation over the levels, {label}", PAPER_CONSTANT[1], percent(force.spread, force.spread_std)))  # fmt: skip
+    for change in errors.changes():
+        if change.constant and len(constants) > 1:
+            continue
+        paper = PAPER_CHANGES.get(change.friction)
+        against = f"against {change.constant}" if change.constant else "against the mean of both constants"
+        for name, number, ours in (
+            ("MARE", 0, _change(change.mare, change.mare_std)),
+            ("standard deviation", 1, _change(change.spread, change.spread_std)),
+        ):
+            said = "not named" if paper is None else f"{100 * paper[number]:+.0f} %"
+            rows.append((f"{change.friction}: change of the {name} {against}", said, ours))
+    for friction in errors.frictions:
+        summary = errors.summary(friction.label)
+        if summary is not None and not friction.constant:
+            said = PAPER_TIMES.get(friction.label, "not named")
+            rows.append(
+                (
+                    f"{friction.label}: run time added by friction",
+                    said,
+                    f"+{100 * summary.friction_share:.2f} %",
+                )
+            )
+    highest = max((r.tau_over_k for r in errors.runs), default=0.0)
+    rows.append(("highest friction stress over shear yield stress", "below 60 %", f"{100 * highest:.0f} %"))
+    return table(["quantity", "paper", "here"], rows, numeric=(1, 2))
+
+
+def _change(value: float, std: float) -> str:
+    return f"{100 * value:+.0f} +- {100 * std:.0f} %"
+
+
+def _differs(study: FormingErrorStudy, errors: FormingErrors) -> list[str]:
+    """What is not as in the paper."""
+    points = []
+    if errors.synthetic:
+        points += [
+            "Measurements are those of a virtual laboratory with laws of its own for the two lubricants, so the size of an error says "
+            "how well a model follows those laws, not the paper's lubricants.",
+            "The virtual press forms with the same solver at a finer mesh, other flow stress, heat transfer and give of the press; solver "
+            "errors that press and simulation share do not show.",
+        ]
+    points += [
+        "The paper's dies, press curves and factor levels are not at hand: geometry is a declared choice, and of the nine levels only "
+        "20, 50 and 100 °C and 5 mm/s are the paper's.",
+        "The paper names linear, polynomial and ffnn; the other two families here are our choice.",
+        "Simulations are axisymmetric with 2D elements; the paper's are of other size, so shares of the run time compare only roughly.",
+        "The figures themselves are not at hand; the charts below show what the text says of them.",
+    ]
+    return points
+
+
+def _bars(errors: FormingErrors, quantity: str, words: str) -> list[str]:
+    mare = figure(
+        f"{quantity}-mare",
+        error_bars(errors, quantity, "mare"),
+        f"MARE of the {words}: mean over the levels of |simulated / measured - 1|; bars: Gaussian propagation of the scatter of the press.",
+        f"Bars of the mean error of the {words} by friction law",
+    )
+    spread = figure(
+        f"{quantity}-std",
+        error_bars(errors, quantity, "spread"),
+        "Its standard deviation over the levels: how evenly a friction law errs.",
+        f"Bars of the standard deviation of the error of the {words}",
+    )
+    return [mare, spread, _summary_table(errors, quantity)] if quantity == "max_force" else [mare, spread]
+
+
+def _summary_table(errors: FormingErrors, quantity: str) -> str:
+    rows = []
+    for summary in errors.summaries():
+        level = getattr(summary, quantity)
+        where = (
+            group_title(summary.lubricant, summary.process)
+            if summary.lubricant and summary.process
+            else "all"
+        )
+        rows.append(
+            (where, summary.friction, level.levels, percent(level.mare, level.mare_std), percent(level.spread, level.spread_std),
+             percent(summary.work.mare, summary.work.mare_std))
+        )  # fmt: skip
+    headings = ["levels of", "friction", "number", "MARE", "standard deviation", "MARE of the work"]
+    return f"<details><summary>All numbers</summary>{table(headings, rows, numeric=(2, 3, 4, 5))}</details>"
+
+
+def _maps(errors: FormingErrors) -> list[str]:
+    return [
+        figure(
+            f"map-{quantity}",
+            level_map(errors, quantity),
+            f"{words[0].upper()}{words[1:]}, simulated against the mean of the press in percent; orange: too high, blue: too low.",
+            f"Signed error of the {words} by level and friction law",
+        )
+        for quantity, words in (("max_force", "maximum force"), ("work", "forming work"))
+    ]
+
+
+def _curves(errors: FormingErrors) -> list[str]:
+    parts = []
+    for lubricant, process in groups(errors):
+        title = group_title(lubricant, process)
+        chart = figure(
+            f"force-{lubricant}-{process}",
+            force_charts(errors, lubricant, process),
+            f"{title[0].upper()}{title[1:]}: mean of the press with one standard deviation, constant friction dashed.",
+            f"Force over stroke at every level, {title}",
+        )
+        parts.append(f"<h3>{escape(title)}</h3>{chart}")
+    return parts
+
+
+def _time(errors: FormingErrors) -> list[str]:
+    chart = figure(
+        "time",
+        share_bars(errors, "time"),
+        "Time in the friction FMU over the time of everything else in the stepping loop, mean over the runs; the bar reaches to the largest.",
+        "Bars of the share of friction in the run time",
+    )
+    highest = max((100 * r.friction_share for r in errors.runs), default=0.0)
+    verdict = "every run is below 1 %" if highest < 1.0 else "not every run is below 1 %"
+    return [
+        chart,
+        paragraph(
+            f"Largest share of a single run: {highest:.2f} %; {verdict}. Measured while other jobs ran beside."
+        ),
+    ]
+
+
+def _tau(errors: FormingErrors) -> list[str]:
+    chart = figure(
+        "tau",
+        share_bars(errors, "tau"),
+        "Highest friction stress of any contact point in any run over the shear yield stress there.",
+        "Bars of the highest friction stress over shear yield stress",
+    )
+    above = [r for r in errors.runs if r.tau_over_k >= TAU_OVER_K]
+    text = (
+        "All runs stay below 60 % as in the paper, so friction stays in the range where a coefficient has a meaning."
+        if not above
+        else f"{len(above)} of {len(errors.runs)} runs exceed 60 % somewhere (constant friction at high pressure first): there a "
+        "coefficient of friction begins to lose its meaning."
+    )
+    return [chart, paragraph(text)]
+
+
+def _models(errors: FormingErrors) -> list[str]:
+    rows = []
+    for model in errors.models:
+        shares = [
+            r.outside for r in errors.of_group(model["family"], model["lubricant"]) if r.outside is not None
+        ]
+        outside = f"{100 * sum(shares) / len(shares):.0f} %" if shares else "-"
+        mae = "-" if model["mae_test"] is None else f"{model['mae_test']:.4f}"
+        rows.append((model["family"], model["lubricant"], model["tests"], model["points"], mae, outside))
+    headings = [
+        "model",
+        "lubricant",
+        "tests",
+        "points",
+        "MAE of mu, held-out tests",
+        "contact outside its domain",
+    ]
+    return [
+        table(headings, rows, numeric=(2, 3, 4, 5)),
+        paragraph("Outside its domain a model is asked at the nearest point inside (clamped)."),
+    ]
+
+
+def _how(study: FormingErrorStudy, manifest: Mapping[str, Any]) -> str:
+    plan = study.plan
+    source = (
+        f"virtual laboratory, plan {plan.tests}, seed {plan.seed}, {plan.repeats} strokes of the press a level"
+        if study.synthetic
+        else "the user's tests and press curves"
+    )
+    strokes = ", ".join(f"{name} {stroke:g} mm" for name, stroke in plan.strokes.items())
+    return bullets(
+        [
+            f"Measurements: {source}.",
+            "Training: time-series data, whole tests; every trained model as a native FMU.",
+            f"Forming: punch travel {strokes}, 0.1 mm between two exchanges, one-step lag.",
+            f"{len(manifest['jobs'])} jobs with results, {len(manifest['failed'])} without; hashes of all in manifest.json.",
+            f"Sources {manifest['sources']['sha256'][:16]}; all runs in runs.csv, summaries in summary.csv and forming-error.json.",
+        ]
+    )

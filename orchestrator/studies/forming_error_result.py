@@ -1,0 +1,337 @@
+"""What the forming-error study says: errors of every run, their summaries, and the change against constant friction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from friction_models.loads import FloatArray
+
+from ..forces import ForceComparison, ForceCurve, compare_force
+from ..metrics import LevelSummary, ScalarError
+from .forming_error import FormingErrorStudy, Friction, model_name, run_name
+
+if TYPE_CHECKING:
+    from ..campaign import JobResult
+
+#: A group of levels that is summed up: of one process, one lubricant, or (None) of all.
+ALL = None
+#: Friction stress over shear yield stress that the paper's runs stayed below.
+TAU_OVER_K = 0.6
+
+
+@dataclass(frozen=True)
+class RunError:
+    """One friction law on one level.
+
+    Attributes
+    ----------
+    lubricant, process : str
+    T_tool, speed : float
+        Tool temperature [degC], punch speed [mm/s].
+    level : str
+        Name of the level.
+    friction : str
+        Label of the friction law.
+    force : ForceComparison
+        Curves, and the errors of maximum force and work.
+    tau_over_k : float
+        Highest friction stress over shear yield stress.
+    outside : float or None
+        Share of the contact outside the trained domain.
+    timing : mapping
+        Seconds in friction, forming, master.
+    """
+
+    lubricant: str
+    process: str
+    T_tool: float
+    speed: float
+    level: str
+    friction: str
+    force: ForceComparison
+    tau_over_k: float
+    outside: float | None
+    timing: Mapping[str, float] = field(repr=False)
+
+    @property
+    def friction_share(self) -> float:
+        """Time in the friction FMU over that of all the rest of the stepping, which any friction law needs."""
+        return self.timing["friction"] / max(self.timing["forming"] + self.timing["master"], 1e-12)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return one row of numbers."""
+        row: dict[str, Any] = {
+            "lubricant": self.lubricant,
+            "process": self.process,
+            "T_tool_degC": self.T_tool,
+            "speed_mm_s": self.speed,
+            "friction": self.friction,
+        }
+        for name, unit, error in (("max_force", "kN", self.force.max_force), ("work", "J", self.force.work)):
+            row |= {
+                f"{name}_{unit}": error.simulated,
+                f"{name}_measured_{unit}": error.measured.mean,
+                f"{name}_measured_std_{unit}": error.measured.std,
+                f"{name}_ae_{unit}": error.ae,
+                f"{name}_are": error.are,
+                f"{name}_are_std": error.are_std,
+                f"{name}_signed": error.signed,
+            }
+        return row | {
+            "rms_kN": self.force.rms,
+            "max_tau_over_k": self.tau_over_k,
+            "outside_domain": self.outside,
+            "friction_time_share": self.friction_share,
+        }
+
+
+@dataclass(frozen=True)
+class Summary:
+    """One friction law over all levels of a group."""
+
+    lubricant: str | None
+    process: str | None
+    friction: str
+    max_force: LevelSummary
+    work: LevelSummary
+    tau_over_k: float
+    friction_share: float
+    friction_share_max: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return one row of numbers."""
+        return {
+            "lubricant": self.lubricant or "all",
+            "process": self.process or "all",
+            "friction": self.friction,
+            **{f"max_force_{k}": v for k, v in self.max_force.to_dict().items()},
+            **{f"work_{k}": v for k, v in self.work.to_dict().items() if k != "levels"},
+            "max_tau_over_k": self.tau_over_k,
+            "friction_time_share": self.friction_share,
+            "friction_time_share_max": self.friction_share_max,
+        }
+
+
+@dataclass(frozen=True)
+class Change:
+    """Relative change of a friction law's error of the maximum force against constant friction, with uncertainty.
+
+    Attributes
+    ----------
+    friction, constant : str
+        Labels; an empty `constant` stands for the mean over all constants.
+    mare, mare_std, spread, spread_std : float
+        Change of MARE and of the standard deviation over the levels, each with its uncertainty; -0.5 is half the error.
+    """
+
+    friction: str
+    constant: str
+    mare: float
+    mare_std: float
+    spread: float
+    spread_std: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return one row of numbers."""
+        return {
+            "friction": self.friction,
+            "against": self.constant or "mean of constants",
+            "mare_change": self.mare,
+            "mare_change_std": self.mare_std,
+            "std_change": self.spread,
+            "std_change_std": self.spread_std,
+        }
+
+
+@dataclass(frozen=True)
+class FormingErrors:
+    """All results of the study.
+
+    Attributes
+    ----------
+    synthetic : bool
+    frictions : tuple of Friction
+    runs : tuple of RunError
+        Pairs of level and friction that were run and measured.
+    missing : int
+        Pairs without a result.
+    models : tuple of dict
+        Trained models: lubricant, family, mae_test, points, tests.
+    """
+
+    synthetic: bool
+    frictions: tuple[Friction, ...]
+    runs: tuple[RunError, ...]
+    missing: int
+    models: tuple[dict[str, Any], ...]
+
+    @classmethod
+    def of(cls, study: FormingErrorStudy, results: Mapping[str, JobResult]) -> FormingErrors:
+        """Compare every run with the press."""
+        runs: list[RunError] = []
+        missing = 0
+        for item in study.levels:
+            measured = item.measured(results)
+            for friction in study.frictions:
+                result = results.get(run_name(item, friction))
+                if result is None or measured is None:
+                    missing += 1
+                    continue
+                values = result.values
+                curve = ForceCurve(np.array(values["stroke"]), np.array(values["force"]))
+                outside = values["outside"]
+                runs.append(
+                    RunError(
+                        item.lubricant,
+                        item.level.process,
+                        item.level.T_tool,
+                        item.level.speed,
+                        item.level.name,
+                        friction.label,
+                        compare_force(curve, measured, friction.label),
+                        float(max(values["tau_over_k"])),
+                        None if outside is None else float(outside["share"]),
+                        values["timing"],
+                    )
+                )
+        models = [
+            {
+                "lubricant": lubricant,
+                **{k: found.values[k] for k in ("family", "mae_test", "points", "tests")},
+            }
+            for lubricant in study.plan.lubricants
+            for family in study.plan.models
+            if (found := results.get(model_name(lubricant, family))) is not None
+        ]
+        return cls(study.synthetic, study.frictions, tuple(runs), missing, tuple(models))
+
+    def of_group(
+        self, friction: str, lubricant: str | None = ALL, process: str | None = ALL
+    ) -> list[RunError]:
+        """Return the runs of a friction law, of one lubricant or process where one is named."""
+        return [
+            run
+            for run in self.runs
+            if run.friction == friction
+            and lubricant in (ALL, run.lubricant)
+            and process in (ALL, run.process)
+        ]
+
+    @property
+    def lubricants(self) -> list[str]:
+        """Lubricants in their order."""
+        return list(dict.fromkeys(run.lubricant for run in self.runs))
+
+    @property
+    def processes(self) -> list[str]:
+        """Processes in their order."""
+        return list(dict.fromkeys(run.process for run in self.runs))
+
+    def summary(
+        self, friction: str, lubricant: str | None = ALL, process: str | None = ALL
+    ) -> Summary | None:
+        """Sum up a friction law over a group of levels; None where nothing was run."""
+        runs = self.of_group(friction, lubricant, process)
+        if not runs:
+            return None
+        shares = [run.friction_share for run in runs]
+        return Summary(
+            lubricant,
+            process,
+            friction,
+            LevelSummary.of([run.force.max_force for run in runs]),
+            LevelSummary.of([run.force.work for run in runs]),
+            max(run.tau_over_k for run in runs),
+            float(np.mean(shares)),
+            max(shares),
+        )
+
+    def summaries(self) -> list[Summary]:
+        """Return the summaries of every process and lubricant, and over all."""
+        groups = [(lubricant, process) for lubricant in self.lubricants for process in self.processes]
+        found = [
+            self.summary(friction.label, lubricant, process)
+            for lubricant, process in [*groups, (ALL, ALL)]
+            for friction in self.frictions
+        ]
+        return [summary for summary in found if summary is not None]
+
+    def changes(self) -> list[Change]:
+        """Return how the error of every trained model differs from constant friction, over all levels that both ran."""
+        constants = [f.label for f in self.frictions if f.constant]
+        found = []
+        for friction in self.frictions:
+            if not friction.constant:
+                against = [[label] for label in constants] + ([constants] if len(constants) > 1 else [])
+                found += [self._change(friction.label, labels) for labels in against]
+        return [change for change in found if change is not None]
+
+    def _change(self, friction: str, constants: Sequence[str]) -> Change | None:
+        table: dict[tuple[str, str], dict[str, ScalarError]] = {}
+        for run in self.runs:
+            table.setdefault((run.lubricant, run.level), {})[run.friction] = run.force.max_force
+        wanted = (friction, *constants)
+        rows = [errors for errors in table.values() if all(name in errors for name in wanted)]
+        if not rows:
+            return None
+        measured = np.array([errors[friction].measured.mean for errors in rows])
+        scatter = np.array([errors[friction].measured.std for errors in rows])
+        mine, *others = (np.array([errors[name].simulated for errors in rows]) for name in wanted)
+
+        def relative(statistic: Callable[[FloatArray], float]) -> Callable[[FloatArray], float]:
+            def change(press: FloatArray) -> float:
+                constant = float(np.mean([statistic(np.abs(other / press - 1.0)) for other in others]))
+                return float(statistic(np.abs(mine / press - 1.0)) / max(constant, 1e-300) - 1.0)
+
+            return change
+
+        mean, spread = relative(lambda are: float(are.mean())), relative(_spread)
+        return Change(
+            friction,
+            constants[0] if len(constants) == 1 else "",
+            mean(measured),
+            propagated(mean, measured, scatter),
+            spread(measured),
+            propagated(spread, measured, scatter),
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all numbers as plain data."""
+        return {
+            "synthetic": self.synthetic,
+            "frictions": [f.label for f in self.frictions],
+            "missing_runs": self.missing,
+            "models": list(self.models),
+            "summaries": [s.to_dict() for s in self.summaries()],
+            "changes": [c.to_dict() for c in self.changes()],
+            "runs": [r.to_dict() for r in self.runs],
+        }
+
+
+def propagated(function: Callable[[FloatArray], float], values: FloatArray, std: FloatArray) -> float:
+    """Return the uncertainty of a function of independent measured values by Gaussian propagation.
+
+    Both sides of a ratio follow from the same press curves, so derivatives are taken of the whole function.
+
+    Parameters
+    ----------
+    function : callable
+    values, std : ndarray, shape (n,)
+        Measured values and their standard deviations.
+    """
+    total = 0.0
+    for k in range(len(values)):
+        step = 1e-4 * max(abs(values[k]), 1e-12)
+        moved = np.zeros_like(values)
+        moved[k] = step
+        slope = (function(values + moved) - function(values - moved)) / (2.0 * step)
+        total += (slope * std[k]) ** 2
+    return float(np.sqrt(total))
+
+
+def _spread(are: FloatArray) -> float:
+    return float(are.std(ddof=1)) if len(are) > 1 else 0.0

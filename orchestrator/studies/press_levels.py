@@ -1,0 +1,170 @@
+"""Press levels of a study: curves of the virtual press as jobs, or one's own folders of press curves."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from friction_models.loads import InputError, unknown_name
+
+from .level_runs import Level
+
+if TYPE_CHECKING:
+    from ..campaign import Job, JobResult
+    from ..forces import PressCurve
+
+#: CPU time of the virtual press by millimetre of stroke of one solver run [s], for estimates.
+SECONDS_A_MM = 0.45
+#: Folder of press curves in the result of a job.
+CURVES = "press"
+
+
+@dataclass(frozen=True)
+class StudyLevel:
+    """A press level of a study, and where its measured curves are.
+
+    Attributes
+    ----------
+    lubricant : str
+    level : Level
+        What a forming run needs.
+    job : str
+        Name of the job that presses it; empty for one's own curves.
+    file : Path or None
+        CSV of one's own curves.
+    """
+
+    lubricant: str
+    level: Level
+    job: str = ""
+    file: Path | None = None
+
+    def measured(self, results: Mapping[str, JobResult]) -> PressCurve | None:
+        """Return the measured curves; None where the job that presses them failed."""
+        from ..forces import read_press_curve
+
+        if self.file is not None:
+            return read_press_curve(self.file)
+        result = results.get(self.job)
+        return None if result is None else read_press_curve(result.folder / str(result.values["file"]))
+
+
+def virtual_levels(
+    lubricants: Sequence[str],
+    conditions: Sequence[tuple[float, float]],
+    strokes: Mapping[str, float],
+    repeats: int,
+    seed: int,
+) -> tuple[list[StudyLevel], list[Job]]:
+    """Return the levels of the virtual press and the jobs that press them.
+
+    Parameters
+    ----------
+    lubricants : sequence of str
+        Of the virtual laboratory.
+    conditions : sequence of (T_tool, speed)
+        Tool temperature [degC] and punch speed [mm/s].
+    strokes : mapping of str to float
+        Punch travel [mm] by process.
+    repeats, seed : int
+        Curves a level; seed of the lubricants' laws and of scatter and noise.
+    """
+    from sct_twin.virtual_lab.press import VirtualPress
+
+    from ..campaign import Job
+
+    levels, jobs = [], []
+    parameters = {"T_billet": VirtualPress().T_billet}
+    for lubricant in lubricants:
+        for process, stroke in strokes.items():
+            for T_tool, speed in conditions:
+                level = Level(process, T_tool, speed, stroke, parameters)
+                name = f"press-{lubricant}-{level.name}"
+                levels.append(StudyLevel(lubricant, level, name))
+                inputs = {
+                    "lubricant": lubricant,
+                    "process": process,
+                    "T_tool": T_tool,
+                    "speed": speed,
+                    "stroke": stroke,
+                    "repeats": repeats,
+                    "seed": seed,
+                }
+                runs = 2 if repeats > 1 else 1
+                jobs.append(
+                    Job(name, f"{__name__}:press_level", inputs, seconds=1.0 + runs * SECONDS_A_MM * stroke)
+                )
+    return levels, jobs
+
+
+def press_level(
+    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
+) -> dict[str, Any]:
+    """Press one level in the virtual laboratory; the function of the jobs of `virtual_levels`."""
+    from sct_twin.virtual_lab.law import TrueLaw
+    from sct_twin.virtual_lab.press import press_curves
+
+    seed, lubricant = int(inputs["seed"]), str(inputs["lubricant"])
+    # Every level scatters in its own way, whichever other levels are pressed.
+    scatter = zlib.crc32(
+        "/".join(str(inputs[n]) for n in ("seed", "lubricant", "process", "T_tool", "speed")).encode()
+    )
+    curves = press_curves(
+        TrueLaw.draw(None, seed, lubricant),
+        [(float(inputs["T_tool"]), float(inputs["speed"]))],
+        folder / CURVES,
+        processes=[str(inputs["process"])],
+        stroke=float(inputs["stroke"]),
+        repeats=int(inputs["repeats"]),
+        seed=scatter,
+        jobs=1,
+    )
+    return {"file": f"{CURVES}/{curves.levels[0].file}", "synthetic": True}
+
+
+def own_levels(
+    folders: Iterable[Path], lubricants: Sequence[str], strokes: Mapping[str, float]
+) -> list[StudyLevel]:
+    """Return the levels of one's own press curves.
+
+    Parameters
+    ----------
+    folders : iterable of Path
+        Folders with ``levels.csv``.
+    lubricants : sequence of str
+        Those that friction models are trained for.
+    strokes : mapping of str to float
+        Longest punch travel [mm] by process.
+
+    Raises
+    ------
+    InputError
+        A folder that cannot be read, a lubricant without a friction model or without press curves, a level twice.
+    """
+    from forming.press import PressCurves
+
+    from ..processes import STEP
+
+    levels: list[StudyLevel] = []
+    for folder in folders:
+        press = PressCurves.read(folder)
+        for each in press.levels:
+            if each.lubricant not in lubricants:
+                raise unknown_name(
+                    "lubricant", each.lubricant, lubricants, f"{folder}: levels.csv against --data"
+                )
+            level = Level.of(each, press.info, strokes[each.process], STEP)
+            levels.append(StudyLevel(each.lubricant, level, file=Path(folder) / each.file))
+    seen = [(item.lubricant, item.level.name) for item in levels]
+    for lubricant, name in seen:
+        if seen.count((lubricant, name)) > 1:
+            raise InputError(f"--press: {name} of {lubricant} stands twice; allowed: each level once")
+    for lubricant in lubricants:
+        if lubricant not in {item.lubricant for item in levels}:
+            raise InputError(
+                f"--press: no curves of {lubricant}; allowed: press curves of each lubricant in --data"
+            )
+    return levels
