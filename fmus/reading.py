@@ -13,6 +13,7 @@ from friction_models.domain import Domain
 from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, InputError, TriboLoads
 from friction_models.loads.time_steps import rests, time_steps
 
+from .interface import vector
 from .running import RunningFmu
 from .source import parse_source
 from .unpacked import UnpackedFmu
@@ -56,6 +57,8 @@ class FmuModel:
         self._outputs = names["mu"]
         packed = self._fmu.folder / "resources" / "model.onnx"
         self.source = parse_source(packed.read_bytes(), str(self.path)) if packed.is_file() else None
+        present = list(self._fmu.variables)
+        self._bounds = [vector(present, n) for n in ("mu_low", "mu_high")]
 
     @property
     def domain(self) -> Domain:
@@ -84,6 +87,35 @@ class FmuModel:
         FmuError
             The FMU refuses a value.
         """
+        return self._read(loads, self._outputs)
+
+    @property
+    def interval_level(self) -> float | None:
+        """Level of the prediction interval that the FMU gives out, None without one."""
+        return self.source.interval if self.source is not None and all(self._bounds) else None
+
+    def predict_interval_frame(
+        self, data: pd.DataFrame, tests: pd.DataFrame | None = None, level: float | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the bounds `mu_low` and `mu_high` for a table with the columns of the contract, each of shape (n,).
+
+        Raises
+        ------
+        InputError
+            The FMU has no such outputs, or another level is asked for.
+        """
+        if self.interval_level is None:
+            raise InputError(f"{self.path}: no prediction interval; allowed: an FMU packed with one")
+        if level is not None and level != self.interval_level:
+            raise InputError(
+                f"{self.path}: level {level:g}; allowed: {self.interval_level:g}, which the FMU was packed with"
+            )
+        loads = TriboLoads.from_frame(data, tests)
+        low, high = (self._read(loads, names) for names in self._bounds)
+        return low, high
+
+    def _read(self, loads: TriboLoads | npt.ArrayLike, outputs: list[str]) -> FloatArray:
+        """Return one output of every contact point at loads, shape (n,)."""
         points = loads if isinstance(loads, TriboLoads) else TriboLoads.from_array(loads)
         array = points.as_array()
         mu = np.empty(len(array))
@@ -97,27 +129,32 @@ class FmuModel:
             # System variables are the same all through a test.
             start = {name: float(values[part.start]) for name, values in system.items() if len(array)}
             if points.t is None:
-                mu[part] = self._at_once(array[part], start)
+                mu[part] = self._at_once(array[part], start, outputs)
             else:
-                mu[part] = self._in_steps(array[part], points.t[part], pause[part], start)
+                mu[part] = self._in_steps(array[part], points.t[part], pause[part], start, outputs)
         return mu
 
-    def _at_once(self, array: FloatArray, start: dict[str, float]) -> FloatArray:
-        """Return mu of points that do not follow each other in time."""
+    def _at_once(self, array: FloatArray, start: dict[str, float], outputs: list[str]) -> FloatArray:
+        """Return an output at points that do not follow each other in time."""
         mu = np.empty(len(array))
         width = self._width(len(array))
         with self._run(width, start) as fmu:
             for first in range(0, len(array), width):
                 rows = np.minimum(np.arange(first, first + width), len(array) - 1)
-                values = self._evaluate(fmu, array[rows])
+                values = self._evaluate(fmu, array[rows], outputs)
                 count = min(width, len(array) - first)
                 mu[first : first + count] = values[:count]
         return mu
 
     def _in_steps(
-        self, array: FloatArray, t: FloatArray, pause: FloatArray, start: dict[str, float]
+        self,
+        array: FloatArray,
+        t: FloatArray,
+        pause: FloatArray,
+        start: dict[str, float],
+        outputs: list[str],
     ) -> FloatArray:
-        """Return mu of one test; its memory starts fresh. Before a point the contact stood still for `pause` [s]."""
+        """Return an output all through one test; its memory starts fresh. Before a point the contact stood still for `pause` [s]."""
         mu = np.empty(len(array))
         width = self._width(1)
         with self._run(width, start) as fmu:
@@ -134,7 +171,7 @@ class FmuModel:
                         time += float(pause[row])
                     self._write(fmu, rows)
                     fmu.step(time, float(t[row] - t[0]) - time)
-                mu[row] = self._evaluate(fmu, rows)[0]
+                mu[row] = self._evaluate(fmu, rows, outputs)[0]
         return mu
 
     def _width(self, count: int) -> int:
@@ -150,9 +187,9 @@ class FmuModel:
     def _write(self, fmu: RunningFmu, rows: FloatArray) -> None:
         fmu.set_real(self._inputs, rows.T.ravel())
 
-    def _evaluate(self, fmu: RunningFmu, rows: FloatArray) -> FloatArray:
+    def _evaluate(self, fmu: RunningFmu, rows: FloatArray, outputs: list[str]) -> FloatArray:
         self._write(fmu, rows)
-        return fmu.get_real(self._outputs)
+        return fmu.get_real(outputs)
 
 
 def read_friction_fmu(path: str | os.PathLike[str]) -> FmuModel:

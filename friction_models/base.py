@@ -213,6 +213,11 @@ class FrictionModel(BaseEstimator):
         """The calibrated prediction interval, None without one."""
         return getattr(self, "interval_", None)
 
+    @property
+    def interval_level(self) -> float | None:
+        """Level of the prediction interval, None without one."""
+        return None if self.interval is None else self.interval.level
+
     def calibrate(
         self,
         loads: LoadsLike,

@@ -289,7 +289,7 @@ def measured_coverage(model: Any, data: DataSet, level: float | None = None) -> 
     low, high = model.predict_interval_frame(points, tests, level)
     mu = points["mu"].to_numpy(dtype=np.float64)
     ids = points["test_id"].to_numpy().astype(str)
-    expected = level if level is not None else float(model.interval.level)
+    expected = level if level is not None else float(model.interval_level)
     chosen = {"all": np.ones(len(mu), dtype=bool)}
     if tests is not None and "role" in tests.columns:
         roles = tests.assign(test_id=tests["test_id"].astype(str)).set_index("test_id")["role"]

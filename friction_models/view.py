@@ -26,7 +26,8 @@ def response_curves(model: FrictionModel) -> go.Figure:
     """Return a plotly figure with one panel a load.
 
     The line holds the other loads at the centre of the trained domain; the band spans the 5th to the
-    95th percentile of mu when they vary over the domain. Grey marks what lies outside the domain.
+    95th percentile of mu when they vary over the domain; dotted lines are the bounds of the prediction interval,
+    where the model has one. Grey marks what lies outside the domain.
     """
     from plotly.subplots import make_subplots
 
@@ -57,6 +58,20 @@ def response_curves(model: FrictionModel) -> go.Figure:
             showlegend=j == 0,
             **place,
         )
+        if model.interval is not None:
+            low_mu, high_mu = model.predict_interval(along(centre, j, x))
+            for k, bound in enumerate((low_mu, high_mu)):
+                figure.add_scatter(
+                    x=x,
+                    y=bound,
+                    mode="lines",
+                    line={"color": LINE, "width": 1.2, "dash": "dot"},
+                    name=f"{model.interval.level:.0%} of the points of new tests, at the centre",
+                    legendgroup="interval",
+                    showlegend=j == 0 and k == 0,
+                    hovertemplate=f"{('lower', 'upper')[k]} bound %{{y:.4f}}<extra></extra>",
+                    **place,
+                )
         figure.add_scatter(
             x=x,
             y=model.predict(along(centre, j, x)),

@@ -135,7 +135,7 @@ def predict(
 
 def has_interval(model: Any) -> bool:
     """Whether a model knows a prediction interval."""
-    return getattr(model, "interval", None) is not None
+    return getattr(model, "interval_level", None) is not None
 
 
 def _refuse_level(model: Any, name: str, level: float | None) -> None:
