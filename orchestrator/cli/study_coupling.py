@@ -1,0 +1,177 @@
+"""`study lag` and `study extrapolation`: what the coupling costs, and what happens beyond the trained domain."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from .console import say
+from .options import Jobs
+from .study_options import DryRun, Quick, Scheduler, StudyFolder, run_campaign, write_manifest
+
+if TYPE_CHECKING:
+    from ..campaign import Campaign, JobResult
+
+Data = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--data",
+        metavar="[LUBRICANT=]DIR",
+        help="Data set to train on; the virtual laboratory measures without one.",
+    ),
+]
+Model = Annotated[
+    list[str] | None, typer.Option("--model", help="Family of friction models to use; repeatable.")
+]
+Process = Annotated[
+    list[str] | None, typer.Option("--process", help="Forming process: fre, bce; repeatable.")
+]
+Stroke = Annotated[
+    float | None, typer.Option(help="Punch travel [mm]; that of a usual run by default.", min=0.1, max=100.0)
+]
+Seed = Annotated[int, typer.Option(help="Seed of the virtual laboratory.", min=0)]
+
+
+def lag(
+    out: StudyFolder,
+    data: Data = None,
+    model: Model = None,
+    process: Process = None,
+    step: Annotated[
+        list[float] | None,
+        typer.Option("--step", help="Communication step [mm]; repeatable, each divides the longest."),
+    ] = None,
+    stroke: Stroke = None,
+    seed: Seed = 0,
+    quick: Quick = False,
+    dry_run: DryRun = False,
+    jobs: Jobs = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Say what one-step lag costs against iterated coupling as the communication step grows."""
+    from ..campaign import CODE, Campaign
+    from ..studies.lag import LagStudy, table
+    from ..studies.level_runs import CODE as RUNS
+
+    study = LagStudy.quick() if quick else LagStudy()
+    study = replace(study, seed=seed, **_given(models=model, processes=process, steps=step, stroke=stroke))
+    chosen = _chosen(data)
+    campaign = Campaign(out, study.jobs(chosen), (*CODE, *RUNS))
+    results = run_campaign(campaign, "study lag", jobs, scheduler, dry_run)
+    if results is None:
+        return
+    values = study.evaluate(results)
+    from ..report.lag_page import lag_page
+
+    rows = [_flat(row) for row in values["rows"]]
+    _write(campaign, results, values, rows, "lag", lag_page(values), seed)
+    _finish(campaign, values, table(values))
+
+
+def extrapolation(
+    out: StudyFolder,
+    data: Data = None,
+    model: Model = None,
+    process: Process = None,
+    stroke: Stroke = None,
+    seed: Seed = 0,
+    quick: Quick = False,
+    dry_run: DryRun = False,
+    jobs: Jobs = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Say how friction models behave in forming where the loads leave the domain that they were trained on."""
+    from ..campaign import CODE, Campaign
+    from ..studies.extrapolation import ExtrapolationStudy, table
+    from ..studies.level_runs import CODE as RUNS
+
+    study = ExtrapolationStudy.quick() if quick else ExtrapolationStudy()
+    study = replace(study, seed=seed, **_given(models=model, processes=process, stroke=stroke))
+    chosen = _chosen(data)
+    campaign = Campaign(out, study.jobs(chosen), (*CODE, *RUNS))
+    results = run_campaign(campaign, "study extrapolation", jobs, scheduler, dry_run)
+    if results is None:
+        return
+    values = study.evaluate(results, chosen)
+    from ..report.extrapolation_page import extrapolation_page
+
+    rows = [_flat({k: v for k, v in run.items() if k != "loads"} | _by_load(run)) for run in values["runs"]]
+    _write(campaign, results, values, rows, "extrapolation", extrapolation_page(values), seed)
+    _finish(campaign, values, table(values))
+
+
+def _given(**options: Any) -> dict[str, Any]:
+    """Return the options that the user gave."""
+    return {name: value for name, value in options.items() if value not in (None, [])}
+
+
+def _chosen(data: list[str] | None) -> Any:
+    from friction_models.loads import InputError
+
+    from ..studies.measurements import chosen_data
+
+    chosen = chosen_data(data)
+    if chosen is not None and len(chosen) > 1:
+        raise InputError(
+            f"--data: {len(chosen)} data sets, allowed: one, as the study compares runs of one lubricant"
+        )
+    return chosen
+
+
+def _by_load(run: dict[str, Any]) -> dict[str, Any]:
+    """Return shares outside by load as columns."""
+    return {
+        f"{item['load']}_{side}": item[side]["share"]
+        for item in run.get("loads", [])
+        for side in ("below", "above")
+    }
+
+
+def _flat(row: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return nested numbers as columns ``lag.work_pct``; measured times last."""
+    flat: dict[str, Any] = {}
+    for key, value in row.items():
+        if isinstance(value, dict):
+            flat |= _flat(value, f"{prefix}{key}.")
+        else:
+            flat[f"{prefix}{key}"] = value
+    return flat
+
+
+def _write(
+    campaign: Campaign,
+    results: dict[str, JobResult],
+    values: dict[str, Any],
+    rows: list[dict[str, Any]],
+    name: str,
+    page: str,
+    seed: int,
+) -> None:
+    import pandas as pd
+
+    from friction_models.loads import write_json, write_text
+
+    from .console import plain
+
+    write_json(campaign.folder / f"{name}.json", plain(values))
+    write_text(campaign.folder / f"{name}.csv", pd.DataFrame(rows).to_csv(index=False, lineterminator="\n"))
+    write_text(campaign.folder / "report.html", page)
+    write_manifest(campaign, results, values["settings"], {"laboratory": seed})
+
+
+def _finish(campaign: Campaign, values: dict[str, Any], shown: str) -> None:
+    if values["synthetic"]:
+        say("friction models trained on synthetic data")
+    say(shown)
+    say(f"report written: {campaign.folder / 'report.html'}")
+    campaign.check()
+
+
+def add_commands(app: typer.Typer) -> None:
+    """Register the commands of this file."""
+    app.command(epilog="Example: tribofmu study lag --data data --model polynomial -o studies/lag")(lag)
+    app.command(epilog="Example: tribofmu study extrapolation --quick -o studies/extrapolation")(
+        extrapolation
+    )

@@ -1,0 +1,210 @@
+"""The report of the study ``lag``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..runs import versions
+from .markup import bullets, escape, paragraph, table
+from .page import Page, figure
+from .palette import COLORS
+from .theme import dress
+
+#: Colour of each mode.
+_MODES = {"jacobi": COLORS[1], "gauss_seidel": COLORS[0], "iterated": COLORS[2]}
+_LABELS = {
+    "jacobi": "jacobi (two steps of lag)",
+    "gauss_seidel": "gauss_seidel (one step)",
+    "iterated": "iterated (none)",
+}
+
+
+def lag_page(values: Mapping[str, Any]) -> str:
+    """Return the HTML of the numbers of `studies.lag.LagStudy.evaluate`."""
+    settings = values["settings"]
+    page = Page(
+        title=_title(values),
+        kicker="tribofmu study lag: friction from the loads of the step before, against iterated coupling",
+        lead=escape(
+            f"{', '.join(p.upper() for p in settings['processes'])} at {settings['speed_mm_s']:g} mm/s with tools of "
+            f"{settings['T_tool_degC']:g} degC; {', '.join(settings['models'])}; communication steps of "
+            f"{', '.join(f'{s:g}' for s in settings['steps_mm'])} mm, all compared every {settings['compared_every_mm']:g} mm of stroke."
+        ),
+        synthetic=bool(values["synthetic"]),
+    )
+    done = [r for r in values["rows"] if r.get("to_finest")]
+    if done:
+        page.add(
+            "cost",
+            "What the lag costs",
+            figure(
+                "work",
+                _deviations(
+                    done,
+                    "lag",
+                    (
+                        ("work_pct", "work [%]"),
+                        ("rms_pct", "rms of the force [%]"),
+                        ("mu_mean", "mean change of mu"),
+                    ),
+                ),
+                "Each run against the iterated run of the same step: what differs is the lag alone. Forming work, rms of the "
+                "force in units of its maximum, and mu at the markers in contact.",
+                "Deviation of work, force and mu over the communication step for jacobi and gauss_seidel.",
+            ),
+            _summary(values),
+        )
+        page.add(
+            "finest",
+            "Against the finest iterated run",
+            figure(
+                "finest",
+                _deviations(
+                    done,
+                    "to_finest",
+                    (
+                        ("work_pct", "work [%]"),
+                        ("max_force_pct", "maximum force [%]"),
+                        ("rms_pct", "rms of the force [%]"),
+                    ),
+                ),
+                f"Each run against the iterated run with {min(settings['steps_mm']):g} mm. The iterated runs differ from it because "
+                "the solver itself then makes other steps.",
+                "Deviation of work and force from the finest iterated run over the communication step.",
+            ),
+        )
+        page.add(
+            "curves",
+            "Over the stroke",
+            figure(
+                "curves",
+                _curves(values),
+                f"Deviation of the force from the finest iterated run, longest step ({max(settings['steps_mm']):g} mm).",
+                "Deviation of the punch force over the stroke for the three modes.",
+            ),
+        )
+    page.add("runs", "Runs", _runs(values))
+    failed = [
+        f"{r['process']}, {r['model']}, {r['mode']}, {r['step_mm']:g} mm: {r['failed']}"
+        for r in values["rows"]
+        if r["failed"]
+    ]
+    if failed:
+        page.add("failed", "Runs that broke off", bullets(failed))
+    return page.render(f"tribofmu {escape(versions()['tribofmu'])}")
+
+
+def _title(values: Mapping[str, Any]) -> str:
+    costs = [e["work_pct_per_mm"] for e in values["summary"] if e["mode"] == "gauss_seidel" and e["runs"]]
+    if not costs:
+        return "One-step lag: no pair of runs to compare"
+    worst = max(costs, key=abs)
+    return f"One-step lag changes the forming work by at most {abs(worst):.2g} % per millimetre of communication step"
+
+
+def _groups(rows: list[Any]) -> list[tuple[str, str]]:
+    return list(dict.fromkeys((r["process"], r["model"]) for r in rows))
+
+
+def _deviations(rows: list[Any], which: str, shown: tuple[tuple[str, str], ...]) -> Any:
+    from plotly.subplots import make_subplots
+
+    groups = _groups(rows)
+    chart = make_subplots(
+        rows=len(shown), cols=len(groups), shared_xaxes=True, shared_yaxes="rows", vertical_spacing=0.05,
+        horizontal_spacing=0.03, subplot_titles=[f"{p.upper()}, {m}" for p, m in groups],
+    )  # fmt: skip
+    for column, group in enumerate(groups, 1):
+        for mode, color in _MODES.items():
+            mine = sorted(
+                (
+                    r
+                    for r in rows
+                    if (r["process"], r["model"]) == group and r["mode"] == mode and r.get(which)
+                ),
+                key=lambda r: r["step_mm"],
+            )
+            if not mine or (which == "lag" and mode == "iterated"):
+                continue
+            for row, (name, _) in enumerate(shown, 1):
+                chart.add_scatter(
+                    x=[r["step_mm"] for r in mine], y=[r[which][name] for r in mine], mode="lines+markers",
+                    name=_LABELS[mode], legendgroup=mode, showlegend=row == 1 and column == 1,
+                    line={"color": color, "width": 2}, row=row, col=column,
+                    hovertemplate=f"{mode} %{{x:g}} mm: %{{y:.3g}}<extra></extra>",
+                )  # fmt: skip
+        chart.update_xaxes(title_text="communication step [mm]", row=len(shown), col=column)
+    dress(chart, 190 * len(shown) + 70)
+    chart.update_layout(margin_t=66)
+    for row, (_, heading) in enumerate(shown, 1):
+        chart.update_yaxes(title_text=heading, row=row, col=1)
+    return chart
+
+
+def _curves(values: Mapping[str, Any]) -> Any:
+    from plotly.subplots import make_subplots
+
+    longest = max(values["settings"]["steps_mm"])
+    mine = [c for c in values["curves"] if c["step_mm"] == longest]
+    groups = _groups(mine) or [("", "")]
+    chart = make_subplots(
+        rows=1,
+        cols=len(groups),
+        horizontal_spacing=0.05,
+        subplot_titles=[f"{p.upper()}, {m}" for p, m in groups],
+    )
+    for column, group in enumerate(groups, 1):
+        for curve in mine:
+            if (curve["process"], curve["model"]) == group:
+                chart.add_scatter(
+                    x=curve["stroke"], y=curve["deviation_kN"], name=_LABELS[curve["mode"]], legendgroup=curve["mode"],
+                    showlegend=column == 1, line={"color": _MODES[curve["mode"]], "width": 2}, row=1, col=column,
+                    hovertemplate="%{x:.1f} mm: %{y:+.2f} kN<extra></extra>",
+                )  # fmt: skip
+        chart.update_xaxes(title_text="stroke [mm]", row=1, col=column)
+    dress(chart, 320)
+    chart.update_layout(margin_t=66)
+    chart.update_yaxes(title_text="force deviation [kN]", row=1, col=1)
+    return chart
+
+
+def _summary(values: Mapping[str, Any]) -> str:
+    rows = []
+    for e in values["summary"]:
+        if not e["runs"]:
+            continue
+        cost = e["timing"].get("relative")
+        rows.append(
+            (
+                e["process"].upper(), e["model"], e["mode"], f"{e['work_pct_per_mm']:+.3f}", f"{e['max_force_pct_per_mm']:+.3f}",
+                f"{e['rms_pct_per_mm']:.3f}", f"{e['mu_mean_per_mm']:.5f}", "-" if cost is None else f"{cost:.1f}",
+            )
+        )  # fmt: skip
+    return paragraph(
+        "Per millimetre of communication step, by least squares through zero: jacobi and gauss_seidel against the iterated "
+        "run of the same step, iterated against the finest. Cost: time of a run, as a multiple of gauss_seidel."
+    ) + table(
+        ["process", "model", "mode", "work [%/mm]", "max force [%/mm]", "rms [%/mm]", "mu [1/mm]", "cost"],
+        rows,
+        numeric=range(3, 8),
+    )
+
+
+def _runs(values: Mapping[str, Any]) -> str:
+    rows = []
+    for r in values["rows"]:
+        lag = r.get("lag") or {}
+        rows.append(
+            (
+                r["process"].upper(), r["model"], f"{r['step_mm']:g}", r["mode"],
+                *(f"{r[k]:.1f}" if k in r else "-" for k in ("max_force_kN", "work_J")),
+                f"{lag['work_pct']:+.3f}" if lag else "-", f"{lag['mu_max']:.4f}" if lag else "-",
+                f"{r.get('repetitions_mean', 0):.1f}" if "steps" in r else "-",
+                f"{r['timing']['run_s']:.1f}" if r.get("timing") else "-",
+            )
+        )  # fmt: skip
+    return table(
+        ["process", "model", "step [mm]", "mode", "max force [kN]", "work [J]", "lag in work [%]", "largest change of mu", "repetitions", "time [s]"],
+        rows, numeric=(2, 4, 5, 6, 7, 8, 9), caption="Times depend on the machine and on what else it did.",
+    )  # fmt: skip

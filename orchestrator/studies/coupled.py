@@ -1,0 +1,137 @@
+"""Jobs that run a forming level whatever becomes of it: a run that breaks off is a result of these studies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from friction_models.loads import InputError
+
+from ..errors import SimulationError
+from .level_runs import RUN, SECONDS_A_MM, Level, friction_file, simulate_level, summary
+
+if TYPE_CHECKING:
+    from ..campaign import Job, JobResult
+    from ..runs import Run
+
+#: Relative change at which repetitions agree: well above what the solver resolves, well below what matters.
+TOLERANCE = 1e-5
+#: Repetitions of a step in the mode ``iterated``, for estimates.
+REPETITIONS = 4.5
+#: Middle levels of the press.
+SPEED, T_TOOL = 50.0, 50.0
+
+
+def coupled_job(
+    name: str,
+    level: Level,
+    friction: str,
+    mode: str = "gauss_seidel",
+    step: float = 0.1,
+    start: Mapping[str, Any] | None = None,
+    label: str = "",
+) -> Job:
+    """Return the job that forms `level` with the friction FMU of the job `friction`, run folder kept.
+
+    Parameters
+    ----------
+    name : str
+        Of the job.
+    level : Level
+    friction : str
+        Name of a job of `models`.
+    mode, step, start
+        How the FMUs are coupled, the stroke between two exchanges [mm], start values of the friction FMU.
+    label : str
+        Friction model as the run names it.
+    """
+    from ..campaign import Job
+
+    inputs = {
+        "level": asdict(level) | {"parameters": dict(level.parameters)},
+        "mode": mode,
+        "step": step,
+        "start": dict(start or {}),
+        "label": label,
+        "tolerance": TOLERANCE,
+    }
+    steps = level.stroke / step
+    cost = (
+        SECONDS_A_MM.get(level.process, 0.25) * level.stroke * max(0.5, min(2.0, steps / level.stroke / 10.0))
+    )
+    return Job(
+        name,
+        f"{__name__}:run_coupled",
+        inputs,
+        needs=(friction,),
+        seconds=1.5 + cost * (REPETITIONS if mode == "iterated" else 1.0),
+    )
+
+
+def run_coupled(
+    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
+) -> dict[str, Any]:
+    """Form a level and keep the run; the function of `coupled_job`.
+
+    Returns
+    -------
+    dict
+        What `level_runs.summary` returns; ``failed``: why the run broke off, empty for a complete one;
+        ``repetitions``: mean and largest number of a step, and the largest change left (mode ``iterated``).
+    """
+    from ..runs import Run
+
+    (model,) = needs.values()
+    given = {**inputs, "synthetic": bool(model.values.get("synthetic", False))}
+    try:
+        run = simulate_level(given, friction_file(files, needs), folder / RUN)
+    except SimulationError as error:
+        if not (folder / RUN / "manifest.json").is_file():
+            return {"failed": str(error), "steps": 0, "repetitions": None, "timing": {}}
+        run = Run.load(folder / RUN, stopped=True)
+    made = run.manifest.get("iterations")
+    return {**summary(run), "failed": run.message, "repetitions": made}
+
+
+def run_of(result: JobResult) -> Run | None:
+    """Return the run that a job kept, None where not a single step was made."""
+    from ..runs import Run
+
+    if not result.values["steps"]:
+        return None
+    return Run.load(result.folder / RUN, stopped=True)
+
+
+def chosen_level(process: str, stroke: float | None, step: float, speed: float, T_tool: float) -> Level:
+    """Return a level with as much stroke as the process allows, in whole steps.
+
+    Parameters
+    ----------
+    process : str
+        ``"fre"`` or ``"bce"``.
+    stroke : float or None
+        Wanted punch travel [mm]; None for that of a usual run.
+    step : float
+        Longest communication step of the study [mm].
+    speed, T_tool : float
+        Punch speed [mm/s] and tool temperature [degC].
+
+    Raises
+    ------
+    InputError
+        An unknown process, or a stroke shorter than a step.
+    """
+    from friction_models.loads import unknown_name
+
+    from ..processes import STROKE
+
+    if process not in SECONDS_A_MM:
+        raise unknown_name("process", process, SECONDS_A_MM)
+    wanted = STROKE if stroke is None else stroke
+    if not wanted >= step:
+        raise InputError(f"stroke = {wanted:g} mm, allowed: at least one communication step of {step:g} mm")
+    far = Level(process, T_tool, speed, 0.0).farthest(step)
+    return Level(process, T_tool, speed, min(math.floor(wanted / step + 1e-6) * step, far))
