@@ -13,8 +13,9 @@ import numpy.typing as npt
 import pandas as pd
 from sklearn.base import BaseEstimator
 
+from .calibrated import Calibrated
 from .domain import Domain
-from .intervals import LEVEL, PredictionInterval
+from .intervals import PredictionInterval
 from .loads import MU, FloatArray, InputError, TriboLoads, check_column, missing_column, unknown_name
 from .ops import LoadColumns, NumpyOps, Ops, Value
 from .training.measures import error_measures
@@ -37,7 +38,7 @@ def as_loads(loads: LoadsLike) -> TriboLoads:
     return TriboLoads.from_frame(loads) if isinstance(loads, pd.DataFrame) else TriboLoads.from_array(loads)
 
 
-class FrictionModel(BaseEstimator):
+class FrictionModel(Calibrated, BaseEstimator):
     """Coefficient of friction as a function of the five tribological loads.
 
     Follows scikit-learn: `__init__` only stores, `fit` returns self, learned attributes end in ``_``,
@@ -52,8 +53,6 @@ class FrictionModel(BaseEstimator):
         What it was trained on: counts, tests, versions.
     errors_ : dict
         Error measures by the name of the split (``train``, ``test``, ...).
-    interval_ : PredictionInterval
-        After `calibrate`.
     """
 
     family: ClassVar[str] = ""
@@ -205,83 +204,6 @@ class FrictionModel(BaseEstimator):
     def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
         """Return mu for a table with the columns of the contract (mu itself is not needed)."""
         return self.predict(TriboLoads.from_frame(data, tests))
-
-    # --- how far a measurement may lie from the model -------------------------------------------------
-
-    @property
-    def interval(self) -> PredictionInterval | None:
-        """The calibrated prediction interval, None without one."""
-        return getattr(self, "interval_", None)
-
-    @property
-    def interval_level(self) -> float | None:
-        """Level of the prediction interval, None without one."""
-        return None if self.interval is None else self.interval.level
-
-    def calibrate(
-        self,
-        loads: LoadsLike,
-        mu: npt.ArrayLike,
-        groups: npt.ArrayLike | None = None,
-        level: float = LEVEL,
-        seed: int = 0,
-    ) -> Self:
-        """Give a fitted model its prediction interval, from the data it was fitted to.
-
-        Parameters
-        ----------
-        loads, mu, groups
-            As in `fit`; the tests must be known, at least four.
-        level : float
-            Share of the points of new tests that the interval is to hold, 0.5 to 0.999.
-        seed : int
-            Of the folds.
-
-        Raises
-        ------
-        InputError
-            The model is not fitted, the tests are not known or too few, a fold cannot be fitted.
-        """
-        from .calibration import calibrate
-
-        self.require_fitted()
-        points, target, tests = self._checked(loads, mu, groups)
-        self.interval_ = calibrate(self, points, target, tests, level, seed=seed)
-        return self
-
-    def left_out(
-        self, loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_], folds: int, seed: int
-    ) -> tuple[FloatArray, str]:
-        """Return mu of points predicted without their tests, shape (n,), NaN where there is none; and how, in words.
-
-        The points are those the model was fitted to. A family that leaves tests out while it trains overrides this.
-        """
-        from .calibration import folds_of
-
-        return folds_of(self, loads, mu, groups, folds, seed)
-
-    def predict_interval(self, loads: LoadsLike, level: float | None = None) -> tuple[FloatArray, FloatArray]:
-        """Return the lower and upper bound of mu of a new test at `loads`, each of shape (n,).
-
-        Never negative; outside the trained domain the interval widens, but promises no coverage.
-
-        Raises
-        ------
-        InputError
-            The model has no interval, or a level outside 0.5 to 0.999.
-        """
-        points = as_loads(loads)
-        mu = self.predict(points)
-        if self.interval is None:
-            raise InputError(f"the {self.name} model has no prediction interval; call calibrate first")
-        margin = self.interval.margins(points.as_array(), self.domain, level)
-        return np.maximum(mu - margin, 0.0), mu + margin
-
-    def predict_interval_frame(
-        self, data: pd.DataFrame, tests: pd.DataFrame | None = None, level: float | None = None
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return the bounds of `predict_interval` for a table with the columns of the contract."""
-        return self.predict_interval(TriboLoads.from_frame(data, tests), level)
 
     # --- words and files ------------------------------------------------------------------------------
 

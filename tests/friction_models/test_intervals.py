@@ -1,0 +1,244 @@
+"""Prediction intervals: what share of the points of new tests they hold, where they widen, what is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from friction_models import FeedForwardFriction, LinearFriction, OnnxModel, PolynomialFriction, load_model
+from friction_models.base import FrictionModel
+from friction_models.calibration import (
+    TESTS_FOR_LOADS,
+    add_interval,
+    coverage_measures,
+    folds_of,
+    measured_coverage,
+    thinned,
+    wilson,
+)
+from friction_models.intervals import PROBABILITIES, PredictionInterval
+from friction_models.loads import LOAD_NAMES, DataSet, InputError, TriboLoads
+
+from .made_up import EDGES, anywhere, campaign
+
+OFFSET = 0.006
+
+
+def scattered(tests: int, seed: int, steep: bool = False) -> pd.DataFrame:
+    """Return made-up tests, each with an offset of its own; with `steep` it is larger at higher speed."""
+    data = campaign(tests, 20, seed=seed)
+    names, test = np.unique(data["test_id"].to_numpy().astype(str), return_inverse=True)
+    offset = np.random.default_rng(1000 + seed).normal(0.0, OFFSET, len(names))
+    if steep:
+        fastest = data.groupby(test)["v_rel"].max().to_numpy()
+        offset *= np.where(fastest > 250.0, 2.0, np.where(fastest > 50.0, 1.0, 0.5))
+    return data.assign(mu=np.maximum(data["mu"].to_numpy() + offset[test], 0.0))
+
+
+def halves(data: pd.DataFrame, train: int) -> tuple[pd.DataFrame, pd.DataFrame]:
+    _, test = np.unique(data["test_id"].to_numpy().astype(str), return_inverse=True)
+    return data[test < train], data[test >= train]
+
+
+def calibrated(model: FrictionModel, data: pd.DataFrame, **options: Any) -> FrictionModel:
+    return model.fit_frame(data).calibrate(TriboLoads.from_frame(data), data["mu"], **options)
+
+
+def covered(model: FrictionModel, data: pd.DataFrame, level: float | None = None) -> dict[str, float]:
+    low, high = model.predict_interval_frame(data, level=level)
+    ids = data["test_id"].to_numpy().astype(str)
+    return coverage_measures(data["mu"].to_numpy(), low, high, ids, 0.95)
+
+
+@pytest.fixture(scope="module")
+def model() -> FrictionModel:
+    return calibrated(LinearFriction(), scattered(40, 3))
+
+
+@pytest.mark.parametrize(
+    ("family", "train"), [(LinearFriction, 60), (PolynomialFriction, 40), (LinearFriction, 12)]
+)
+def test_new_tests_lie_within_as_often_as_the_level_says(family: type[FrictionModel], train: int) -> None:
+    shares, narrow = [], []
+    for seed in range(10):
+        seen, new = halves(scattered(train + 40, seed), train)
+        model = calibrated(family(), seen)
+        shares.append(covered(model, new)["share"])
+        narrow.append(covered(model, new, level=0.8)["share"])
+    # 0.95 +- what 10 calibrations on so many tests leave open; few tests make it cautious rather than bold.
+    assert 0.93 <= np.mean(shares) <= 0.99
+    assert np.mean([0.90 <= s <= 1.0 for s in shares]) >= 0.8
+    assert 0.76 <= np.mean(narrow) <= 0.88
+
+
+def test_points_taken_as_independent_would_promise_too_much() -> None:
+    naive, ours = [], []
+    for seed in range(6):
+        seen, new = halves(scattered(45, seed), 15)
+        model = calibrated(PolynomialFriction(), seen)
+        margin = np.quantile(np.abs(model.predict_frame(seen) - seen["mu"]), 0.95)
+        naive.append(np.mean(np.abs(model.predict_frame(new) - new["mu"]) <= margin))
+        ours.append(covered(model, new)["share"])
+    assert np.mean(naive) < 0.80 and np.mean(ours) > 0.93
+
+
+def test_width_follows_the_loads_where_the_tests_show_it() -> None:
+    found = []
+    for steep in (False, True):
+        slopes = []
+        for seed in range(6):
+            interval = calibrated(PolynomialFriction(), scattered(81, seed, steep)).interval
+            assert interval is not None
+            slopes.append(interval.slopes)
+        found.append(np.mean([any(s) for s in slopes]))
+        speed = np.mean([s[0] for s in slopes if any(s)] or [0.0])
+    assert found[0] <= 0.3 and found[1] >= 0.6
+    assert speed > 0.1
+    few = calibrated(LinearFriction(), scattered(TESTS_FOR_LOADS - 1, 0, steep=True)).interval
+    assert few is not None and not any(few.slopes)
+
+
+def test_outside_the_domain_it_widens_from_the_border_on(model: FrictionModel) -> None:
+    border = model.domain.centre.copy()
+    border[1] = model.domain.upper[1]
+    beyond = border.copy()
+    beyond[1] += 2.0 * model.domain.scale[1]
+    low, high = model.predict_interval(np.array([model.domain.centre, border, beyond]))
+    width = high - model.predict(np.array([model.domain.centre, border, beyond]))
+    assert width[1] == pytest.approx(width[0]) and width[2] == pytest.approx(3.0 * width[1])
+    for loads in (EDGES, anywhere(200)):
+        low, high = model.predict_interval(loads)
+        mu = model.predict(loads)
+        assert (low >= 0.0).all() and (low <= mu).all() and (mu <= high).all() and np.isfinite(high).all()
+    assert all(len(b) == 0 for b in model.predict_interval(np.empty((0, 5))))
+
+
+def test_factor_is_the_quantile_corrected_for_one_test_more() -> None:
+    content = {
+        "level": 0.95, "tests": 19, "points": 190, "constant": 0.0, "slopes": dict.fromkeys(LOAD_NAMES, 0.0),
+        "scores": PROBABILITIES.tolist(), "source": "by hand",
+    }  # fmt: skip
+    interval = PredictionInterval.from_dict(content)
+    assert interval.method() == "conformal" and interval.factor() == 1.0  # the largest of 19 is just enough
+    assert interval.factor(0.5) == pytest.approx(0.53)  # 0.5 * 20 / 19 = 0.526, the next probability kept
+    assert interval.method(0.96) == "student"
+    # Uniform scores have a mean square of 1/3; t(18 degrees of freedom, 0.98) = 2.214.
+    assert interval.factor(0.96) == pytest.approx(2.2137 * np.sqrt(20 / 19 / 3), rel=1e-3)
+    assert PredictionInterval.from_dict(json.loads(json.dumps(interval.to_dict()))) == interval
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"scores": [1.0]}, "1 scores"),
+        ({"scores": [float("nan")] * len(PROBABILITIES)}, "finite"),
+        ({"scores": PROBABILITIES[::-1].tolist()}, "never fall"),
+        ({"constant": 1e3}, "too large"),
+        ({"slopes": {"v_rel": 1.0}}, "missing"),
+        ({"level": 1.0}, "0.5 to 0.999"),
+        ({"tests": 2}, "tests is 2"),
+        ({"coverage": {"test": 3}}, "missing or not a number"),
+        ({"coverage": [3]}, "missing or not a number"),
+    ],
+)
+def test_stored_intervals_are_checked(model: FrictionModel, change: dict[str, Any], said: str) -> None:
+    assert model.interval is not None
+    with pytest.raises(InputError, match=said):
+        PredictionInterval.from_dict(model.interval.to_dict() | change)
+
+
+def test_too_few_tests_are_refused() -> None:
+    data = scattered(6, 0)
+    seen, _ = halves(data, 3)
+    with pytest.raises(InputError, match="3 tests, allowed: at least 4"):
+        calibrated(LinearFriction(), seen)
+    with pytest.raises(InputError, match="0 tests"):
+        LinearFriction().fit(seen[list(LOAD_NAMES)], seen["mu"]).calibrate(
+            seen[list(LOAD_NAMES)].to_numpy(), seen["mu"]
+        )
+    with pytest.raises(InputError, match="level is 1"):
+        calibrated(LinearFriction(), data, level=1.5)
+    with pytest.raises(InputError, match="not fitted"):
+        LinearFriction().calibrate(TriboLoads.from_frame(data), data["mu"])
+    with pytest.raises(InputError, match="call calibrate first"):
+        LinearFriction().fit_frame(data).predict_interval_frame(data)
+
+
+def test_a_new_fit_has_no_interval_and_models_without_one_say_nothing_of_it(
+    model: FrictionModel, tmp_path: Path
+) -> None:
+    data = scattered(40, 3)
+    plain = LinearFriction().fit_frame(data)
+    assert "interval" not in plain.card and plain.interval_level is None
+    again = calibrated(LinearFriction(), data)
+    assert again.fit_frame(data).interval is None
+    plain.save(tmp_path / "plain"), again.save(tmp_path / "again"), model.save(tmp_path / "with")
+    for name in ("model.onnx", "card.json"):
+        assert (tmp_path / "plain" / name).read_bytes() == (tmp_path / "again" / name).read_bytes()
+    session = OnnxModel(tmp_path / "plain" / "model.onnx")
+    assert not session.has_interval
+    with pytest.raises(InputError, match="no prediction interval"):
+        session.predict_interval(anywhere(2))
+    assert "## Prediction interval" in (tmp_path / "with" / "card.md").read_text()
+    assert load_model(tmp_path / "with").interval == model.interval
+
+
+def test_networks_use_the_tests_they_left_out() -> None:
+    data = campaign(60, 4, seed=1)
+    loads, mu, ids = (
+        TriboLoads.from_frame(data),
+        data["mu"].to_numpy(),
+        data["test_id"].to_numpy().astype(str),
+    )
+    model = FeedForwardFriction(hidden=(4,), members=8, epochs=2).fit_frame(data)
+    predicted, source = model.left_out(loads, mu, ids, 5, 0)
+    seen = np.isfinite(predicted)
+    assert set(ids[seen]) == set(model.validation_tests_) and "networks" in source
+    assert np.abs(predicted[seen] - model.predict(loads)[seen]).max() > 0.0
+    always = FeedForwardFriction(hidden=(4,), members=1, epochs=2, validation_fraction=0.0).fit_frame(data)
+    predicted, source = always.left_out(loads, mu, ids, 2, 0)
+    assert np.isfinite(predicted).all() and "folds" in source
+
+
+def test_folds_leave_out_whole_tests_and_thin_long_ones() -> None:
+    ids = np.repeat(["b", "a", "c"], [1000, 150, 3])
+    rows = thinned(ids)
+    assert [int((ids[rows] == t).sum()) for t in "abc"] == [100, 100, 3]
+    assert {0, 999, 1000, 1149} <= set(rows.tolist()) and (np.diff(rows) > 0).all()
+    data = scattered(8, 2)
+    loads, mu = TriboLoads.from_frame(data), data["mu"].to_numpy()
+    names = data["test_id"].to_numpy().astype(str)
+    model = LinearFriction().fit_frame(data)
+    predicted, _ = folds_of(model, loads, mu, names, 8, 0)
+    own = names == names[0]
+    alone = LinearFriction().fit(loads.take(~own), mu[~own], names[~own])
+    np.testing.assert_allclose(predicted[own], alone.predict(loads.take(own)), rtol=1e-12)
+
+
+def test_coverage_counts_every_test_alike() -> None:
+    ids = np.repeat(["a", "b"], [90, 10])
+    mu = np.r_[np.full(90, 0.1), np.full(10, 0.3)]
+    measures = coverage_measures(mu, np.zeros(100), np.full(100, 0.2), ids, 0.95)
+    assert measures["share"] == 0.5 and measures["points"] == 0.9 and measures["worst_test"] == 0.0
+    # Wilson (1927): 81 of 100 gives 0.7222 to 0.8749.
+    assert wilson(0.81, 100) == pytest.approx((0.7222, 0.8749), abs=1e-4)
+    assert measures["share_low"] == pytest.approx(wilson(0.5, 2)[0])
+
+
+def test_coverage_is_measured_on_the_tests_held_out() -> None:
+    points = scattered(60, 5)
+    names = sorted(set(points["test_id"]))
+    tests = pd.DataFrame({"test_id": names, "role": ["train"] * 40 + ["test"] * 20})
+    data = DataSet(points, tests, {"synthetic": True})
+    train = data.select("train")
+    model = LinearFriction().fit_frame(train.points, train.tests)
+    interval = add_interval(model, data)
+    assert set(interval.coverage) == {"test"} and interval.coverage["test"]["tests"] == 20
+    assert 0.8 <= interval.coverage["test"]["share"] <= 1.0
+    assert set(measured_coverage(model, data)) == {"train", "test", "all"}
+    assert model.card["interval"]["coverage"]["test"]["expected"] == 0.95
