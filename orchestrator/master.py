@@ -53,12 +53,13 @@ _Index: TypeAlias = npt.NDArray[np.intp] | slice
 
 @dataclass
 class _Transfer:
-    """Where the values between two components stand in the arrays of their ports."""
+    """Where the values between two components stand in the arrays of their ports; scaled where units differ."""
 
     source: str
     rows: _Index
     target: str
     places: _Index
+    scale: tuple[FloatArray, FloatArray] | None
 
 
 class Master:
@@ -206,15 +207,18 @@ class Master:
             inputs[name] = Port(fed)
             outputs[name] = Port({v.name: v for v in given}.values())
         # One transfer for all connections of a pair of components.
-        pairs: dict[tuple[str, str], tuple[list[int], list[int]]] = {}
+        pairs: dict[tuple[str, str], tuple[list[int], list[int], list[float], list[float]]] = {}
         for link in self.wiring.links:
-            rows, places = pairs.setdefault((link.source, link.target), ([], []))
+            rows, places, factors, offsets = pairs.setdefault((link.source, link.target), ([], [], [], []))
             rows += [outputs[link.source].index[v.name] for v in link.sources]
             places += [inputs[link.target].index[v.name] for v in link.targets]
-        transfers = [
-            _Transfer(source, _places(rows), target, _places(places))
-            for (source, target), (rows, places) in pairs.items()
-        ]
+            factors += [link.factor] * len(link.sources)
+            offsets += [link.offset] * len(link.sources)
+        transfers = []
+        for (source, target), (rows, places, factors, offsets) in pairs.items():
+            scaled = any(f != 1.0 for f in factors) or any(offsets)
+            scale = (np.array(factors), np.array(offsets)) if scaled else None
+            transfers.append(_Transfer(source, _places(rows), target, _places(places), scale))
         return inputs, outputs, transfers
 
     def _initialize(
@@ -290,7 +294,10 @@ class Master:
 
 def _transfer(transfers: list[_Transfer], inputs: dict[str, Port], outputs: dict[str, Port]) -> None:
     for item in transfers:
-        inputs[item.target].values[item.places] = outputs[item.source].values[item.rows]
+        values = outputs[item.source].values[item.rows]
+        if item.scale is not None:
+            values = item.scale[0] * values + item.scale[1]
+        inputs[item.target].values[item.places] = values
 
 
 def _gauss_seidel(

@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from friction_models.loads import LOAD_NAMES
 
+from .friction_names import FrictionNames
 from .system import System
 
 #: Punch travel of one communication step [mm].
@@ -27,6 +29,7 @@ def extrusion_system(
     provenance: Mapping[str, bool | int | float | str] | None = None,
     step: float = STEP,
     start: Mapping[str, bool | int | float | str] | None = None,
+    names: Mapping[str, Any] | None = None,
 ) -> System:
     """Return forward rod extrusion, friction first: the one-step lag of the paper's user subroutine.
 
@@ -46,24 +49,34 @@ def extrusion_system(
         Punch travel of one communication step [mm]; the stroke is rounded to whole steps.
     start : mapping, optional
         Start values of the friction FMU, such as ``clamp_to_domain``.
+    names : mapping, optional
+        `FrictionNames.to_dict`: which variables of the friction FMU take the loads and give mu, where they
+        have other names.
     """
     seconds = step / speed
+    called = FrictionNames() if names is None else FrictionNames.from_dict(names)
+    component: dict[str, object] = {
+        "fmu": str(Path(friction).resolve()),
+        "start": dict(called.start) | dict(start or {}),
+    }
+    if called.each_point:
+        component["each_point"] = True
     return System.from_dict(
         {
             "name": name,
             "communication_step": seconds,
             "stop_time": seconds * max(1, round(stroke / step)),
             "components": {
-                "friction": {"fmu": str(Path(friction).resolve()), "start": dict(start or {})},
+                "friction": component,
                 "forming": {"fmu": str(Path(forming).resolve())},
             },
             "connections": [
-                *(f"forming.{load} -> friction.{load}" for load in LOAD_NAMES),
-                "friction.mu -> forming.mu",
+                *(f"forming.{load} -> friction.{end}" for load, end in called.targets()),
+                f"friction.{called.mu} -> forming.mu",
             ],
             "record": [
-                "friction.mu",
-                "friction.domain_distance",
+                f"friction.{called.mu}",
+                *(["friction.domain_distance"] if called.has_distance else []),
                 *(f"forming.{n}" for n in RECORDED if n != "mu"),
             ],
             "synthetic": synthetic,

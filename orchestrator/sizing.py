@@ -6,6 +6,7 @@ import re
 
 from friction_models.loads import InputError
 
+from .connections import split_connection
 from .fmu_files import FmuDescription
 from .system import System
 
@@ -45,8 +46,8 @@ def size_arrays(
             )
         elif chosen:
             _resize(descriptions, name, {k: int(v) for k, v in chosen.items()}, problems)  # type: ignore[arg-type]
-    pairs = [c.partition("->") for c in system.connections]
-    ends = [(left.strip(), right.strip()) for left, arrow, right in pairs if arrow]
+    pairs = [split_connection(c) for c in system.connections]
+    ends = [pair[:2] for pair in pairs if pair is not None]
     # A length may pass through several components: each pass can settle one more.
     for _ in descriptions:
         before = dict(sizes)

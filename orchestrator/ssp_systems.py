@@ -64,6 +64,12 @@ def export_ssp(system: System, path: str | os.PathLike[str], boundary: bool = Fa
     from .wiring import Wiring
 
     wiring = Wiring.of(system)
+    scaled = next((link for link in wiring.links if (link.factor, link.offset) != (1.0, 0.0)), None)
+    if scaled is not None:
+        raise InputError(
+            f"{system.source}: a connection to {scaled.target}.{scaled.targets[0].name} converts units, which an archive "
+            "cannot hold; allowed: FMUs that share the units of what they exchange"
+        )
     links = [
         (_copy(wiring, link.source, a), _plain(a), _copy(wiring, link.target, b), _plain(b))
         for link in wiring.links

@@ -35,12 +35,17 @@ StartValue = bool | int | float | str | list[float]
 
 
 class Component(BaseModel):
-    """One FMU and the start values of its parameters and inputs."""
+    """One FMU and the start values of its parameters and inputs.
+
+    `each_point` lets an FMU of one contact point run once a point of the vectors that feed it; a friction FMU
+    with the variables of the contract needs no such word.
+    """
 
     model_config = ConfigDict(extra="forbid")
 
     fmu: Path
     start: dict[str, StartValue] = Field(default_factory=dict)
+    each_point: bool | None = None
 
 
 class System(BaseModel):
@@ -55,7 +60,8 @@ class System(BaseModel):
     components : dict of str to Component
         FMU files and start values; file names are relative to the YAML file.
     connections : list of str
-        ``"forming.v_rel -> friction.v_rel"``; structured variables connect element by element. A scalar friction
+        ``"forming.v_rel -> friction.v_rel"``; structured variables connect element by element. A unit behind the
+        target, ``"forming.T -> friction.T_contact [K]"``, converts a load. A scalar friction
         FMU fed by a vector runs once a contact point; arrays of FMI 3.0 whose length is a structural parameter
         become as long as what feeds them.
     order : list of str or None

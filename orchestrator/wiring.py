@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from friction_models.loads import InputError, unknown_name
 
+from .connections import scaling, split_connection
 from .errors import collected
 from .fmu_files import FmuDescription, describe
 from .fmu_variables import Variable, integer_limits
@@ -24,12 +25,17 @@ NUMBERS = ("Real", "Integer", "Enumeration", "Boolean")
 
 @dataclass(frozen=True)
 class Link:
-    """A connection after expansion: element k of `sources` feeds element k of `targets`."""
+    """A connection after expansion: element k of `sources` feeds element k of `targets`.
+
+    The target gets ``factor * value + offset``, where the connection names another unit.
+    """
 
     source: str
     sources: tuple[Variable, ...]
     target: str
     targets: tuple[Variable, ...]
+    factor: float = 1.0
+    offset: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -106,7 +112,7 @@ class Wiring:
         ends = [wiring._ends(connection, broken, problems) for connection in system.connections]
         for pair in ends:
             if pair is not None:
-                wiring._count_points(*pair)
+                wiring._count_points(system, *pair)
         for connection, pair in zip(system.connections, ends):
             if pair is not None:
                 problems += wiring._connect(connection, *pair)
@@ -133,13 +139,14 @@ class Wiring:
         return component, elements
 
     def _ends(self, connection: str, broken: set[str], problems: list[str]) -> tuple[_End, _End] | None:
-        left, arrow, right = connection.partition("->")
-        if not arrow:
+        parts = split_connection(connection)
+        if parts is None:
             problems.append(
                 f"connection {connection!r} is not of the form 'component.output -> component.input'"
             )
             return None
-        if {left.strip().partition(".")[0], right.strip().partition(".")[0]} & broken:
+        left, right, _ = parts
+        if {left.partition(".")[0], right.partition(".")[0]} & broken:
             return None
         ends = []
         for text, causality in ((left, "output"), (right, "input")):
@@ -149,10 +156,11 @@ class Wiring:
                 problems.append(str(error))
         return (ends[0], ends[1]) if len(ends) == 2 else None
 
-    def _count_points(self, source: _End, target: _End) -> None:
+    def _count_points(self, system: System, source: _End, target: _End) -> None:
         """Let a scalar friction FMU that a vector feeds run once a point of the vector."""
         name, elements = target
-        if len(elements) == 1 and len(source[1]) > 1 and self.descriptions[name].is_scalar_friction:
+        alone = system.components[name].each_point or self.descriptions[name].is_scalar_friction
+        if len(elements) == 1 and len(source[1]) > 1 and alone:
             self.points.setdefault(name, len(source[1]))
 
     def _at_points(self, end: _End) -> _End:
@@ -175,10 +183,19 @@ class Wiring:
                 f"connection {connection!r}: {names[0]} has {len(sources)} elements, {names[1]} has {len(targets)}; "
                 f"allowed: equal numbers (a friction FMU is packed with --nodes {len(sources) if source != 'friction' else len(targets)})"
             ]
+        factor, offset = 1.0, 0.0
+        parts = split_connection(connection)
+        unit = parts[2] if parts is not None else ""
+        if unit:
+            try:
+                factor, offset = scaling(sources[0], targets[0], unit)
+            except InputError as error:
+                return [f"connection {connection!r}: {error}"]
         for a, b in zip(sources, targets):
-            if a.unit and b.unit and a.unit != b.unit:
+            if not unit and a.unit and b.unit and a.unit != b.unit:
                 return [
-                    f"connection {connection!r}: {a.name!r} is in {a.unit!r}, {b.name!r} in {b.unit!r}; allowed: the same unit"
+                    f"connection {connection!r}: {a.name!r} is in {a.unit!r}, {b.name!r} in {b.unit!r}; allowed: the same unit, "
+                    f"or that of the target in brackets behind it to convert a load ('{connection.strip()} [{b.unit}]')"
                 ]
             if a.type != b.type or a.type not in NUMBERS:
                 return [
@@ -190,7 +207,7 @@ class Wiring:
             return [
                 f"connection {connection!r}: the input {target}.{twice[0]} is already connected; allowed: one source"
             ]
-        self.links.append(Link(source, tuple(sources), target, tuple(targets)))
+        self.links.append(Link(source, tuple(sources), target, tuple(targets), factor, offset))
         return []
 
     def _start(self, name: str, description: FmuDescription, starts: dict[str, StartValue]) -> list[str]:

@@ -1,0 +1,157 @@
+"""Friction FMUs that others made, as models: other names and units, one point or many, with or without delay."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fmus import FmuModel
+from fmus.running import RunningFmu
+from fmus.unpacked import UnpackedFmu
+from friction_models.domain import Domain
+from friction_models.loads import LOAD_NAMES, FloatArray, InputError
+
+from .fmu_files import describe
+from .friction_names import FrictionNames
+
+#: Two ordinary contact states that differ in all loads: an FMU that answers both alike at once may answer after a step.
+_PROBES = ((5.0, 50.0, 500.0, 2.0, 1.1), (200.0, 150.0, 1500.0, 20.0, 3.0))
+#: Step that lets such an FMU answer [s], where it names none.
+_SHORT = 1e-3
+
+
+def friction_model(path: str | os.PathLike[str], entry: Mapping[str, Any] | None = None) -> FmuModel:
+    """Open any friction FMU as a model.
+
+    Parameters
+    ----------
+    path : path-like
+    entry : mapping, optional
+        Its entry in a file of names (`read_names`).
+
+    Raises
+    ------
+    InputError
+        Not an FMU, or one whose variables are neither those of the contract nor named by `entry`.
+    """
+    if entry is None:
+        try:
+            model = FmuModel(path)
+        except InputError as error:
+            if "variable" not in str(error):
+                raise
+            raise InputError(
+                f"{error}; for an FMU with other variables --names FILE.yaml says which takes which load"
+            ) from None
+        if model.source is not None:
+            return model
+    return ForeignFmu(path, FrictionNames.of(describe(path), entry or {}))
+
+
+class ForeignFmu(FmuModel):
+    """A friction FMU of another generator.
+
+    Loads are converted to its units. Points of a data set without time are each evaluated from the start state
+    where the FMU can save it. An FMU whose outputs follow its inputs only after a step is given a short one.
+
+    Parameters
+    ----------
+    path : path-like
+        FMU for co-simulation, FMI 2.0 or 3.0.
+    names : FrictionNames
+        Its variables.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], names: FrictionNames) -> None:
+        from fmus.user_onnx.units import conversion
+
+        self.path = Path(path)
+        self.names = names
+        self.source = None
+        self._fmu = UnpackedFmu(self.path)
+        self._outputs = self._fmu.elements(names.mu)
+        self._bounds = [[], []]
+        variables = {load: self._fmu.elements(name) for load, (name, _) in names.loads.items()}
+        self._inputs = [n for parts in variables.values() for n in parts]
+        self.nodes = sum(self._fmu.length(n) for n in self._outputs)
+        if self.nodes < 1:
+            raise InputError(f"{self.path}: the FMU has no contact point, allowed: at least one")
+        if set(LOAD_NAMES) != set(variables) or any(name != load for load, (name, _) in names.loads.items()):
+            self._fmu.sizing = None  # arrays under other names keep their length
+        self._columns = [LOAD_NAMES.index(load) for load in variables]
+        units = [conversion(q, u, str(path)) if u else (1.0, 0.0) for q, (_, u) in names.loads.items()]
+        self._factors, self._offsets = np.array([f for f, _ in units]), np.array([o for _, o in units])
+        self._saves = self._fmu.claims("canGetAndSetFMUState")
+        experiment = self._fmu.description.defaultExperiment
+        try:
+            self._short = float(experiment.stepSize)
+        except (AttributeError, TypeError, ValueError):
+            self._short = _SHORT
+        if not 0.0 < self._short < 1.0:
+            self._short = _SHORT
+        self._late = self._answers_late()
+
+    @property
+    def domain(self) -> Domain:
+        """The physical limits: another generator does not say what the model was trained on."""
+        return Domain.physical()
+
+    def _answers_late(self) -> bool:
+        """Return whether mu follows the loads only after a step."""
+        first, second = (np.tile(p, (max(self._width(1), 1), 1)) for p in _PROBES)
+        with self._run(self._width(1), {}) as fmu:
+            before = self._evaluate(fmu, first, self._outputs)
+            now = self._evaluate(fmu, second, self._outputs)
+            if not np.array_equal(before, now):
+                return False
+            fmu.step(0.0, self._short)
+            return not np.array_equal(now, fmu.get_real(self._outputs))
+
+    def _at_once(self, array: FloatArray, start: dict[str, float], outputs: list[str]) -> FloatArray:
+        if not self._late and not self._saves:
+            return super()._at_once(array, start, outputs)
+        mu = np.empty(len(array))
+        width = self._width(len(array))
+        with self._run(width, start) as fmu:
+            fresh = fmu.save() if self._saves else None
+            time = 0.0
+            for first in range(0, len(array), width):
+                if fresh is not None:
+                    fmu.restore(fresh)
+                    time = 0.0
+                rows = np.minimum(np.arange(first, first + width), len(array) - 1)
+                values = self._evaluate(fmu, array[rows], outputs)
+                if self._late:
+                    fmu.step(time, self._short)
+                    time += self._short
+                    values = fmu.get_real(outputs)
+                count = min(width, len(array) - first)
+                mu[first : first + count] = values[:count]
+            if fresh is not None:
+                fmu.release(fresh)
+        return mu
+
+    def _in_steps(
+        self, array: FloatArray, t: FloatArray, pause: FloatArray, start: dict[str, float], outputs: list[str]
+    ) -> FloatArray:
+        mu = super()._in_steps(array, t, pause, start, outputs)
+        if self._late and len(mu):  # the first point is read before any step
+            mu[:1] = self._at_once(array[:1], start, outputs)
+        return mu
+
+    def _run(self, width: int, start: dict[str, float]) -> RunningFmu:
+        values: dict[str, Any] = {}
+        for name, value in {**self.names.start, **start}.items():
+            parts = [name] if name in self._fmu.variables else self._fmu.elements(name)
+            several = len(parts) > 1 and isinstance(value, list)
+            values |= dict(zip(parts, value)) if several else dict.fromkeys(parts, value)
+        points = width if self._fmu.sizing is not None else None
+        return RunningFmu(self._fmu, start=values, points=points)
+
+    def _write(self, fmu: RunningFmu, rows: FloatArray) -> None:
+        values = rows[:, self._columns] * self._factors + self._offsets
+        fmu.set_real(self._inputs, values.T.ravel())

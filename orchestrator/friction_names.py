@@ -1,0 +1,177 @@
+"""What the variables of a friction FMU that others made are called, and in which units they are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from friction_models.loads import LOAD_NAMES, LOADS, MU, InputError, unknown_name
+from friction_models.loads.yaml_text import read_yaml
+
+from .fmu_files import FmuDescription
+
+#: A file of names is a page of text.
+_MAX_BYTES = 200_000
+
+
+@dataclass(frozen=True)
+class FrictionNames:
+    """Variables of a friction FMU; those of the contract by default.
+
+    Attributes
+    ----------
+    loads : dict of str to [str, str]
+        By load: variable, and the unit that it expects (empty: the contract's). Loads that are not named do
+        not enter the FMU.
+    mu : str
+        The output.
+    start : dict
+        Start values of other inputs and of parameters.
+    each_point : bool
+        Whether the FMU is for one contact point, so that many points take many instances.
+    has_distance : bool
+        Whether it says by ``domain_distance`` how far a point is outside its trained domain.
+    """
+
+    loads: Mapping[str, tuple[str, str]] = field(default_factory=lambda: {n: (n, "") for n in LOAD_NAMES})
+    mu: str = MU.name
+    start: Mapping[str, Any] = field(default_factory=dict)
+    each_point: bool = False
+    has_distance: bool = True
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> FrictionNames:
+        """Build from what `to_dict` returned."""
+        loads = {str(k): (str(v[0]), str(v[1])) for k, v in content["loads"].items()}
+        return cls(**{**content, "loads": loads})
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return JSON-able data."""
+        return asdict(self) | {"loads": {k: list(v) for k, v in self.loads.items()}}
+
+    def targets(self) -> Iterator[tuple[str, str]]:
+        """Return each load and the end of its connection, ``T_contact [K]`` with another unit."""
+        for load, (variable, unit) in self.loads.items():
+            yield load, f"{variable} [{unit}]" if unit else variable
+
+    @classmethod
+    def of(cls, description: FmuDescription, entry: Mapping[str, Any]) -> FrictionNames:
+        """Resolve an entry of a file of names against an FMU.
+
+        Parameters
+        ----------
+        description : FmuDescription
+        entry : mapping
+            By load and for ``mu`` a variable, or ``{variable: ..., unit: ...}``; ``set``: values of other
+            inputs and parameters. A load without an entry takes the variable of its own name, if there is one.
+
+        Raises
+        ------
+        InputError
+            Unknown keys, variables or units; a variable that is no input or output; another input that has neither
+            a value here nor a start value in the FMU.
+        """
+        where = str(description.path)
+        for key in entry:
+            if key not in (*LOAD_NAMES, MU.name, "set"):
+                raise unknown_name("key", str(key), (*LOAD_NAMES, MU.name, "set"), where)
+        loads: dict[str, tuple[str, str]] = {}
+        lengths: set[int] = set()
+        for load in LOADS:
+            if load.name not in entry and load.name not in description.arrays:
+                continue
+            name, unit = _named(entry.get(load.name, load.name), load.name, where)
+            elements = description.resolve(name, f"input for {load.name!r}", "input")
+            if elements[0].causality != "input":
+                raise InputError(
+                    f"{where}: {name!r} is of causality {elements[0].causality!r}, allowed: input"
+                )
+            declared = elements[0].unit
+            unit = unit or ("" if declared in {"-", ""} else declared)
+            if unit == load.unit:
+                unit = ""
+            if unit:
+                from fmus.user_onnx.units import conversion
+
+                conversion(load.name, unit, where)
+            loads[load.name] = (name, unit)
+            lengths.add(len(elements))
+        name, unit = _named(entry.get(MU.name, MU.name), MU.name, where)
+        elements = description.resolve(name, "output for 'mu'", "output")
+        if elements[0].causality != "output" or unit not in {"", "1", "-"}:
+            raise InputError(f"{where}: {name!r} cannot be mu; allowed: an output without a unit")
+        if len(lengths | {len(elements)}) > 1:
+            raise InputError(
+                f"{where}: the loads have {sorted(lengths)} elements and mu {len(elements)}; allowed: equally many"
+            )
+        start = _start(description, entry.get("set", {}), {v for v, _ in loads.values()})
+        distance = "domain_distance" in description.arrays
+        return cls(loads, name, start, len(elements) == 1 and not description.sizing(name), distance)
+
+
+def read_names(path: Path) -> dict[str, dict[str, Any]]:
+    """Read a file of names: a mapping from each FMU (as it is called on the command line, or its file name) to its entry.
+
+    Raises
+    ------
+    InputError
+        No such file, too large, not YAML, or not a mapping of mappings.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    if path.stat().st_size > _MAX_BYTES:
+        raise InputError(f"{path}: {path.stat().st_size} bytes; allowed: at most {_MAX_BYTES}")
+    content = read_yaml(path)
+    if not isinstance(content, dict) or not content:
+        raise InputError(f"{path}: not a mapping; allowed: for each FMU its variables by load")
+    for fmu, entry in content.items():
+        if not isinstance(entry, dict):
+            raise InputError(
+                f"{path}: {str(fmu)[:60]!r} is no mapping; allowed: variables by load, mu and set"
+            )
+    return {str(fmu): dict(entry) for fmu, entry in content.items()}
+
+
+def _named(value: Any, load: str, where: str) -> tuple[str, str]:
+    if isinstance(value, str) and value.strip():
+        return value.strip(), ""
+    if (
+        isinstance(value, dict)
+        and isinstance(value.get("variable"), str)
+        and set(value) <= {"variable", "unit"}
+    ):
+        return value["variable"].strip(), str(value.get("unit", "")).strip()
+    raise InputError(
+        f"{where}: {load}: {str(value)[:60]!r}, allowed: a variable, or {{variable: ..., unit: ...}}"
+    )
+
+
+def _start(description: FmuDescription, given: Any, used: set[str]) -> dict[str, Any]:
+    """Return values of all inputs that no load feeds: those given, or the FMU's own start values."""
+    where = str(description.path)
+    if not isinstance(given, dict):
+        raise InputError(
+            f"{where}: set: {str(given)[:60]!r}, allowed: values of inputs and parameters by name"
+        )
+    start: dict[str, Any] = {}
+    for key, value in given.items():
+        elements = description.resolve(str(key), "input or parameter")
+        if elements[0].causality not in {"input", "parameter"} or str(key) in used:
+            raise InputError(
+                f"{where}: set: {key!r} is no free input or parameter; allowed: one that no load feeds"
+            )
+        if not isinstance(value, bool | int | float | str):
+            raise InputError(
+                f"{where}: set: {key!r} = {str(value)[:60]!r}, allowed: a number, true, false or a text"
+            )
+        start[str(key)] = value
+    for base, elements in description.arrays.items():
+        first = elements[0]
+        if first.causality != "input" or base in used or base in start or first.type == "String":
+            continue
+        values = [v.starts[v.element] for v in elements]
+        whole = {"Boolean": bool, "Integer": int, "Enumeration": int}.get(first.type, float)
+        start[base] = whole(values[0]) if len(set(values)) == 1 else values
+    return start
