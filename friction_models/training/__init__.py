@@ -14,6 +14,13 @@ _EXPORTS = {
     "grid_search": "search",
     "GridSearch": "search",
     "cross_validate": "search",
+    "best_parameters": "search",
+    "fit_all": "search",
+    "growing_sets": "learning_curve",
+    "lowest_error": "learning_curve",
+    "needed_with_interval": "learning_curve",
+    "percentile_curve": "learning_curve",
+    "tests_needed": "learning_curve",
     "train": "evaluation",
 }
 

@@ -113,6 +113,7 @@ def _train(lessons: Sequence[Lesson], widths: list[int], options: FeedForwardFri
     length = max(len(rows) for group in own for rows in group)
     batch = min(options.batch_size, max(SMALLEST_BATCH, math.ceil(length / STEPS)))
     judged, share = _padded([(offset, m) for lesson, offset in zip(lessons, offsets) for m in lesson.held])
+    judged_x, judged_y = x[judged], y[judged]
     decay = torch.from_numpy(np.repeat([le.weight_decay for le in lessons], [len(le.held) for le in lessons]))
     counts = [len(lesson.held) for lesson in lessons]
     groups = [slice(end - count, end) for end, count in zip(accumulate(counts), counts)]
@@ -140,7 +141,7 @@ def _train(lessons: Sequence[Lesson], widths: list[int], options: FeedForwardFri
             optimizer.step()
         schedule.step()
         with torch.no_grad():
-            errors = (squares(x[judged], y[judged]) * share).sum(dim=1).numpy()
+            errors = (squares(judged_x, judged_y) * share).sum(dim=1).numpy()
         better = (errors < best if judged.shape[1] else np.full(len(best), True)) & learning
         best[better], epochs[better] = errors[better], epoch
         chosen = torch.from_numpy(better)

@@ -8,10 +8,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 from sklearn.base import clone
 
-from ..base import FrictionModel
+from ..base import FrictionModel, LoadsLike
+from ..ffnn import FeedForwardFriction, fit_together
 from ..loads import MU, FloatArray, InputError, TriboLoads, check_column, missing_column, unknown_name
 from .measures import error_measures
 from .splits import k_fold
@@ -69,19 +71,44 @@ def cross_validate(
     InputError
         `mu` or `test_id` is missing, or there are fewer tests than folds.
     """
+    return _cross_validate([model], data, tests, folds, seed)[0]
+
+
+def _cross_validate(
+    models: Sequence[FrictionModel], data: pd.DataFrame, tests: pd.DataFrame | None, folds: int, seed: int
+) -> list[CrossValidation]:
+    """Cross-validate several models with the same folds; all their fits are made together."""
     for name in ("test_id", "mu"):
         if name not in data.columns:
             raise missing_column(name, data.columns)
     mu = check_column(data["mu"].to_numpy(), MU)
     ids = data["test_id"].to_numpy().astype(str)
     loads = TriboLoads.from_frame(data, tests)
-    predicted = np.empty(len(mu))
-    measures = []
-    for train, held in k_fold(ids, folds, seed):
-        fitted = clone(model).fit(loads.take(train), mu[train], ids[train])
-        predicted[held] = fitted.predict(loads.take(held))
-        measures.append(error_measures(mu[held], predicted[held], ids[held]))
-    return CrossValidation(predicted, error_measures(mu, predicted, ids), measures)
+    splits = list(k_fold(ids, folds, seed))
+    fitted = [clone(model) for model in models for _ in splits]
+    lessons = [(loads.take(train), mu[train], ids[train]) for train, _ in splits]
+    fit_all(fitted, lessons * len(models))
+    results = []
+    for k in range(len(models)):
+        predicted = np.empty(len(mu))
+        measures = []
+        for (_, held), one in zip(splits, fitted[k * len(splits) : (k + 1) * len(splits)]):
+            predicted[held] = one.predict(loads.take(held))
+            measures.append(error_measures(mu[held], predicted[held], ids[held]))
+        results.append(CrossValidation(predicted, error_measures(mu, predicted, ids), measures))
+    return results
+
+
+def fit_all(
+    models: Sequence[FrictionModel], data: Sequence[tuple[LoadsLike, npt.ArrayLike, npt.ArrayLike | None]]
+) -> None:
+    """Fit each model to its own (loads, mu, groups); networks are trained together in one batched product."""
+    networks = [k for k, model in enumerate(models) if isinstance(model, FeedForwardFriction)]
+    if networks:
+        fit_together([m for m in models if isinstance(m, FeedForwardFriction)], [data[k] for k in networks])
+    for k, model in enumerate(models):
+        if k not in networks:
+            model.fit(*data[k])
 
 
 def grid_search(
@@ -113,19 +140,37 @@ def grid_search(
     InputError
         A parameter is unknown, or has no value to try.
     """
+    best, table = best_parameters(model, grid, data, tests, folds, seed, progress)
+    return GridSearch(best, clone(model).set_params(**best).fit_frame(data, tests), table)
+
+
+def best_parameters(
+    model: FrictionModel,
+    grid: Mapping[str, Sequence[Any]],
+    data: pd.DataFrame,
+    tests: pd.DataFrame | None = None,
+    folds: int = 5,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> tuple[dict[str, Any], pd.DataFrame]:
+    """Return the best combination and the table of all without fitting a model to all data; see `grid_search`."""
     for name, values in grid.items():
         if name not in model._get_param_names():
             raise unknown_name(f"parameter of {model.family}", name, model._get_param_names())
         if len(values) == 0:
             raise InputError(f"grid search: no value to try for {name!r}; allowed: one or more")
     combinations = [dict(zip(grid, values)) for values in itertools.product(*grid.values())]
-    rows = []
-    for done, params in enumerate(combinations, start=1):
-        result = cross_validate(clone(model).set_params(**params), data, tests, folds, seed)
-        spread = float(np.std([f["mae"] for f in result.folds]))
-        rows.append((result.measures["mae"], result.measures["rmse"], spread))
+    models = [clone(model).set_params(**params) for params in combinations]
+    # Networks of all combinations go together; other models one combination at a time, with progress.
+    step = len(models) if isinstance(model, FeedForwardFriction) else 1
+    results: list[CrossValidation] = []
+    for start in range(0, len(models), step):
+        results += _cross_validate(models[start : start + step], data, tests, folds, seed)
         if progress is not None:
-            progress(done, len(combinations))
+            progress(len(results), len(models))
+    rows = [
+        (r.measures["mae"], r.measures["rmse"], float(np.std([f["mae"] for f in r.folds]))) for r in results
+    ]
     order = np.argsort([r[1] for r in rows], kind="stable")
     table = pd.DataFrame(
         [
@@ -134,5 +179,4 @@ def grid_search(
             for i in order
         ]
     )
-    best = combinations[int(order[0])]
-    return GridSearch(best, clone(model).set_params(**best).fit_frame(data, tests), table)
+    return combinations[int(order[0])], table

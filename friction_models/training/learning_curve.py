@@ -1,0 +1,148 @@
+"""Learning curves: error on held-out tests over the number of training tests, and how many tests an accuracy needs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ..loads import FloatArray, InputError
+
+#: Share of the repeats whose error lies below the curve.
+PROBABILITY = 0.95
+#: Resamples and level of the intervals.
+RESAMPLES, LEVEL = 2000, 0.95
+
+
+@dataclass(frozen=True)
+class TestsNeeded:
+    """Number of training tests from which on an accuracy is kept.
+
+    Attributes
+    ----------
+    accuracy : float
+        Error that the curve has to stay below.
+    tests : float or None
+        Where the curve, linear between its sizes, falls below it for good; None where it never does.
+    at_most : bool
+        Whether the smallest size suffices already, so that fewer tests might.
+    lower, upper : float or None
+        Interval by resampling the repeats; None at the top where it is open.
+    reached : float
+        Share of the resamples that reach the accuracy at all.
+    """
+
+    accuracy: float
+    tests: float | None
+    at_most: bool
+    lower: float | None
+    upper: float | None
+    reached: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return asdict(self)
+
+    def text(self) -> str:
+        """Return the number with its interval, as one writes it in a table."""
+        if self.tests is None:
+            return "not reached" if self.reached < 0.5 * (1 - LEVEL) else f"not reached ({self.reached:.0%})"
+        sign = "<= " if self.at_most else ""
+        upper = ">" if self.upper is None else f"{math.ceil(self.upper)}"
+        lower = "?" if self.lower is None else f"{math.ceil(self.lower)}"
+        return f"{sign}{math.ceil(self.tests)} ({lower} - {upper})"
+
+
+def growing_sets(tests: Sequence[str], repeats: int, seed: int) -> list[list[str]]:
+    """Return for each repeat all tests in a random order; its training set of n tests is the first n.
+
+    So a training set grows by further tests, and every model and data collection sees the same sets.
+    """
+    ordered = sorted(tests)
+    return [np.random.default_rng([seed, k]).permutation(ordered).tolist() for k in range(repeats)]
+
+
+def percentile_curve(errors: FloatArray, probability: float = PROBABILITY) -> FloatArray:
+    """Return the error that a share of the repeats stays below, shape (sizes,), of errors (repeats, sizes).
+
+    Linear between the ordered repeats: of ten, the 0.95 percentile lies between the two worst.
+    """
+    return np.asarray(np.quantile(errors, probability, axis=0), dtype=np.float64)
+
+
+def tests_needed(sizes: Sequence[int], curve: FloatArray, accuracy: float) -> float | None:
+    """Return the number of tests from which on a curve stays below `accuracy`, None where it does not.
+
+    Linear between the sizes; a curve that is below everywhere gives the smallest size.
+    """
+    above = np.flatnonzero(~(curve < accuracy))
+    if len(above) == 0:
+        return float(sizes[0])
+    last = int(above[-1])
+    if last == len(curve) - 1:
+        return None
+    share = (curve[last] - accuracy) / (curve[last] - curve[last + 1])
+    return float(sizes[last] + share * (sizes[last + 1] - sizes[last]))
+
+
+def needed_with_interval(
+    sizes: Sequence[int], errors: FloatArray, accuracy: float, seed: int = 0
+) -> TestsNeeded:
+    """Return the number of tests needed and its interval from resampled repeats.
+
+    Parameters
+    ----------
+    sizes : sequence of int
+        Growing numbers of training tests.
+    errors : ndarray, shape (repeats, sizes)
+        A repeat is drawn as a whole: its training sets grow out of each other. Few repeats know little of their
+        worst case, so the interval is rather too narrow than too wide.
+    accuracy : float
+    seed : int
+        Of the resamples.
+
+    Raises
+    ------
+    InputError
+        Sizes that do not grow, or errors of another shape.
+    """
+    matrix = np.asarray(errors, dtype=np.float64)
+    if matrix.ndim != 2 or matrix.shape[1] != len(sizes) or not len(matrix):
+        raise InputError(
+            f"learning curve: errors of shape {matrix.shape}; allowed: repeats x {len(sizes)} sizes"
+        )
+    if any(b <= a for a, b in pairwise(sizes)):
+        raise InputError(f"learning curve: sizes {list(sizes)}; allowed: growing numbers of tests")
+    found = tests_needed(sizes, percentile_curve(matrix), accuracy)
+    draws = _draws(matrix, seed)
+    drawn = np.array(
+        [
+            math.inf if (n := tests_needed(sizes, percentile_curve(matrix[d]), accuracy)) is None else n
+            for d in draws
+        ]
+    )
+    low, high = np.quantile(drawn, [0.5 * (1 - LEVEL), 0.5 * (1 + LEVEL)], method="inverted_cdf").tolist()
+    return TestsNeeded(
+        accuracy,
+        found,
+        found is not None and found <= sizes[0],
+        low if math.isfinite(low) else None,
+        high if math.isfinite(high) else None,
+        float(np.mean(np.isfinite(drawn))),
+    )
+
+
+def lowest_error(errors: FloatArray, seed: int = 0) -> tuple[float, float, float]:
+    """Return the lowest point of the percentile curve and its interval from resampled repeats."""
+    matrix = np.asarray(errors, dtype=np.float64)
+    drawn = [percentile_curve(matrix[d]).min() for d in _draws(matrix, seed)]
+    low, high = np.quantile(drawn, [0.5 * (1 - LEVEL), 0.5 * (1 + LEVEL)]).tolist()
+    return float(percentile_curve(matrix).min()), low, high
+
+
+def _draws(matrix: FloatArray, seed: int) -> np.ndarray:
+    return np.random.default_rng(seed).integers(0, len(matrix), (RESAMPLES, len(matrix)))
