@@ -227,6 +227,7 @@ def _assemble(
     named = verdict in {"explained", "ambiguous", "data_problem"}
     names = [f.name for f in chosen] if named else []
     moved = np.sum([found.change(f) for f in chosen], axis=0) if names else np.zeros(len(residual))
+    usual = found.beyond_base(found.y)  # what the base leaves when it is fitted as users fit it
     left = evidence.structure.rms if evidence.unexplained else 0.0
     if verdict == "nothing_missing":
         confidence = float(np.clip(0.5 + evidence.p_value, 0.5, 0.95))
@@ -269,15 +270,15 @@ def _assemble(
             "missing": float(left),
         },
         where=evidence.structure.where if verdict == "unknown_structure" else [],
-        worst_tests=worst_tests(campaign, residual),
+        worst_tests=worst_tests(campaign, usual),
         unrecorded_factor=unrecorded_factor(campaign, residual - moved),
         next_tests=propose(campaign, found, rivals, mu, base),
         warnings=warnings,
         model=base.name,
-        bias=binned_bias(campaign, residual, residual - moved if names else None),
+        bias=binned_bias(campaign, usual, usual - moved if names else None),
         parameters={f.name: _parameters(f) for f in chosen} if named else {},
         threshold=float(np.quantile(found.null, 1.0 - LEVEL)),
-        averages=averages(campaign, residual, residual - moved, chosen if names else ()),
+        averages=averages(campaign, usual, usual - moved, chosen if names else ()),
     )
 
 

@@ -1,71 +1,154 @@
-"""Text reports for the terminal."""
+"""The text report of a diagnosis, for the terminal: what the page shows, in the same order."""
 
 from __future__ import annotations
 
 import math
 from typing import Any
 
+import numpy as np
+
 from .diagnosis import Diagnosis
+from .shown import effect_curve, load_map, meanings, setpoints_text, with_unit
+
+#: Cells of the map along each load, and places of a response curve.
+CELLS = 6
+PLACES = 6
 
 
 def text_report(diagnosis: Diagnosis) -> str:
     """Return a diagnosis as text, the verdict in one sentence first."""
     d = diagnosis
-    lines = [f"{d.verdict.upper()}: {d.sentence}", *(["(synthetic data)"] if d.synthetic else []), ""]
+    lines = [f"{d.verdict.upper()}: {d.sentence}", *(["(synthetic data)"] if d.synthetic else [])]
+    for part in (_next, _budget, _residuals, _map, _evidence, _structure, _worst, _response):
+        found = part(d)
+        if found:
+            lines += ["", *found]
+    if d.warnings:
+        lines += ["", "Read this with care"] + [f"  - {w}" for w in d.warnings]
+    return "\n".join(lines) + "\n"
+
+
+def _next(d: Diagnosis) -> list[str]:
+    if not d.next_tests:
+        return []
+    lines = ["What to test next (by how many standard errors one such test tells the two apart)"]
+    return lines + [
+        f"  {n['protocol']}: {setpoints_text(n['setpoints'])}; {' from '.join(n['separates'])}: {n['expected_t']:.1f}"
+        for n in d.next_tests
+    ]
+
+
+def _budget(d: Diagnosis) -> list[str]:
     floor, budget = d.noise_floor, d.error_budget
     low, high = floor["interval"]
-    lines += [
+    after = math.hypot(budget["floor"], budget["missing"])
+    lines = [
         f"Error budget of the {d.model} model (rms of mu)",
+        f"  before        {math.hypot(after, budget['explained']):.5f}",
         f"  noise floor   {budget['floor']:.5f}   (95 %: {low:.5f} to {high:.5f}; test scatter {floor['test']:.5f}, "
         f"drift {floor['drift']:.5f}, sensor {floor['sensor']:.5f})",
-        f"  explained     {budget['explained']:.5f}   "
-        + (f"by {' and '.join(d.effects)}" if d.effects else ""),
-        f"  still missing {budget['missing']:.5f}",
-        "",
-        "Ranked evidence (gain: drop of the whitened squared error less 2 per parameter; p: family-wise)",
     ]
-    lines += [f"  {r['effect']:<22} gain {r['gain']:9.1f}   p {r['p_value']:.3f}" for r in d.ranking[:6]]
+    if d.effects:
+        lines.append(f"  explained     {budget['explained']:.5f}   by {' and '.join(d.effects)}")
+    lines.append(f"  still missing {budget['missing']:.5f}")
+    return lines + ([f"  after         {after:.5f}"] if d.effects else [])
+
+
+def _residuals(d: Diagnosis) -> list[str]:
+    if not d.bias:
+        return []
+    named = bool(d.effects)
+    lines = [
+        "Measured minus modelled mu against each load (mean, 95 % interval over whole tests)",
+        f"  {'':<16}{'from':>10}{'to':>10}   {'before':<20}" + (f"{'after':<20}" if named else "") + "tests",
+    ]
+    shown = ""
+    for b in d.bias:
+        name = with_unit(b["load"]) if b["load"] != shown else ""
+        shown = b["load"]
+        values = _interval(b["bias"], b["interval"])
+        if named:
+            values += _interval(b["after"], b["after_interval"])
+        lines.append(f"  {name:<16}{b['low']:>10.4g}{b['high']:>10.4g}   {values}{b['tests']:>5}")
+    return lines
+
+
+def _interval(mean: float, interval: list[float]) -> str:
+    half = (interval[1] - interval[0]) / 2.0
+    text = f"{mean:+.4f}" + (f" +- {half:.4f}" if math.isfinite(half) else "")
+    return f"{text:<20}"
+
+
+def _map(d: Diagnosis) -> list[str]:
+    found = load_map(d.averages, CELLS)
+    if found is None:
+        return []
+    lines = [f"The same over {found.x} and {found.y}, in 0.001 (blank: no test there)"]
+    parts = ["before", *(["after"] if d.effects else [])]
+    head = f"  {with_unit(found.y):>14} "
+    middles = 0.5 * (found.x_edges[1:] + found.x_edges[:-1])
+    axis = "".join(f"{m:>7.4g}" for m in middles)
+    lines.append(head + "   ".join(f"{p + ', ' + with_unit(found.x):<{7 * CELLS}}" for p in parts))
+    lines.append(" " * len(head) + "   ".join([axis] * len(parts)))
+    for k in reversed(range(CELLS)):
+        middle = 0.5 * (found.y_edges[k] + found.y_edges[k + 1])
+        rows = ["".join(_cell(v) for v in found.mean[p][k]) for p in parts]
+        lines.append(f"  {middle:>14.4g} " + "   ".join(rows))
+    return [x.rstrip() for x in lines]
+
+
+def _cell(value: float) -> str:
+    return f"{1000 * value:>+7.1f}" if math.isfinite(value) else " " * 7
+
+
+def _evidence(d: Diagnosis) -> list[str]:
+    needed = f"; {d.threshold:.1f} needed" if math.isfinite(d.threshold) else ""
+    lines = [
+        f"Ranked evidence (gain: drop of the whitened squared error less 2 per parameter{needed}; p: family-wise)",
+        *(f"  {r['effect']:<22} gain {r['gain']:9.1f}   p {r['p_value']:.3f}" for r in d.ranking[:6]),
+    ]
+    if not d.ranking:
+        lines.append("  no effect of the catalogue could be tried on these data")
     if len(d.confusion_set) > 1:
-        lines += ["", "The data cannot tell apart: " + ", ".join(d.confusion_set)]
-    if d.parameters:
-        lines += ["", "Fitted parameters"]
-        for effect, entry in d.parameters.items():
-            values = ", ".join(
-                f"{k} = {v['value']:.4g}" + (f" {v['unit']}" if v["unit"] != "1" else "")
-                for k, v in entry["values"].items()
-            )
-            lines += [f"  {effect}: {entry['equation']}", f"    {values}"]
+        lines.append("  not told apart by these data: " + ", ".join(d.confusion_set))
+    return lines
+
+
+def _structure(d: Diagnosis) -> list[str]:
+    lines = []
     if d.where:
-        lines += ["", "Where structure is left"]
+        lines += ["Where structure is left"]
         lines += [
             f"  {' x '.join(w['variables'])}: {w['region']}, {w['shape']} ({100 * w['share']:.0f} %)"
             for w in d.where
         ]
-    lines += ["", "Worst tests"] + [f"  {w['test_id']:<16} rms {w['rms']:.5f}" for w in d.worst_tests[:5]]
-    if d.bias:
-        lines += ["", "Residual of the base against each load (mean, 95 % interval over tests)"]
-        lines += [
-            f"  {b['load']:<8} {b['low']:10.4g} to {b['high']:10.4g}: {b['bias']:+.5f} {_over_tests(b)}"
-            for b in d.bias
-        ]
     if d.unrecorded_factor:
-        u = d.unrecorded_factor
-        lines += ["", f"Unrecorded factor? {u['note']}"]
-    if d.next_tests:
-        lines += ["", "Tests that would tell more"]
-        lines += [f"  {n['protocol']}: {_setpoints(n['setpoints'])}; separates {' from '.join(n['separates'])}"
-                  f" (expected t {n['expected_t']:.1f})" for n in d.next_tests]  # fmt: skip
-    if d.warnings:
-        lines += ["", "Note"] + [f"  - {w}" for w in d.warnings]
-    return "\n".join(lines) + "\n"
+        lines += [f"Unrecorded factor? {d.unrecorded_factor['note']}"]
+    return lines
 
 
-def _over_tests(entry: dict[str, Any]) -> str:
-    low, high = entry["interval"]
-    if not math.isfinite(low + high):
-        return "(one test: no interval)"
-    return f"[{low:+.5f}, {high:+.5f}]  ({entry['tests']} tests)"
+def _worst(d: Diagnosis) -> list[str]:
+    if not d.worst_tests:
+        return []
+    return ["Worst tests (rms before)"] + [f"  {w['test_id']:<16} {w['rms']:.5f}" for w in d.worst_tests[:5]]
 
 
-def _setpoints(setpoints: dict[str, object]) -> str:
-    return ", ".join(f"{k} = {v}" for k, v in setpoints.items())
+def _response(d: Diagnosis) -> list[str]:
+    lines: list[str] = []
+    for effect, entry in d.parameters.items():
+        told, values = meanings(effect), entry["values"]
+        lines.append(f"{effect}: {entry['equation']}")
+        lines.append("  " + ", ".join(f"{k} = {_with(v)}" for k, v in values.items()))
+        numbers = {k: float(v["value"]) for k, v in values.items()}
+        for driver in told["driver"]:
+            curve = effect_curve(effect, numbers, d.averages, driver)
+            if curve is None:
+                continue
+            places = np.linspace(0, len(curve[0]) - 1, PLACES).round().astype(int)
+            lines.append(f"  {with_unit(driver):<16}" + "".join(f"{curve[0][k]:>10.4g}" for k in places))
+            lines.append(f"  {'share of mu':<16}" + "".join(f"{curve[1][k]:>+10.4f}" for k in places))
+    return lines
+
+
+def _with(value: dict[str, Any]) -> str:
+    return f"{value['value']:.4g}" + (f" {value['unit']}" if value["unit"] != "1" else "")

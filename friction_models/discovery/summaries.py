@@ -65,8 +65,10 @@ def load_bins(values: FloatArray, most: int = BIAS_BINS) -> npt.NDArray[np.intp]
         first = max(int(np.searchsorted(ordered, edge - near)) - 1, 0)
         last = int(np.searchsorted(ordered, edge + near, side="right"))
         part = ordered[first : last + 1]
-        k = int(np.argmax(np.diff(part))) if len(part) > 1 else 0
-        inner.append(0.5 * float(part[k] + part[min(k + 1, len(part) - 1)]))
+        gaps = np.diff(part)
+        if len(gaps) and gaps.max() > 4.0 * gaps.mean():
+            edge = float(part[gaps.argmax()] + 0.5 * gaps.max())
+        inner.append(edge)
     cuts = np.unique(inner)
     which = np.searchsorted(cuts, values, side="right")
     return np.unique(which, return_inverse=True)[1].astype(np.intp)
@@ -95,7 +97,7 @@ def binned_bias(
         if not campaign.varies(name):
             continue
         values = campaign.average(getattr(campaign.loads, name))
-        which = load_bins(values)
+        which = load_bins(values, BIAS_BINS if len(campaign.tests) > 2 else 3)
         for k in range(int(which.max()) + 1):
             inside = which == k
             mean, half, tests = clustered_mean(residual, campaign.count, campaign.test, inside)

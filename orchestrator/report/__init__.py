@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from friction_models.loads import InputError, write_text
 
 if TYPE_CHECKING:
+    from friction_models.discovery import Diagnosis
     from friction_models.loads import DataSet
 
 
@@ -54,9 +55,23 @@ def write_report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | N
 
 
 def write_diagnosis_report(
-    out: str | os.PathLike[str], model: Any, data: DataSet, diagnosis: Any, label: str
+    out: str | os.PathLike[str], model: Any, data: DataSet, diagnosis: Diagnosis, label: str
 ) -> Path:
-    """Write the report of one diagnosis; return its path."""
+    """Write the report of one diagnosis; return its path.
+
+    Parameters
+    ----------
+    out : path-like
+        HTML file.
+    model : FrictionModel or object with ``predict``
+        What was diagnosed.
+    data : DataSet
+        On what.
+    diagnosis : Diagnosis
+    label : str
+        Name of the model.
+    """
+    from .confirmation import confirmed
     from .diagnosis_page import diagnosis_page
 
-    return write_text(out, diagnosis_page(model, data, diagnosis.to_dict(), label))
+    return write_text(out, diagnosis_page(diagnosis, label, confirmed(model, data, diagnosis.effects)))

@@ -9,12 +9,11 @@ import numpy as np
 
 from ..studies.forming_error_files import PROCESS_TITLES
 from ..studies.forming_error_result import TAU_OVER_K, FormingErrors, RunError
+from .palette import COLORS
 from .theme import INK, PRESS, PRESS_BAND, SOFT, dress
 
-#: Constant friction in greys; trained models in colours that differ in lightness, too.
+#: Constant friction in greys, trained models in colours.
 _CONSTANT_COLOURS = ("#b4bcc5", "#7d8894", "#4d5661")
-_MODEL_COLOURS = ("#e0a458", "#c8641f", "#7d62a8", "#1d5b94", "#0a7f79", "#8f3b5a", "#3c6e2f")
-_DASHES = ("solid", "dash", "dot", "dashdot")
 #: Points of a drawn curve.
 _DRAWN = 90
 
@@ -24,7 +23,7 @@ def colours(errors: FormingErrors) -> dict[str, str]:
     constants = [f.label for f in errors.frictions if f.constant]
     models = [f.label for f in errors.frictions if not f.constant]
     chosen = {label: _CONSTANT_COLOURS[k % 3] for k, label in enumerate(constants)}
-    return chosen | {label: _MODEL_COLOURS[k % len(_MODEL_COLOURS)] for k, label in enumerate(models)}
+    return chosen | {label: COLORS[k % len(COLORS)] for k, label in enumerate(models)}
 
 
 def groups(errors: FormingErrors) -> list[tuple[str, str]]:
@@ -174,7 +173,7 @@ def share_bars(errors: FormingErrors, what: str) -> Any:
             }  # fmt: skip
         title = PROCESS_TITLES.get(process, process)
         chart.add_bar(
-            x=labels, y=y, name=title, marker={"color": _MODEL_COLOURS[3 + number]},
+            x=labels, y=y, name=title, marker={"color": COLORS[2 * number]},
             hovertemplate=f"%{{x}}, {title}: %{{y:.2f}} %<extra></extra>", **more,
         )  # fmt: skip
     limit, note = (1.0, "bar: 1 %") if what == "time" else (100 * TAU_OVER_K, "paper: below 60 %")

@@ -8,7 +8,7 @@ from typing import Any
 
 from .charts_force import force_chart
 from .charts_friction import residual_chart, response_chart, worst_tests_chart
-from .evidence import budget_html, ranking_html, remarks_html, verdict_text
+from .evidence import budget_html, next_tests_html, ranking_html, remarks_html, verdict_text
 from .markup import Change, cards, escape, table
 from .page import Page, figure
 from .prediction_section import prediction_html
@@ -24,7 +24,14 @@ def demo_page(folder: Path) -> str:
         lead=_lead(story),
         synthetic=bool(story.summary["synthetic"]),
     )
-    page.add("verdict", "Verdict", _verdict(story), cards(changes(story)), _caveat(story))
+    page.add(
+        "verdict",
+        "Verdict",
+        _verdict(story),
+        cards(changes(story)),
+        _caveat(story),
+        next_tests_html(story.diagnosis),
+    )
     page.add("budget", "Error budget", budget_html(story.diagnosis))
     page.add("force", "Forming force", _force(story))
     page.add("residual", "Residuals", _residual(story))

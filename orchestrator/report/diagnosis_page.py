@@ -1,54 +1,170 @@
-"""The report of one diagnosis."""
+"""The report of one diagnosis, from the verdict down to the response curves of what it names."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from friction_models.loads import DataSet
+import pandas as pd
+
+from friction_models.discovery.diagnosis import Diagnosis
+from friction_models.discovery.shown import load_map, meanings, with_unit
 
 from ..runs import versions
+from .charts_diagnosis import effect_chart, map_chart
 from .charts_friction import residual_chart, worst_tests_chart
-from .evidence import budget_html, ranking_html, remarks_html, verdict_text
-from .markup import escape, table
+from .evidence import MEANINGS, budget_html, next_tests_html, ranking_html, remarks_html, verdict_text
+from .markup import Change, cards, escape, paragraph, table
 from .page import Page, figure
 
 
-def diagnosis_page(model: Any, data: DataSet, diagnosis: Mapping[str, Any], label: str) -> str:
-    """Return the HTML of a diagnosis of `model` on `data`; residuals are drawn where the model can predict."""
-    effects = [str(e) for e in diagnosis["effects"]]
-    verdict = str(diagnosis["verdict"]).replace("_", " ")
+def diagnosis_page(found: Diagnosis, label: str, confirmed: Mapping[str, Any] | None = None) -> str:
+    """Return the HTML of a diagnosis.
+
+    Parameters
+    ----------
+    found : Diagnosis
+    label : str
+        Name of the model.
+    confirmed : mapping, optional
+        Errors before and after on tests that the fit did not see; see `confirmation.confirmed`.
+    """
+    content = {**found.to_dict(), "sentence": found.sentence}
+    averages, named = found.averages, bool(found.effects)
+    tests = averages["test_id"].nunique()
+    points = int(averages["points"].sum())
     page = Page(
-        title=f"{label}: {verdict}" + (f" - {' and '.join(effects)}" if effects else ""),
+        title=f"{label}: {_headline(found)}",
         kicker="tribofmu diagnosis",
-        lead=f"{data.points['test_id'].nunique()} tests, {len(data.points)} points.",
-        synthetic=data.synthetic,
+        lead=f"{tests} test{'s' if tests > 1 else ''}, {points} points of measured friction. "
+        + (escape(MEANINGS[found.verdict]) if _sure(found) else ""),
+        synthetic=found.synthetic,
     )
-    page.add("verdict", "Verdict", verdict_text(diagnosis))
-    page.add("budget", "Error budget", budget_html(diagnosis))
-    page.add("evidence", "Evidence", ranking_html(diagnosis), remarks_html(diagnosis))
-    worst = [str(w["test_id"]) for w in diagnosis["worst_tests"][:4]]
-    listed = table(
-        ["test", "RMS of the residual"],
-        [(w["test_id"], f"{float(w['rms']):.4f}") for w in diagnosis["worst_tests"][:10]],
-        numeric=(1,),
+    page.add("verdict", "Verdict", verdict_text(content), _confirmed(confirmed), next_tests_html(content))
+    page.add("budget", "Error budget", budget_html(content))
+    parts = {"before": averages["mu"] - averages["before"]}
+    if named:
+        parts["after"] = averages["mu"] - averages["after"]
+    predicted = {k: v.to_numpy() for k, v in parts.items()}
+    what = f" After: with {' and '.join(found.effects)}, fitted to the same tests." if named else ""
+    interval = (
+        "the intervals count a whole test as one observation"
+        if tests > 1
+        else "one test shows no scatter between tests, so there are no intervals"
     )
-    if getattr(model, "is_fitted", False):
-        mu = {"before": model.predict_frame(data.points, data.tests)}
-        page.add(
+    page.add(
+        "residual",
+        "Residuals",
+        figure(
             "residual",
-            "Residuals",
-            figure(
-                "residual",
-                residual_chart(data.points, mu),
-                "Measured minus modelled mu; the intervals count a whole test as one observation.",
-                "Mean residual against each of the five loads.",
-            ),
-        )
-        chart = worst_tests_chart(data.points, mu, worst)
-        listed = (
-            figure("worst", chart, "The tests on which the model is worst.", "Friction in the worst tests.")
-            + listed
-        )
-    page.add("tests", "Worst tests", listed)
+            residual_chart(averages, predicted),
+            f"Measured minus modelled mu against every load that varies; {interval}. "
+            f"Before: what the {escape(found.model)} model leaves.{escape(what)}",
+            "Mean residual against each load, before and after.",
+        ),
+        _map(found, named),
+    )
+    threshold = found.threshold if found.threshold == found.threshold else None
+    page.add("evidence", "Evidence", ranking_html(content, threshold), remarks_html(content))
+    page.add("tests", "Worst tests", _worst(found, averages, predicted))
+    if named:
+        page.add("response", "Response curves", _response(found))
     return page.render(f"tribofmu {escape(versions()['tribofmu'])}")
+
+
+def _headline(found: Diagnosis) -> str:
+    names = " and ".join(found.effects)
+    return {
+        "explained": f"{names} is missing" if len(found.effects) < 2 else f"{names} are missing",
+        "ambiguous": f"an effect is missing, {names} fits best",
+        "unknown_structure": "something is missing that the catalogue does not know",
+        "nothing_missing": "nothing is missing" if _sure(found) else "nothing can be seen to be missing",
+        "data_problem": f"the data are at fault ({names})" if names else "the data are at fault",
+        "out_of_domain": "the data lie outside what it was trained on",
+    }[found.verdict]
+
+
+def _sure(found: Diagnosis) -> bool:
+    """Whether "nothing missing" means that nothing is missing: few tests cannot show their scatter."""
+    return found.verdict != "nothing_missing" or found.confidence > 0.5
+
+
+def _confirmed(entry: Mapping[str, Any] | None) -> str:
+    if entry is None:
+        return ""
+    by = str(entry["judged_by"])
+    measures = (("RMS error", "rmse"), ("mean absolute error", "mae"))
+    shown = [
+        Change(f"mu, {n} on tests not seen in the fit", float(entry["before"][k]), float(entry["after"][k]))
+        for n, k in measures
+    ]
+    return cards(shown) + paragraph(
+        f"Errors of the refitted model by {by}; `tribofmu refine` makes that model."
+    )
+
+
+def _map(found: Diagnosis, named: bool) -> str:
+    over = load_map(found.averages)
+    if over is None:
+        return ""
+    parts = [("before", "before")] + ([("after", "after")] if named else [])
+    return figure(
+        "map",
+        map_chart(over, parts),
+        f"Mean residual in cells of {escape(over.x)} and {escape(over.y)}; every test counts once in a cell, cells without "
+        "a test are blank. Red: friction is higher than modelled; blue: lower.",
+        f"Map of the residual over {over.x} and {over.y}.",
+    )
+
+
+def _worst(found: Diagnosis, averages: pd.DataFrame, predicted: Mapping[str, Any]) -> str:
+    worst = [str(w["test_id"]) for w in found.worst_tests[:4]]
+    averages = averages.assign(test_id=averages["test_id"].astype(str))
+    after = averages.assign(square=averages["points"] * averages["after"] ** 2).groupby("test_id")
+    rms = (after["square"].sum() / after["points"].sum()) ** 0.5
+    rows = [
+        (
+            w["test_id"],
+            f"{float(w['rms']):.4f}",
+            *([f"{rms[str(w['test_id'])]:.4f}"] if found.effects else []),
+        )
+        for w in found.worst_tests[:8]
+    ]
+    headings = ["test", "RMS before", *(["RMS after"] if found.effects else [])]
+    return figure(
+        "worst",
+        worst_tests_chart(averages, predicted, worst),
+        "The tests on which the model is worst: averages of measured mu, and what the model makes of them.",
+        f"Friction in the tests {', '.join(worst)}.",
+    ) + table(headings, rows, numeric=(1, 2), narrow=True)
+
+
+def _response(found: Diagnosis) -> str:
+    parts = []
+    chart = effect_chart(found.averages, found.parameters)
+    if chart is not None:
+        parts.append(
+            figure(
+                "response",
+                chart,
+                "What each effect adds to mu. Grey: in the tests as they were run; line: by its formula, where the effect "
+                "depends on the present loads only.",
+                "Share of mu of each effect over its driving load.",
+            )
+        )
+    for name, entry in found.parameters.items():
+        told = meanings(name)
+        title = f"{name}: {told['title']}" if told["title"] != name else name
+        parts.append(f"<h3>{escape(title)}</h3><p><code>{escape(entry['equation'])}</code></p>")
+        rows = [
+            (k, told["parameters"].get(k, ""), f"{v['value']:.4g}", "" if v["unit"] == "1" else v["unit"])
+            for k, v in entry["values"].items()
+        ]
+        parts.append(table(["parameter", "meaning", "value", "unit"], rows, numeric=(2,), narrow=True))
+        drivers = ", ".join(with_unit(d) for d in told["driver"])
+        notes = f"Driven by {drivers}. " if drivers else ""
+        notes += f"Shows {told['where']}. " if told["where"] else ""
+        notes += f"Source: {told['citation']}" if told["citation"] else ""
+        if notes:
+            parts.append(paragraph(notes))
+    return "\n".join(parts)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from friction_models.discovery.shown import setpoints_text
+
 from .charts_evidence import budget_chart, ranking_chart
 from .markup import bullets, escape, p_value, paragraph, table
 from .page import figure
@@ -36,26 +38,45 @@ def budget_html(diagnosis: Mapping[str, Any]) -> str:
     floor, budget = diagnosis["noise_floor"], diagnosis["error_budget"]
     low, high = floor.get("interval") or (None, None)
     interval = f" (95 % interval {low:.4f} to {high:.4f})" if low is not None and high is not None else ""
-    squares = {k: float(budget.get(k) or 0.0) ** 2 for k in ("floor", "explained", "missing")}
-    return figure(
+    named = bool(diagnosis["effects"])
+    values = {k: float(budget.get(k) or 0.0) for k in ("floor", "explained", "missing")}
+    names = " and ".join(str(e) for e in diagnosis["effects"])
+    rms = {"before": sum(v**2 for v in values.values()) ** 0.5}
+    if named:
+        rms["after"] = (values["floor"] ** 2 + values["missing"] ** 2) ** 0.5
+    chart = figure(
         "budget",
-        budget_chart(squares),
-        f"Shares of the mean square error of mu. The noise floor has an RMS of {float(floor['total']):.4f}{interval}: "
+        budget_chart(values["floor"], values["explained"], values["missing"], named),
+        f"The noise floor has an RMS of {float(floor['total']):.4f}{interval}: "
         f"scatter between tests {float(floor['test']):.4f}, drift within a test {float(floor['drift']):.4f}, "
         f"sensor {float(floor['sensor']):.4f}. No model can be better than that.",
-        "Error budget: noise floor, explained by the effect, still missing.",
+        "Error budget before and after: noise floor, explained by what is named, still missing.",
     )
+    rows = [
+        (f"{when} ({names} added)" if when == "after" else when, f"{total:.4f}", f"{values['floor']:.4f}",
+         f"{values['explained']:.4f}" if when == "before" and named else "-", f"{values['missing']:.4f}")
+        for when, total in rms.items()
+    ]  # fmt: skip
+    headings = ["RMS of mu", "in all", "noise floor", "explained by what is named", "still missing"]
+    return chart + table(headings, rows, numeric=(1, 2, 3, 4))
 
 
-def ranking_html(diagnosis: Mapping[str, Any]) -> str:
-    """Return the ranked evidence as chart and table."""
+def ranking_html(diagnosis: Mapping[str, Any], threshold: float | None = None) -> str:
+    """Return the ranked evidence as chart and table; `threshold` is the gain that an effect needs."""
+    if not diagnosis["ranking"]:
+        return paragraph("No effect of the catalogue could be tried on these data.")
     ranking, chosen = diagnosis["ranking"], list(diagnosis["effects"])
     confusable = [str(e) for e in diagnosis.get("confusion_set", [])]
     parts = [
         figure(
             "ranking",
-            ranking_chart(ranking, chosen, confusable),
+            ranking_chart(ranking, chosen, confusable, threshold),
             "Gain of every effect that was tried, with its physical sign enforced. "
+            + (
+                f"Where nothing is missing, the best of all effects gains more than {threshold:.1f} in 3 of 100 data sets. "
+                if threshold is not None
+                else ""
+            )
             + (
                 f"The data cannot tell these apart: {escape(', '.join(confusable))}."
                 if len(confusable) > 1
@@ -88,7 +109,7 @@ def ranking_html(diagnosis: Mapping[str, Any]) -> str:
 
 
 def remarks_html(diagnosis: Mapping[str, Any]) -> str:
-    """Return structure left over, an unrecorded factor, proposed tests and warnings."""
+    """Return structure left over, an unrecorded factor and warnings."""
     parts: list[str] = []
     where = diagnosis.get("where") or []
     if where:
@@ -103,19 +124,6 @@ def remarks_html(diagnosis: Mapping[str, Any]) -> str:
     if factor:
         parts.append("<h3>An unrecorded factor?</h3>")
         parts.append(paragraph(str(factor.get("note", "The offsets of the tests fall into two groups."))))
-    tests = diagnosis.get("next_tests") or []
-    if tests:
-        parts.append("<h3>Tests that would tell more</h3>")
-        parts.append(
-            table(
-                ["protocol", "set points", "tells apart", "expected t"],
-                [
-                    (t["protocol"], _setpoints(t["setpoints"]), " / ".join(map(str, t["separates"])), f"{float(t['expected_t']):.1f}")
-                    for t in tests
-                ],
-                numeric=(3,),
-            )
-        )  # fmt: skip
     warnings = [str(w) for w in diagnosis.get("warnings") or []]
     if warnings:
         parts.append("<h3>Read this with care</h3>")
@@ -123,7 +131,20 @@ def remarks_html(diagnosis: Mapping[str, Any]) -> str:
     return "\n".join(parts)
 
 
-def _setpoints(values: object) -> str:
-    if isinstance(values, Mapping):
-        return ", ".join(f"{k} = {v}" for k, v in values.items())
-    return str(values)
+def next_tests_html(diagnosis: Mapping[str, Any]) -> str:
+    """Return the proposed tests as a table, empty where there are none."""
+    tests = diagnosis.get("next_tests") or []
+    if not tests:
+        return ""
+    rows = [
+        (
+            t["protocol"],
+            setpoints_text(t["setpoints"]),
+            " / ".join(map(str, t["separates"])),
+            f"{float(t['expected_t']):.1f}",
+            str(t.get("repeats", "-")),
+        )
+        for t in tests
+    ]
+    headings = ["protocol", "set points", "tells apart", "standard errors", "tests for 3 of them"]
+    return "<h3>What to test next</h3>" + table(headings, rows, numeric=(3, 4))

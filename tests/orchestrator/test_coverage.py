@@ -200,6 +200,7 @@ def test_the_command_writes_text_json_plan_and_page(
     page = out["html"].read_text()
     assert "Pairs of loads" in page and 'src="http' not in page
     assert list(pd.read_csv(out["csv"]).columns) == [
+        "test_id",
         "protocol",
         "sigma_set",
         "psi_set",

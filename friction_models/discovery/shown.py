@@ -1,0 +1,175 @@
+"""What text and page of a diagnosis draw: residual over two loads, and the share of mu that an effect has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ..effects import make_effect
+from ..effects.base import Memory
+from ..loads import LOADS, FloatArray, InputError
+from ..ops import LoadColumns
+from .candidates import OPS
+
+#: Loads over which a residual is mapped, where the data vary them.
+MAPPED = ("sigma_n", "T")
+CURVE = 81
+
+
+def varied(averages: pd.DataFrame) -> list[str]:
+    """Return the loads that the data hold and vary, in their usual order."""
+    names = [q.name for q in LOADS if q.name in averages.columns]
+    return [
+        n for n in names if np.ptp(averages[n]) > 1e-9 * max(1.0, float(np.abs(averages[n].to_numpy()).max()))
+    ]
+
+
+def with_unit(name: str) -> str:
+    """Return a load with its unit, as an axis says it; other names as they are."""
+    unit = next((q.unit for q in LOADS if q.name == name), "1")
+    return name if unit == "1" else f"{name} [{unit}]"
+
+
+def mapped_loads(averages: pd.DataFrame) -> tuple[str, str] | None:
+    """Return the two loads of the map: pressure and temperature, else the first two that vary."""
+    names = varied(averages)
+    if all(n in names for n in MAPPED):
+        return MAPPED
+    return (names[0], names[1]) if len(names) > 1 else None
+
+
+@dataclass(frozen=True)
+class LoadMap:
+    """Mean residual over two loads.
+
+    Attributes
+    ----------
+    x, y : str
+        The loads.
+    x_edges, y_edges : ndarray, shape (k + 1,), (m + 1,)
+    tests : ndarray of int, shape (m, k)
+        Tests in each cell.
+    mean : dict of str to ndarray, shape (m, k)
+        By ``before`` and ``after``; NaN in cells without a test. Every test counts once in a cell.
+    """
+
+    x: str
+    y: str
+    x_edges: FloatArray
+    y_edges: FloatArray
+    tests: FloatArray
+    mean: dict[str, FloatArray]
+
+
+def load_map(averages: pd.DataFrame, cells: int = 10) -> LoadMap | None:
+    """Return the mean residual over two loads; None where fewer than two vary."""
+    pair = mapped_loads(averages)
+    if pair is None:
+        return None
+    places, edges = [], []
+    for name in pair:
+        values = averages[name].to_numpy()
+        edge = np.linspace(values.min(), values.max(), cells + 1)
+        edges.append(edge)
+        places.append(np.clip(np.searchsorted(edge, values, side="right") - 1, 0, cells - 1))
+    test = pd.factorize(averages["test_id"])[0]
+    each = (
+        pd.DataFrame({"x": places[0], "y": places[1], "test": test})
+        .assign(before=averages["before"].to_numpy(), after=averages["after"].to_numpy())
+        .groupby(["y", "x", "test"])
+        .mean()
+    )
+    grouped = each.groupby(["y", "x"])
+    rows, columns = (grouped.mean().index.get_level_values(k).to_numpy() for k in ("y", "x"))
+    mean = {}
+    for part in ("before", "after"):
+        mean[part] = np.full((cells, cells), np.nan)
+        mean[part][rows, columns] = grouped[part].mean().to_numpy()
+    tests = np.zeros((cells, cells))
+    tests[rows, columns] = grouped.size().to_numpy()
+    return LoadMap(pair[0], pair[1], edges[0], edges[1], tests, mean)
+
+
+def effect_curve(
+    name: str, values: Mapping[str, float], averages: pd.DataFrame, driver: str
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return an effect's share of mu over one load, the others at their median; None for effects with memory.
+
+    Parameters
+    ----------
+    name : str
+        Effect of the catalogue.
+    values : mapping
+        Its amplitudes and shape parameters.
+    averages : pandas.DataFrame
+        `Diagnosis.averages`.
+    driver : str
+        The load along which the curve is drawn.
+
+    Returns
+    -------
+    tuple of ndarray, shape (n,)
+        Load and share of mu; None where the effect remembers, needs metadata, or is not in the catalogue.
+    """
+    try:
+        effect = make_effect(name)
+    except InputError:
+        return None  # a user's effect that was handed over as an object
+    if effect.states or effect.metadata or driver not in averages.columns or driver not in _names():
+        return None
+    low, high = averages[driver].min(), averages[driver].max()
+    along = (
+        np.geomspace(low, high, CURVE) if low > 0.0 and high > 20.0 * low else np.linspace(low, high, CURVE)
+    )
+    columns = [
+        along
+        if q.name == driver
+        else np.full(CURVE, float(averages[q.name].median()) if q.name in averages.columns else q.nominal)
+        for q in LOADS
+    ]
+    memory = Memory(mu=np.full((CURVE, 1), float(averages["mu"].median())))
+    shape = {s.name: float(values[s.name]) for s in effect.shapes}
+    basis = effect.basis(
+        OPS, LoadColumns(*(np.asarray(c, dtype=float)[:, None] for c in columns)), shape, memory
+    )
+    share = sum(
+        float(values[a.name]) * np.broadcast_to(np.asarray(b), (CURVE, 1))[:, 0]
+        for a, b in zip(effect.amplitudes, basis, strict=True)
+    )
+    return along, np.asarray(share, dtype=float)
+
+
+def _names() -> tuple[str, ...]:
+    return tuple(q.name for q in LOADS)
+
+
+def meanings(name: str) -> dict[str, Any]:
+    """Return what an effect says of itself: ``title``, ``where``, ``citation``, ``driver``, meaning by parameter."""
+    try:
+        effect = make_effect(name)
+    except InputError:
+        return {"title": name, "where": "", "citation": "", "driver": (), "parameters": {}}
+    return {
+        "title": effect.title,
+        "where": effect.where_it_shows,
+        "citation": effect.citation,
+        "driver": effect.driver,
+        "parameters": {a.name: a.meaning for a in effect.amplitudes}
+        | {s.name: s.meaning for s in effect.shapes},
+    }
+
+
+def setpoints_text(values: Mapping[str, Any]) -> str:
+    """Return the set points of a proposed test: ``sigma_n 2760, 102 MPa; v_rel 50 mm/s``."""
+    parts = []
+    for key, value in values.items():
+        name, _, unit = str(key).partition(" [")
+        unit = f" {unit.rstrip(']')}" if unit else ""
+        numbers = value if isinstance(value, list | tuple) else [value]
+        shown = ", ".join(f"{x:g}" if isinstance(x, int | float) else str(x) for x in numbers)
+        parts.append(f"{name} {shown}{unit}")
+    return "; ".join(parts)
