@@ -11,6 +11,7 @@ from ..loads import FloatArray
 from .base_law import BaseLaw, polynomial_columns
 from .binning import Campaign
 from .candidates import Candidate
+from .form_error import FormErrors
 from .noise_floor import Layout, NoiseFloor, Whitener, estimate, independent_columns
 from .scan import Fit, Prepared, Projector, prepare_candidate, rank
 from .significance import Simulated, confusion_set, maximum_gains, p_value, simulate
@@ -31,7 +32,7 @@ class Round:
         Whitened bin means without the base.
     candidates : list of Prepared
     ranking : list of Fit
-        The largest gain first.
+        The largest evidence first.
     null : ndarray, shape (replicates,)
         Largest gain of any effect where nothing is missing.
     simulated : Simulated
@@ -175,7 +176,7 @@ def search(
         floor=floor,
         residual=residual,
         candidates=prepared,
-        ranking=rank(prepared, residual),
+        ranking=FormErrors(campaign, whiten, project).ranked(rank(prepared, residual), residual),
         null=null,
         simulated=simulated,
         whiten=whiten,

@@ -43,8 +43,9 @@ def load_columns(loads: TriboLoads) -> LoadColumns:
     return LoadColumns(*(c[:, None] for c in loads.as_array().T))
 
 
-def spans_of(campaign: Campaign, mu: FloatArray) -> dict[str, tuple[float, float]]:
-    """Return what the data span: each load, and the derived quantities that scan grids follow.
+def spans_of(campaign: Campaign, mu: FloatArray) -> dict[str, tuple[float, ...]]:
+    """Return what the data span: each load, and the derived quantities that scan grids follow;
+    of the batches each one.
 
     Parameters
     ----------
@@ -56,7 +57,7 @@ def spans_of(campaign: Campaign, mu: FloatArray) -> dict[str, tuple[float, float
     sliding = loads.v_rel[loads.v_rel > 0.0]
     if sliding.size == 0:
         sliding = np.array([1.0])
-    spans = {
+    spans: dict[str, tuple[float, ...]] = {
         "v_rel": _span(sliding),
         "T": _span(loads.T),
         "sigma_n": _span(loads.sigma_n),
@@ -79,8 +80,7 @@ def spans_of(campaign: Campaign, mu: FloatArray) -> dict[str, tuple[float, float
     length = float(np.median(lengths))
     spans["distance"] = (length * 1e-3, length)
     if "batch" in campaign.system:
-        codes = campaign.system["batch"]
-        spans["batch"] = (float(codes.min()), float(codes.max()))
+        spans["batch"] = tuple(map(float, np.unique(campaign.system["batch"])))
     return spans
 
 

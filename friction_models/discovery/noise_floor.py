@@ -174,28 +174,52 @@ def estimate(
     stacked = layout.pad(np.column_stack([y, mean]))
     many = layout.shape[1] > 2
 
-    def criterion(theta: FloatArray) -> float:
-        s_b, s_d, relative, s_w = np.exp(np.clip(theta, -16.0, 6.0))
+    index = np.arange(layout.shape[1])
+    both = np.where(layout.present[:, :, None] & layout.present[:, None, :], 1.0, 0.0)
+    gaps = layout.gaps / max(length, 1e-9)
+
+    def criterion(theta: FloatArray) -> tuple[float, FloatArray]:
+        """Return minus the restricted log-likelihood and its gradient."""
+        s_b, s_d, relative, s_w = np.exp(np.clip(theta, -16.0, 6.0)) * [scale, scale, 1.0, scale]
         if not known:
-            s_b = 1e-4
+            s_b = 1e-4 * scale
         if not many:
             s_d = 0.0
-        S = layout.covariance(s_b * scale, s_d * scale, relative * max(length, 1e-9), s_w * scale)
+        slow = s_d**2 * np.exp(-gaps / relative) * both
+        S = s_b**2 * both + slow
+        diagonal = np.where(layout.present, s_w**2 * layout.weight, 1.0)
+        S[:, index, index] += diagonal
+        nothing = np.zeros(4)
         try:
             root = np.linalg.cholesky(S)
-        except np.linalg.LinAlgError:
-            return 1e12
-        white = np.linalg.solve(root, stacked).reshape(-1, stacked.shape[2])
-        gram = white.T @ white
-        try:
+            inverse = np.linalg.inv(S)
+            solved = inverse @ stacked
+            gram = np.tensordot(stacked, solved, ((0, 1), (0, 1)))
             inner = np.linalg.cholesky(gram[1:, 1:])
         except np.linalg.LinAlgError:
-            return 1e12
-        along = np.linalg.solve(inner, gram[1:, 0])
-        rest = float(gram[0, 0] - along @ along)
+            return 1e12, nothing
+        covariance = np.linalg.inv(gram[1:, 1:])
+        along = covariance @ gram[1:, 0]
+        rest = float(gram[0, 0] - gram[1:, 0] @ along)
         log_det = 2.0 * np.sum(np.log(np.einsum("tii->ti", root)))
-        prior = 0.05 * (np.log(relative / 0.15)) ** 2  # keeps the length finite where there is no drift
-        return float(0.5 * (log_det + rest) + np.sum(np.log(np.diag(inner))) + prior)
+        ratio = np.log(relative / 0.15)
+        prior = 0.05 * ratio**2  # keeps the length finite where there is no drift
+        value = 0.5 * (log_det + rest) + np.sum(np.log(np.diag(inner))) + prior
+        # d/dS of the criterion is (P - P y y' P)/2 with P = S^-1 - S^-1 X (X' S^-1 X)^-1 X' S^-1
+        towards = solved[:, :, 1:]
+        left = solved[:, :, 0] - towards @ along
+        P = inverse - (towards @ covariance) @ np.swapaxes(towards, 1, 2)
+        P -= left[:, :, None] * left[:, None, :]
+        by_slow = float(np.sum(P * slow))
+        gradient = np.array(
+            [
+                s_b**2 * float(np.sum(P * both)) if known else 0.0,
+                by_slow,
+                0.5 * float(np.sum(P * slow * gaps)) / relative + 0.1 * ratio,
+                float(np.sum(np.einsum("tii->ti", P) * np.where(layout.present, diagonal, 0.0))),
+            ]
+        )
+        return float(value), gradient
 
     within = np.log(max(_first_differences(campaign) / scale, 0.02))
     begin = np.array([np.log(0.8), np.log(0.3), np.log(0.15), within])
@@ -208,6 +232,7 @@ def estimate(
     best = minimize(
         criterion,
         np.clip(begin, low, high),
+        jac=True,
         method="L-BFGS-B",
         bounds=bounds,
         options={"maxiter": 60, "ftol": 1e-8},

@@ -20,13 +20,14 @@ from .analysis import Round, distrust_outliers, search, testable
 from .base_law import BaseLaw, base_law
 from .binning import Campaign, prepare
 from .candidates import Candidate, evaluate, spans_of
+from .curves import spline_columns
 from .diagnosis import Diagnosis
 from .identifiability import limits
 from .next_tests import propose
 from .noise_floor import NoiseFloor, independent_columns
 from .scan import Fit
 from .significance import stays_first
-from .structure import Structure, find_structure, spline_columns
+from .structure import Misfit, Structure, find_structure, own_misfit
 from .summaries import averages, base_residual, binned_bias, unrecorded_factor, weighted_rms, worst_tests
 from .verdict import LEAST_SHARE, LEVEL, Evidence, decide
 from .wording import sentence
@@ -37,8 +38,12 @@ SPARE = 3
 MOST_SPIKES = 0.04
 #: A winner that comes first again less often than this has its follower as a rival.
 SURE = 0.5
+#: An effect that gains this share of the best is as good a lead.
+SIMILAR = 0.5
+#: Bends of the curves along the loads of the first effect while a second one is sought.
+FREED = 8
 #: A second effect must carry this share of the squared contribution of both.
-SECOND_SHARE = 0.1
+SECOND_SHARE = 0.05
 
 
 def diagnose(
@@ -148,6 +153,7 @@ def _weigh(
     campaign: Campaign, base: BaseLaw, found: Round, candidates: list[Candidate], seed: int
 ) -> tuple[Evidence, list[Fit], Round]:
     """Collect the evidence; return it with the effects that belong to the answer and the last search."""
+    _large_ones_first(campaign, found)
     winner = found.winner
     outside = _share_outside(campaign, base)
     p = found.p_value(winner) if winner else 1.0
@@ -155,7 +161,8 @@ def _weigh(
     present = winner is not None and p < LEVEL and share > LEAST_SHARE
     if winner is None or not present:
         structure = find_structure(campaign, found, np.empty((len(found.y), 0)), seed)
-        return Evidence(found, winner, p, share, [], structure, _part(structure, found), outside), [], found
+        part = _part(structure, found)
+        return Evidence(found, winner, p, share, [], Misfit(), structure, part, outside), [], found
     confusion = found.confusion_set()
     if len(confusion) == 1 and len(found.ranking) > 1 and stays_first(found.ranking, found.simulated) < SURE:
         confusion.append(found.ranking[1].name)
@@ -165,8 +172,26 @@ def _weigh(
         chosen.append(second)
     signal = np.column_stack([found.whiten(_columns(f)) for f in chosen])
     structure = find_structure(campaign, found, signal, seed)
-    evidence = Evidence(found, winner, p, share, confusion, structure, _part(structure, found), outside)
+    misfit = own_misfit(campaign, found, winner, signal)
+    part = _part(structure, found)
+    evidence = Evidence(found, winner, p, share, confusion, misfit, structure, part, outside)
     return evidence, chosen, last
+
+
+def _large_ones_first(campaign: Campaign, found: Round) -> None:
+    """Where the first effect is too small to matter, let the next one lead that is as significant and is not.
+
+    What varies along tests is seen in many averages: traces of it, such as a twin's errors leave, may gain more than
+    an effect that sets the level of tests.
+    """
+    for fit in found.ranking[:4]:
+        if fit.gain < SIMILAR * found.ranking[0].gain or found.p_value(fit) >= LEVEL:
+            return
+        if _share(campaign, found, fit) > LEAST_SHARE:
+            rest = [f for f in found.ranking if f is not fit]
+            large = [f for f in rest if f.gain < fit.gain or _share(campaign, found, f) > LEAST_SHARE]
+            found.ranking = [fit, *large, *(f for f in rest if not any(f is x for x in large))]
+            return
 
 
 def _part(structure: Structure, found: Round) -> float:
@@ -181,16 +206,16 @@ def _second_effect(
     others = [c for c in candidates if c.effect.driver[0] != drivers[0] and c.effect.name != first.name]
     if not others:
         return None
-    freed = np.column_stack([_columns(first), spline_columns(campaign, drivers)])
+    freed = np.column_stack([_columns(first), spline_columns(campaign, drivers, FREED)])
     again = search(campaign, base, freed, others, seed, found.floor)
-    second = again.winner
-    if second is None or again.p_value(second) >= LEVEL / 2:
-        return None
     # the gain counts what varies within tests many times over: the sizes are compared in mu
-    size = [weighted_rms(r.change(f), campaign.count) ** 2 for r, f in ((found, first), (again, second))]
-    if size[1] < SECOND_SHARE * sum(size) or _share(campaign, again, second) <= LEAST_SHARE:
-        return None
-    return second
+    size = weighted_rms(found.change(first), campaign.count) ** 2
+    for second in again.ranking:
+        own = weighted_rms(again.change(second), campaign.count) ** 2
+        large = own > SECOND_SHARE * (size + own) and _share(campaign, again, second) > LEAST_SHARE
+        if large and again.p_value(second) < LEVEL / 2:
+            return second
+    return None
 
 
 def _share_outside(campaign: Campaign, base: BaseLaw) -> float:
@@ -255,7 +280,7 @@ def _assemble(
         confidence=round(float(confidence), 3),
         confusion_set=evidence.confusion_set if names else [],
         ranking=[
-            {"effect": f.name, "gain": float(f.gain), "p_value": found.p_value(f)} for f in found.ranking
+            {"effect": f.name, "gain": float(f.evidence), "p_value": found.p_value(f)} for f in found.ranking
         ],
         noise_floor={
             "sensor": floor.sensor,

@@ -63,12 +63,15 @@ class Fit:
     amplitudes : ndarray, shape (amplitudes,)
     gain : float
         Drop of the whitened sum of squares minus two per degree of freedom; at most 0 for a useless effect.
+    evidence : float
+        The gain where the form of the effect may be somewhat wrong.
     """
 
     prepared: Prepared
     index: int
     amplitudes: FloatArray
     gain: float
+    evidence: float
 
     @property
     def name(self) -> str:
@@ -174,7 +177,8 @@ def best_fit(prepared: Prepared, residual: FloatArray) -> Fit:
     scores = np.einsum("mga,m->ga", prepared.columns, residual)
     drop, amplitudes = drops(prepared, scores)
     index = int(np.argmax(drop))
-    return Fit(prepared, index, amplitudes[index], float(drop[index]) - prepared.penalty)
+    gain = float(drop[index]) - prepared.penalty
+    return Fit(prepared, index, amplitudes[index], gain, gain)
 
 
 def rank(candidates: list[Prepared], residual: FloatArray) -> list[Fit]:

@@ -12,6 +12,8 @@ from .scan import Fit, Prepared, Projector, drops
 REPLICATES = 499
 #: Contributions that correlate by more than this are one and the same to these data.
 TWINS = 0.98
+#: A lead below this share of the winner's evidence is a matter of forms, not of mechanisms.
+SAME = 0.02
 
 
 @dataclass
@@ -57,14 +59,15 @@ def confusion_set(ranking: list[Fit], simulated: Simulated, level: float = 0.05)
     """Return the effects that the data cannot tell from the winner, the winner first.
 
     For each rival, data are simulated from its own fit; it stays in the set when the winner leads by as
-    much as observed in more than `level` of them.
+    much as observed in more than `level` of them. Where an effect is strong, noise hardly plays a part, and what
+    separates two mechanisms is how well each formula happens to follow nature: small leads do not count.
     """
     winner = ranking[0]
     kept = [winner.name]
     for rival in ranking[1:]:
         if rival.gain <= 0.25 * winner.gain:
             continue
-        if alike(winner, rival) > TWINS:
+        if alike(winner, rival) > TWINS or winner.evidence - rival.evidence < SAME * winner.evidence:
             kept.append(rival.name)
             continue
         signal = rival.signal

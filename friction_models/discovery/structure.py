@@ -11,13 +11,15 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
+from scipy.stats import chi2
 
 from ..loads import LOAD_NAMES, FloatArray
 from .analysis import Round
 from .binning import Campaign
-from .scan import Projector
+from .curves import curve, spline_columns, transformed
+from .scan import Fit, Projector
 
-REPLICATES = 199
+REPLICATES = 399
 
 
 @dataclass
@@ -42,31 +44,40 @@ class Structure:
     where: list[dict[str, Any]]
 
 
-def curve(values: FloatArray, knots: int) -> FloatArray:
-    """Return a cubic-like basis: powers and truncated squares at quantiles, shape (m, knots + 2)."""
-    z = (values - values.mean()) / max(float(values.std()), 1e-12)
-    inner = np.quantile(z, np.linspace(0, 1, knots + 2)[1:-1])
-    columns = [z, z**2, *(np.maximum(z - k, 0.0) ** 2 for k in np.unique(inner))]
-    return np.column_stack(columns)
+@dataclass(frozen=True)
+class Misfit:
+    """What curves along the winner's own loads find beyond it.
+
+    Attributes
+    ----------
+    excess : float
+        Whitened squared signal beyond what noise gives.
+    p_value : float
+        Chi-square.
+    """
+
+    excess: float = 0.0
+    p_value: float = 1.0
 
 
-def transformed(campaign: Campaign, name: str) -> FloatArray:
-    """Return bin means of a load on the scale on which its curve is drawn."""
-    values = campaign.average(getattr(campaign.loads, name))
-    if name == "v_rel":
-        return np.log(values + 0.02 * max(float(values.max()), 1e-12))
-    if name == "sd":
-        return np.sqrt(np.maximum(campaign.average(campaign.distance), 0.0))
-    if name in {"sigma_n", "psi"}:
-        return np.log(np.maximum(values, 1e-9 * max(float(values.max()), 1e-12)))
-    return values
+def own_misfit(campaign: Campaign, found: Round, fit: Fit, signal: FloatArray) -> Misfit:
+    """Look along the loads that drive an effect for what its form leaves there.
 
-
-def spline_columns(campaign: Campaign, drivers: tuple[str, ...]) -> FloatArray:
-    """Return curves along the named loads, shape (m, k); loads that do not vary give nothing."""
-    names = [d for d in drivers if d in LOAD_NAMES and campaign.varies(d)]
-    blocks = [curve(transformed(campaign, n), 4) for n in names]
-    return np.column_stack(blocks) if blocks else np.empty((len(campaign.starts), 0))
+    Parameters
+    ----------
+    campaign : Campaign
+    found : Round
+    fit : Fit
+    signal : ndarray, shape (m, k)
+        Whitened columns of all effects found.
+    """
+    columns = spline_columns(campaign, fit.prepared.candidate.effect.driver)
+    project = Projector(np.column_stack([found.whiten(found.columns), signal]))
+    q = Projector(project(found.whiten(columns))).q if columns.shape[1] else columns
+    if not q.shape[1]:
+        return Misfit()
+    drop = float(np.sum((q.T @ project(found.residual)) ** 2))
+    return Misfit(drop - q.shape[1], float(chi2.sf(drop, q.shape[1])))
 
 
 def find_structure(campaign: Campaign, found: Round, signal: FloatArray, seed: int) -> Structure:

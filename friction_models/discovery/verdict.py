@@ -7,18 +7,23 @@ from dataclasses import dataclass
 
 from .analysis import Round
 from .scan import Fit
-from .structure import Structure
+from .structure import Misfit, Structure
 
 #: Family-wise level at which an effect counts as present.
 LEVEL = 0.03
 #: Least share of the squared error (floor included) that an effect must carry: smaller ones are within the
 #: errors of a twin's loads and of no use to a model.
-LEAST_SHARE = 0.012
-#: An effect must explain this share of all structure, else something else is missing. Right effects whose
-#: true form differs from the catalogue's reach 0.79 or more, the best of wrong ones 0.70 or less.
-EXPLAINS = 0.75
+LEAST_SHARE = 0.015
+#: An effect must explain this share of all structure, else something else is missing.
+EXPLAINS = 0.8
+#: The same along its own loads, where less noise blurs the answer: more than this left, and its form is another one.
+BENT = 0.17
+#: Whitened squared misfit that is needed to judge a form.
+SEEN = 30.0
+#: Structure beside an effect matters from this share of the effect's own part on.
+BESIDE = 0.25
 #: Level for structure beyond the catalogue.
-STRUCTURE_LEVEL = 0.02
+STRUCTURE_LEVEL = 0.01
 
 
 @dataclass(frozen=True)
@@ -33,6 +38,8 @@ class Evidence:
     share : float
         Share of the squared error that the winner carries.
     confusion_set : list of str
+    misfit : Misfit
+        Along the winner's own loads, beyond its form.
     structure : Structure
         Beyond base and winner (beyond the base where no effect stands out).
     structure_share : float
@@ -46,6 +53,7 @@ class Evidence:
     p_value: float
     share: float
     confusion_set: list[str]
+    misfit: Misfit
     structure: Structure
     structure_share: float
     outside: float
@@ -58,11 +66,18 @@ class Evidence:
     @property
     def unexplained(self) -> bool:
         """Whether structure is left that matters."""
-        if self.structure.p_value >= STRUCTURE_LEVEL or self.structure_share <= LEAST_SHARE:
+        winner = self.winner
+        named = winner is not None and self.present
+        if winner is not None and named and self.misfit.p_value < 0.001:
+            excess = self.misfit.excess
+            if excess > SEEN and excess / (winner.gain + excess) > BENT:
+                return True
+        matters = min(LEAST_SHARE, BESIDE * self.share) if named else LEAST_SHARE
+        if self.structure.p_value >= STRUCTURE_LEVEL or self.structure_share <= matters:
             return False
-        if not self.present or self.winner is None:
+        if winner is None or not named:
             return True
-        return self.winner.gain / (self.winner.gain + self.structure.excess) < EXPLAINS
+        return winner.gain / (winner.gain + self.structure.excess) < EXPLAINS
 
 
 def decide(evidence: Evidence, kinds: Mapping[str, str]) -> str:

@@ -21,7 +21,7 @@ from ..variables import StateVariable
 
 FloatArray = npt.NDArray[np.float64]
 #: What spans the data have: quantity -> (low, high); loads and derived quantities (`work`, `flash`).
-Spans = Mapping[str, tuple[float, float]]
+Spans = Mapping[str, tuple[float, ...]]
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Shape:
         """Return the scan values for data with these spans."""
         if self.values or self.follows is None:
             return np.array(self.values or (self.start,))
-        low, high = spans.get(self.follows, (self.start, self.start))
+        low, high, *_ = spans.get(self.follows, (self.start, self.start))
         a, b = self.span[0] * low, self.span[1] * high
         if self.points == 1:
             return np.clip(

@@ -5,8 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
+from ..loads import FloatArray
 from ..ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, Memory, Shape
+from .base import Amplitude, Effect, Memory, Shape, Spans
+
+#: Batches that are tried.
+MOST = 60
 
 
 class Batch(Effect):
@@ -33,14 +39,17 @@ class Batch(Effect):
             1e6,
             1.0,
             follows="batch",
-            span=(1.0, 1.0),
             points=2,
-            log=False,
         ),
     )
     kind = "system"
     metadata = ("batch",)
     metadata_units = ("1",)
+
+    def grids(self, spans: Spans) -> dict[str, FloatArray]:
+        """Return every batch of the data: each may be the one that deviates."""
+        known = np.unique(spans.get("batch", (self.start_shape()["deviating"],)))[:MOST]
+        return {"deviating": np.array([self.fixed["deviating"]]) if self.fixed else known}
 
     def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
         distance = x.abs(memory.system["batch"] + 0.0 * L.sd - p["deviating"])

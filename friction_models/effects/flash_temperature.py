@@ -10,7 +10,7 @@ from .base import Amplitude, Effect, Memory, Shape
 
 
 class FlashTemperature(Effect):
-    """Extra friction of asperities that stay cold, ``delta_f / (1 + mu sigma_n sqrt(v_rel) / q_c)``.
+    """Extra friction of asperities that stay cold, ``delta_f / (1 + (mu sigma_n sqrt(v_rel)/q_c)^n)``.
 
     ``mu sigma_n sqrt(v_rel)`` is the flash temperature of a fast contact but for material constants; mu is
     the model's own friction coefficient without this term.
@@ -18,8 +18,8 @@ class FlashTemperature(Effect):
 
     name = "flash_temperature"
     title = "local heating beyond the contact temperature"
-    equation = "mu += delta_f / (1 + mu sigma_n sqrt(v_rel)/q_c)"
-    latex = r"\mu \mathrel{+}= \frac{\Delta\mu_f}{1+\mu\,\sigma_n\sqrt{v_\mathrm{rel}}/q_c}"
+    equation = "mu += delta_f / (1 + (mu sigma_n sqrt(v_rel)/q_c)^n)"
+    latex = r"\mu \mathrel{+}= \frac{\Delta\mu_f}{1+\left(\mu\,\sigma_n\sqrt{v_\mathrm{rel}}/q_c\right)^n}"
     citation = "Jaeger: Moving sources of heat and the temperature at sliding contacts (1942); Ashby, Abulawi, Kong, Tribol. Trans. 34 (1991)"
     where_it_shows = "high pressure together with high speed"
     driver = ("v_rel", "sigma_n")
@@ -36,9 +36,10 @@ class FlashTemperature(Effect):
             span=(0.5, 1.0),
             points=8,
         ),
+        Shape("n", "1", "steepness", 0.5, 6.0, 1.0, values=(1.0, 2.0, 4.0)),
     )
     needs_mu = True
 
     def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
         heating = x.relu(memory.mu) * L.sigma_n * x.sqrt(L.v_rel)
-        return (1.0 / (1.0 + heating / p["q_c"]),)
+        return (1.0 / (1.0 + x.power(heating / p["q_c"] + 1e-9, p["n"])),)

@@ -17,7 +17,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from friction_models.loads import write_json, write_text
 
-from . import coupling, discovery_rates, fmu_cost, forming_sweep, kernels, sct_round_trip, tests_time
+from . import coupling, discovery, fmu_cost, forming_sweep, kernels, sct_round_trip, tests_time
 from .common import Section, machine
 
 PARTS: dict[str, Callable[[Path], Section]] = {
@@ -26,7 +26,7 @@ PARTS: dict[str, Callable[[Path], Section]] = {
     "coupling": coupling.measure,
     "twin-diagnosis": tests_time.measure,
     "sct-round-trip": sct_round_trip.measure,
-    "discovery": discovery_rates.measure,
+    "discovery": discovery.measure,
     "forming-sweep": forming_sweep.measure,
 }
 KEPT = Path("build/benchmarks")

@@ -9,33 +9,48 @@ import numpy as np
 import pytest
 
 from friction_models.effects import CATALOGUE
-from tests.benchmarks.discovery import study
-from tests.benchmarks.discovery.generator import (
-    EFFECTS,
-    NOISE_LEVELS,
-    NULLS,
-    OUTSIDE,
-    PAIRS,
-    SCATTER,
-    campaign,
-)
+from tests.benchmarks.discovery import Sizes, chain, study
+from tests.benchmarks.discovery.forms import FIRST, SECOND, SETS
+from tests.benchmarks.discovery.generator import NOISE_LEVELS, NULLS, SCATTER, campaign
 
 
 def test_the_cases_are_those_that_are_asked_for() -> None:
     cases = list(study.cases(12))
-    assert len(EFFECTS) >= 14 and set(EFFECTS) <= set(CATALOGUE) and not set(OUTSIDE) & set(CATALOGUE)
-    assert len(NULLS) == 3 and len(OUTSIDE) == 4 and len(PAIRS) == 3 and len(NOISE_LEVELS) == 3
+    for forms in SETS.values():
+        assert len(forms.effects) >= 14 and set(forms.effects) <= set(CATALOGUE)
+        assert len(forms.outside) == 4 and not set(forms.outside) & set(CATALOGUE) and len(forms.pairs) == 3
+    assert len(NULLS) >= 3 and len(NOISE_LEVELS) == 3
     kinds = [c.kind for c in cases]
     assert kinds.count("null") >= 200 and kinds.count("single") >= 200
-    assert {c.left_out for c in cases if c.kind == "left_out"} == set(EFFECTS)
+    assert {(c.forms, c.noise) for c in cases} == {(f, n) for f in SETS for n in NOISE_LEVELS}
+    assert {c.null for c in cases if c.kind == "null"} == set(NULLS)
+    assert {c.left_out for c in cases if c.kind == "left_out"} == set(FIRST.effects)
     assert len({c.key for c in cases}) == len(cases)
 
 
-@pytest.mark.parametrize("name", [*list(EFFECTS)[::4], *OUTSIDE])
-def test_hidden_parts_have_the_strength_they_claim(name: str) -> None:
-    points, tests, part, strength = campaign(3, (name,))
+def test_the_two_sets_hide_different_forms() -> None:
+    tests = campaign(3)[0]
+    assert tests["test_id"].nunique() == 111 and campaign(3, forms="second")[0]["test_id"].nunique() == 120
+    assert {n for n, f in FIRST.effects.items() if f is SECOND.effects[n]} == set()
+
+
+@pytest.mark.parametrize(
+    ("forms", "name"),
+    [
+        (f, n)
+        for f, s in SETS.items()
+        for n in [*list(s.effects)[:: 6 if f == "first" else 7], list(s.outside)[1]]
+    ],
+)
+def test_hidden_parts_have_the_strength_they_claim(forms: str, name: str) -> None:
+    points, tests, part, strength = campaign(3, (name,), forms=forms)
     assert 0.5 <= strength <= 2.0 and np.std(part) == pytest.approx(strength * SCATTER)
-    assert points["test_id"].nunique() == 111 and (tests["role"] == "train").sum() == 81
+    assert (tests["role"] == "test").sum() == 30 and len(part) == len(points)
+
+
+def test_averages_are_one_point_a_test() -> None:
+    points, tests, part, _ = campaign(3, (), "averaged points")
+    assert len(points) == len(tests) == len(part) == 111
 
 
 def test_a_study_goes_on_where_it_was_and_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -46,6 +61,7 @@ def test_a_study_goes_on_where_it_was_and_counts(tmp_path: Path, monkeypatch: py
         right = case.kind != "null"
         return {
             "kind": case.kind, "hidden": list(case.hidden), "null": case.null, "noise": case.noise, "left_out": case.left_out,
+            "forms": case.forms, "beyond": 1.0,
             "verdict": "explained" if right else "nothing_missing", "effects": list(case.hidden), "confidence": 1.0,
             "first": case.hidden[0] if right else "", "confusion_set": list(case.hidden), "strength": 1.0,
         }  # fmt: skip
@@ -57,6 +73,40 @@ def test_a_study_goes_on_where_it_was_and_counts(tmp_path: Path, monkeypatch: py
     text = "\n".join(study.summary(results)["lines"])
     assert "| right effect first | 18 of 18 (100 %) | 82 to 100 % | at least 90 % |" in text
     assert "| false alarms, nothing missing | 0 of 18 (0 %) | 0 to 18 % |" in text
+
+
+def test_parts_of_the_page_keep_their_sizes(tmp_path: Path) -> None:
+    assert Sizes.kept(tmp_path) == Sizes()
+    Sizes(2, 0, 3).keep(tmp_path)
+    assert Sizes.kept(tmp_path) == Sizes(2, 0, 3)
+
+
+def test_the_chain_is_counted() -> None:
+    row = {
+        "seed": 1,
+        "verdict": "explained",
+        "effects": ["stribeck"],
+        "confusion_set": ["stribeck"],
+        "after": 1e-3,
+    }
+    found = [
+        {**row, "hidden": "stribeck", "before": 4e-3},
+        {**row, "hidden": "running_in", "before": 1.5e-3},
+        {
+            **row,
+            "hidden": "nothing",
+            "verdict": "nothing_missing",
+            "effects": [],
+            "confusion_set": [],
+            "before": 1e-3,
+        },
+    ]
+    text = "\n".join(chain.summary(found)["lines"])
+    assert (
+        "| hidden effect named first | 1 of 2 |" in text
+        and "| false alarms, nothing missing | 0 of 1 |" in text
+    )
+    assert "| at least half of the avoidable error removed | 1 of 2 |" in text
 
 
 def test_wilson_intervals() -> None:
