@@ -37,6 +37,9 @@ PROBABILITIES = np.unique(np.r_[np.linspace(0.0, 1.0, 101), np.linspace(0.9, 1.0
 SMALLEST_ERROR = 1e-9
 #: Fewest whole tests that say anything about a further one.
 LEAST_TESTS = 4
+#: What is kept of a measured coverage; see `calibration.coverage_measures`.
+MEASURES = ("expected", "share", "share_low", "share_high", "points", "worst_test", "tests", "mean_width")
+MOST_ROLES, LONGEST_TEXT = 100, 200
 #: Keep the logarithms regular at zero loads: mm/s, MPa, mm.
 V_OFFSET, SIGMA_OFFSET, SD_OFFSET = 10.0, 200.0, 2.0
 
@@ -162,6 +165,14 @@ class PredictionInterval:
             raise InputError(
                 "interval: a value is missing or not a number; allowed: an interval as save() writes it"
             ) from None
+        complete = all(
+            set(m) == set(MEASURES) and np.isfinite(list(m.values())).all() for m in coverage.values()
+        )
+        if not complete or len(coverage) > MOST_ROLES or len(source) > LONGEST_TEXT:
+            raise InputError(
+                f"interval: coverage of {len(coverage)} roles; allowed: at most {MOST_ROLES}, each with finite numbers "
+                f"{', '.join(MEASURES)}"
+            )
         good = scores.shape == PROBABILITIES.shape and np.isfinite(scores).all() and bool((scores >= 0).all())
         if not good or (np.diff(scores) < 0).any() or not np.isfinite([constant, *slopes]).all():
             raise InputError(

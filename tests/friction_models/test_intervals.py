@@ -143,6 +143,8 @@ def test_factor_is_the_quantile_corrected_for_one_test_more() -> None:
         ({"level": 1.0}, "0.5 to 0.999"),
         ({"tests": 2}, "tests is 2"),
         ({"coverage": {"test": 3}}, "missing or not a number"),
+        ({"coverage": {"test": {"share": 0.9}}}, "coverage of 1 roles"),
+        ({"source": "x" * 1000}, "coverage of 0 roles"),
         ({"coverage": [3]}, "missing or not a number"),
     ],
 )

@@ -1,0 +1,90 @@
+"""`train`, `evaluate`, `predict` and `pack` with prediction intervals."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from friction_models import load_model
+from friction_models.loads import DataSet
+from orchestrator.cli.main import run
+from tests.friction_models.made_up import campaign
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a data set of 24 + 6 tests and a model of it with an interval."""
+    folder = tmp_path_factory.mktemp("interval")
+    names = [f"t{k:02d}" for k in range(30)]
+    roles = pd.DataFrame({"test_id": names, "role": ["train"] * 24 + ["test"] * 6})
+    DataSet(campaign(30, 12), roles, {"synthetic": True}).save(folder / "data")
+    assert run(["train", "linear", "--data", str(folder / "data"), "-o", str(folder / "model")]) == 0
+    return folder
+
+
+def test_train_tells_the_coverage_and_keeps_it(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["evaluate", str(place / "model"), "--data", str(place / "data"), "--level", "0.8"]) == 0
+    shown = capsys.readouterr().out
+    assert "Coverage" in shown and "80.0%" in shown
+    card = json.loads((place / "model" / "card.json").read_text())
+    assert card["interval"]["level"] == 0.95 and card["interval"]["coverage"]["test"]["tests"] == 6.0
+
+
+def test_predict_adds_the_bounds(place: Path, tmp_path: Path) -> None:
+    frames = {}
+    for name, more in (("usual", []), ("narrow", ["--level", "0.7"])):
+        out = tmp_path / f"{name}.csv"
+        arguments = ["predict", str(place / "model"), "--data", str(place / "data"), "-o", str(out), *more]
+        assert run(arguments) == 0
+        frames[name] = pd.read_csv(out)
+    usual, narrow = frames["usual"], frames["narrow"]
+    assert list(usual.columns[-3:]) == ["mu_model", "mu_low", "mu_high"]
+    data = DataSet.load(place / "data")
+    low, high = load_model(place / "model").predict_interval_frame(data.points)
+    np.testing.assert_allclose(
+        usual[["mu_low", "mu_high"]].to_numpy(), np.column_stack([low, high]), rtol=1e-12
+    )
+    assert (narrow["mu_high"] < usual["mu_high"]).all()
+
+
+def test_evaluate_writes_the_coverage(place: Path, tmp_path: Path) -> None:
+    file = tmp_path / "result.json"
+    assert run(["evaluate", str(place / "model"), "--data", str(place / "data"), "--json", str(file)]) == 0
+    content = json.loads(file.read_text())
+    assert set(content["coverage"]) == {"train", "test", "all"}
+    assert 0.0 <= content["coverage"]["test"]["share_low"] <= content["coverage"]["test"]["share"] <= 1.0
+
+
+def test_without_an_interval(place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "plain"
+    data = str(place / "data")
+    assert run(["train", "linear", "--data", data, "-o", str(out), "--no-interval"]) == 0
+    assert "interval" not in json.loads((out / "card.json").read_text())
+    assert run(["predict", str(out), "--data", data, "-o", str(tmp_path / "p.csv")]) == 0
+    assert "mu_low" not in pd.read_csv(tmp_path / "p.csv").columns
+    capsys.readouterr()
+    for arguments, said in (
+        (
+            ["predict", str(out), "--data", data, "-o", str(tmp_path / "q.csv"), "--level", "0.9"],
+            "has no prediction interval",
+        ),
+        (["pack", str(out), "--interval", "-o", str(tmp_path / "q.fmu")], "has no prediction interval"),
+        (["pack", "twin", "--interval", "-o", str(tmp_path / "q.fmu")], "allowed for friction models"),
+        (["train", "linear", "--data", data, "-o", str(tmp_path / "q"), "--level", "2"], "0.5 to 0.999"),
+    ):
+        assert run(arguments) == 2
+        assert said in capsys.readouterr().err
+    assert not list(tmp_path.glob("q*"))
+
+
+def test_too_few_tests_are_trained_without_one_and_say_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    DataSet(campaign(3, 12), None, {}).save(tmp_path / "data")
+    assert run(["train", "linear", "--data", str(tmp_path / "data"), "-o", str(tmp_path / "model")]) == 0
+    assert "no prediction interval: interval: 3 tests, allowed: at least 4" in capsys.readouterr().out
+    assert load_model(tmp_path / "model").interval is None
