@@ -74,6 +74,8 @@ ATTACKS = [
     Attack("predict", "tests", "csv", "0.1 --data {points} --tests {bad} -o {out}.csv"),
     Attack("compare", "data", "csv", "--models 0.1 --data {bad}"),
     Attack("compare", "tests", "csv", "--models 0.1 --data {points} --tests {bad}"),
+    Attack("compare", "names", "yaml", "--models {fmu} --data {data} --names {bad}"),
+    Attack("compare", "press", "folder", "--models 0.1 --press {bad}", ("levels.csv", "press.json")),
     Attack("diagnose", "data", "csv", "--data {bad} --model linear"),
     Attack("diagnose", "tests", "csv", "--data {points} --tests {bad} --model linear"),
     Attack("refine", "data", "csv", "--data {bad} --model linear --add stribeck -o {out}"),
@@ -95,6 +97,16 @@ ATTACKS = [
     Attack("compare", "data", "folder", "--models 0.1 --data {bad}", ("levels.csv", "press.json")),
     Attack(
         "report", "folder", "folder", "{bad} -o {out}.html", ("manifest.json", "results.nc", "system.yaml")
+    ),
+    Attack("study lag", "data", "csv", "--data {bad} --quick --dry-run -o {out}"),
+    Attack("study extrapolation", "data", "csv", "--data {bad} --quick --dry-run -o {out}"),
+    Attack("study forming-error", "data", "csv", "--data {bad} --quick --dry-run -o {out}"),
+    Attack(
+        "study forming-error",
+        "press",
+        "folder",
+        "--press {bad} --quick --dry-run -o {out}",
+        ("levels.csv", "press.json"),
     ),
     Attack("twin", "campaign", "folder", "{bad} -o {out}", ("campaign.json", "tests.csv", "raw/t0.nc")),
 ]
@@ -130,6 +142,7 @@ class Sandbox:
             "data": root / "data",
             "points": root / "points.csv",
             "onnx": root / "model.onnx",
+            "fmu": self.fmu,
             "system": self.place / "system.yaml",
             "with_bad": self.place / "with_bad.yaml",
             "out": self.place / "out",

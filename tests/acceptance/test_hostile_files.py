@@ -32,6 +32,10 @@ NO_FILES = {
     *("predict-sct.parameters", "coverage.column", "coverage.rig", "coverage.json", "coverage.report"),
     *("coverage.plan", "attribute.causes", "attribute.runs", "attribute.json"),
     *("lab.lubricant", "lab.file_format", "diagnose.plan", "refine.report", "attribute.report"),
+    *("compare.report", "study learning-curve.out", "study learning-curve.scheduler", "study forming-error.out"),
+    *("study forming-error.scheduler", "study lag.out", "study lag.model", "study lag.process", "study lag.scheduler"),
+    *("study extrapolation.out", "study extrapolation.model", "study extrapolation.process"),
+    "study extrapolation.scheduler",
 }  # fmt: skip
 #: Beside the sentence: progress before it, and the numbered list of a system with several mistakes.
 ALLOWED_LINES = re.compile(r"\w+: \d+/\d+ |  \d+\. ")
