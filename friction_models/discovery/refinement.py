@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -112,12 +112,26 @@ def refine(
         if not force and _worse(error_before, error_after, campaign.point_test[seen]):
             raise InputError(
                 f"refine: adding {', '.join(e.name for e in added)} raises the error on {by} from "
-                f"{entry['before']['rmse']:.5f} to {entry['after']['rmse']:.5f}; allowed: additions that do not, or force=True"
+                f"{entry['before']['rmse']:.5f} to {entry['after']['rmse']:.5f}; allowed: additions that do not, or force=True (--force)"
             )
         history.append(entry)
         fitted.record_errors("held_out" if held is not None else "cross_validated", entry["after"])
     fitted.error_history_ = history
     return fitted
+
+
+def history_text(history: Sequence[Mapping[str, Any]]) -> str:
+    """Return the rounds of additions with the errors before and after, on tests that the fit did not see."""
+    if not history:
+        return "No round was judged: too few tests to leave some out."
+    lines = ["Rounds of additions (RMSE and MAE of mu on tests not seen in the fit)"]
+    for k, entry in enumerate(history, 1):
+        before, after = entry["before"], entry["after"]
+        lines.append(
+            f"  {k}  + {' + '.join(entry['added']):<24} RMSE {before['rmse']:.5f} -> {after['rmse']:.5f}   "
+            f"MAE {before['mae']:.5f} -> {after['mae']:.5f}   ({entry['judged_by']})"
+        )
+    return "\n".join(lines) + "\n"
 
 
 def _names(loads: TriboLoads, rows: np.ndarray) -> Any:

@@ -8,7 +8,16 @@ from typing import Any
 import numpy as np
 
 from .diagnosis import Diagnosis
-from .shown import effect_curve, load_map, meanings, setpoints_text, with_unit
+from .shown import (
+    LoadMap,
+    effect_curve,
+    load_map,
+    meanings,
+    setpoints_text,
+    structure_pair,
+    where_text,
+    with_unit,
+)
 
 #: Cells of the map along each load, and places of a response curve.
 CELLS = 6
@@ -80,7 +89,13 @@ def _interval(mean: float, interval: list[float]) -> str:
 
 
 def _map(d: Diagnosis) -> list[str]:
-    found = load_map(d.averages, CELLS)
+    pair = structure_pair(d)
+    return _grid(d, load_map(d.averages, CELLS)) + (
+        _grid(d, load_map(d.averages, CELLS, pair)) if pair else []
+    )
+
+
+def _grid(d: Diagnosis, found: LoadMap | None) -> list[str]:
     if found is None:
         return []
     lines = [f"The same over {found.x} and {found.y}, in 0.001 (blank: no test there)"]
@@ -118,10 +133,7 @@ def _structure(d: Diagnosis) -> list[str]:
     lines = []
     if d.where:
         lines += ["Where structure is left"]
-        lines += [
-            f"  {' x '.join(w['variables'])}: {w['region']}, {w['shape']} ({100 * w['share']:.0f} %)"
-            for w in d.where
-        ]
+        lines += [f"  {where_text(w)}" for w in d.where]
     if d.unrecorded_factor:
         lines += [f"Unrecorded factor? {d.unrecorded_factor['note']}"]
     return lines

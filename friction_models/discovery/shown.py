@@ -14,6 +14,7 @@ from ..effects.base import Memory
 from ..loads import LOADS, FloatArray, InputError
 from ..ops import LoadColumns
 from .candidates import OPS
+from .diagnosis import Diagnosis
 
 #: Loads over which a residual is mapped, where the data vary them.
 MAPPED = ("sigma_n", "T")
@@ -65,9 +66,9 @@ class LoadMap:
     mean: dict[str, FloatArray]
 
 
-def load_map(averages: pd.DataFrame, cells: int = 10) -> LoadMap | None:
-    """Return the mean residual over two loads; None where fewer than two vary."""
-    pair = mapped_loads(averages)
+def load_map(averages: pd.DataFrame, cells: int = 10, pair: tuple[str, str] | None = None) -> LoadMap | None:
+    """Return the mean residual over two loads (`mapped_loads` by default); None where fewer than two vary."""
+    pair = pair or mapped_loads(averages)
     if pair is None:
         return None
     places, edges = [], []
@@ -161,6 +162,25 @@ def meanings(name: str) -> dict[str, Any]:
         "parameters": {a.name: a.meaning for a in effect.amplitudes}
         | {s.name: s.meaning for s in effect.shapes},
     }
+
+
+def where_text(entry: Mapping[str, Any]) -> str:
+    """Return where structure is left: ``v_rel 22 to 502 mm/s, psi 1.08 to 1.98: interaction (33 %)``."""
+    units = {q.name: f" {q.unit}" if q.unit != "1" else "" for q in LOADS}
+    places = ", ".join(
+        f"{name} {low:.3g} to {high:.3g}{units.get(name, '')}"
+        for name, (low, high) in entry["region"].items()
+    )
+    return f"{places}: {entry['shape']} ({100 * entry['share']:.0f} % of it)"
+
+
+def structure_pair(found: Diagnosis) -> tuple[str, str] | None:
+    """Return the two loads along which most structure is left, where they are another pair than that of the map."""
+    variables = found.where[0]["variables"] if found.where else []
+    if len(variables) != 2 or any(v not in found.averages.columns for v in variables):
+        return None
+    pair = (str(variables[0]), str(variables[1]))
+    return None if set(pair) == set(mapped_loads(found.averages) or ()) else pair
 
 
 def setpoints_text(values: Mapping[str, Any]) -> str:

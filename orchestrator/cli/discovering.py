@@ -65,12 +65,21 @@ def refine(
     add: Annotated[list[str], typer.Option("--add", help="Effects to add, one or more.")],
     out: OutFolder,
     tests: Tests = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Keep an addition that makes tests not seen in the fit worse.")
+    ] = False,
+    report: Annotated[Path | None, typer.Option(help="Also write an HTML report.")] = None,
 ) -> None:
-    """Add physical effects to a model, refit everything together and save the new model."""
+    """Add physical effects to a model, refit everything together and save the new model.
+
+    The addition is judged by whole tests that the fit did not see: those held out, else by cross-validation. An
+    addition that makes them worse is refused. Every round is kept with the model and shown.
+    """
     from friction_models import evaluate
     from friction_models.discovery import refine as improve
+    from friction_models.discovery.refinement import history_text
     from friction_models.effects import make_effect
-    from friction_models.loads import InputError
+    from friction_models.loads import InputError, write_text
 
     for name in add:
         make_effect(name)
@@ -78,15 +87,23 @@ def refine(
     if Path(model).suffix == ".fmu":
         raise InputError(f"{model}: an FMU is a fixed law; allowed: a model folder or the name of a family")
     dataset, _ = read_some_loads(data, tests)
-    better = improve(dataset.points, dataset.tests, model=friction, add=add)
+    better = improve(dataset.points, dataset.tests, model=friction, add=add, force=force)
     if friction.is_fitted:
         say(evaluate(friction, dataset, name=f"before: {model}").report())
     result = evaluate(better, dataset, name=f"after: {model} + {' + '.join(add)}")
     for role, measures in result.roles.items():
         better.record_errors(role, measures)
     say(result.report())
+    say(history_text(better.error_history_))
     better.save(out)
     say(f"model written: {out}")
+    if report is not None:
+        from ..report.refinement_page import refinement_page
+
+        if not friction.is_fitted:
+            friction = improve(dataset.points, dataset.tests, model=friction)
+        write_text(report, refinement_page(friction, better, dataset, model))
+        say(f"report written: {report}")
 
 
 def read_some_loads(data: Path, tests: Path | None) -> tuple[DataSet, list[str]]:
@@ -129,9 +146,10 @@ def read_some_loads(data: Path, tests: Path | None) -> tuple[DataSet, list[str]]
 
 def add_commands(app: typer.Typer) -> None:
     """Register the commands of this file."""
-    app.command(epilog="Example: tribofmu diagnose --data data --model models/linear --json diagnosis.json")(
-        diagnose
-    )
     app.command(
-        epilog="Example: tribofmu refine --data data --model models/linear --add stribeck -o models/better"
+        epilog="Example: tribofmu diagnose --data data --model models/linear --report diagnosis.html --plan next.csv"
+    )(diagnose)
+    app.command(
+        epilog="Example: tribofmu refine --data data --model models/linear --add stribeck -o models/better "
+        "--report refined.html"
     )(refine)

@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 
 from friction_models.discovery.diagnosis import Diagnosis
-from friction_models.discovery.shown import load_map, meanings, with_unit
+from friction_models.discovery.shown import load_map, meanings, structure_pair, with_unit
 
 from ..runs import versions
 from .charts_diagnosis import effect_chart, map_chart
@@ -62,7 +62,7 @@ def diagnosis_page(found: Diagnosis, label: str, confirmed: Mapping[str, Any] | 
             f"Before: what the {escape(found.model)} model leaves.{escape(what)}",
             "Mean residual against each load, before and after.",
         ),
-        _map(found, named),
+        _maps(found, named),
     )
     threshold = found.threshold if found.threshold == found.threshold else None
     page.add("evidence", "Evidence", ranking_html(content, threshold), remarks_html(content))
@@ -103,18 +103,23 @@ def _confirmed(entry: Mapping[str, Any] | None) -> str:
     )
 
 
-def _map(found: Diagnosis, named: bool) -> str:
-    over = load_map(found.averages)
-    if over is None:
-        return ""
+def _maps(found: Diagnosis, named: bool) -> str:
     parts = [("before", "before")] + ([("after", "after")] if named else [])
-    return figure(
-        "map",
-        map_chart(over, parts),
-        f"Mean residual in cells of {escape(over.x)} and {escape(over.y)}; every test counts once in a cell, cells without "
-        "a test are blank. Red: friction is higher than modelled; blue: lower.",
-        f"Map of the residual over {over.x} and {over.y}.",
-    )
+    pair = structure_pair(found)
+    html = []
+    for over in [load_map(found.averages), *([load_map(found.averages, pair=pair)] if pair else [])]:
+        if over is None:
+            continue
+        html.append(
+            figure(
+                f"map-{over.x}-{over.y}",
+                map_chart(over, parts),
+                f"Mean residual in cells of {escape(over.x)} and {escape(over.y)}; every test counts once in a cell, "
+                "cells without a test are blank. Red: friction is higher than modelled; blue: lower.",
+                f"Map of the residual over {over.x} and {over.y}.",
+            )
+        )
+    return "\n".join(html)
 
 
 def _worst(found: Diagnosis, averages: pd.DataFrame, predicted: Mapping[str, Any]) -> str:

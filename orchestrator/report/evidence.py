@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from friction_models.discovery.shown import setpoints_text
+from friction_models.discovery.shown import setpoints_text, where_text
 
 from .charts_evidence import budget_chart, ranking_chart
 from .markup import bullets, escape, p_value, paragraph, table
 from .page import figure
 
 MEANINGS = {
-    "explained": "One effect stands out, and the error falls on tests that the model has not seen.",
+    "explained": "One effect, or a pair of them, stands out.",
     "ambiguous": "Several effects fit equally well; more tests are needed to tell them apart.",
     "unknown_structure": "Something systematic is missing that no effect in the catalogue explains.",
     "nothing_missing": "What is left of the error is as large as the noise: there is nothing to find.",
@@ -53,7 +53,7 @@ def budget_html(diagnosis: Mapping[str, Any]) -> str:
         "Error budget before and after: noise floor, explained by what is named, still missing.",
     )
     rows = [
-        (f"{when} ({names} added)" if when == "after" else when, f"{total:.4f}", f"{values['floor']:.4f}",
+        (f"{when}, with {names}" if when == "after" else when, f"{total:.4f}", f"{values['floor']:.4f}",
          f"{values['explained']:.4f}" if when == "before" and named else "-", f"{values['missing']:.4f}")
         for when, total in rms.items()
     ]  # fmt: skip
@@ -82,7 +82,11 @@ def ranking_html(diagnosis: Mapping[str, Any], threshold: float | None = None) -
                 if len(confusable) > 1
                 else "The data tells the first one from all others."
                 if chosen
+                else "None is accepted: what is missing has another shape than any of them."
+                if diagnosis["verdict"] == "unknown_structure"
                 else "None is accepted: chance alone gives gains like these."
+                if diagnosis["verdict"] == "nothing_missing"
+                else "None is accepted."
             ),
             "Ranking of effects by evidence.",
         ),
@@ -93,7 +97,7 @@ def ranking_html(diagnosis: Mapping[str, Any], threshold: float | None = None) -
                     r["effect"],
                     f"{float(r['gain']):.1f}" if r.get("gain") is not None else "-",
                     p_value(r.get("p_value")),
-                    "added"
+                    "named"
                     if r["effect"] in chosen
                     else "not told apart"
                     if r["effect"] in confusable
@@ -114,12 +118,7 @@ def remarks_html(diagnosis: Mapping[str, Any]) -> str:
     where = diagnosis.get("where") or []
     if where:
         parts.append("<h3>Where structure is left</h3>")
-        parts.append(
-            bullets(
-                f"{' x '.join(map(str, w['variables']))}: {w['region']}, {w['shape']} ({100 * float(w['share']):.0f} %)"
-                for w in where
-            )
-        )
+        parts.append(bullets(where_text(w) for w in where))
     factor = diagnosis.get("unrecorded_factor")
     if factor:
         parts.append("<h3>An unrecorded factor?</h3>")

@@ -7,8 +7,9 @@ from typing import Any
 
 from .theme import CONSTANT
 
-#: Okabe and Ito (2008), Color universal design, without black and yellow, which belong to measurements and notes.
-COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
+#: Okabe and Ito (2008), Color universal design, without black and yellow, which belong to measurements and notes;
+#: two more behind them.
+COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#6a3d9a", "#7f6a50")
 DASHES = ("solid", "dash", "dot", "dashdot")
 
 
