@@ -1,14 +1,18 @@
-"""`compare`: friction models against tribometer tests, or through co-simulation against press curves."""
+"""`compare`: friction models against tribometer tests and, through co-simulation, against press curves."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from .console import progress, say, write_result
 from .options import Json, Tests, fitted_model, read_data
+
+if TYPE_CHECKING:
+    from ..comparison import TestsComparison
+    from ..comparison_forces import ForcesComparison
 
 
 def compare(
@@ -17,43 +21,116 @@ def compare(
         typer.Option("--models", help="Model folders, .fmu files or numbers (constant mu), one or more."),
     ],
     data: Annotated[
-        Path,
+        Path | None,
         typer.Option("--data", help="Data set (folder or file of points), or a folder of press curves."),
-    ],
+    ] = None,
     tests: Tests = None,
+    press: Annotated[
+        Path | None,
+        typer.Option("--press", help="Folder of press curves: every model forms every level."),
+    ] = None,
+    names: Annotated[
+        Path | None,
+        typer.Option(help="YAML file: which variables of FMUs that others made take the loads and give mu."),
+    ] = None,
     runs: Annotated[Path | None, typer.Option(help="For press curves: keep the run folders here.")] = None,
     json: Json = None,
+    report: Annotated[Path | None, typer.Option(help="Also write an HTML report.")] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the bootstrap.", min=0)] = 0,
 ) -> None:
     """Compare friction models, on tribometer tests or, through co-simulation, on press curves."""
-    if (data / "levels.csv").is_file():
-        _compare_forces(models, data, runs, json)
-        return
-    from friction_models.discovery import compare as measure
+    from friction_models.loads import InputError
 
-    named = {_label(name, models): fitted_model(name) for name in models}
-    dataset = read_data(data, tests)
-    held_out = dataset.select("test")
-    used = held_out if len(held_out.points) else dataset
-    result = measure(named, used.points, used.tests)
-    say(result.report())
+    if data is not None and press is None and (data / "levels.csv").is_file():
+        data, press = None, data
+    if data is None and press is None:
+        raise InputError("compare: neither --data nor --press is given; allowed: one of them, or both")
+    entries = _entries(models, names)
+    on_tests = None if data is None else _compare_tests(models, entries, data, tests, seed)
+    on_press = None if press is None else _compare_forces(models, entries, press, runs, seed)
     if json is not None:
-        write_result(json, {"synthetic": dataset.synthetic, **result.to_dict()})
+        content: dict[str, Any] = {}
+        if on_tests is not None:
+            content = {"synthetic": on_tests.synthetic, **on_tests.to_dict()}
+        if on_press is not None:
+            forces = on_press.to_dict()
+            content = {**content, "press": forces} if content else forces
+        write_result(json, content)
+    if report is not None:
+        from friction_models.loads import write_text
+
+        from ..report.comparison_page import comparison_page
+
+        write_text(report, comparison_page(on_tests, on_press))
+        say(f"report written: {report}")
 
 
-def _compare_forces(models: list[str], press: Path, runs: Path | None, json: Path | None) -> None:
-    from ..forces import levels_table
+def _compare_tests(
+    models: list[str], entries: dict[str, Any], data: Path, tests: Path | None, seed: int
+) -> TestsComparison:
+    from ..comparison import compare_on_tests
+
+    named = {_label(name, models): _model(name, entries.get(name)) for name in models}
+    result = compare_on_tests(named, read_data(data, tests), seed)
+    say(result.report())
+    return result
+
+
+def _compare_forces(
+    models: list[str], entries: dict[str, Any], press: Path, runs: Path | None, seed: int
+) -> ForcesComparison:
+    from ..comparison_forces import ForcesComparison
+    from ..fmu_files import describe
+    from ..friction_names import FrictionNames
     from ..press_study import PressStudy
 
     study = PressStudy.open(press)
     named = {_label(name, models): name for name in models}
+    called = {
+        _label(name, models): FrictionNames.of(describe(name), entry).to_dict()
+        for name, entry in entries.items()
+    }
     with progress("runs") as tick:
-        results = study.compare(named, runs, progress=tick)
+        results = study.compare(named, runs, progress=tick, names=called)
+    levels = [Path(level.file).stem for level in study.press.levels]
+    result = ForcesComparison.of(results, levels, study.synthetic, seed)
     if study.synthetic:
         say("synthetic press curves")
-    say(levels_table(results))
-    if json is not None:
-        content = {"synthetic": study.synthetic, "models": [r.to_dict() for r in results]}
-        write_result(json, content)
+    say(result.report())
+    return result
+
+
+def _model(name: str, entry: Any) -> Any:
+    if Path(name).suffix == ".fmu":
+        from ..foreign_friction import friction_model
+
+        return friction_model(name, entry)
+    return fitted_model(name)
+
+
+def _entries(models: list[str], names: Path | None) -> dict[str, Any]:
+    """Return the entries of the file of names by model.
+
+    Raises
+    ------
+    InputError
+        What `read_names` refuses, or an entry for no FMU of the comparison.
+    """
+    if names is None:
+        return {}
+    from friction_models.loads import unknown_name
+
+    from ..friction_names import read_names
+
+    found: dict[str, Any] = {}
+    known = {
+        alias: n for n in models if Path(n).suffix == ".fmu" for alias in (Path(n).stem, Path(n).name, n)
+    }
+    for key, entry in read_names(names).items():
+        if key not in known:
+            raise unknown_name("FMU of --models", key, known, str(names))
+        found[known[key]] = entry
+    return found
 
 
 def _label(name: str, names: list[str]) -> str:

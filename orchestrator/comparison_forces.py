@@ -1,0 +1,76 @@
+"""Several friction models on the same press levels: how sure their order is, given the scatter of the repeats."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .comparison import Order, resampled_errors
+from .forces import LevelsComparison, levels_table
+from .metrics import ScalarError
+
+#: What models are ordered by, and how it is called.
+QUANTITIES = {"max_force": "maximum force", "work": "forming work"}
+
+
+@dataclass(frozen=True)
+class ForcesComparison:
+    """Models on press curves.
+
+    Attributes
+    ----------
+    results : sequence of LevelsComparison
+        One a model.
+    orders : dict of str to Order
+        By the MARE of the maximum force and of the work.
+    names : sequence of str
+        Of the levels.
+    """
+
+    results: Sequence[LevelsComparison]
+    orders: dict[str, Order]
+    names: Sequence[str]
+    synthetic: bool = False
+
+    @classmethod
+    def of(
+        cls, results: Sequence[LevelsComparison], names: Sequence[str], synthetic: bool = False, seed: int = 0
+    ) -> ForcesComparison:
+        """Order models that ran on the same levels."""
+        orders = {}
+        for quantity in QUANTITIES:
+            errors: list[list[ScalarError]] = [
+                [getattr(level, quantity) for level in result.levels] for result in results
+            ]
+            simulated = [np.array([e.simulated for e in row]) for row in errors]
+            measured = np.array([e.measured.mean for e in errors[0]])
+            scatter = np.array([e.measured.std / np.sqrt(max(e.measured.repeats, 1)) for e in errors[0]])
+            draws = resampled_errors(simulated, measured, scatter, np.random.default_rng(seed))
+            orders[quantity] = Order.of(
+                {r.label: getattr(r, quantity).mare for r in results},
+                {r.label: d for r, d in zip(results, draws)},
+                len(names),
+            )
+        return cls(results, orders, list(names), synthetic)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return JSON-able data: the models' numbers, and the orders."""
+        return {
+            "synthetic": self.synthetic,
+            "models": [r.to_dict() for r in self.results],
+            "ranking": self.orders["max_force"].names,
+            "orders": {quantity: order.to_dict() for quantity, order in self.orders.items()},
+            "levels": list(self.names),
+        }
+
+    def report(self) -> str:
+        """Return the table of errors, and what can be said about the order."""
+        lines = [levels_table(self.results), ""]
+        for quantity, order in self.orders.items():
+            shown = ", ".join(f"{n} ({100 * order.best[n]:.0f} %)" for n in order.names)
+            lines.append(f"by {QUANTITIES[quantity]}, probability of being the best: {shown}")
+            lines += order.sentences("levels")
+        return "\n".join(lines)
