@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping
@@ -10,14 +9,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from friction_models.loads import write_json
+
+from .campaign import CODE as PACKAGES
+from .campaign import Campaign
 from .fmu_files import describe
-from .forces import LevelsComparison, compare_force, read_press_curve
-from .jobs import RunTask, run_all
-from .processes import STEP, STROKE, extrusion_system
-from .system import System
+from .forces import ForceCurve, LevelsComparison, compare_force, read_press_curve
+from .processes import STEP, STROKE
+from .studies.level_runs import CODE, RUN, Level, level_job
 
 if TYPE_CHECKING:
-    from forming.press import PressCurves, PressLevel
+    from forming.press import PressCurves
 
 Progress = Callable[[int, int, str], None]
 
@@ -61,6 +65,7 @@ class PressStudy:
         runs: Path | None = None,
         jobs: int | None = None,
         progress: Progress | None = None,
+        names: Mapping[str, Mapping[str, Any]] | None = None,
     ) -> list[LevelsComparison]:
         """Run every model on every level and compare the forces.
 
@@ -69,77 +74,88 @@ class PressStudy:
         models : mapping of str to str
             Label and model folder, ``.fmu`` or ``.onnx`` file, or a number for constant mu.
         runs : Path, optional
-            Where FMUs and run folders are kept; a temporary folder by default.
+            Where FMUs and runs are kept, with ``runs.json`` that says which is which; runs of the same content
+            are taken from there. A temporary folder by default.
+        jobs : int, optional
+            Processes; all cores by default.
+        progress : callable, optional
+            Called with (done, total, what).
+        names : mapping, optional
+            By label, the variables of FMUs that call the loads otherwise (`FrictionNames.to_dict`).
+
+        Raises
+        ------
+        InputError, SimulationError
+            A model that cannot be packed or read; runs that failed, when all others are done.
         """
         place = runs if runs is not None else Path(tempfile.mkdtemp(prefix="tribofmu-study-"))
         try:
             place.mkdir(parents=True, exist_ok=True)
-            forming = [self._forming_fmu(level, place) for level in self.press.levels]
-            # Processes differ in their number of markers: a friction FMU for each.
-            nodes = [len(describe(fmu).resolve("mu")) for fmu in forming]
             frictions = {
-                (label, count): friction_fmu(name, place / f"friction-{number}-{count}.fmu", count)
+                label: friction_fmu(name, place / f"friction-{number}.fmu")
                 for number, (label, name) in enumerate(models.items(), 1)
-                for count in sorted(set(nodes))
             }
-            tasks = [
-                RunTask(self._system(frictions[label, count], fmu, level, label), place / f"{Path(level.file).stem}-{number}")
-                for number, label in enumerate(models, 1)
-                for level, fmu, count in zip(self.press.levels, forming, nodes)
-            ]  # fmt: skip
-            finished = iter(run_all(tasks, jobs, progress))
+            pairs = [(label, level) for label in models for level in self.press.levels]
+            jobs_of = [
+                level_job(
+                    f"{Path(level.file).stem}, {label}",
+                    Level.of(level, self.press.info, STROKE, STEP),
+                    frictions[label],
+                    names=(names or {}).get(label),
+                    keep="summary" if runs is None else "run",
+                    synthetic=self.synthetic,
+                    label=label,
+                )
+                for label, level in pairs
+            ]
+            campaign = Campaign(place, jobs_of, (*PACKAGES, *CODE))
+            results = campaign.run(jobs, progress=progress)
+            campaign.check()
+            if runs is not None:
+                # Folders are named by hashes; the table says which is which.
+                folders = {
+                    name: (result.folder / RUN).relative_to(place.resolve())
+                    for name, result in results.items()
+                }
+                write_json(place / "runs.json", {name: folder.as_posix() for name, folder in folders.items()})
+            curves = {
+                name: ForceCurve(np.array(result.values["stroke"]), np.array(result.values["force"]))
+                for name, result in results.items()
+            }
             return [
                 LevelsComparison(
                     label,
                     tuple(
-                        compare_force(next(finished).force_curve(), read_press_curve(self.folder / level.file), label)
+                        compare_force(
+                            curves[f"{Path(level.file).stem}, {label}"],
+                            read_press_curve(self.folder / level.file),
+                            label,
+                        )
                         for level in self.press.levels
                     ),
                 )
                 for label in models
-            ]  # fmt: skip
+            ]
         finally:
             if runs is None:
                 shutil.rmtree(place, ignore_errors=True)
 
-    def _forming_fmu(self, level: PressLevel, place: Path) -> Path:
-        from fmus import pack_forming
 
-        target = place / f"{Path(level.file).stem}.fmu"
-        return pack_forming(target, process=level.process, **self._parameters(level))
+def friction_fmu(model: str, target: Path, nodes: int | None = None) -> Path:
+    """Return the friction FMU of a model folder, an ONNX file or a number; an FMU is taken as it is.
 
-    def _parameters(self, level: PressLevel) -> dict[str, Any]:
-        values = dict(self.press.info.get("process", {}))
-        if "T_billet_degC" in self.press.info:
-            values["T_billet"] = float(self.press.info["T_billet_degC"])
-        return values | {"speed": level.speed, "T_tool": level.T_tool}
-
-    def _max_stroke(self, level: PressLevel) -> float:
-        """Return how far the punch can go, in whole steps: the recorded travel holds the give of the press, too."""
-        from forming import BackwardCupExtrusion, ForwardRodExtrusion
-
-        solver = {"fre": ForwardRodExtrusion, "bce": BackwardCupExtrusion}[level.process]
-        return math.floor(solver(**self._parameters(level)).max_stroke / STEP + 1e-6) * STEP
-
-    def _system(self, friction: Path, forming: Path, level: PressLevel, label: str) -> System:
-        recorded = max(1, round(float(level.curves["stroke"].max()) / STEP)) * STEP
-        stroke = min(STROKE, recorded, self._max_stroke(level))
-        name = f"{Path(level.file).stem}, {label}"
-        remarks = {"friction": label, "level": level.file}
-        return extrusion_system(friction, forming, level.speed, stroke, name, self.synthetic, remarks)
-
-
-def friction_fmu(model: str, target: Path, nodes: int) -> Path:
-    """Return the friction FMU of a model folder, an ONNX file or a number; an FMU is taken as it is."""
+    Without a number of nodes it is one of FMI 3.0, whose arrays become as long as what feeds them.
+    """
     import fmus
 
+    size: dict[str, Any] = {"fmi": "3.0"} if nodes is None else {"nodes": nodes}
     if Path(model).suffix == ".fmu":
         describe(model)
         return Path(model)
     try:
         constant = float(model)
     except ValueError:
-        return fmus.pack(Path(model), target, nodes=nodes)
+        return fmus.pack(Path(model), target, **size)
     from friction_models import ConstantFriction
 
-    return fmus.pack(ConstantFriction(constant), target, nodes=nodes)
+    return fmus.pack(ConstantFriction(constant), target, **size)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -23,8 +22,12 @@ def forming_error(
         ),
     ] = None,
     press: Annotated[
-        list[Path] | None,
-        typer.Option("--press", help="Folder of press curves of the same lubricants; may be repeated."),
+        list[str] | None,
+        typer.Option(
+            "--press",
+            metavar="[LUBRICANT=]DIR",
+            help="Folder of press curves of the same lubricants, repeated for several.",
+        ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the virtual laboratory.")] = 0,
     quick: Quick = False,
@@ -34,18 +37,17 @@ def forming_error(
 ) -> None:
     """Errors of maximum force and work of five friction models and constant friction, at nine levels.
 
-    Forward rod extrusion and backward cup extrusion with two lubricants: training on time-series data, 252
-    pairs of level and friction, uncertainty from the scatter of the press, run time of friction. A second run
-    computes only what changed.
+    252 pairs of friction law and press level; a second run computes only what changed.
     """
     from ..report.forming_error_page import forming_error_page
     from ..studies.forming_error import FormingErrorStudy, Plan
     from ..studies.forming_error_files import table, write_results
     from ..studies.forming_error_result import FormingErrors
     from ..studies.measurements import chosen_data
+    from ..studies.press_levels import chosen_press
 
     plan = Plan.quick(seed) if quick else Plan.full(seed)
-    study = FormingErrorStudy.of(plan, chosen_data(data), press)
+    study = FormingErrorStudy.of(plan, chosen_data(data), chosen_press(press))
     campaign = study.campaign(out)
     results = run_campaign(campaign, "forming error", jobs, scheduler, dry_run)
     if results is None:

@@ -127,7 +127,10 @@ class FormingErrorStudy:
 
     @classmethod
     def of(
-        cls, plan: Plan, data: Mapping[str, Path] | None = None, press: Sequence[Path] | None = None
+        cls,
+        plan: Plan,
+        data: Mapping[str, Path] | None = None,
+        press: Sequence[tuple[str, Path]] | None = None,
     ) -> FormingErrorStudy:
         """Plan the study.
 
@@ -136,8 +139,8 @@ class FormingErrorStudy:
         plan : Plan
         data : mapping of str to Path, optional
             One's own data sets by lubricant; the virtual laboratory measures otherwise.
-        press : sequence of Path, optional
-            One's own press curves of the same lubricants.
+        press : sequence of (str, Path), optional
+            One's own press curves of the same lubricants (`press_levels.chosen_press`).
 
         Raises
         ------

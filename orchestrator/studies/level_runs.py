@@ -20,9 +20,12 @@ if TYPE_CHECKING:
     from ..runs import Run
 
 #: Modules besides the packages of `campaign.CODE` whose sources decide what a run gives.
-CODE = (
-    "orchestrator.instance", "orchestrator.iteration", "orchestrator.master", "orchestrator.points",
-    "orchestrator.ports", "orchestrator.processes", "orchestrator.slaves", "orchestrator.wiring",
+CODE = tuple(
+    f"orchestrator.{name}"
+    for name in (
+        "connections", "fmu_files", "friction_names", "instance", "iteration", "master", "points", "ports",
+        "processes", "slaves", "system", "wiring",
+    )
 )  # fmt: skip
 #: CPU time of a run by millimetre of stroke [s], for estimates.
 SECONDS_A_MM = {"fre": 0.25, "bce": 0.25}
@@ -93,6 +96,7 @@ def level_job(
     step: float | None = None,
     tolerance: float | None = None,
     start: Mapping[str, Any] | None = None,
+    names: Mapping[str, Any] | None = None,
     keep: Literal["summary", "run"] = "summary",
     synthetic: bool = False,
     label: str = "",
@@ -112,6 +116,8 @@ def level_job(
         Of the mode ``iterated``.
     start : mapping, optional
         Start values of the friction FMU.
+    names : mapping, optional
+        Its variables, where they have other names than the loads: `FrictionNames.to_dict`.
     keep : {"summary", "run"}
         ``"run"`` keeps the run folder as ``run`` in the folder of the result.
     synthetic : bool
@@ -131,6 +137,8 @@ def level_job(
     }
     if tolerance is not None:
         inputs["tolerance"] = tolerance
+    if names is not None:
+        inputs["names"] = dict(names)
     if keep == "run":
         inputs |= {"synthetic": synthetic, "label": label}
     files = {"friction": friction} if isinstance(friction, Path) else {}
@@ -195,6 +203,7 @@ def simulate_level(inputs: Mapping[str, Any], friction: Path, folder: Path) -> R
         {"friction": label} if label else {},
         step=float(inputs["step"]),
         start=inputs["start"],
+        names=inputs.get("names"),
     )
     if not _has(describe(friction), "domain_distance"):
         system.record = [name for name in system.record or [] if name != "friction.domain_distance"]

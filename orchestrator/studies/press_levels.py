@@ -125,15 +125,33 @@ def press_level(
     return {"file": f"{CURVES}/{curves.levels[0].file}", "synthetic": True}
 
 
+def chosen_press(texts: Iterable[str] | None) -> list[tuple[str, Path]]:
+    """Read what ``--press`` names, ``LUBRICANT=FOLDER`` or a folder; the name is empty where levels.csv gives it.
+
+    Raises
+    ------
+    InputError
+        No such folder.
+    """
+    chosen = []
+    for text in texts or ():
+        name, equals, place = text.partition("=")
+        lubricant, path = (name, Path(place)) if equals and not Path(text).exists() else ("", Path(text))
+        if not path.is_dir():
+            raise InputError(f"--press {text!r}: no such folder {path}; allowed: FOLDER or LUBRICANT=FOLDER")
+        chosen.append((lubricant, path))
+    return chosen
+
+
 def own_levels(
-    folders: Iterable[Path], lubricants: Sequence[str], strokes: Mapping[str, float]
+    folders: Iterable[tuple[str, Path]], lubricants: Sequence[str], strokes: Mapping[str, float]
 ) -> list[StudyLevel]:
     """Return the levels of one's own press curves.
 
     Parameters
     ----------
-    folders : iterable of Path
-        Folders with ``levels.csv``.
+    folders : iterable of (str, Path)
+        Folders with ``levels.csv``; a name stands for the only lubricant in it.
     lubricants : sequence of str
         Those that friction models are trained for.
     strokes : mapping of str to float
@@ -149,15 +167,19 @@ def own_levels(
     from ..processes import STEP
 
     levels: list[StudyLevel] = []
-    for folder in folders:
+    for named, folder in folders:
         press = PressCurves.read(folder)
+        inside = list(dict.fromkeys(each.lubricant for each in press.levels))
+        if named and len(inside) > 1:
+            raise InputError(
+                f"--press {named}={folder}: levels.csv holds {', '.join(inside)}; allowed: a single lubricant, or no name"
+            )
         for each in press.levels:
-            if each.lubricant not in lubricants:
-                raise unknown_name(
-                    "lubricant", each.lubricant, lubricants, f"{folder}: levels.csv against --data"
-                )
+            lubricant = named or each.lubricant
+            if lubricant not in lubricants:
+                raise unknown_name("lubricant", lubricant, lubricants, f"--press {folder}: none of --data")
             level = Level.of(each, press.info, strokes[each.process], STEP)
-            levels.append(StudyLevel(each.lubricant, level, file=Path(folder) / each.file))
+            levels.append(StudyLevel(lubricant, level, file=Path(folder) / each.file))
     seen = [(item.lubricant, item.level.name) for item in levels]
     for lubricant, name in seen:
         if seen.count((lubricant, name)) > 1:

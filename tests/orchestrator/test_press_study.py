@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pandas as pd
 import pytest
 
 from forming.press import PressCurves, PressLevel
+from orchestrator import Run
 from orchestrator.press_study import PressStudy
 
 
@@ -31,5 +33,7 @@ def test_rods_and_cups_in_one_folder(tmp_path: Path) -> None:
     # A cup needs its force at once, a rod is only just in the cone; both FMUs got friction at their own markers.
     assert cup.max_force.simulated > 2.0 * rod.max_force.simulated > 0.0
     assert cup.stroke[-1] == pytest.approx(0.4, abs=0.051)
-    names = sorted(p.name for p in (tmp_path / "runs").glob("friction-*.fmu"))
-    assert len(names) == 2
+    found = json.loads((tmp_path / "runs" / "runs.json").read_text(encoding="utf-8"))
+    run = Run.load(tmp_path / "runs" / found["bce, low"])
+    assert run.synthetic and run.name == "bce_5mms_20C, low"
+    assert run.force_curve().force.max() == pytest.approx(run["forming.force"].max())
