@@ -111,7 +111,7 @@ def _train(lessons: Sequence[Lesson], widths: list[int], options: FeedForwardFri
         [offset + np.flatnonzero(~mask) for mask in lesson.held] for lesson, offset in zip(lessons, offsets)
     ]
     length = max(len(rows) for group in own for rows in group)
-    batch = min(options.batch_size, max(SMALLEST_BATCH, math.ceil(length / STEPS)))
+    batch = _batch(length, options.batch_size)
     judged, share = _padded([(offset, m) for lesson, offset in zip(lessons, offsets) for m in lesson.held])
     judged_x, judged_y = x[judged], y[judged]
     decay = torch.from_numpy(np.repeat([le.weight_decay for le in lessons], [len(le.held) for le in lessons]))
@@ -158,6 +158,15 @@ def _train(lessons: Sequence[Lesson], widths: list[int], options: FeedForwardFri
         for k in range(len(best))
     ]
     return [(networks[group], epochs[group].tolist()) for group in groups]
+
+
+def epochs_for(steps: int, points: float, batch_size: int) -> int:
+    """Return the epochs that take about so many steps with a training set of so many points."""
+    return max(1, round(steps / math.ceil(max(points, 1.0) / _batch(points, batch_size))))
+
+
+def _batch(points: float, batch_size: int) -> int:
+    return min(batch_size, max(SMALLEST_BATCH, math.ceil(points / STEPS)))
 
 
 def _start(rng: np.random.Generator, count: int, widths: list[int]) -> list[FloatArray]:

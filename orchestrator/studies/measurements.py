@@ -135,9 +135,20 @@ def own_data_job(lubricant: str, place: Path, seed: int = 0) -> Job:
     """
     from ..campaign import Job
 
-    files = data_files(place)
-    _with_roles(load_data(files, {}), seed, str(place))
-    return Job(data_name(lubricant), f"{__name__}:take", {"lubricant": lubricant, "seed": seed}, files)
+    read_own(place, seed)
+    inputs = {"lubricant": lubricant, "seed": seed}
+    return Job(data_name(lubricant), f"{__name__}:take", inputs, data_files(place))
+
+
+def read_own(place: Path, seed: int = 0) -> DataSet:
+    """Return a user's data set with the roles of its tests.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or has too few tests.
+    """
+    return _with_roles(load_data(data_files(place), {}), seed, str(place))
 
 
 def load_measurements(result: JobResult, averages: bool = False) -> DataSet:
