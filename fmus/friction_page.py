@@ -181,8 +181,8 @@ def _use(source: FrictionSource, interface: FrictionInterface, target: str, fmi:
         )
     if interface.interval is not None:
         points.append(
-            f"<code>mu_low</code> and <code>mu_high</code> hold {100.0 * interface.interval:g} % of the measured points of a "
-            "new test inside the trained domain. Outside of it they move apart with <code>domain_distance</code>, "
+            f"<code>mu_low</code> and <code>mu_high</code> hold {100.0 * interface.interval:g} % of the measured points of "
+            "new tests inside the trained domain. Outside of it they move apart with <code>domain_distance</code>, "
             "but nothing was measured there."
         )
     points.append(
