@@ -40,8 +40,14 @@ def simulate(
     freedom = max(0.7 * tests, 2.0)
     noise *= np.sqrt(freedom / rng.chisquare(freedom, REPLICATES))
     noise = project(noise)
-    scores = {c.name: np.einsum("mga,mb->gab", c.columns, noise, optimize=True) for c in candidates}
+    scores = {c.name: _products(c.columns, noise) for c in candidates}
     return Simulated(noise, scores)
+
+
+def _products(columns: FloatArray, noise: FloatArray) -> FloatArray:
+    """Return inner products of columns [m, g, amplitudes] with noise [m, replicates], one matrix product."""
+    m, sets, amplitudes = columns.shape
+    return (columns.reshape(m, -1).T @ noise).reshape(sets, amplitudes, -1)
 
 
 def maximum_gains(candidates: list[Prepared], simulated: Simulated) -> FloatArray:

@@ -1,32 +1,76 @@
-"""One suite over every effect of the catalogue."""
+"""One suite over every effect of the catalogue, and over one that a user brings by an entry point."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 from sklearn.base import clone
 
-from friction_models import LinearFriction, OnnxModel, TriboLoads, load_model
+from fmus import pack, read_friction_fmu
+from friction_models import LinearFriction, OnnxModel, TriboLoads, effects, load_model
 from friction_models.composed import ComposedFriction
 from friction_models.discovery.binning import prepare
 from friction_models.discovery.candidates import evaluate_points, spans_of
-from friction_models.effects import CATALOGUE, Memory, make_effect
+from friction_models.effects import CATALOGUE, Amplitude, Effect, Memory, Shape, make_effect
 from friction_models.ops import LoadColumns, NumpyOps
 from tests.benchmarks.discovery_campaigns import campaign
 
-NAMES = sorted(CATALOGUE)
+
+class Polishing(Effect):
+    """An effect as a user writes it, with memory and metadata: sliding polishes a hard tool."""
+
+    name = "polishing"
+    title = "sliding polishes the tool"
+    equation = "mu += c_q * hardness * (1 - polish),  d(polish)/dt = (1 - polish) v_rel/s_q"
+    latex = r"c_q H (1-q)"
+    citation = "a user's own"
+    where_it_shows = "first millimetres on hard tools"
+    driver = ("sd",)
+    amplitudes = (Amplitude("c_q", "1/HRC", "friction of the rough tool", 1, 0.02),)
+    shapes = (
+        Shape("s_q", "mm", "distance that polishes", 1e-6, 50.0, 3.0, follows="distance", span=(20.0, 0.3)),
+    )
+    states = (("polish", "1"),)
+    metadata = ("hardness",)
+    metadata_units = ("HRC",)
+
+    def basis(self, x: Any, L: Any, p: Mapping[str, Any], memory: Memory) -> tuple[Any, ...]:
+        return (memory.system["hardness"] * (1.0 - memory.state["polish"]),)
+
+    def rate(self, x: Any, L: Any, p: Mapping[str, Any], memory: Memory) -> tuple[Any, ...]:
+        return ((1.0 - memory.state["polish"]) * L.v_rel / p["s_q"],)
+
+    def advance(self, x: Any, L: Any, p: Mapping[str, Any], memory: Memory, dt: Any) -> tuple[Any, ...]:
+        return (1.0 - (1.0 - memory.state["polish"]) * x.exp(-L.v_rel * dt / p["s_q"]),)
+
+
+NAMES = sorted([*CATALOGUE, Polishing.name])
+STATEFUL = [n for n in NAMES if (CATALOGUE | {Polishing.name: Polishing})[n].states]
 X = NumpyOps()
 BASE = np.array([1e-5, -3e-5, -5e-6, 1e-4, 0.006])
+
+
+@pytest.fixture(scope="module", autouse=True)
+def plug_in() -> Iterator[None]:
+    """Stand for an installed package that offers the user's effect."""
+    entry = SimpleNamespace(name=Polishing.name, value="plugin:Polishing", load=lambda: Polishing)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(effects, "entry_points", lambda group: [entry])
+        patch.setitem(CATALOGUE, Polishing.name, effects.load_catalogue()[Polishing.name])
+        yield
 
 
 @pytest.fixture(scope="module")
 def noise_free() -> tuple[pd.DataFrame, pd.DataFrame]:
     """Loads of a small factorial plan; its friction is replaced in every test."""
     data, tests, _ = campaign(None, seed=3, levels=2, extra=8, thin=12, twin_errors=0.0, noise=0.0)
-    return data, tests
+    return data, tests.assign(hardness=np.linspace(0.3, 1.0, len(tests)))
 
 
 def with_effect(
@@ -90,8 +134,13 @@ def test_fit_recovers_law_and_files_repeat_it(
     name: str, noise_free: tuple[pd.DataFrame, pd.DataFrame], tmp_path: Path
 ) -> None:
     data, tests = noise_free
-    made, _, strength = with_effect(name, data, tests)
+    made, shape, strength = with_effect(name, data, tests)
     model = (LinearFriction() + name).fit_frame(made, tests)
+    assert list(model.amplitudes_[0].values()) == pytest.approx(strength, rel=0.01)
+    free = {s.name for s in make_effect(name).free_shapes}
+    assert {k: v for k, v in model.shapes_[0].items() if k in free} == pytest.approx(
+        {k: v for k, v in shape.items() if k in free}, rel=0.01
+    )
     loads = TriboLoads.from_frame(made, tests)
     predicted = model.predict(loads)
     if make_effect(name).kind == "fault":
@@ -123,13 +172,14 @@ def test_fit_recovers_law_and_files_repeat_it(
         assert np.array_equal(run.predict(array[k : k + 1], state, system), read)  # reading never advances
 
 
-@pytest.mark.parametrize("name", [n for n in NAMES if CATALOGUE[n].states])
+@pytest.mark.parametrize("name", STATEFUL)
 def test_state_advances_with_time_only(name: str) -> None:
     effect = make_effect(name)
     shape = effect.start_shape()
     L = LoadColumns(*(np.array([[v]]) for v in (120.0, 90.0, 900.0, 4.0, 1.2)))
     states = {n: np.array([[v]]) for (n, _), v in zip(effect.states, effect.start_state(shape))}
-    memory = Memory(np.array([[0.07]]), states, {})
+    system = {m: np.array([[0.5]]) for m in effect.metadata}
+    memory = Memory(np.array([[0.07]]), states, system)
     still = effect.advance(X, L, shape, memory, 0.0)
     assert all(np.array_equal(a, b) for a, b in zip(still, states.values()))
     # the derivative is the limit of the step, and two half steps make a whole one
@@ -138,7 +188,7 @@ def test_state_advances_with_time_only(name: str) -> None:
     for given, found in zip(effect.rate(X, L, shape, memory), slope):
         assert np.allclose(given, found, rtol=1e-4)
     half = effect.advance(X, L, shape, memory, 0.005)
-    again = effect.advance(X, L, shape, Memory(memory.mu, dict(zip(states, half)), {}), 0.005)
+    again = effect.advance(X, L, shape, Memory(memory.mu, dict(zip(states, half)), system), 0.005)
     whole = effect.advance(X, L, shape, memory, 0.01)
     assert all(np.allclose(a, b, rtol=1e-9) for a, b in zip(again, whole))
 
@@ -154,3 +204,15 @@ def test_strength_zero_is_the_base(name: str, noise_free: tuple[pd.DataFrame, pd
     model.amplitudes_ = [dict.fromkeys(a, 0.0) for a in model.amplitudes_]
     model.base_ = base
     assert np.array_equal(model.predict(loads), base.predict(loads))
+
+
+def test_a_users_effect_leaves_in_a_native_fmu(
+    noise_free: tuple[pd.DataFrame, pd.DataFrame], tmp_path: Path
+) -> None:
+    data, tests = noise_free
+    made, _, _ = with_effect(Polishing.name, data, tests)
+    model = (LinearFriction() + Polishing.name).fit_frame(made, tests)
+    first = made[made["test_id"].isin(tests["test_id"].iloc[:2])]
+    fmu = read_friction_fmu(pack(model, tmp_path / "polishing.fmu", nodes=1))
+    expected = model.predict_frame(first, tests)
+    np.testing.assert_allclose(fmu.predict_frame(first, tests), expected, rtol=1e-9)

@@ -116,7 +116,8 @@ def run_case(case: Case) -> dict[str, Any]:
 def _beyond_base(points: pd.DataFrame, part: np.ndarray) -> float:
     """Return the rms of what a linear law of the five loads leaves of the hidden part."""
     loads = points[["v_rel", "T", "sigma_n", "sd", "psi"]].to_numpy()
-    columns = np.column_stack([np.ones(len(loads)), (loads - loads.mean(axis=0)) / loads.std(axis=0)])
+    around = loads - loads.mean(axis=0)
+    columns = np.column_stack([np.ones(len(loads)), around / np.maximum(loads.std(axis=0), 1e-9)])
     return float(np.std(part - columns @ np.linalg.lstsq(columns, part, rcond=1e-9)[0]))
 
 
