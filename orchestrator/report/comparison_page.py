@@ -177,7 +177,7 @@ def _parity(c: TestsComparison) -> Any:
 
     names = c.order.names
     rows, columns = _grid(len(names))
-    styles = looks(names)
+    styles = looks(c.models)
     chart = make_subplots(
         rows=rows, cols=columns, shared_xaxes=True, shared_yaxes=True, subplot_titles=names,
         horizontal_spacing=0.03, vertical_spacing=0.16 / rows,
@@ -220,7 +220,7 @@ def _responses(c: TestsComparison) -> Any:
     chart = make_subplots(rows=1, cols=len(LOADS), shared_yaxes=True, horizontal_spacing=0.022)
     array = c.loads.as_array()
     middle = np.median(array, axis=0)
-    styles = looks(c.order.names)
+    styles = looks(c.models)
     for column, quantity in enumerate(LOADS, 1):
         values = array[:, column - 1]
         low, high = np.quantile(values, [0.05, 0.95]).tolist()
@@ -258,7 +258,7 @@ def _per_test(c: TestsComparison, names: Sequence[str]) -> Any:
     best = names[0]
     shown = c.result.per_test.sort_values(best, ascending=False).head(_TESTS)
     chart = graph_objects.Figure()
-    styles = looks(names)
+    styles = looks(c.models)
     for name in names:
         chart.add_scatter(
             x=shown.index.astype(str), y=shown[name], mode="markers", name=name, marker={"size": 8, "color": styles[name]["color"], "opacity": 0.8},

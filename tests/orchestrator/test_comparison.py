@@ -1,0 +1,163 @@
+"""Order of models with its uncertainty, on tests and on press levels, and the page that shows it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from friction_models.domain import Domain
+from friction_models.loads import DataSet, FloatArray
+from orchestrator.cli.main import run
+from orchestrator.comparison import FEWEST_UNITS, compare_on_tests, known_domain, resampled_errors
+from orchestrator.comparison_forces import ForcesComparison
+from orchestrator.forces import ForceCurve, LevelsComparison, PressCurve, compare_force
+from orchestrator.report.comparison_page import comparison_page
+
+
+class Law:
+    """mu with an offset that belongs to each test, and a domain."""
+
+    def __init__(self, offset: float, wave: float = 0.0, top: float = 3000.0) -> None:
+        self.offset, self.wave, self.top = offset, wave, top
+
+    @property
+    def domain(self) -> Domain:
+        return Domain((0.0, 0.0, 0.0, 0.0, 1.0), (1000.0, 500.0, self.top, 60.0, 25.0))
+
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
+        number = data["test_id"].str.removeprefix("t").astype(int).to_numpy()
+        return 0.08 + self.offset + self.wave * np.where(number % 2, 1.0, -1.0)
+
+    def predict(self, loads: FloatArray) -> FloatArray:
+        return np.full(len(loads), 0.08 + self.offset)
+
+
+def measured(tests: int = 12, points: int = 20) -> DataSet:
+    """Return tests whose pressure rises from 500 to 2000 MPa, mu = 0.08 everywhere but for noise."""
+    rng = np.random.default_rng(1)
+    n = tests * points
+    table = pd.DataFrame(
+        {
+            "test_id": np.repeat([f"t{k}" for k in range(tests)], points),
+            "v_rel": 100.0,
+            "T": 60.0,
+            "sigma_n": np.repeat(np.linspace(500.0, 2000.0, tests), points),
+            "sd": np.tile(np.linspace(0.1, 20.0, points), tests),
+            "psi": 1.2,
+            "mu": 0.08 + 1e-4 * rng.standard_normal(n),
+        }
+    )
+    return DataSet(table, pd.DataFrame({"test_id": [f"t{k}" for k in range(tests)]}), {"synthetic": True})
+
+
+def test_order_domain_and_pairs_on_tests() -> None:
+    models = {"near": Law(0.002), "same": Law(0.002), "far": Law(0.01, top=1250.0), "0.05": Law(-0.03)}
+    c = compare_on_tests(models, measured())
+    assert c.order.names[2:] == ["far", "0.05"]
+    # Two names for one law share the first place, and nobody tells them apart.
+    assert c.order.best["near"] == pytest.approx(0.5) and c.order.best["same"] == pytest.approx(0.5)
+    assert c.order.indistinct == [tuple(c.order.names[:2])]
+    assert c.order.ranks["far"] == (3, 3)
+    # Half of the tests press harder than 1250 MPa.
+    assert c.outside["near"] == 0.0 and c.outside["far"] == pytest.approx(0.5)
+    content = json.loads(json.dumps(c.to_dict(), allow_nan=False))
+    assert content["models"]["far"]["probability_best"] == 0.0 and content["models"]["far"]["rmse"] > 0.009
+    assert content["order"]["units"] == 12 and len(content["order"]["pairs"]) == 6
+    assert "cannot be told apart on 12 tests" in c.report()
+
+
+def test_the_unit_is_the_test_and_few_of_them_prove_nothing() -> None:
+    # In every second test one model is 0.004 better, in the others 0.004 worse: points are many, tests are few.
+    swinging = {"even": Law(0.004, 0.004), "odd": Law(0.0041, -0.004)}
+    c = compare_on_tests(swinging, measured())
+    assert c.order.indistinct == [("even", "odd")] and 0.4 < c.order.best["even"] < 0.75
+    few = compare_on_tests({"near": Law(0.002), "far": Law(0.01)}, measured(tests=FEWEST_UNITS - 1))
+    assert few.order.best["near"] == 1.0 and few.order.indistinct == [("near", "far")]
+    assert f"{FEWEST_UNITS - 1} tests are too few" in few.report()
+
+
+def test_a_model_without_limits_has_no_domain() -> None:
+    class Free:
+        domain = Domain.physical()
+
+    assert known_domain(Free()) is None and known_domain(object()) is None
+    assert known_domain(Law(0.0)) == Law(0.0).domain
+
+
+def test_resampled_errors_follow_levels_and_repeats() -> None:
+    rng = np.random.default_rng(0)
+    measured_mean = np.full(8, 100.0)
+    exact, off = resampled_errors([measured_mean, 1.1 * measured_mean], measured_mean, np.full(8, 1.0), rng)
+    # |x| of a normal error of 1 % has the mean 0.8 %; 10 % too much stays 10 % on the mean.
+    assert np.mean(exact) == pytest.approx(0.01 * np.sqrt(2 / np.pi), rel=0.03)
+    assert np.mean(off) == pytest.approx(0.1, rel=0.03)
+    assert np.all(off > exact)
+
+
+def forces(levels: int, shares: dict[str, float]) -> ForcesComparison:
+    stroke = np.linspace(0.0, 10.0, 101)
+    rng = np.random.default_rng(2)
+    results = []
+    names = [f"fre_{k}" for k in range(levels)]
+    press = []
+    for k in range(levels):
+        size = (10.0 + k) * stroke
+        repeats = [ForceCurve(stroke, size * (1.0 + 0.01 * rng.standard_normal())) for _ in range(5)]
+        press.append(PressCurve(tuple(repeats)))
+    for label, share in shares.items():
+        compared = tuple(
+            compare_force(ForceCurve(stroke, share * (10.0 + k) * stroke), press[k], label)
+            for k in range(levels)
+        )
+        results.append(LevelsComparison(label, compared))
+    return ForcesComparison.of(results, names, synthetic=True)
+
+
+def test_order_on_press_levels_knows_the_scatter_of_the_repeats() -> None:
+    c = forces(9, {"good": 1.0, "alike": 1.0005, "bad": 1.08})
+    assert c.orders["max_force"].names[-1] == "bad" and c.orders["work"].best["bad"] == 0.0
+    pairs = {(p["better"], p["worse"]): p["apart"] for p in c.orders["max_force"].pairs}
+    assert pairs["good", "bad"] and pairs["alike", "bad"]
+    assert sum(pairs.values()) == 2
+    content = json.loads(json.dumps(c.to_dict(), allow_nan=False))
+    assert [m["label"] for m in content["models"]] == ["good", "alike", "bad"]
+    assert content["ranking"] == c.orders["max_force"].names
+    assert "probability of being the best" in c.report() and "MARE max force" in c.report()
+
+
+def test_page_of_both(tmp_path: Path) -> None:
+    c = compare_on_tests({"<near>": Law(0.002), "0.05": Law(-0.03)}, measured())
+    html = comparison_page(c, forces(2, {"<near>": 1.0, "0.05": 0.9}))
+    assert "synthetic data" in html and "&lt;near&gt;" in html and "<near>" not in html.replace("\\u003c", "")
+    for anchor in ("parity", "response", "tests", "levels", "forces"):
+        assert f'id="chart-{anchor}"' in html
+    assert "2 levels, by maximum force are too few" in html
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: Any) -> str:
+    assert run([str(a) for a in arguments]) == 2
+    return capsys.readouterr().err
+
+
+def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    measured().save(tmp_path / "data")
+    out = ("--json", tmp_path / "c.json", "--report", tmp_path / "c.html")
+    assert (
+        run([str(a) for a in ("compare", "--models", "0.08", "0.05", "--data", tmp_path / "data", *out)]) == 0
+    )
+    assert "probability best" in capsys.readouterr().out
+    content = json.loads((tmp_path / "c.json").read_text())
+    assert content["ranking"] == ["0.08", "0.05"] and content["synthetic"] and content["clear"]
+    assert content["models"]["0.08"]["outside_domain"] is None
+    assert "Measured against predicted" in (tmp_path / "c.html").read_text()
+    assert "neither --data nor --press" in refused(capsys, "compare", "--models", "0.08")
+    (tmp_path / "names.yaml").write_text("other.fmu: {mu: cof}\n")
+    said = refused(
+        capsys, "compare", "--models", "0.08", "--data", tmp_path / "data", "--names", tmp_path / "names.yaml"
+    )
+    assert "'other.fmu'" in said and "FMU of --models" in said
