@@ -144,8 +144,9 @@ def train_model(
             "tests": int(points["test_id"].nunique()),
             "synthetic": bool(data.synthetic),
         }
-        test = data.select("test")
-        if len(test.points):
+        roles = data.tests["role"].astype(str) if data.tests is not None and "role" in data.tests else ()
+        if "test" in set(roles):  # without roles all tests were trained on, and nothing is held out
+            test = data.select("test")
             measures = error_measures(
                 test.points["mu"].to_numpy(), model.predict_frame(test.points, test.tests)
             )

@@ -1,0 +1,161 @@
+"""Friction FMUs of other generators: names, units, one point, answers after a step; alone and in a forming process."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from friction_models.loads import LOAD_NAMES, InputError, TriboLoads
+from orchestrator import Master
+from orchestrator.fmu_files import describe
+from orchestrator.foreign_friction import ForeignFmu, friction_model
+from orchestrator.friction_names import FrictionNames, read_names
+from orchestrator.processes import extrusion_system
+from tests.orchestrator.native_fmus import Real, native_fmu
+
+ENTRY = {
+    "sigma_n": {"variable": "p", "unit": "Pa"},
+    "v_rel": "slip",
+    "T": "theta",
+    "mu": "cof",
+    "set": {"gain": 2.0},
+}
+POINTS = 3
+
+
+def law(v_rel: np.ndarray, T: np.ndarray, sigma_n: np.ndarray) -> np.ndarray:
+    return 2.0 * (0.04 - 1e-5 * v_rel + 1e-5 * sigma_n - 2e-5 * (T + 273.15))
+
+
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Return a friction FMU in SI units that answers in its step, one with our names that answers at once, a process."""
+    folder = tmp_path_factory.mktemp("foreign")
+    formula = "V(gain) * (0.04 - 0.01*V(slip) + 1e-11*V(p) - 2e-5*V(theta))"
+    loads = [
+        ("v_rel", "mm/s", 10.0),
+        ("T", "degC", 30.0),
+        ("sigma_n", "MPa", 400.0),
+        ("sd", "mm", 0.0),
+        ("psi", "1", 1.0),
+    ]
+    signals = [Real(f"{n}[{k + 1}]", "output", at, unit) for n, unit, at in loads for k in range(POINTS)]
+    signals += [Real(f"mu[{k + 1}]", "input", 0.1) for k in range(POINTS)]
+    signals += [Real(f"active[{k + 1}]", "output", 1.0) for k in range(POINTS)]
+    signals += [
+        Real(n, "output", 0.0, u)
+        for n, u in (("stroke", "mm"), ("force", "kN"), ("work", "J"), ("max_tau_over_k", "1"))
+    ]
+    grow = " ".join(
+        f"V(sigma_n_{k}) = 400.0 + 100.0*{k}*(1.0 + t); V(T_{k}) = 30.0 + 10.0*t; V(v_rel_{k}) = 10.0*{k};"
+        for k in range(1, POINTS + 1)
+    )
+    force = " + ".join(f"V(mu_{k})" for k in range(1, POINTS + 1))
+    return {
+        "late": native_fmu(
+            folder / "late.fmu",
+            [Real("p", "input", 1e8, "Pa"), Real("slip", "input", 0.01, "m/s"), Real("theta", "input", 300.0, "K"),
+             Real("room", "input", 21.0, "degC"), Real("gain", "parameter", 1.0), Real("cof", "output")],
+            step=f"V(cof) = {formula};",
+        ),
+        "ours": native_fmu(
+            folder / "ours.fmu",
+            [*(Real(n, "input", at, unit) for n, unit, at in loads), Real("mu", "output")],
+            outputs="V(mu) = 2.0 * (0.04 - 1e-5*V(v_rel) + 1e-5*V(sigma_n) - 2e-5*(V(T) + 273.15));",
+        ),
+        "process": native_fmu(folder / "process.fmu", signals, outputs=f"{grow} V(stroke) = t; V(force) = {force};"),
+    }  # fmt: skip
+
+
+def points() -> np.ndarray:
+    rng = np.random.default_rng(4)
+    return rng.uniform([1.0, 20.0, 200.0, 0.0, 1.0], [300.0, 200.0, 2000.0, 20.0, 3.0], (25, 5))
+
+
+def test_names_units_and_late_answers(fmus: dict[str, Path]) -> None:
+    loads = points()
+    expected = law(loads[:, 0], loads[:, 1], loads[:, 2])
+    model = friction_model(fmus["late"], ENTRY)
+    assert isinstance(model, ForeignFmu)
+    np.testing.assert_allclose(model.predict(loads), expected, rtol=1e-12)
+    # In time, too, from the first point on.
+    moving = replace(TriboLoads.from_array(loads), t=np.linspace(0.0, 1.0, len(loads)))
+    np.testing.assert_allclose(model.predict(moving), expected, rtol=1e-12)
+    same = friction_model(fmus["ours"])
+    assert isinstance(same, ForeignFmu), "our names, but not one of our FMUs"
+    np.testing.assert_allclose(same.predict(loads), expected, rtol=1e-12)
+
+
+def test_one_instance_a_point_in_a_process_with_other_units(fmus: dict[str, Path], tmp_path: Path) -> None:
+    names = FrictionNames.of(describe(fmus["late"]), ENTRY)
+    assert names.each_point and names.loads == {
+        "v_rel": ("slip", "m/s"),
+        "T": ("theta", "K"),
+        "sigma_n": ("p", "Pa"),
+    }
+    assert names.start == {"gain": 2.0, "room": 21.0} and not names.has_distance
+    assert FrictionNames.from_dict(names.to_dict()) == names
+    system = extrusion_system(fmus["late"], fmus["process"], 1.0, 0.5, names=names.to_dict())
+    run = Master(system).run(tmp_path / "run")
+    assert run.manifest["components"]["friction"]["instances"] == POINTS
+    before = {n: run[f"forming.{n}"][:-1] for n in LOAD_NAMES}
+    expected = law(before["v_rel"], before["T"], before["sigma_n"])
+    assert np.ptp(expected) > 1e-3
+    np.testing.assert_allclose(run["friction.cof"][1:], expected, rtol=1e-12)
+    np.testing.assert_allclose(run["forming.force"][1:], expected.sum(axis=1), rtol=1e-12)
+    iterated = Master(system, "iterated").run(tmp_path / "iterated")
+    now = {n: iterated[f"forming.{n}"][1:] for n in LOAD_NAMES}
+    np.testing.assert_allclose(
+        iterated["friction.cof"][1:], law(now["v_rel"], now["T"], now["sigma_n"]), rtol=1e-12
+    )
+
+
+def test_a_system_that_converts_units_is_no_archive(fmus: dict[str, Path], tmp_path: Path) -> None:
+    names = FrictionNames.of(describe(fmus["late"]), ENTRY)
+    system = extrusion_system(fmus["late"], fmus["process"], 1.0, 0.5, names=names.to_dict())
+    with pytest.raises(InputError, match=r"converts units, which an archive cannot hold"):
+        system.export(tmp_path / "x.ssp")
+    system.connections[0] = "forming.v_rel -> friction.slip"
+    with pytest.raises(
+        InputError, match=r"in 'mm/s', 'slip\[1\]' in 'm/s'.*\('forming.v_rel -> friction.slip \[m/s\]'\)"
+    ):
+        system.validate()
+    system.connections[0] = "forming.v_rel -> friction.slip [K]"
+    with pytest.raises(InputError, match=r"'slip\[1\]' is in 'm/s' and not in 'K'"):
+        system.validate()
+
+
+@pytest.mark.parametrize(
+    ("change", "pattern"),
+    [
+        ({"mu": "coff"}, "did you mean 'cof'"),
+        ({"sigma": "p"}, "did you mean 'sigma_n'"),
+        ({"T": {"variable": "theta", "unit": "MPa"}}, "unit of 'T'"),
+        ({"T": "cof"}, "causality 'output', allowed: input"),
+        ({"T": 3}, "allowed: a variable, or"),
+        ({"set": {"gian": 1.0}}, "did you mean 'gain'"),
+        ({"set": {"p": 1.0}}, "'p' is no free input or parameter"),
+        ({"set": {"gain": [1.0]}}, "allowed: a number, true, false or a text"),
+    ],
+)
+def test_bad_names(fmus: dict[str, Path], change: dict[str, object], pattern: str) -> None:
+    with pytest.raises(InputError, match=pattern):
+        FrictionNames.of(describe(fmus["late"]), ENTRY | change)
+
+
+def test_an_fmu_with_unknown_names_points_to_the_option(fmus: dict[str, Path]) -> None:
+    with pytest.raises(InputError, match=r"'v_rel'.*--names FILE\.yaml says which takes which load"):
+        friction_model(fmus["late"])
+
+
+@pytest.mark.parametrize(
+    ("text", "pattern"),
+    [("", "not a mapping"), ("[a]", "not a mapping"), ("a.fmu: cof", "'a.fmu' is no mapping"), ("a: {b: &x 1, c: *x}", "alias")],
+)  # fmt: skip
+def test_files_that_hold_no_names(tmp_path: Path, text: str, pattern: str) -> None:
+    (tmp_path / "n.yaml").write_text(text)
+    with pytest.raises(InputError, match=pattern):
+        read_names(tmp_path / "n.yaml")
