@@ -37,7 +37,7 @@ PROBABILITIES = np.unique(np.r_[np.linspace(0.0, 1.0, 101), np.linspace(0.9, 1.0
 SMALLEST_ERROR = 1e-9
 #: Fewest whole tests that say anything about a further one.
 LEAST_TESTS = 4
-#: What is kept of a measured coverage; see `calibration.coverage_measures`.
+#: What is kept of a measured coverage; see `interval_coverage.coverage_measures`.
 MEASURES = ("expected", "share", "share_low", "share_high", "points", "worst_test", "tests", "mean_width")
 MOST_ROLES, LONGEST_TEXT = 100, 200
 #: Keep the logarithms regular at zero loads: mm/s, MPa, mm.
@@ -66,7 +66,7 @@ class PredictionInterval:
     source : str
         Where the errors come from.
     coverage : dict
-        Measured coverage by role of the tests; see `coverage_measures`.
+        Measured coverage by role of the tests; see `interval_coverage.coverage_measures`.
     """
 
     level: float

@@ -69,7 +69,7 @@ def train(
 def add_interval(model: Any, dataset: DataSet, level: float = 0.95) -> str:
     """Calibrate the prediction interval of a fitted model; return what to tell the user, also why there is none."""
     from friction_models.calibration import add_interval as calibrate
-    from friction_models.calibration import report
+    from friction_models.interval_coverage import report
     from friction_models.loads import InputError
 
     try:
@@ -95,7 +95,7 @@ def evaluate(
     say(result.report())
     content = {"data": str(data), **result.to_dict()}
     if has_interval(friction):
-        from friction_models.calibration import coverage_text, measured_coverage
+        from friction_models.interval_coverage import coverage_text, measured_coverage
 
         content["coverage"] = measured_coverage(friction, dataset, level)
         say(coverage_text(content["coverage"]))

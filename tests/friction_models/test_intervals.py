@@ -12,15 +12,8 @@ import pytest
 
 from friction_models import FeedForwardFriction, LinearFriction, OnnxModel, PolynomialFriction, load_model
 from friction_models.base import FrictionModel
-from friction_models.calibration import (
-    TESTS_FOR_LOADS,
-    add_interval,
-    coverage_measures,
-    folds_of,
-    measured_coverage,
-    thinned,
-    wilson,
-)
+from friction_models.calibration import TESTS_FOR_LOADS, add_interval, folds_of, thinned
+from friction_models.interval_coverage import coverage_measures, measured_coverage, wilson
 from friction_models.intervals import PROBABILITIES, PredictionInterval
 from friction_models.loads import LOAD_NAMES, DataSet, InputError, TriboLoads
 
