@@ -44,6 +44,10 @@ class Round:
         Bin means of mu without the fixed part of the base.
     count : ndarray, shape (m,)
         Points in each bin.
+    freedom : float
+        Tests that are left to estimate the scatter between them.
+    least_p : float
+        P-values are not below this: what the same effects reached before one of them helped to estimate the floor.
     """
 
     floor: NoiseFloor
@@ -57,6 +61,8 @@ class Round:
     columns: FloatArray
     y: FloatArray
     count: FloatArray
+    freedom: float
+    least_p: float = 0.0
 
     @property
     def winner(self) -> Fit | None:
@@ -65,7 +71,7 @@ class Round:
 
     def p_value(self, fit: Fit) -> float:
         """Family-wise p-value of a fit."""
-        return p_value(fit.gain, self.null)
+        return max(p_value(fit.gain, self.null), self.least_p)
 
     def confusion_set(self) -> list[str]:
         """Effects that cannot be told from the winner."""
@@ -163,14 +169,16 @@ def search(
         columns = np.column_stack([columns, terms])
     mean = campaign.average(flexible_mean(campaign, base.columns))
     extra = [e for e in (terms, also_in_mean) if e is not None]
-    floor = estimate(campaign, layout, y, np.column_stack([mean, *extra]), start)
+    mean = np.column_stack([mean, *extra])
+    floor = estimate(campaign, layout, y, mean, start)
+    freedom = _freedom(campaign, mean)
     scale = float(np.std(y)) or 1e-6
     whiten = Whitener(layout, floor, scale)
     project = Projector(whiten(columns))
     residual = project(whiten(y))
     prepared = [prepare_candidate(c, whiten, project) for c in candidates]
     prepared = [p for p in prepared if p.usable.any()]
-    simulated = simulate(prepared, project, len(y), len(campaign.tests), np.random.default_rng(seed))
+    simulated = simulate(prepared, project, len(y), freedom, np.random.default_rng(seed))
     null = maximum_gains(prepared, simulated) if prepared else np.zeros(1)
     return Round(
         floor=floor,
@@ -184,7 +192,17 @@ def search(
         columns=columns,
         y=y,
         count=campaign.count,
+        freedom=freedom,
     )
+
+
+def _freedom(campaign: Campaign, mean: FloatArray) -> float:
+    """Return how many tests a flexible mean leaves to estimate the scatter between them."""
+    levels = (
+        np.column_stack([np.bincount(campaign.test, campaign.count * column) for column in mean.T])
+        / np.bincount(campaign.test, campaign.count)[:, None]
+    )
+    return float(max(len(levels) - independent_columns(levels).shape[1], 2))
 
 
 def testable(

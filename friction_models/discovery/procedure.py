@@ -135,7 +135,9 @@ def _search_twice(
     winner = found.winner
     if winner is None or found.p_value(winner) >= 0.2:
         return found
-    return search(campaign, base, None, candidates, seed, found.floor, also_in_mean=_columns(winner))
+    again = search(campaign, base, None, candidates, seed, found.floor, also_in_mean=_columns(winner))
+    again.least_p = found.p_value(winner)
+    return again
 
 
 def _columns(fit: Fit) -> FloatArray:

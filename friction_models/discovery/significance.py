@@ -33,11 +33,10 @@ class Simulated:
 
 
 def simulate(
-    candidates: list[Prepared], project: Projector, size: int, tests: int, rng: np.random.Generator
+    candidates: list[Prepared], project: Projector, size: int, freedom: float, rng: np.random.Generator
 ) -> Simulated:
-    """Draw whitened noise; its scale varies as that of a floor estimated from so many tests."""
+    """Draw whitened noise; its scale varies as that of a floor estimated with so many degrees of freedom."""
     noise = rng.standard_normal((size, REPLICATES))
-    freedom = max(0.7 * tests, 2.0)
     noise *= np.sqrt(freedom / rng.chisquare(freedom, REPLICATES))
     noise = project(noise)
     scores = {c.name: _products(c.columns, noise) for c in candidates}

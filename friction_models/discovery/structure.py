@@ -101,7 +101,7 @@ def find_structure(campaign: Campaign, found: Round, signal: FloatArray, seed: i
     project = Projector(base)
     residual = project(found.residual)
     rng = np.random.default_rng([seed, 77])
-    freedom = max(0.7 * len(campaign.tests), 2.0)
+    freedom = found.freedom
     noise = rng.standard_normal((len(residual), REPLICATES)) * np.sqrt(
         freedom / rng.chisquare(freedom, REPLICATES)
     )
