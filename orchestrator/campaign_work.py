@@ -146,7 +146,12 @@ def _alone() -> Iterator[None]:
     from threadpoolctl import threadpool_limits
 
     torch = sys.modules.get("torch")
-    if torch is not None:
-        torch.set_num_threads(1)
-    with one_thread(), threadpool_limits(1):
-        yield
+    threads = None if torch is None else torch.get_num_threads()
+    try:
+        if torch is not None:
+            torch.set_num_threads(1)
+        with one_thread(), threadpool_limits(1):
+            yield
+    finally:
+        if torch is not None:
+            torch.set_num_threads(threads)

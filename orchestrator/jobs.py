@@ -1,4 +1,8 @@
-"""Many runs at once: a pool of processes; runs that are already there are taken as they are."""
+"""Many runs at once: a pool of processes; runs that are already there are taken as they are.
+
+For systems whose run folders the user names and looks at. Studies, whose jobs need each other, are campaigns
+(`campaign`).
+"""
 
 from __future__ import annotations
 

@@ -62,7 +62,10 @@ def error_bars(errors: FormingErrors, quantity: str, measure: str) -> Any:
 
 
 def level_map(errors: FormingErrors, quantity: str) -> Any:
-    """Return the signed relative error of every friction law (rows) at every level (columns), a map a group."""
+    """Return the signed relative error of every friction law (rows) at every level (columns), a map a group.
+
+    Columns are named by tool temperature and punch speed [mm/s].
+    """
     from plotly.subplots import make_subplots
 
     parts = groups(errors)
@@ -82,7 +85,7 @@ def level_map(errors: FormingErrors, quantity: str) -> Any:
         levels = _levels(errors, lubricant, process)
         cells = [[signed.get((lubricant, process, law, r.level)) for r in levels] for law in laws]
         chart.add_heatmap(
-            x=[f"{r.T_tool:g} °C<br>{r.speed:g} mm/s" for r in levels], y=laws, z=cells,
+            x=[f"{r.T_tool:g} °C<br>{r.speed:g}" for r in levels], y=laws, z=cells,
             text=[["" if c is None else f"{c:+.0f}" for c in row] for row in cells], texttemplate="%{text}",
             textfont={"size": 11}, zmin=-top, zmax=top, colorscale=_SIGNED, showscale=False, xgap=1, ygap=1,
             hovertemplate="%{y}, %{x}: %{z:+.1f} %<extra></extra>",

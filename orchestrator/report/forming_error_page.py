@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from ..studies import forming_error_files
 from ..studies.forming_error import FormingErrorStudy
-from ..studies.forming_error_files import percent
 from ..studies.forming_error_result import TAU_OVER_K, FormingErrors
 from .charts_forming_error import error_bars, force_charts, group_title, groups, level_map, share_bars
 from .markup import bullets, escape, paragraph, table
@@ -15,7 +15,7 @@ from .page import Page, figure
 #: Change of the error of the maximum force, and of its standard deviation, against constant friction.
 PAPER_CHANGES = {"ffnn": (-0.58, -0.71), "polynomial": (-0.52, -0.84), "linear": (-0.52, -0.68)}
 #: MARE of the maximum force with constant friction and its standard deviation, each with its uncertainty.
-PAPER_CONSTANT = "13 +- 4 %", "19 +- 20 %"
+PAPER_CONSTANT = "13 ± 4 %", "19 ± 20 %"
 #: Run time added by friction.
 PAPER_TIMES = {"linear": "+18 %", "polynomial": "+18 %", "ffnn": "+61 %"}
 
@@ -41,6 +41,11 @@ def forming_error_page(study: FormingErrorStudy, errors: FormingErrors, manifest
     return page.render(
         f"tribofmu {escape(versions['tribofmu'])}, Python {escape(versions['python'])}. {origin}"
     )
+
+
+def percent(value: float, std: float) -> str:
+    """Return a share and its uncertainty in percent."""
+    return forming_error_files.percent(value, std).replace("+-", "±")
 
 
 def _headline(errors: FormingErrors) -> str:
@@ -108,7 +113,7 @@ def _beside_paper(errors: FormingErrors) -> str:
 
 
 def _change(value: float, std: float) -> str:
-    return f"{100 * value:+.0f} +- {100 * std:.0f} %"
+    return f"{100 * value:+.0f} ± {100 * std:.0f} %"
 
 
 def _differs(study: FormingErrorStudy, errors: FormingErrors) -> list[str]:
@@ -169,7 +174,7 @@ def _maps(errors: FormingErrors) -> list[str]:
         figure(
             f"map-{quantity}",
             level_map(errors, quantity),
-            f"{words[0].upper()}{words[1:]}, simulated against the mean of the press in percent; orange: too high, blue: too low.",
+            f"{words[0].upper()}{words[1:]}, simulated against the mean of the press in percent; orange: too high, blue: too low. Columns: tool temperature, and punch speed in mm/s below it.",
             f"Signed error of the {words} by level and friction law",
         )
         for quantity, words in (("max_force", "maximum force"), ("work", "forming work"))

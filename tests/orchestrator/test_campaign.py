@@ -193,7 +193,9 @@ def test_a_cluster_gives_the_same_numbers(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed", reason="extra [cluster] is not installed")
     expected = Campaign(tmp_path / "here", chain(tmp_path / "log"), CODE)
     one = expected.manifest(expected.run(jobs=1))
-    with distributed.LocalCluster(n_workers=1, threads_per_worker=2, dashboard_address=None) as cluster:
+    # Two workers that live in this process: quick, and everything still goes through the scheduler.
+    options = {"n_workers": 2, "threads_per_worker": 1, "processes": False, "protocol": "tcp"}
+    with distributed.LocalCluster(**options, dashboard_address=None) as cluster:
         jobs = [*chain(tmp_path / "log"), Job("bad", f"{HERE}:refused", {"how": "input"})]
         campaign = Campaign(tmp_path / "cluster", jobs, CODE)
         results = campaign.run(scheduler=cluster.scheduler_address)
