@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 
 from friction_models.loads import InputError
 
-from .attribution_fit import attribution, on_common_stroke
+from .attribution_curves import on_common_stroke
+from .attribution_fit import attribution
 from .attribution_plant import Plant
 from .attribution_result import Attribution
 from .attribution_runs import cache_folder, run_sensitivities

@@ -1,31 +1,19 @@
-"""Deviations of force-stroke curves projected on fingerprints, under the scatter of the repeats and of the mesh."""
+"""Deviations of force-stroke curves projected on the fingerprints of causes."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from friction_models.loads import FloatArray, InputError
 
 from .attribution_causes import Cause
+from .attribution_curves import Level, fingerprint, mesh_error, unwhitened, whiteners
 from .attribution_result import Attribution, Fit
 from .attribution_runs import Sensitivities
-from .forces import WINDOW, ForceCurve
 
-if TYPE_CHECKING:
-    from forming.press import PressLevel
-
-#: Places along the stroke at which curves are compared.
-PLACES = 32
-#: Least that a mesh moves a curve by, relative to its largest force: slowly along the stroke, and at random.
-MESH_ERROR = (0.002, 0.001)
-#: Share of the stroke over which relative sensitivities are smoothed: meshes make them ripple.
-SMOOTH = 0.08
-#: Scatter of the force that is assumed where nothing was repeated.
-ASSUMED_SCATTER = 0.01
 #: Whitened squared distance below which two causes cannot be told apart (three standard errors).
 APART = 9.0
 #: Fingerprints closer than this are one and the same, whatever the scatter: cosine of their angle.
@@ -34,66 +22,8 @@ TWINS = 0.985
 LEVEL = 0.01
 #: Least share of the squared deviation that a second cause must carry.
 SECOND_SHARE = 0.1
-
-
-@dataclass(frozen=True)
-class Level:
-    """One level of the press on a common stroke.
-
-    Attributes
-    ----------
-    name : str
-    stroke, simulated, measured, slope : ndarray, shape (n,)
-        Stroke [mm], forces [kN], and the slope of the simulated one [kN/mm].
-    window : float
-        Stroke over which the forces are averaged [mm].
-    deviations : ndarray, shape (repeats, n)
-        Of each repeat from their mean [kN].
-    """
-
-    name: str
-    stroke: FloatArray
-    window: float
-    simulated: FloatArray
-    measured: FloatArray
-    slope: FloatArray
-    deviations: FloatArray
-
-
-def on_common_stroke(level: PressLevel, simulated: ForceCurve, mesh_size: float = 0.0) -> Level:
-    """Return measured and simulated force at the same strokes, both averaged over a mesh size at least.
-
-    Raises
-    ------
-    InputError
-        Less than 0.5 mm of stroke in common.
-    """
-    repeats = [ForceCurve(c["stroke"].to_numpy(), c["force"].to_numpy()) for c in level.repeats]
-    start = max(simulated.stroke[0], *(c.stroke[0] for c in repeats))
-    end = min(simulated.stroke[-1], *(c.stroke[-1] for c in repeats))
-    if end - start < 0.5:
-        raise InputError(
-            f"{level.file}: {max(end - start, 0.0):.2f} mm of stroke in common with the simulation; allowed: at least 0.5 mm"
-        )
-    grid = np.linspace(start, end, PLACES)
-    window = max(WINDOW, mesh_size)
-    force = averaged(simulated, grid, window)
-    each = np.array([averaged(c, grid, window) for c in repeats])
-    mean = each.mean(axis=0)
-    return Level(level.file, grid, window, force, mean, np.gradient(force, grid), each - mean)
-
-
-def averaged(curve: ForceCurve, grid: FloatArray, window: float) -> FloatArray:
-    """Return the force on `grid`, averaged over `window` [mm] (narrower at the ends)."""
-    half = np.minimum(window / 2, np.minimum(grid - grid[0], grid[-1] - grid))
-    fine = curve.on(np.linspace(grid[0], grid[-1], 8 * len(grid) + 1))
-    at = np.linspace(grid[0], grid[-1], len(fine))
-    area = np.concatenate([[0.0], np.cumsum(0.5 * (fine[1:] + fine[:-1]) * np.diff(at))])
-    wide = half > 1e-9
-    mean = np.interp(grid, at, fine)
-    ends = [np.interp(grid[wide] + side * half[wide], at, area) for side in (-1.0, 1.0)]
-    mean[wide] = (ends[1] - ends[0]) / (2.0 * half[wide])
-    return mean
+#: Causes whose change is not in proportion to their strength, and how often they are followed.
+BENT, FOLLOWED = ("compliance", "stroke_zero"), 4
 
 
 def attribution(
@@ -101,18 +31,20 @@ def attribution(
 ) -> Attribution:
     """Project the deviations of all levels on the fingerprints."""
     notes = list(warnings)
-    whiten = _whiteners(levels, _mesh_error(levels, found), notes)
-    columns = {c.key: _fingerprint(c, levels, found) for c in found.causes}
+    whiten = whiteners(levels, mesh_error(levels, found), notes)
+    columns = {c.key: fingerprint(c, levels, found) for c in found.causes}
     deviation = [v.measured - v.simulated for v in levels]
     y = np.concatenate([w @ d for w, d in zip(whiten, deviation, strict=True)])
     names = list(dict.fromkeys(c.name for c in found.causes))
     parts = {n: [c for c in found.causes if c.name == n] for n in names}
-    X = {
-        n: np.column_stack(
-            [np.concatenate([w @ f for w, f in zip(whiten, columns[c.key], strict=True)]) for c in parts[n]]
-        )
-        for n in names
-    }
+    for name in (n for n in BENT if n in parts):
+        (cause,) = parts[name]
+        for _ in range(FOLLOWED):
+            strength = float(_fit(parts[name], _whitened([columns[name]], whiten), y)[0][0])
+            if strength == 0.0:
+                break
+            columns[name] = fingerprint(cause, levels, found, strength)
+    X = {n: _whitened([columns[c.key] for c in parts[n]], whiten) for n in names}
     unseen = [n for n in names if _visible(parts[n], X[n]) < 2.0]
     seen = [n for n in names if n not in unseen]
     if not seen:
@@ -135,7 +67,7 @@ def attribution(
     total = np.concatenate(deviation)
     scale = float(np.sqrt(np.mean(total**2)))
     expected = np.sqrt(np.mean(np.concatenate([np.diag(np.linalg.inv(w.T @ w)) for w in whiten])))
-    left = _unwhitened(after, whiten)
+    left = unwhitened(after, whiten)
     chi2 = float(after @ after) / len(y)
     if confusion and chi2 > 4.0:
         notes.append(
@@ -158,76 +90,36 @@ def attribution(
         ],
         synthetic=synthetic,
         warnings=notes,
+        curves=_curves(levels, columns, parts, left, whiten),
     )
 
 
-def _fingerprint(cause: Cause, levels: Sequence[Level], found: Sensitivities) -> list[FloatArray]:
-    """Return the change of the force at every level for a strength of one [kN]."""
-    if cause.name == "compliance":  # the sensor sees s + c F as travel
-        return [-v.slope * v.simulated for v in levels]
-    if cause.name == "stroke_zero":
-        return [-v.slope for v in levels]
-    if cause.name == "force_gain":
-        return [v.simulated for v in levels]
-    prints = []
-    for v, moved in zip(levels, found.moved[cause.key], strict=True):
-        change = averaged(moved, v.stroke, v.window) - v.simulated
-        near = np.exp(-0.5 * ((v.stroke[:, None] - v.stroke) / (SMOOTH * np.ptp(v.stroke))) ** 2)
-        relative = near @ (v.simulated * change) / np.maximum(near @ v.simulated**2, 1e-12)
-        prints.append(relative * v.simulated / cause.step)
-    return prints
+def _whitened(prints: Sequence[Sequence[FloatArray]], whiten: Sequence[FloatArray]) -> FloatArray:
+    """Return whitened fingerprints as columns."""
+    return np.column_stack([np.concatenate([w @ f for w, f in zip(whiten, p, strict=True)]) for p in prints])
 
 
-def _mesh_error(levels: Sequence[Level], found: Sensitivities) -> tuple[float, float]:
-    """Return the slow and the random error of the mesh, relative to the largest force."""
-    slow, white = 0.0, 0.0
-    for v, other in zip(levels, found.remeshed, strict=False):
-        change = (averaged(other, v.stroke, v.window) - v.simulated) / v.simulated.max()
-        noise = float(np.mean(np.diff(change, 2) ** 2)) / 6.0
-        white += noise / len(levels)
-        slow += max(float(np.mean(change**2)) - noise, 0.0) / len(levels)
-    return max(MESH_ERROR[0], float(np.sqrt(slow))), max(MESH_ERROR[1], float(np.sqrt(white)))
-
-
-def _whiteners(levels: Sequence[Level], mesh: tuple[float, float], notes: list[str]) -> list[FloatArray]:
-    """Return a matrix for each level that turns its mean curve into independent numbers of variance one.
-
-    A billet, or its lubricant, shifts a whole curve in proportion to the force; beside that curves differ
-    slowly along the stroke, and by sensor noise. Meshes differ too: their error is on top.
-    """
-    gains, slow, white, freedom = 0.0, 0.0, 0.0, 0
-    for v in levels:
-        share = v.deviations @ v.simulated / float(v.simulated @ v.simulated)
-        rest = (v.deviations - share[:, None] * v.simulated) / v.simulated.max()
-        noise = float(np.mean(np.diff(rest, 2, axis=1) ** 2)) / 6.0
-        gains += float(share @ share)
-        slow += float(np.sum(np.mean(rest**2, axis=1)))
-        white += noise * len(rest)
-        freedom += len(rest) - 1
-    if freedom < 1:
-        notes.append(
-            f"no level was repeated: a scatter of {100 * ASSUMED_SCATTER:g} % of the force is assumed, nothing is certain"
-        )
-        gains, slow, white = ASSUMED_SCATTER**2, (0.5 * ASSUMED_SCATTER) ** 2, 1e-6
-    else:
-        wide = freedom / max(freedom - 2.0, 1.0)  # few repeats know their own scatter poorly
-        gains, slow, white = gains / freedom * wide, slow / freedom * wide, white / freedom * wide
-        if freedom < 4:
-            notes.append("few repeats: their scatter is poorly known")
-    result = []
-    for v in levels:
-        n, top = max(len(v.deviations), 1), float(v.simulated.max())
-        gap = np.abs(v.stroke[:, None] - v.stroke[None, :]) / float(np.ptp(v.stroke))
-        S = gains * np.outer(v.simulated, v.simulated)
-        S = S + top**2 * (slow * np.exp(-gap / 0.3) + white * np.eye(len(v.stroke)))
-        S = S / n + top**2 * (mesh[0] ** 2 * np.exp(-gap / 0.15) + mesh[1] ** 2 * np.eye(len(v.stroke)))
-        result.append(np.linalg.inv(np.linalg.cholesky(S)))
-    return result
-
-
-def _unwhitened(values: FloatArray, whiten: Sequence[FloatArray]) -> FloatArray:
-    parts = np.split(values, np.cumsum([len(w) for w in whiten])[:-1])
-    return np.concatenate([np.linalg.solve(w, p) for w, p in zip(whiten, parts, strict=True)])
+def _curves(
+    levels: Sequence[Level],
+    columns: dict[str, list[FloatArray]],
+    parts: dict[str, list[Cause]],
+    left: FloatArray,
+    whiten: Sequence[FloatArray],
+) -> list[dict[str, Any]]:
+    """Return what the page draws of each level."""
+    after = np.split(left, np.cumsum([len(v.stroke) for v in levels])[:-1])
+    return [
+        {
+            "level": v.name,
+            "stroke": v.stroke,
+            "measured": v.measured,
+            "simulated": v.simulated,
+            "after": after[k],
+            "scatter": np.sqrt(np.diag(np.linalg.inv(whiten[k].T @ whiten[k]))),
+            "fingerprints": {c.key: columns[c.key][k] for p in parts.values() for c in p},
+        }
+        for k, v in enumerate(levels)
+    ]
 
 
 def _visible(parts: Sequence[Cause], X: FloatArray) -> float:

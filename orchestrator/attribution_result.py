@@ -54,6 +54,9 @@ class Attribution:
         ``scatter`` to expect.
     levels : list of dict
         Name, stroke and rms of each level.
+    curves : list of dict
+        For each level ``stroke`` [mm], ``measured``, ``simulated``, what is left ``after`` the causes named, the
+        ``scatter`` to expect [kN] and the ``fingerprints``: change of the force for a strength of one, by cause.
     """
 
     ranking: list[Fit]
@@ -65,6 +68,7 @@ class Attribution:
     levels: list[dict[str, Any]]
     synthetic: bool
     warnings: list[str] = field(default_factory=list)
+    curves: list[dict[str, Any]] = field(default_factory=list, repr=False)
 
     @property
     def kinds(self) -> list[str]:

@@ -130,6 +130,7 @@ def history_text(history: Sequence[Mapping[str, Any]]) -> str:
         lines.append(
             f"  {k}  + {' + '.join(entry['added']):<24} RMSE {before['rmse']:.5f} -> {after['rmse']:.5f}   "
             f"MAE {before['mae']:.5f} -> {after['mae']:.5f}   ({entry['judged_by']})"
+            + ("" if after["rmse"] < before["rmse"] else "  NO BETTER")
         )
     return "\n".join(lines) + "\n"
 

@@ -31,6 +31,7 @@ def attribute(
     ] = None,
     jobs: Jobs = None,
     json: Json = None,
+    report: Annotated[Path | None, typer.Option(help="Also write an HTML report.")] = None,
 ) -> None:
     """Say which cause force-stroke curves point to: friction effects, flow stress, heat, the press. Not a proof."""
     from ..attribution import attribute as find
@@ -45,10 +46,17 @@ def attribute(
     say(result.report())
     if json is not None:
         write_result(json, result.to_dict())
+    if report is not None:
+        from friction_models.loads import write_text
+
+        from ..report.attribution_page import attribution_page
+
+        write_text(report, attribution_page(result, press.name))
+        say(f"report written: {report}")
 
 
 def add_commands(app: typer.Typer) -> None:
     """Register the commands of this file."""
-    app.command(epilog="Example: tribofmu attribute --press press --system fre.yaml --json attribution.json")(
-        attribute
-    )
+    app.command(
+        epilog="Example: tribofmu attribute --press press --system fre.yaml --system bce.yaml --report cause.html"
+    )(attribute)

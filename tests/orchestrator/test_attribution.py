@@ -25,7 +25,8 @@ from friction_models.onnx_export import export
 from friction_models.onnx_model import OnnxModel
 from orchestrator.attribution import attribute
 from orchestrator.attribution_causes import Cause
-from orchestrator.attribution_fit import Level, attribution
+from orchestrator.attribution_curves import Level
+from orchestrator.attribution_fit import attribution
 from orchestrator.attribution_probe import addable, strengths, with_effects
 from orchestrator.attribution_runs import Sensitivities
 from orchestrator.cli import attributing
@@ -204,9 +205,8 @@ def made_up(repeats: int, shift: float = 0.0, seed: int = 0) -> tuple[list[Level
         (max(repeats, 1), 32)
     )
     each = force + shift * fades + noise
-    level = Level(
-        "made up", s, 0.5, force, each.mean(axis=0), np.gradient(force, s), each - each.mean(axis=0)
-    )
+    curve = ForceCurve(s, force)
+    level = Level("made up", s, 0.5, force, each.mean(axis=0), each - each.mean(axis=0), curve)
     causes = [
         Cause("flow_stress", "", "flow stress", "1", 0.05),
         Cause("running_in", "", "friction", "1", 0.1),
