@@ -20,6 +20,7 @@ _EXPORTS = {
     "lowest_error": "learning_curve",
     "needed_with_interval": "learning_curve",
     "percentile_curve": "learning_curve",
+    "share_fewer": "learning_curve",
     "tests_needed": "learning_curve",
     "train": "evaluation",
 }

@@ -16,6 +16,8 @@ from ..loads import FloatArray, InputError
 PROBABILITY = 0.95
 #: Resamples and level of the intervals.
 RESAMPLES, LEVEL = 2000, 0.95
+#: An error of 0 has no logarithm.
+TINY = 1e-12
 
 
 @dataclass(frozen=True)
@@ -27,7 +29,7 @@ class TestsNeeded:
     accuracy : float
         Error that the curve has to stay below.
     tests : float or None
-        Where the curve, linear between its sizes, falls below it for good; None where it never does.
+        Where the curve, a power law between its sizes, falls below it for good; None where it never does.
     at_most : bool
         Whether the smallest size suffices already, so that fewer tests might.
     lower, upper : float or None
@@ -77,7 +79,8 @@ def percentile_curve(errors: FloatArray, probability: float = PROBABILITY) -> Fl
 def tests_needed(sizes: Sequence[int], curve: FloatArray, accuracy: float) -> float | None:
     """Return the number of tests from which on a curve stays below `accuracy`, None where it does not.
 
-    Linear between the sizes; a curve that is below everywhere gives the smallest size.
+    Between the sizes a power law, as learning curves fall; a curve that is below everywhere gives the
+    smallest size.
     """
     above = np.flatnonzero(~(curve < accuracy))
     if len(above) == 0:
@@ -85,8 +88,9 @@ def tests_needed(sizes: Sequence[int], curve: FloatArray, accuracy: float) -> fl
     last = int(above[-1])
     if last == len(curve) - 1:
         return None
-    share = (curve[last] - accuracy) / (curve[last] - curve[last + 1])
-    return float(sizes[last] + share * (sizes[last + 1] - sizes[last]))
+    high, low = (math.log(max(float(e), TINY)) for e in curve[last : last + 2])
+    share = (high - math.log(max(accuracy, TINY))) / (high - low) if high > low else 1.0
+    return float(sizes[last] * (sizes[last + 1] / sizes[last]) ** share)
 
 
 def needed_with_interval(
@@ -146,3 +150,25 @@ def lowest_error(errors: FloatArray, seed: int = 0) -> tuple[float, float, float
 
 def _draws(matrix: FloatArray, seed: int) -> np.ndarray:
     return np.random.default_rng(seed).integers(0, len(matrix), (RESAMPLES, len(matrix)))
+
+
+def share_fewer(
+    sizes: Sequence[int], errors: FloatArray, others: FloatArray, accuracy: float, seed: int = 0
+) -> tuple[float, float]:
+    """Return in which shares of the resamples `errors` needs at least one test fewer, or more, than `others`.
+
+    Both have shape (repeats, sizes) and belong to the same training tests, so a repeat is drawn for both. Where
+    neither reaches the accuracy, neither needs fewer.
+    """
+    one, other = np.asarray(errors, dtype=np.float64), np.asarray(others, dtype=np.float64)
+    if one.shape != other.shape:
+        raise InputError(
+            f"learning curve: errors of shapes {one.shape} and {other.shape}; allowed: equal shapes"
+        )
+    fewer = more = 0
+    for draw in _draws(one, seed):
+        found = [tests_needed(sizes, percentile_curve(e[draw]), accuracy) for e in (one, other)]
+        first, second = (math.inf if n is None else n for n in found)
+        fewer += first <= second - 1.0 and math.isfinite(first)
+        more += second <= first - 1.0 and math.isfinite(second)
+    return fewer / RESAMPLES, more / RESAMPLES

@@ -1,0 +1,251 @@
+"""The report of the learning-curve study, with the paper's numbers beside ours."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ..studies.learning_curve import COLLECTIONS, LearningCurveStudy
+from ..studies.learning_curve_jobs import AVERAGE, MEAN, SERIES
+from ..studies.learning_curve_result import Comparison, LearningCurves
+from ..studies.learning_curve_words import beside_paper, differs, findings, headline
+from .markup import bullets, escape, paragraph, table
+from .page import Page, figure
+from .palette import looks
+from .theme import CONSTANT, SOFT, dress
+
+#: Errors beyond this multiple of the accuracy are cut off: a polynomial of five tests is off by any amount.
+SHOWN = 2.5
+
+
+def learning_curve_page(
+    study: LearningCurveStudy, curves: LearningCurves, manifest: Mapping[str, Any]
+) -> str:
+    """Return the HTML of the study."""
+    page = Page(headline(curves), "tribofmu study learning-curve", _lead(curves), curves.synthetic)
+    page.add("findings", "Findings", bullets(findings(curves)))
+    page.add(
+        "curves",
+        "Learning curves",
+        figure(
+            "curves",
+            _overview(curves),
+            f"0.95 percentile of the MAE on the held-out tests over {curves.repeats} random training sets of each size. Dashed: the "
+            f"accuracy of a tribometer, {curves.accuracy:g}. Grey: the mean of the training tests, no model. Errors far "
+            "above are cut off.",
+            "Error over number of training tests, one panel a lubricant and data collection.",
+        ),
+    )
+    page.add(
+        "models",
+        "Model by model",
+        figure(
+            "models",
+            _by_model(curves),
+            "The same curves, both data collections in one panel; the band holds all repeats.",
+            "Error over number of training tests, one panel a lubricant and model.",
+        ),
+    )
+    page.add(
+        "needed",
+        "Tests needed",
+        _needed(curves, curves.comparisons, f"For an MAE below {curves.accuracy:g} with 95 % probability"),
+        _needed(curves, curves.strict, "To come within 10 % of the lowest error of the model"),
+        paragraph(
+            "In brackets the 95 % interval from resampled repeats. The verdict needs 95 % of the resamples to agree on "
+            "at least one test fewer, or more."
+        ),
+    )
+    page.add("lowest", "Lowest error", _lowest(curves))
+    page.add(
+        "paper",
+        "Beside the paper",
+        table(["quantity", "paper", "here"], beside_paper(curves), numeric=(1, 2)),
+        bullets(differs(curves)),
+    )
+    page.add("data", "Data", _data(curves))
+    page.add("how", "How it was computed", bullets(_how(study)), _search(curves))
+    versions = manifest["versions"]
+    origin = (
+        "Every measurement in this report is synthetic: made by the virtual laboratory, not measured."
+        if curves.synthetic
+        else "The measurements are the user's."
+    )
+    return page.render(
+        f"tribofmu {escape(versions['tribofmu'])}, Python {escape(versions['python'])}. {origin}"
+    )
+
+
+def _lead(curves: LearningCurves) -> str:
+    held = ", ".join(f"{f['held_out']} held-out tests ({name})" for name, f in curves.facts.items())
+    missing = f" {curves.missing} jobs have no result." if curves.missing else ""
+    return escape(
+        f"{len(curves.models)} friction models learn from a growing number of sliding compression tests, "
+        f"{curves.repeats} random training sets of each size; the time series of {held} judge them.{missing}"
+    )
+
+
+def _overview(curves: LearningCurves) -> Any:
+    """Return one panel a lubricant and data collection, all models in it."""
+    from plotly.subplots import make_subplots
+
+    lubricants = curves.lubricants
+    chart = make_subplots(
+        rows=max(1, len(lubricants)), cols=2, shared_xaxes=True, shared_yaxes=True, horizontal_spacing=0.03,
+        vertical_spacing=0.1, subplot_titles=[f"{name}, {c}-based" for name in lubricants for c in COLLECTIONS],
+    )  # fmt: skip
+    styles = looks(curves.models) | {MEAN: {"color": CONSTANT, "width": 1.5}}
+    top = SHOWN * curves.accuracy
+    for row, lubricant in enumerate(lubricants, 1):
+        for column, collection in enumerate(COLLECTIONS, 1):
+            for model in (MEAN, *curves.models):
+                curve = curves.curve(lubricant, collection, model)
+                if curve is not None:
+                    chart.add_scatter(
+                        x=curve.sizes, y=curve.percentile, name=model, legendgroup=model, line=styles[model],
+                        mode="lines+markers", marker={"size": 5}, showlegend=row == column == 1, row=row, col=column,
+                        hovertemplate=f"%{{x}} tests<br>MAE %{{y:.4f}}<extra>{model}</extra>",
+                    )  # fmt: skip
+            _limit(chart, curves.accuracy, row, column)
+        chart.update_yaxes(title_text="MAE of mu", row=row, col=1)
+    dress(chart, 130 + 290 * max(1, len(lubricants)))
+    chart.update_layout(margin_t=74)
+    chart.update_xaxes(title_text="training tests", row=max(1, len(lubricants)))
+    chart.update_yaxes(range=[0.0, top])
+    return chart
+
+
+def _by_model(curves: LearningCurves) -> Any:
+    """Return one panel a lubricant and model, both collections in it."""
+    from plotly.subplots import make_subplots
+
+    lubricants, models = curves.lubricants, curves.models
+    chart = make_subplots(
+        rows=max(1, len(lubricants)), cols=max(1, len(models)), shared_xaxes=True, shared_yaxes=True,
+        horizontal_spacing=0.02, vertical_spacing=0.1,
+        subplot_titles=[f"{name}, {model}" for name in lubricants for model in models],
+    )  # fmt: skip
+    styles = looks(COLLECTIONS)
+    bands = {SERIES: "rgba(0, 114, 178, 0.14)", AVERAGE: "rgba(213, 94, 0, 0.14)"}
+    for row, lubricant in enumerate(lubricants, 1):
+        for column, model in enumerate(models, 1):
+            for collection in COLLECTIONS:
+                curve = curves.curve(lubricant, collection, model)
+                if curve is None:
+                    continue
+                low, high = curve.errors.min(axis=0).tolist(), curve.errors.max(axis=0).tolist()
+                chart.add_scatter(
+                    x=[*curve.sizes, *curve.sizes[::-1]], y=[*high, *low[::-1]], fill="toself", mode="lines",
+                    fillcolor=bands[collection], line={"width": 0}, hoverinfo="skip", showlegend=False,
+                    legendgroup=collection, row=row, col=column,
+                )  # fmt: skip
+                chart.add_scatter(
+                    x=curve.sizes, y=curve.percentile, name=f"{collection}-based", legendgroup=collection,
+                    line=styles[collection], mode="lines", showlegend=row == column == 1, row=row, col=column,
+                    hovertemplate=f"%{{x}} tests<br>MAE %{{y:.4f}}<extra>{collection}</extra>",
+                )  # fmt: skip
+            _limit(chart, curves.accuracy, row, column)
+        chart.update_yaxes(title_text="MAE of mu", row=row, col=1)
+    dress(chart, 130 + 230 * max(1, len(lubricants)))
+    chart.update_layout(margin_t=74)
+    chart.update_annotations(font_size=12)
+    chart.update_xaxes(title_text="training tests", row=max(1, len(lubricants)))
+    chart.update_yaxes(range=[0.0, SHOWN * curves.accuracy])
+    return chart
+
+
+def _limit(chart: Any, accuracy: float, row: int, column: int) -> None:
+    chart.add_hline(y=accuracy, line={"color": SOFT, "width": 1.3, "dash": "dash"}, row=row, col=column)
+
+
+def _needed(curves: LearningCurves, found: Sequence[Comparison], caption: str) -> str:
+    rows = [
+        (c.lubricant, c.model, f"{c.accuracy:.4f}", c.series.text(), c.average.text(), c.verdict)
+        for c in found
+    ]
+    heads = ["lubricant", "model", "MAE below", "time-series", "average", "time-series needs"]
+    return table(heads, rows, numeric=(2, 3, 4), caption=caption)
+
+
+def _lowest(curves: LearningCurves) -> str:
+    rows = []
+    for lubricant in curves.lubricants:
+        for model in (*curves.models, MEAN):
+            cells: list[str] = []
+            for collection in COLLECTIONS:
+                curve = curves.curve(lubricant, collection, model)
+                if curve is None:
+                    cells += ["-", "-"]
+                    continue
+                low, lower, upper = curve.lowest
+                at = curve.converged.tests
+                cells += [
+                    f"{low:.4f} ({lower:.4f} - {upper:.4f})",
+                    "-" if at is None else f"{math.ceil(at)}",
+                ]
+            rows.append((lubricant, model, *cells))
+    heads = ["lubricant", "model", "time-series: lowest", "within 10 % from", "average: lowest", "within 10 % from"]  # fmt: skip
+    return table(
+        heads, rows, numeric=(2, 3, 4, 5), caption="Lowest 0.95 percentile of the MAE (95 % interval)"
+    )
+
+
+def _data(curves: LearningCurves) -> str:
+    rows = [
+        (
+            lubricant,
+            f["train"],
+            f["held_out"],
+            f["points"],
+            f"{f['mu_mean']:.4f}",
+            f"{f['scatter_between_tests']:.4f}",
+            f"{f['scatter_within_tests']:.4f}",
+            f"{f['mae_mean_of_training']:.4f}",
+            f"{f['mae_own_mean_of_test']:.4f}",
+        )
+        for lubricant, f in curves.facts.items()
+    ]
+    heads = ["lubricant", "training tests", "held-out tests", "training points", "mean mu", "scatter between tests", "scatter within tests", "MAE of the training mean", "MAE of each test's own mean"]  # fmt: skip
+    thinned = [
+        (lubricant, model, f"{c['every_point']:.5f}", f"{c['thinned']:.5f}")
+        for lubricant, f in curves.facts.items()
+        for model, c in f["thinning"].items()
+    ]
+    return table(heads, rows, numeric=range(1, 9)) + table(
+        ["lubricant", "model", "every point", "thinned"],
+        thinned,
+        numeric=(2, 3),
+        caption="What thinning costs: MAE on the held-out tests, trained on all training tests",
+    )
+
+
+def _how(study: LearningCurveStudy) -> list[str]:
+    plan = study.plan
+    return [
+        f"Each of the {plan.repeats} repeats puts the training tests into a random order; its training set of n tests is the first n. "
+        "Models and data collections see the same sets.",
+        f"Time-series models learn from every {plan.thin}th point of a test (neighbours say the same, see the table above); the judge "
+        "has every point.",
+        "Average-based data has one point a test: means over the distance slid, friction as mean force over mean force.",
+        "ffnn: hidden layers and weight decay by grid search with 5-fold cross-validation over whole tests, once for each size "
+        "and data set on thinned series; then one model of four networks for each repeat. Folds, grid and repeats are trained "
+        f"together, {plan.steps} steps each whatever the size. gradient_boosting: fewest points a leaf in the same way.",
+        "linear, polynomial and power_law have nothing to search and are those of `tribofmu train`.",
+        "The curve is the 0.95 percentile over the repeats. The tests needed are where it falls below the limit for good, a power law "
+        "between the sizes, rounded up.",
+    ]
+
+
+def _search(curves: LearningCurves) -> str:
+    rows = [
+        (c.lubricant, c.collection, c.model, size, ", ".join(f"{k} {v}" for k, v in chosen.items()))
+        for c in curves.curves
+        for size, chosen in zip(c.sizes, c.parameters)
+        if chosen
+    ]
+    if not rows:
+        return ""
+    heads = ["lubricant", "collection", "model", "tests", "chosen"]
+    inner = table(heads, rows, numeric=(3,))
+    return f"<details><summary>What the searches chose</summary>{inner}</details>"
