@@ -30,7 +30,7 @@ FOLDS = 5
 #: Points of a test that take part: neighbours say the same, and the folds cost that much less.
 POINTS_A_TEST = 100
 #: A width that depends on the loads must predict the errors of tests left out better by so many standard errors.
-CLEARLY = 1.0
+CLEARLY = 1.5
 #: Fewest tests for a width that depends on the loads: five coefficients and a constant need ten times as many.
 TESTS_FOR_LOADS = 40
 #: Largest logarithm of the width at a corner of the domain, counted from its middle.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Mapping
+from functools import cache
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 PACKAGES = ("numpy", "scikit-learn", "torch", "onnx")
 
 
+@cache
 def package_version(name: str) -> str | None:
     """Return the version of an installed distribution, or None."""
     try:
