@@ -33,7 +33,12 @@ class DryRun:
 
     def report(self) -> str:
         """Return one line of text."""
-        return f"{self.jobs} jobs: {self.kept} kept, {self.to_do} to do, about {duration(self.seconds)} on {self.processes} processes"
+        same = self.jobs - self.kept - self.to_do
+        twins = f", {same} the same as others" if same else ""
+        return (
+            f"{self.jobs} jobs: {self.kept} kept, {self.to_do} to do{twins}, "
+            f"about {duration(self.seconds)} on {self.processes} processes"
+        )
 
 
 class Clock:

@@ -28,6 +28,9 @@ Scheduler = Annotated[
     ),
 ]
 
+#: Failed jobs that are shown one by one.
+SHOWN = 10
+
 
 def run_campaign(
     campaign: Campaign, title: str, jobs: int | None, scheduler: str | None, dry_run: bool
@@ -45,8 +48,11 @@ def run_campaign(
 
     with keeping(kept), progress(title) as tick:
         results = campaign.run(jobs, scheduler, tick)
-    for failure in campaign.failed.values():
+    for failure in list(campaign.failed.values())[:SHOWN]:
         typer.echo(f"failed: {failure.job.name}: {failure.error}", err=True)
+    if len(campaign.failed) > SHOWN:
+        more = len(campaign.failed) - SHOWN
+        typer.echo(f"failed: {more} more, all in {campaign.folder / 'failed.json'}", err=True)
     return results
 
 
