@@ -162,10 +162,14 @@ def test_points_without_tests_are_taken_as_averages(null: Any) -> None:
         diagnose(points.drop(columns=["test_id", "t"]))  # 81 tests strung together are no single one
 
 
-def test_many_tests_are_thinned_and_judged() -> None:
-    parts = []
-    for seed in range(3):
-        points, _, _ = campaign("stribeck", seed=300 + seed, strength=1.0, thin=60)
-        parts += [points.assign(test_id=f"{seed}-" + points["test_id"])]
-    found = diagnose(pd.concat(parts, ignore_index=True))
+def test_two_thousand_tests_are_judged() -> None:
+    parts, rng = [], np.random.default_rng(4)
+    points, _, _ = campaign("stribeck", seed=300, strength=1.0, thin=90)
+    for k in range(18):
+        own = rng.normal(0.0, 0.005, points["test_id"].nunique())[pd.factorize(points["test_id"])[0]]
+        mu = points["mu"] + own + rng.normal(0.0, 0.002, len(points))
+        parts.append(points.assign(test_id=f"{k}-" + points["test_id"], mu=np.maximum(mu, 1e-3)))
+    many = pd.concat(parts, ignore_index=True)
+    assert many["test_id"].nunique() == 1998
+    found = diagnose(many)
     assert found.effects[:1] == ["stribeck"] and found.confidence > 0.9

@@ -75,7 +75,8 @@ def campaign(
         rows.append({"test_id": name, **known, "role": role})
     points, hidden_part = pd.concat(frames, ignore_index=True), np.concatenate(part)
     if null == "averaged points":
-        hidden_part = pd.Series(hidden_part).groupby(points["test_id"]).mean().to_numpy(float)
+        means = pd.Series(hidden_part).groupby(points["test_id"]).mean()
+        hidden_part = np.asarray(means, dtype=np.float64)
         points = points.groupby("test_id", as_index=False).mean(numeric_only=True)
     return points, pd.DataFrame(rows), hidden_part, strength
 

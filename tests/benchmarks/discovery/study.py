@@ -126,7 +126,7 @@ def _held_out(
 ) -> dict[str, Any]:
     """Return held-out errors [mu] of the ordinary fit, of the refined model and of a linear law without the hidden part."""
     base = make_model("linear").fit_frame(points[train], tests)
-    better = refine(points[train], tests.assign(role="train"), model="linear", add=added, force=True)
+    better = refine(points, tests, model="linear", add=added, force=True)
     plain = points.assign(mu=np.maximum(points["mu"].to_numpy() - part, 1e-3))
     least = make_model("linear").fit_frame(plain[train], tests)
     mu = points["mu"].to_numpy()[~train]
