@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fmus import FmuModel
-from fmus.running import RunningFmu
+from fmus.running import FmuError, RunningFmu
 from fmus.unpacked import UnpackedFmu
 from friction_models.domain import Domain
 from friction_models.loads import LOAD_NAMES, FloatArray, InputError
@@ -64,6 +64,12 @@ class ForeignFmu(FmuModel):
         FMU for co-simulation, FMI 2.0 or 3.0.
     names : FrictionNames
         Its variables.
+
+    Raises
+    ------
+    InputError
+        No co-simulation, no binary for this platform, variables of another type, no contact point, or an FMU that
+        does not answer ordinary loads.
     """
 
     def __init__(self, path: str | os.PathLike[str], names: FrictionNames) -> None:
@@ -77,6 +83,12 @@ class ForeignFmu(FmuModel):
         self._bounds = [[], []]
         variables = {load: self._fmu.elements(name) for load, (name, _) in names.loads.items()}
         self._inputs = [n for parts in variables.values() for n in parts]
+        for name in (*self._inputs, *self._outputs):
+            kind = self._fmu.variables[name].type
+            if kind != self._fmu.real:
+                raise InputError(
+                    f"{self.path}: variable {name!r} is of type {kind}, allowed: {self._fmu.real}"
+                )
         self.nodes = sum(self._fmu.length(n) for n in self._outputs)
         if self.nodes < 1:
             raise InputError(f"{self.path}: the FMU has no contact point, allowed: at least one")
@@ -93,7 +105,10 @@ class ForeignFmu(FmuModel):
             self._short = _SHORT
         if not 0.0 < self._short < 1.0:
             self._short = _SHORT
-        self._late = self._answers_late()
+        try:
+            self._late = self._answers_late()
+        except FmuError as error:
+            raise InputError(f"{self.path}: the FMU refuses ordinary loads ({error})") from None
 
     @property
     def domain(self) -> Domain:

@@ -146,6 +146,14 @@ def test_bad_names(fmus: dict[str, Path], change: dict[str, object], pattern: st
         FrictionNames.of(describe(fmus["late"]), ENTRY | change)
 
 
+def test_an_fmu_that_refuses_loads_is_no_model(tmp_path: Path) -> None:
+    fmu = native_fmu(
+        tmp_path / "picky.fmu", [Real("T", "input", 20.0, "degC"), Real("mu", "output")], step="return 0;"
+    )
+    with pytest.raises(InputError, match=r"picky\.fmu: the FMU refuses ordinary loads"):
+        friction_model(fmu, {})
+
+
 def test_an_fmu_with_unknown_names_points_to_the_option(fmus: dict[str, Path]) -> None:
     with pytest.raises(InputError, match=r"'v_rel'.*--names FILE\.yaml says which takes which load"):
         friction_model(fmus["late"])
