@@ -29,8 +29,7 @@ def test_the_cases_are_those_that_are_asked_for() -> None:
 
 
 def test_the_two_sets_hide_different_forms() -> None:
-    tests = campaign(3)[0]
-    assert tests["test_id"].nunique() == 111 and campaign(3, forms="second")[0]["test_id"].nunique() == 120
+    assert len(campaign(3).tests) == 111 and len(campaign(3, forms="second").tests) == 120
     assert {n for n, f in FIRST.effects.items() if f is SECOND.effects[n]} == set()
 
 
@@ -43,14 +42,14 @@ def test_the_two_sets_hide_different_forms() -> None:
     ],
 )
 def test_hidden_parts_have_the_strength_they_claim(forms: str, name: str) -> None:
-    points, tests, part, strength = campaign(3, (name,), forms=forms)
+    points, tests, part, law, strength = campaign(3, (name,), forms=forms)
     assert 0.5 <= strength <= 2.0 and np.std(part) == pytest.approx(strength * SCATTER)
-    assert (tests["role"] == "test").sum() == 30 and len(part) == len(points)
+    assert (tests["role"] == "test").sum() == 30 and len(part) == len(law) == len(points)
 
 
 def test_averages_are_one_point_a_test() -> None:
-    points, tests, part, _ = campaign(3, (), "averaged points")
-    assert len(points) == len(tests) == len(part) == 111
+    points, tests, part, law, _ = campaign(3, (), "averaged points")
+    assert len(points) == len(tests) == len(part) == len(law) == 111
 
 
 def test_a_study_goes_on_where_it_was_and_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,6 +7,8 @@ what is hidden is drawn at random.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import pandas as pd
 
@@ -20,10 +22,32 @@ NOISE_LEVELS = (0.6, 1.0, 1.6)
 NULLS = ("plain", "wide scatter and slow drift", "curved noise", "heavy tails", "averaged points")
 
 
+class Made(NamedTuple):
+    """One campaign.
+
+    Attributes
+    ----------
+    points, tests : pandas.DataFrame
+        As a user has them; column `role` marks the held-out tests.
+    part : ndarray, shape (n,)
+        The hidden part of mu.
+    law : ndarray, shape (n,)
+        mu without scatter, drift and noise, the hidden part included.
+    strength : float
+        RMS of the hidden part over the scatter between tests.
+    """
+
+    points: pd.DataFrame
+    tests: pd.DataFrame
+    part: Array
+    law: Array
+    strength: float
+
+
 def campaign(
     seed: int, hidden: tuple[str, ...] = (), null: str = "plain", noise: float = 1.0, forms: str = "first"
-) -> tuple[pd.DataFrame, pd.DataFrame, Array, float]:
-    """Return points, tests, the hidden part of mu at each point, and its strength over the test scatter.
+) -> Made:
+    """Return one campaign.
 
     Parameters
     ----------
@@ -54,9 +78,10 @@ def campaign(
         part = [p + size * v for p, v in zip(part, values, strict=True)]
     slopes = rng.uniform(0.4, 1.4, 5) * [1.2e-5, -3e-5, -7e-6, 9e-5, 0.007]
     bias = rng.normal(0.0, [0.012, 0.02, 0.02])  # of the twin: pressure, heating, expansion
-    frames, rows = [], []
+    frames, rows, laws = [], [], []
     for k, (r, p) in enumerate(zip(tests, part, strict=True)):
         level = 0.072 + slopes @ [r.v, r.T, r.sigma - 1500.0, r.sd, r.psi - 1.0]
+        laws.append(level + p)
         mu = level + p + noise * _noise(r, null, rng)
         own = bias + rng.normal(0.0, [0.006, 0.01, 0.01])
         name = f"b{k:03d}"
@@ -73,12 +98,15 @@ def campaign(
         role = "train" if k < len(train) else "test"
         known = {"order": r.order, "T_tool": r.T_tool, "Ra": r.Ra, "batch": r.batch}
         rows.append({"test_id": name, **known, "role": role})
-    points, hidden_part = pd.concat(frames, ignore_index=True), np.concatenate(part)
+    points, truth = (
+        pd.concat(frames, ignore_index=True),
+        np.column_stack([np.concatenate(part), np.concatenate(laws)]),
+    )
     if null == "averaged points":
-        means = pd.Series(hidden_part).groupby(points["test_id"]).mean()
-        hidden_part = np.asarray(means, dtype=np.float64)
+        means = pd.DataFrame(truth).groupby(points["test_id"]).mean()
+        truth = np.asarray(means, dtype=np.float64)
         points = points.groupby("test_id", as_index=False).mean(numeric_only=True)
-    return points, pd.DataFrame(rows), hidden_part, strength
+    return Made(points, pd.DataFrame(rows), truth[:, 0], truth[:, 1], strength)
 
 
 def _test(rng: np.random.Generator, forms: Forms, setpoint: Setpoint, order: float) -> Test:
