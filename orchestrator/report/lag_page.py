@@ -27,7 +27,7 @@ def lag_page(values: Mapping[str, Any]) -> str:
         title=_title(values),
         kicker="tribofmu study lag: friction from the loads of the step before, against iterated coupling",
         lead=escape(
-            f"{', '.join(p.upper() for p in settings['processes'])} at {settings['speed_mm_s']:g} mm/s with tools of "
+            f"{', '.join(f'{p.upper()} ({s:g} mm of stroke)' for p, s in settings['stroke_mm'].items())} at {settings['speed_mm_s']:g} mm/s with tools of "
             f"{settings['T_tool_degC']:g} degC; {', '.join(settings['models'])}; communication steps of "
             f"{', '.join(f'{s:g}' for s in settings['steps_mm'])} mm, all compared every {settings['compared_every_mm']:g} mm of stroke."
         ),

@@ -158,6 +158,7 @@ class ExtrapolationStudy:
                 "models": list(self.models),
                 "processes": list(self.processes),
                 "levels": [{"T_tool_degC": t, "speed_mm_s": v} for t, v in self.levels],
+                "stroke_mm": {level.name: level.stroke for _, level in self._levels()},
                 "communication_step_mm": STEP,
                 "lubricant": lubricant,
                 "reduced_by": list(REDUCED_BY),

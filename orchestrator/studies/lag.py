@@ -16,7 +16,7 @@ import numpy as np
 from friction_models.loads import FloatArray, InputError, unknown_name
 
 from .coupled import SPEED, T_TOOL, chosen_level, coupled_job, run_of
-from .level_runs import SECONDS_A_MM
+from .level_runs import SECONDS_A_MM, Level
 from .measurements import FULL_PLAN, QUICK_PLAN, data_jobs, data_name
 from .models import ADVANCED, model_job
 
@@ -82,12 +82,11 @@ class LagStudy:
     def jobs(self, data: Mapping[str, Path] | None = None) -> list[Job]:
         """Return all jobs: measurements, models, runs; `data` holds one's own data set by lubricant."""
         ((lubricant, jobs),) = data_jobs(data, (self.lubricant,), self.plan, self.seed).items()
-        longest = max(self.steps)
         for family in self.models:
             model = model_job(family, data_name(lubricant))
             jobs.append(model)
             for process in self.processes:
-                level = chosen_level(process, self.stroke, longest, self.speed, self.T_tool)
+                level = self._level(process)
                 jobs += [
                     coupled_job(
                         _name(process, family, mode, step), level, model.name, mode, step, label=family
@@ -96,6 +95,9 @@ class LagStudy:
                     for mode in MODES
                 ]
         return jobs
+
+    def _level(self, process: str) -> Level:
+        return chosen_level(process, self.stroke, max(self.steps), self.speed, self.T_tool)
 
     def evaluate(self, results: Mapping[str, JobResult]) -> dict[str, Any]:
         """Return all numbers of the study; runs that failed or were not made say so.
@@ -136,6 +138,7 @@ class LagStudy:
                 "models": list(self.models),
                 "processes": list(self.processes),
                 "steps_mm": list(self.steps),
+                "stroke_mm": {process: self._level(process).stroke for process in self.processes},
                 "speed_mm_s": self.speed,
                 "T_tool_degC": self.T_tool,
                 "lubricant": self.lubricant,
