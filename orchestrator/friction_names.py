@@ -96,6 +96,11 @@ class FrictionNames:
                 from fmus.user_onnx.units import conversion
 
                 conversion(load.name, unit, where)
+            twice = [other for other, (taken, _) in loads.items() if taken == name]
+            if twice:
+                raise InputError(
+                    f"{where}: {name!r} takes {twice[0]!r} and {load.name!r}; allowed: a variable of its own for each load"
+                )
             loads[load.name] = (name, unit)
             lengths.add(len(elements))
         name, unit = _named(entry.get(MU.name, MU.name), MU.name, where)

@@ -136,6 +136,7 @@ def test_a_system_that_converts_units_is_no_archive(fmus: dict[str, Path], tmp_p
         ({"T": {"variable": "theta", "unit": "MPa"}}, "unit of 'T'"),
         ({"T": "cof"}, "causality 'output', allowed: input"),
         ({"T": 3}, "allowed: a variable, or"),
+        ({"sd": "slip"}, "'slip' takes 'v_rel' and 'sd'"),
         ({"set": {"gian": 1.0}}, "did you mean 'gain'"),
         ({"set": {"p": 1.0}}, "'p' is no free input or parameter"),
         ({"set": {"gain": [1.0]}}, "allowed: a number, true, false or a text"),
