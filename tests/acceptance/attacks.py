@@ -98,6 +98,7 @@ ATTACKS = [
     Attack(
         "report", "folder", "folder", "{bad} -o {out}.html", ("manifest.json", "results.nc", "system.yaml")
     ),
+    Attack("study learning-curve", "data", "csv", "--data {bad} --quick --dry-run -o {out}"),
     Attack("study lag", "data", "csv", "--data {bad} --quick --dry-run -o {out}"),
     Attack("study extrapolation", "data", "csv", "--data {bad} --quick --dry-run -o {out}"),
     Attack("study forming-error", "data", "csv", "--data {bad} --quick --dry-run -o {out}"),
