@@ -88,19 +88,23 @@ class FrictionNames:
                 raise InputError(
                     f"{where}: {name!r} is of causality {elements[0].causality!r}, allowed: input"
                 )
-            declared = elements[0].unit
-            unit = unit or ("" if declared in {"-", ""} else declared)
+            twice = [other for other, (taken, _) in loads.items() if taken == name]
+            if twice:
+                raise InputError(
+                    f"{where}: {name!r} takes {twice[0]!r} and {load.name!r}; allowed: a variable of its own for each load"
+                )
+            declared = "" if elements[0].unit == "-" else elements[0].unit
+            if unit and declared and unit != declared:
+                raise InputError(
+                    f"{where}: {name!r} is in {declared!r}, not in {unit!r}; allowed: {declared!r}"
+                )
+            unit = unit or declared
             if unit == load.unit:
                 unit = ""
             if unit:
                 from fmus.user_onnx.units import conversion
 
                 conversion(load.name, unit, where)
-            twice = [other for other, (taken, _) in loads.items() if taken == name]
-            if twice:
-                raise InputError(
-                    f"{where}: {name!r} takes {twice[0]!r} and {load.name!r}; allowed: a variable of its own for each load"
-                )
             loads[load.name] = (name, unit)
             lengths.add(len(elements))
         name, unit = _named(entry.get(MU.name, MU.name), MU.name, where)

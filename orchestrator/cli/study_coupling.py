@@ -19,17 +19,19 @@ Data = Annotated[
     typer.Option(
         "--data",
         metavar="[LUBRICANT=]DIR",
-        help="Data set to train on; the virtual laboratory measures without one.",
+        help="Data set to train on. Default: the virtual laboratory measures.",
     ),
 ]
 Model = Annotated[
-    list[str] | None, typer.Option("--model", help="Family of friction models to use; repeatable.")
+    list[str] | None,
+    typer.Option("--model", help="Family of friction models; repeatable. Default: those of the study."),
 ]
 Process = Annotated[
-    list[str] | None, typer.Option("--process", help="Forming process: fre, bce; repeatable.")
+    list[str] | None, typer.Option("--process", help="Forming process; repeatable. Default: fre and bce.")
 ]
 Stroke = Annotated[
-    float | None, typer.Option(help="Punch travel [mm]; that of a usual run by default.", min=0.1, max=100.0)
+    float | None,
+    typer.Option(help="Punch travel in mm. Default: as far as a usual run goes.", min=0.1, max=100.0),
 ]
 Seed = Annotated[int, typer.Option(help="Seed of the virtual laboratory.", min=0)]
 
@@ -41,7 +43,10 @@ def lag(
     process: Process = None,
     step: Annotated[
         list[float] | None,
-        typer.Option("--step", help="Communication step [mm]; repeatable, each divides the longest."),
+        typer.Option(
+            "--step",
+            help="Communication step in mm; repeatable, each divides the longest. Default: 0.05 0.1 0.2 0.4 0.8.",
+        ),
     ] = None,
     stroke: Stroke = None,
     seed: Seed = 0,

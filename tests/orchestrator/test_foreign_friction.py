@@ -133,7 +133,8 @@ def test_a_system_that_converts_units_is_no_archive(fmus: dict[str, Path], tmp_p
     [
         ({"mu": "coff"}, "did you mean 'cof'"),
         ({"sigma": "p"}, "did you mean 'sigma_n'"),
-        ({"T": {"variable": "theta", "unit": "MPa"}}, "unit of 'T'"),
+        ({"T": {"variable": "theta", "unit": "MPa"}}, "'theta' is in 'K', not in 'MPa'"),
+        ({"psi": {"variable": "room"}}, "unit of 'psi'"),
         ({"T": "cof"}, "causality 'output', allowed: input"),
         ({"T": 3}, "allowed: a variable, or"),
         ({"sd": "slip"}, "'slip' takes 'v_rel' and 'sd'"),
