@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import zipfile
 from collections.abc import Callable
 from dataclasses import replace
@@ -24,14 +25,15 @@ from friction_models.loads import InputError
 from friction_models.onnx_export import export
 from friction_models.onnx_model import OnnxModel
 from orchestrator.attribution import attribute
-from orchestrator.attribution_causes import Cause
-from orchestrator.attribution_curves import Level
+from orchestrator.attribution_causes import MACHINE, Cause
+from orchestrator.attribution_curves import Level, on_common_stroke
 from orchestrator.attribution_fit import attribution
 from orchestrator.attribution_probe import addable, strengths, with_effects
 from orchestrator.attribution_runs import Sensitivities
 from orchestrator.cli import attributing
 from orchestrator.forces import ForceCurve
 from orchestrator.processes import extrusion_system
+from orchestrator.report.attribution_page import attribution_page
 from orchestrator.system import System
 
 LEVELS = ((20.0, 5.0), (150.0, 100.0))
@@ -106,6 +108,7 @@ def test_friction_flow_stress_and_compliance_are_told(system: System, pressed: P
     assert friction.deviation["after"] < 0.3 * friction.deviation["before"]
     press = attribute(pressed(compliance=1e-3), system, CAUSES, place / "runs", jobs=1)
     assert press.confusion_set == ["compliance"] and not press.second
+    assert press.ranking[0].values[0][1] == pytest.approx(1e-3, rel=0.1)
     flow = attribute(pressed(flow=1.03), system, CAUSES, place / "runs", jobs=1)
     assert "flow_stress" in flow.confusion_set
     strength = next(f for f in flow.ranking if f.cause == "flow_stress").to_dict()["strength"][0]
@@ -230,3 +233,32 @@ def test_false_alarms_and_the_right_cause_over_seeds() -> None:
 def test_one_curve_is_judged_with_caution() -> None:
     found = attribution(*made_up(1, 0.02), synthetic=True)
     assert not found.confusion_set and any("no level was repeated" in w for w in found.warnings)
+
+
+def test_the_page_names_what_cannot_be_told_apart() -> None:
+    (level,), found = made_up(4, 0.15)
+    found.causes.append(Cause("force_gain", "gain", "machine", "1"))
+    answer = attribution([level], found, synthetic=True)
+    html = attribution_page(answer, "<b>press</b>")
+    own = re.sub(r"<script.*?</script>", "", html, flags=re.DOTALL)
+    assert "<b>" not in own and "attribution, not proof" in own and "synthetic data" in own
+    assert "The curves point to running_in" in own
+    assert "flow_stress, force_gain" in own and "Leaves no trace" in own and "wear_out" in own
+    nothing = attribution_page(attribution(*made_up(4), synthetic=True), "press")
+    assert "No cause stands out" in nothing
+
+
+def test_a_give_of_the_press_is_followed_where_the_force_rises_steeply() -> None:
+    s = np.linspace(0.0, 10.0, 400)
+    force = 300.0 * (1.0 - np.exp(-((s / 1.2) ** 2)))
+    curve = ForceCurve(s, force)
+    for give in (3e-4, 1e-3, 3e-3):  # up to 0.9 mm of a rise that is over after 2 mm
+        table = pd.concat(
+            pd.DataFrame({"stroke": s + give * force * f, "force": force * f, "repeat": k})
+            for k, f in enumerate((0.995, 1.0, 1.004, 1.001), 1)
+        )
+        level = PressLevel("fre", 20.0, 5.0, "made up", "l.csv", table, synthetic=True)
+        sensitivities = Sensitivities(list(MACHINE), [curve], {}, [], 0.0, [])
+        found = attribution([on_common_stroke(level, curve)], sensitivities, synthetic=True)
+        assert found.confusion_set == ["compliance"]
+        assert found.ranking[0].values[0][1] == pytest.approx(give, rel=0.05)

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy import stats
 
-from friction_models.loads import InputError
+from friction_models import LinearFriction
+from friction_models.discovery import diagnose
+from friction_models.discovery.refinement import history_text
+from friction_models.discovery.shown import load_map
+from friction_models.discovery.summaries import load_bins
+from friction_models.loads import DataSet, InputError
 from orchestrator import Master, System
-from orchestrator.report import write_report
+from orchestrator.report import write_diagnosis_report, write_report
 from orchestrator.report.markup import Change, escape, p_value, table
 from orchestrator.report.residuals import binned_residual
+from tests.benchmarks.discovery_campaigns import campaign
 from tests.orchestrator.tiny_fmus import system_content
 
 
@@ -77,3 +85,85 @@ def test_markup_is_escaped() -> None:
     assert "<script>" not in html and "x &amp; y" in html and 'class="n"' in html
     assert escape('"') == "&quot;"
     assert (p_value(0.0001), p_value(0.0123), p_value(None)) == ("< 0.001", "0.012", "-")
+
+
+SHAPE = {"shape": lambda r, g: (r.v - 200) * (r.psi - 1.4), "strength": 1.2}
+#: Campaign, model, verdict, and a piece that page and text must hold.
+CASES: dict[str, tuple[dict[str, Any], str, str]] = {
+    "explained": ({"hidden": "wear_out", "seed": 21, "strength": 1.2}, "explained", "wear_out"),
+    "unknown": ({"hidden": None, "seed": 90, **SHAPE}, "unknown_structure", "Where structure is left"),
+    "nothing": ({"hidden": None, "seed": 501}, "nothing_missing", "nothing is missing"),
+    "fault": ({"hidden": "sensor_drift", "seed": 70, "strength": 1.2}, "data_problem", "sensor_drift"),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_page_and_text_of_a_diagnosis(case: str, tmp_path: Path) -> None:
+    settings, verdict, piece = CASES[case]
+    points, tests, _ = campaign(**settings, thin=8)
+    found = diagnose(points, tests)
+    assert found.verdict == verdict
+    html = write_diagnosis_report(
+        tmp_path / "d.html", "linear", DataSet(points, tests, {}), found, "a <b>"
+    ).read_text()
+    text = found.report()
+    assert "<b>" not in html and outside_references(html) == []
+    sections = [
+        "verdict",
+        "budget",
+        "residual",
+        "evidence",
+        "tests",
+        *(["response"] if found.effects else []),
+    ]
+    assert re.findall(r'<section id="(\w+)"', html) == sections
+    assert text.startswith(verdict.upper()) and "needed; p: family-wise" in text
+    assert piece in re.sub(r"<script.*?</script>", "", html, flags=re.DOTALL) and piece in text
+    assert ("after " in text) == bool(found.effects) and "[MPa]" in text
+    if (
+        verdict == "explained"
+    ):  # errors of tests that the refit did not see, and the share of mu over the driver
+        assert "fell by" in html and "share of mu" in text and "sd [mm]" in text
+        before, after = (found.averages[k].pow(2).mean() for k in ("before", "after"))
+        assert after < before
+        assert json.dumps(found.to_dict())  # the table stays out of the file
+
+
+def test_page_of_one_test_and_of_other_loads(tmp_path: Path) -> None:
+    points, tests, _ = campaign("wear_out", seed=21, strength=1.0, thin=8)
+    one = points[points["test_id"] == "t010"]
+    model = LinearFriction().fit_frame(points[points["sigma_n"] < 700.0], tests)
+    for name, data, base in (
+        ("one", one, "linear"),
+        ("loads", points[["test_id", "v_rel", "sd", "mu"]], "constant"),
+        ("averaged", points.groupby("test_id", as_index=False).mean(numeric_only=True), "linear"),
+        ("outside", points[points["sigma_n"] > 1500.0], model),
+    ):
+        found = diagnose(data, model=base)
+        html = write_diagnosis_report(tmp_path / f"{name}.html", base, DataSet(data, None, {}), found, name)
+        own = re.sub(r"<script.*?</script>", "", html.read_text(), flags=re.DOTALL)
+        assert "nan" not in own and "Worst tests" in own and found.report()
+        if name == "one":
+            assert "nothing can be seen to be missing" in own and "no intervals" in own
+        if name == "outside":
+            assert found.verdict == "out_of_domain"
+    assert load_map(diagnose(one[["test_id", "sd", "mu"]], model="constant").averages) is None
+
+
+def test_bins_keep_levels_of_a_plan_together() -> None:
+    rng = np.random.default_rng(2)
+    levels = np.repeat([5.0, 200.0, 500.0], 300) * rng.uniform(0.97, 1.03, 900)
+    which = load_bins(levels, 6)
+    for k in range(3):
+        assert len(set(which[300 * k : 300 * (k + 1)])) == 1
+    even = load_bins(np.linspace(0.0, 60.0, 600), 6)
+    np.testing.assert_array_equal(np.bincount(even), np.full(6, 100))
+
+
+def test_history_says_when_an_addition_did_not_help() -> None:
+    def entry(before: float, after: float) -> dict[str, Any]:
+        return {"added": ["stribeck"], "judged_by": "5 held-out tests",
+                "before": {"rmse": before, "mae": before}, "after": {"rmse": after, "mae": after}}  # fmt: skip
+
+    lines = history_text([entry(0.008, 0.005), entry(0.005, 0.00502)]).splitlines()
+    assert lines[1].startswith("  1  + stribeck") and "NO BETTER" not in lines[1] and "NO BETTER" in lines[2]
