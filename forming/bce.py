@@ -20,6 +20,10 @@ from .process import FormingProcess
 from .ranges import check_range
 from .tooling import CupPunch, Tool, line, plate
 
+#: Elements on the rounding of the punch are smaller than elsewhere below this radius of it and below this wall of the
+#: cup, both as shares of the container's radius; and their smallest size as a share of `mesh_size`.
+FINE_RADIUS, FINE_WALL, FINEST = 0.28, 0.3, 0.375
+
 
 @dataclass(frozen=True)
 class _CupSize:
@@ -61,7 +65,7 @@ class BackwardCupExtrusion(FormingProcess):
     material : Material, name or path, optional
         Billet; 16MnCr5 by default. See `forming.material.load`.
     mesh_size : float
-        Element size at the punch edge [mm]; smaller where wall or rounding ask for it.
+        Element size under the punch [mm]; smaller on its rounding and where the wall asks for it.
     n_points : int
         Number of material markers, densest on the face under the punch, which becomes the inner wall.
     edge_radius, land, relief : float
@@ -176,7 +180,8 @@ class BackwardCupExtrusion(FormingProcess):
         wall = radius - self.punch.radius
         finest = min(self.mesh_size, wall / 5.0, max(0.57 * self.mesh_size, 0.35 * self.punch.edge_radius))
         # The surface is a polygon: small sides on the rounding, of which the force ripples with their square.
-        on_edge = min(finest, max(0.57 * self.mesh_size, 0.175 * self.punch.edge_radius))
+        share = min(self.punch.edge_radius / (FINE_RADIUS * radius), wall / (FINE_WALL * radius))
+        on_edge = min(finest, self.mesh_size * max(FINEST, share))
 
         def size(stroke: float) -> _CupSize:
             return _CupSize(finest, height - stroke, self.punch, wall, on_edge)

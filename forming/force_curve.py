@@ -1,4 +1,4 @@
-"""Force against travel without the ripple of single contact nodes."""
+"""Force against travel without the ripple of surface nodes that pass the roundings of the tools."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from .ejection_tools import OPENING, Stage, ejector, opened, withdrawn
 from .elasticity import UNITS, Elasticity
 from .fe.body import Body
 from .fe.contact import gap_and_normal
-from .fe.polyline import distance_to_segment
+from .fe.polyline import distance_to_arc, distance_to_segment
 from .fe.resample import mesh_inside, resample
 from .fe.shape import FloatArray
 from .fe.simulation import Simulation
@@ -24,12 +24,17 @@ from .tooling import ExtrusionDie, Tool, block_field, flat_punch
 #: Gap between billet and container, so that the first touch is at the die shoulder [mm].
 CLEARANCE = 0.05
 
+#: Elements on a rounding are smaller than elsewhere below this radius of it and below this reduction of the radius, both
+#: as shares of the container's radius; and their smallest size as a share of `mesh_size`.
+FINE_RADIUS, FINE_STEP, FINEST = 0.2, 0.16, 0.375
+
 
 @dataclass(frozen=True)
 class _DieSize:
-    """Element size: fine along cone and land, finest at the edge into the land, coarse elsewhere."""
+    """Element size: fine along cone and land, finest on the roundings at both ends of the cone, coarse elsewhere."""
 
-    finest: float
+    on_edge: float
+    on_entry: float
     base: float
     die: ExtrusionDie
     cone_end_z: float
@@ -38,13 +43,28 @@ class _DieSize:
         die = self.die
         low = np.array([die.exit_radius, die.land - 0.5])
         high = np.array([die.container_radius, self.cone_end_z])
-        edge = (die.exit_radius + 0.2 * die.edge_radius, die.land + 0.4 * die.edge_radius)
         along = self.base + 0.12 * np.maximum(0.0, distance_to_segment(points, low, high) - 1.0)
-        to_edge = np.hypot(points[:, 0] - edge[0], points[:, 1] - edge[1]) - 0.7 * die.edge_radius - 0.3
-        near_edge = self.finest + 0.2 * np.maximum(0.0, to_edge)
+        edge, entry = self._distances(points)
+        fine = np.minimum(
+            self.on_edge + 0.2 * np.maximum(0.0, edge - 0.3),
+            self.on_entry + 0.2 * np.maximum(0.0, entry - 0.3),
+        )
         largest = 2.25 * self.base
         rod = min(largest, max(die.exit_radius / 4.0, self.base))
-        return np.minimum(np.minimum(along, near_edge), np.where(points[:, 1] < die.land, rod, largest))
+        return np.minimum(np.minimum(along, fine), np.where(points[:, 1] < die.land, rod, largest))
+
+    def _distances(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the distances from the roundings of cone to land and container to cone."""
+        die = self.die
+        edge = (die.exit_radius + die.edge_radius, die.land), die.edge_radius, 180.0 - die.half_angle, 180.0
+        entry = (
+            (die.container_radius - die.entry_radius, self.cone_end_z),
+            die.entry_radius,
+            -die.half_angle,
+            0.0,
+        )
+        first, second = (distance_to_arc(points, *given) for given in (edge, entry))
+        return first, second
 
 
 class ForwardRodExtrusion(FormingProcess):
@@ -66,7 +86,7 @@ class ForwardRodExtrusion(FormingProcess):
     material : Material, name or path, optional
         Billet; 16MnCr5 by default. See `forming.material.load`.
     mesh_size : float
-        Element size in the die [mm]; smaller where the exit radius asks for it.
+        Element size in the die [mm]; smaller on the roundings of the cone where these or the reduction are small.
     n_points : int
         Number of material markers on the billet surface.
     entry_radius, edge_radius, land, relief : float
@@ -204,8 +224,9 @@ class ForwardRodExtrusion(FormingProcess):
             flat_punch(top, self.speed, self.T_tool),
         ]
         base = min(self.mesh_size, die.exit_radius / 7.0)
-        finest = max(0.375 * self.mesh_size, min(base, 0.35 * die.edge_radius))
-        size = _DieSize(finest, base, die, cone_end)
+        size = _DieSize(
+            self._size_on(die.edge_radius, base), self._size_on(die.entry_radius, base), base, die, cone_end
+        )
         if self.tool_heating:
             tools[0].heat_field = die.heat_field(cone_end + self.container_length, size, self.T_tool)
             depth = 1.5 * die.container_radius
@@ -229,6 +250,16 @@ class ForwardRodExtrusion(FormingProcess):
             compliance=self.elasticity.compliance,
         )
         return self.heat_input.apply(simulation)
+
+    def _size_on(self, radius: float, base: float) -> float:
+        """Return the element size on a rounding of the die [mm].
+
+        The surface is a polygon, whose sides cut off h^2 / (8 R) of a rounding: as nodes pass, the bore seems to change
+        by that, and the force with it, the more so the less the diameter is reduced.
+        """
+        container = self.die.container_radius
+        share = min(radius / (FINE_RADIUS * container), (1.0 - self.die.exit_radius / container) / FINE_STEP)
+        return min(base, self.mesh_size * max(FINEST, share))
 
     def ejection_stage(self, how: str, number: int, state: State) -> Stage | None:
         """Withdraw the punch; then the pin pushes rod and head back up, until the head is out of the container."""

@@ -117,8 +117,8 @@ class FormingResult:
     def smooth_force(self) -> FloatArray:
         """Force averaged over 0.5 mm of stroke [kN].
 
-        Single nodes that enter contact ripple the force by 0.2 % (rms) and up to 0.5 % of its maximum at the
-        default mesh; the average leaves 0.08 % and 0.24 % (rod, 20 mm), see `force_ripple`.
+        Surface nodes that pass the roundings of the tools ripple the force by 0.16 % (rms) and up to 0.4 % of its
+        maximum at the default mesh; the average leaves 0.07 % and 0.18 % (rod, 20 mm), see `force_ripple`.
         """
         return averaged(self.stroke, self.force)
 

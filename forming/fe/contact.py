@@ -14,6 +14,9 @@ PRESSURE, SHEAR, SLIP, GAP, NORMAL_R, NORMAL_Z, FACING = range(7)
 DEEP = 0.02
 #: Overlap at which a node joins, and tension (as a gap) at which it leaves, once the step has settled [mm].
 JOIN, LEAVE = 1e-4, 2.5e-4
+#: A node that has left so often in an increment joins again only when it overlaps deeply: one that cannot settle
+#: stays free with a small overlap, not held by a tool that pulls.
+MOST_RELEASES = 2
 
 
 @njit(cache=True)
@@ -208,9 +211,9 @@ def add_contact(
         if gap <= -reach:
             active[i] = 0
         elif before == 0:
-            if gap < -DEEP or (may_change and gap < -JOIN):
+            if gap < -DEEP or (may_change and gap < -JOIN and releases[i] < MOST_RELEASES):
                 active[i] = 1
-        elif gap > LEAVE and (gap > 0.2 or (may_change and releases[i] < 2)):
+        elif gap > LEAVE and (gap > 0.2 or may_change):
             active[i] = 0
             releases[i] += 1
         if active[i] != before:

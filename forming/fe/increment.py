@@ -9,9 +9,12 @@ from scipy.linalg.lapack import dgbsv
 
 from ..tooling import Tool
 from .body import Body, nodal_shear_yield
-from .contact import FACING, add_contact, facing_shares, hold_fixed, start_active, surface_weights
+from .contact import FACING, PRESSURE, add_contact, facing_shares, hold_fixed, start_active, surface_weights
 from .element import assemble
 from .shape import FloatArray, IntArray
+
+#: An increment does not end with a node that the tool pulls at harder than this [MPa].
+MOST_TENSION = 100.0
 
 
 @dataclass(frozen=True)
@@ -151,7 +154,7 @@ def solve_increment(
     residual_norm = previous_norm = np.inf
     correction: FloatArray | None = None
     halvings = rounds = 0
-    changed_before = False
+    changed_before = pulled = False
     for iteration in range(settings.max_iterations):
         space.clear()
         inner, contact = np.zeros(du.size), np.zeros(du.size)
@@ -173,7 +176,7 @@ def solve_increment(
         if inverted:
             raise StepError(f"{inverted} Gauss points turned inside out in iteration {iteration}")
         surface_weights(body.x + du, chain, weights)
-        may_change = rounds < attempt.max_changes and (
+        may_change = (rounds < attempt.max_changes or pulled) and (
             residual_norm < 1e-2 or iteration in attempt.early_changes
         )
         rounds += may_change
@@ -204,6 +207,7 @@ def solve_increment(
                 may_change,
             )
             forces[k] = (contact.reshape(-1, 2).sum(axis=0) - before) * 2.0 * np.pi
+        pulled = any(float(table[:, PRESSURE].min()) < -MOST_TENSION for table in tables)
         residual = -(inner + contact)
         hold_fixed(space.band, residual, space.fixed)
         residual_norm = float(np.sqrt((residual @ residual) / (contact @ contact + 1e-12)))
@@ -213,6 +217,7 @@ def solve_increment(
             residual_norm < settings.tolerance
             and iteration > 0
             and changes == 0
+            and not pulled
             and (may_change or rounds >= attempt.max_changes)
         ):
             return Step(

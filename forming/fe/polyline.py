@@ -40,6 +40,21 @@ def distance_to_segment(points: FloatArray, start: FloatArray, end: FloatArray) 
     return np.hypot(*(points - start - t[:, None] * along).T)
 
 
+def distance_to_arc(
+    points: FloatArray, centre: tuple[float, float], radius: float, start: float, end: float
+) -> FloatArray:
+    """Return the distance of each point to the arc between two angles [degrees, counter-clockwise from r]."""
+    relative = points - np.array(centre)
+    middle = np.radians(0.5 * (start + end))
+    cos, sin = np.cos(middle), np.sin(middle)
+    # Seen from the middle of the arc both halves are alike.
+    along, across = relative @ np.array([cos, sin]), np.abs(relative @ np.array([-sin, cos]))
+    half = np.radians(0.5 * (end - start))
+    to_end = np.hypot(along - radius * np.cos(half), across - radius * np.sin(half))
+    within = np.arctan2(across, along) <= half
+    return np.where(within, np.abs(np.hypot(along, across) - radius), to_end)
+
+
 def enclosed_volume(chain: FloatArray) -> float:
     """Return the volume of revolution inside a counter-clockwise chain that starts and ends on the axis."""
     r, z = chain.T
