@@ -21,7 +21,7 @@ _EXPORTS = {
     "needed_with_interval": "learning_curve",
     "percentile_curve": "learning_curve",
     "share_fewer": "learning_curve",
-    "tests_needed": "learning_curve",
+    "needed_tests": "learning_curve",
     "train": "evaluation",
 }
 

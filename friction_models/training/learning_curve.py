@@ -21,7 +21,7 @@ TINY = 1e-12
 
 
 @dataclass(frozen=True)
-class TestsNeeded:
+class NeededTests:
     """Number of training tests from which on an accuracy is kept.
 
     Attributes
@@ -76,7 +76,7 @@ def percentile_curve(errors: FloatArray, probability: float = PROBABILITY) -> Fl
     return np.asarray(np.quantile(errors, probability, axis=0), dtype=np.float64)
 
 
-def tests_needed(sizes: Sequence[int], curve: FloatArray, accuracy: float) -> float | None:
+def needed_tests(sizes: Sequence[int], curve: FloatArray, accuracy: float) -> float | None:
     """Return the number of tests from which on a curve stays below `accuracy`, None where it does not.
 
     Between the sizes a power law, as learning curves fall; a curve that is below everywhere gives the
@@ -95,7 +95,7 @@ def tests_needed(sizes: Sequence[int], curve: FloatArray, accuracy: float) -> fl
 
 def needed_with_interval(
     sizes: Sequence[int], errors: FloatArray, accuracy: float, seed: int = 0
-) -> TestsNeeded:
+) -> NeededTests:
     """Return the number of tests needed and its interval from resampled repeats.
 
     Parameters
@@ -121,19 +121,14 @@ def needed_with_interval(
         )
     if any(b <= a for a, b in pairwise(sizes)):
         raise InputError(f"learning curve: sizes {list(sizes)}; allowed: growing numbers of tests")
-    found = tests_needed(sizes, percentile_curve(matrix), accuracy)
-    draws = _draws(matrix, seed)
-    drawn = np.array(
-        [
-            math.inf if (n := tests_needed(sizes, percentile_curve(matrix[d]), accuracy)) is None else n
-            for d in draws
-        ]
-    )
+    curve = percentile_curve(matrix)
+    found = needed_tests(sizes, curve, accuracy)
+    drawn = _needed_by_draw(sizes, matrix, accuracy, seed)
     low, high = np.quantile(drawn, [0.5 * (1 - LEVEL), 0.5 * (1 + LEVEL)], method="inverted_cdf").tolist()
-    return TestsNeeded(
+    return NeededTests(
         accuracy,
         found,
-        found is not None and found <= sizes[0],
+        bool((curve < accuracy).all()),
         low if math.isfinite(low) else None,
         high if math.isfinite(high) else None,
         float(np.mean(np.isfinite(drawn))),
@@ -143,13 +138,9 @@ def needed_with_interval(
 def lowest_error(errors: FloatArray, seed: int = 0) -> tuple[float, float, float]:
     """Return the lowest point of the percentile curve and its interval from resampled repeats."""
     matrix = np.asarray(errors, dtype=np.float64)
-    drawn = [percentile_curve(matrix[d]).min() for d in _draws(matrix, seed)]
+    drawn = _resampled(matrix, seed).min(axis=1)
     low, high = np.quantile(drawn, [0.5 * (1 - LEVEL), 0.5 * (1 + LEVEL)]).tolist()
     return float(percentile_curve(matrix).min()), low, high
-
-
-def _draws(matrix: FloatArray, seed: int) -> np.ndarray:
-    return np.random.default_rng(seed).integers(0, len(matrix), (RESAMPLES, len(matrix)))
 
 
 def share_fewer(
@@ -165,10 +156,19 @@ def share_fewer(
         raise InputError(
             f"learning curve: errors of shapes {one.shape} and {other.shape}; allowed: equal shapes"
         )
-    fewer = more = 0
-    for draw in _draws(one, seed):
-        found = [tests_needed(sizes, percentile_curve(e[draw]), accuracy) for e in (one, other)]
-        first, second = (math.inf if n is None else n for n in found)
-        fewer += first <= second - 1.0 and math.isfinite(first)
-        more += second <= first - 1.0 and math.isfinite(second)
-    return fewer / RESAMPLES, more / RESAMPLES
+    first, second = (_needed_by_draw(sizes, e, accuracy, seed) for e in (one, other))
+    fewer = np.isfinite(first) & (first <= second - 1.0)
+    more = np.isfinite(second) & (second <= first - 1.0)
+    return float(np.mean(fewer)), float(np.mean(more))
+
+
+def _needed_by_draw(sizes: Sequence[int], matrix: FloatArray, accuracy: float, seed: int) -> FloatArray:
+    """Return the tests needed in each resample, infinite where the accuracy is not reached."""
+    found = (needed_tests(sizes, curve, accuracy) for curve in _resampled(matrix, seed))
+    return np.array([math.inf if n is None else n for n in found])
+
+
+def _resampled(matrix: FloatArray, seed: int) -> FloatArray:
+    """Return the percentile curve of each resample of whole repeats, shape (resamples, sizes)."""
+    rows = np.random.default_rng(seed).integers(0, len(matrix), (RESAMPLES, len(matrix)))
+    return np.asarray(np.quantile(matrix[rows], PROBABILITY, axis=1), dtype=np.float64)

@@ -11,7 +11,7 @@ import numpy as np
 
 from friction_models.loads import FloatArray
 from friction_models.training import lowest_error, needed_with_interval, percentile_curve, share_fewer
-from friction_models.training.learning_curve import LEVEL, PROBABILITY, TestsNeeded
+from friction_models.training.learning_curve import LEVEL, PROBABILITY, NeededTests
 
 from ..campaign import JobResult
 from .learning_curve import LearningCurveStudy
@@ -67,11 +67,11 @@ class Curve:
         return lowest_error(self.errors)
 
     @cached_property
-    def converged(self) -> TestsNeeded:
+    def converged(self) -> NeededTests:
         """Tests from which on the curve stays near its lowest point."""
         return self.needed(CONVERGED * self.lowest[0])
 
-    def needed(self, accuracy: float) -> TestsNeeded:
+    def needed(self, accuracy: float) -> NeededTests:
         """Return the tests needed for an accuracy."""
         return needed_with_interval(self.sizes, self.errors, accuracy)
 
@@ -103,7 +103,7 @@ class Comparison:
     ----------
     lubricant, model : str
     accuracy : float
-    series, average : TestsNeeded
+    series, average : NeededTests
     fewer, more : float
         Shares of the resamples in which the time series needs fewer, or more, tests.
     """
@@ -111,8 +111,8 @@ class Comparison:
     lubricant: str
     model: str
     accuracy: float
-    series: TestsNeeded
-    average: TestsNeeded
+    series: NeededTests
+    average: NeededTests
     fewer: float
     more: float
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from friction_models.training.learning_curve import TestsNeeded
+from friction_models.training.learning_curve import NeededTests
 
 from .learning_curve_jobs import AVERAGE, MEAN, SERIES
 from .learning_curve_result import Comparison, Curve, LearningCurves
@@ -62,7 +62,7 @@ def _cases(cases: Sequence[Comparison]) -> str:
     )
 
 
-def _number(needed: TestsNeeded) -> str:
+def _number(needed: NeededTests) -> str:
     if needed.tests is None:
         return "not reached"
     return f"{'at most ' if needed.at_most else ''}{math.ceil(needed.tests)}"
