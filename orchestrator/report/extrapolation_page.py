@@ -77,8 +77,8 @@ def _title(values: Mapping[str, Any]) -> str:
 
 def _first(runs: list[Any]) -> list[Any]:
     """Return the clamped runs of the first model: what the process asks for hardly depends on the model."""
-    model = runs[0]["model"]
-    return [r for r in runs if r["model"] == model and r["rule"] == "clamp"]
+    clamped = [r for r in runs if r["rule"] == "clamp"] or runs
+    return [r for r in clamped if r["model"] == clamped[0]["model"]]
 
 
 def _by_load(runs: list[Any]) -> Any:
