@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .console import say, write_result
+from .modelling import Interval, add_interval
 from .options import Data, Json, OutFolder, Tests, any_model, read_data
 
 if TYPE_CHECKING:
@@ -69,6 +70,7 @@ def refine(
         bool, typer.Option("--force", help="Keep an addition that makes tests not seen in the fit worse.")
     ] = False,
     report: Annotated[Path | None, typer.Option(help="Also write an HTML report.")] = None,
+    interval: Interval = True,
 ) -> None:
     """Add physical effects to a model, refit everything together and save the new model.
 
@@ -95,6 +97,8 @@ def refine(
         better.record_errors(role, measures)
     say(result.report())
     say(history_text(better.error_history_))
+    if interval:
+        say(add_interval(better, dataset))
     better.save(out)
     say(f"model written: {out}")
     if report is not None:
