@@ -5,7 +5,6 @@ from __future__ import annotations
 import platform
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from forming.pool import process_count
 from friction_models.loads import InputError, unknown_name, write_json
 
 from .campaign_estimate import Clock, DryRun
+from .campaign_job import Failure, Job
 from .campaign_keys import digest, path_digest
 from .campaign_places import Cluster, Here, Local, Place
 from .campaign_store import JobResult, Store
@@ -28,57 +28,6 @@ Progress = Callable[[int, int, str], None]
 CODE = ("friction_models", "forming", "sct_twin", "fmus")
 #: How often a job is started whose worker gets killed.
 TRIES = 2
-
-
-@dataclass(frozen=True)
-class Job:
-    """A call that is worth keeping.
-
-    Attributes
-    ----------
-    name : str
-        Its name in the campaign.
-    function : str
-        ``"package.module:function"``, called with (inputs, files, needs, folder): the next three and a folder for
-        files that are kept with the result. It returns a JSON-able dict; measured times go under the
-        key ``"timing"``, which is no part of the number that two runs must agree in.
-    inputs : dict
-        JSON-able; decide the result.
-    files : dict of str to Path
-        Files or folders; their content decides the result, not their place.
-    needs : tuple of str
-        Names of the jobs whose results it gets.
-    seconds : float
-        What it is expected to take [s]; only for estimates.
-    """
-
-    name: str
-    function: str
-    inputs: dict[str, Any] = field(default_factory=dict)
-    files: dict[str, Path] = field(default_factory=dict)
-    needs: tuple[str, ...] = ()
-    seconds: float = 1.0
-
-
-@dataclass(frozen=True)
-class Failure:
-    """A job without a result, and why."""
-
-    job: Job
-    error: str
-    traceback: str = ""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data: the job with its inputs, and the reason."""
-        return {
-            "name": self.job.name,
-            "function": self.job.function,
-            "inputs": self.job.inputs,
-            "files": {name: str(path) for name, path in self.job.files.items()},
-            "needs": list(self.job.needs),
-            "error": self.error,
-            "traceback": self.traceback,
-        }
 
 
 class Campaign:
@@ -142,9 +91,9 @@ class Campaign:
             Another run is at work in the folder, less than one process, a scheduler that does not answer.
         """
         self.failed = {}
-        results = self._kept()
-        todo = [name for name in self.jobs if name not in results]
         with self.store.opened() as work:
+            results = self._kept()
+            todo = [name for name in self.jobs if name not in results]
             if todo:
                 count = min(process_count(jobs), len({self.keys[n] for n in todo}))
                 place: Place

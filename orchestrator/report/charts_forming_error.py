@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..studies.forming_error_files import PROCESS_TITLES
-from ..studies.forming_error_result import TAU_OVER_K, FormingErrors, RunError
+from ..studies.forming_error_result import TAU_OVER_K, FormingErrors
+from ..studies.forming_error_rows import RunError
 from .palette import COLORS
 from .theme import INK, PRESS, PRESS_BAND, SOFT, dress
 
