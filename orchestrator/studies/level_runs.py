@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import shutil
 from collections.abc import Mapping
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from friction_models.loads import InputError
+from friction_models.loads import InputError, unknown_name
 
 if TYPE_CHECKING:
     from forming.press import PressLevel
@@ -59,11 +60,19 @@ class Level:
         """Return the level of press curves, with a stroke that record and process allow, in whole steps [mm].
 
         `info` is that of the press curves: ``process`` and ``T_billet_degC`` say what differs from the default.
+
+        Raises
+        ------
+        InputError
+            An unknown parameter of the process, or a value that it refuses.
         """
         recorded = max(1, round(float(level.curves["stroke"].max()) / step)) * step
-        values = dict(info.get("process", {}))
+        values = info.get("process", {})
+        if not isinstance(values, Mapping):
+            raise InputError(f"press.json: process = {values!r:.60}; allowed: parameters by name")
+        values = dict(values)
         if "T_billet_degC" in info:
-            values["T_billet"] = float(info["T_billet_degC"])
+            values["T_billet"] = info["T_billet_degC"]
         whole = cls(level.process, level.T_tool, level.speed, 0.0, values)
         return cls(
             level.process, level.T_tool, level.speed, min(stroke, recorded, whole.farthest(step)), values
@@ -84,6 +93,10 @@ class Level:
         from forming.processes import PROCESSES
 
         solver: Any = PROCESSES[self.process]
+        known = inspect.signature(solver).parameters
+        for name in self.parameters:
+            if name not in known:
+                raise unknown_name(f"parameter of {solver.__name__}", str(name), known)
         return math.floor(float(solver(**self.numbers).max_stroke) / step + 1e-6) * step
 
 

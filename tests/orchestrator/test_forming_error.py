@@ -262,3 +262,11 @@ def test_a_level_goes_as_far_as_record_and_process_allow() -> None:
         "bce", 20.0, 5.0, "oil", "x.csv", pd.DataFrame({"stroke": 100 * stroke, "force": stroke, "repeat": 1})
     )
     assert 10.0 < Level.of(long, {}, 99.0, 0.1).stroke < 30.0
+    for info, words in (
+        ({"process": {"mesh_sise": 0.5}}, "did you mean 'mesh_size'"),
+        ({"process": ["mesh_size"]}, "allowed: parameters by name"),
+        ({"process": {"mesh_size": "fine"}}, "mesh_size"),
+        ({"T_billet_degC": "cold"}, "T_billet"),
+    ):
+        with pytest.raises(InputError, match=words):
+            Level.of(record, info, 20.0, 0.1)
