@@ -16,8 +16,11 @@ LEVEL = 0.025
 LEAST_SHARE = 0.015
 #: An effect must explain this share of all structure, else something else is missing.
 EXPLAINS = 0.8
+#: The same for effects with memory: laws of memory differ more in their formulas than laws of the loads.
+EXPLAINS_MEMORY = 0.69
 #: The same along its own loads, where less noise blurs the answer: more than this left, and its form is another one.
 BENT = 0.17
+BENT_MEMORY = 0.31
 #: Whitened squared misfit that is needed to judge a form.
 SEEN = 30.0
 #: Structure beside an effect matters from this share of the effect's own part on.
@@ -68,16 +71,18 @@ class Evidence:
         """Whether structure is left that matters."""
         winner = self.winner
         named = winner is not None and self.present
+        memory = winner is not None and winner.prepared.candidate.effect.needs_state
         if winner is not None and named and self.misfit.p_value < 0.001:
             excess = self.misfit.excess
-            if excess > SEEN and excess / (winner.gain + excess) > BENT:
+            if excess > SEEN and excess / (winner.gain + excess) > (BENT_MEMORY if memory else BENT):
                 return True
         matters = min(LEAST_SHARE, BESIDE * self.share) if named else LEAST_SHARE
         if self.structure.p_value >= STRUCTURE_LEVEL or self.structure_share <= matters:
             return False
         if winner is None or not named:
             return True
-        return winner.gain / (winner.gain + self.structure.excess) < EXPLAINS
+        share = winner.gain / (winner.gain + self.structure.excess)
+        return share < (EXPLAINS_MEMORY if memory else EXPLAINS)
 
 
 def decide(evidence: Evidence, kinds: Mapping[str, str]) -> str:
