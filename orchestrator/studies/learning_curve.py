@@ -58,6 +58,8 @@ class LearningCurvePlan:
         Every so many points of a time series are learned from; in the search, of these again every so many.
     steps : int
         Steps of the optimiser of a network, whatever the size of the training set.
+    parameters : mapping
+        Parameters of models that are other than those of `train`.
     grids : mapping
         Parameters to search by data collection and model.
     accuracy : float
@@ -76,6 +78,7 @@ class LearningCurvePlan:
     thin: int = 5
     search_thin: int = 5
     steps: int = 3200
+    parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     grids: Grids = field(default_factory=lambda: GRIDS)
     accuracy: float = ACCURACY
     tests: str = FULL_PLAN
@@ -227,4 +230,7 @@ def _facts_job(plan: LearningCurvePlan, lubricant: str) -> Job:
 
 
 def _parameters(plan: LearningCurvePlan, models: Sequence[str]) -> dict[str, Any]:
-    return {"ffnn": {"steps": plan.steps}} if "ffnn" in models else {}
+    given = {
+        m: dict(plan.parameters.get(m, {})) | ({"steps": plan.steps} if m == "ffnn" else {}) for m in models
+    }
+    return {m: parameters for m, parameters in given.items() if parameters}

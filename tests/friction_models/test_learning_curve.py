@@ -121,12 +121,12 @@ def lesson(seed: int, tests: int = 6) -> tuple[np.ndarray, np.ndarray, np.ndarra
 def test_models_trained_together_are_those_trained_one_by_one() -> None:
     """Different data, scaling, seeds, decay and shapes; also one that stops long before the others."""
     data = [lesson(seed) for seed in range(4)]
-    common: dict[str, Any] = {"hidden": (5,), "members": 2, "epochs": 30}
+    common: dict[str, Any] = {"hidden": (5,), "members": 2, "epochs": 12}
     together = [
-        FeedForwardFriction(seed=1, weight_decay=0.1, patience=30, **common),
-        FeedForwardFriction(seed=2, weight_decay=3.0, patience=30, **common),
+        FeedForwardFriction(seed=1, weight_decay=0.1, patience=12, **common),
+        FeedForwardFriction(seed=2, weight_decay=3.0, patience=12, **common),
         FeedForwardFriction(seed=3, patience=1, learning_rate=0.05, **common),
-        FeedForwardFriction(seed=4, patience=30, members=3, hidden=(4, 3), epochs=12),
+        FeedForwardFriction(seed=4, patience=12, members=3, hidden=(4, 3), epochs=8),
     ]
     alone = [clone(model).fit(*own) for model, own in zip(together, data)]
     fit_together(together, data)

@@ -34,6 +34,7 @@ from ..friction_models.made_up import campaign
 NETWORK: dict[str, Any] = {"ffnn": {"hidden": [[4]], "weight_decay": [0.1, 1.0]}}
 TINY = LearningCurvePlan(
     sizes=(5, 9, 90), repeats=3, thin=2, search_thin=1, steps=40,
+    parameters={"gradient_boosting": {"trees": 10}, "ffnn": {"members": 1}},
     grids={SERIES: {"gradient_boosting": {"min_points": [3]}, **NETWORK}, AVERAGE: NETWORK},
 )  # fmt: skip
 
