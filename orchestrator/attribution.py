@@ -25,6 +25,9 @@ from .system import System
 if TYPE_CHECKING:
     from forming.press import PressCurves, PressLevel
 
+#: Share of the recorded stroke below which a run counts as short.
+SHORT = 0.8
+
 
 def attribute(
     press: PressCurves | str | Path,
@@ -66,6 +69,13 @@ def attribute(
         on_common_stroke(level, base, found.mesh_size)
         for (_, level), base in zip(pairs, found.base, strict=True)
     ]
+    for (_, level), v in zip(pairs, levels, strict=True):
+        recorded = float(level.curves.groupby("repeat")["stroke"].max().min())
+        if v.stroke[-1] < SHORT * recorded:
+            warnings.append(
+                f"{level.file}: the system's run ends at {v.stroke[-1]:.1f} mm, the press at {recorded:.1f} mm of stroke; "
+                "what comes after was not judged (a longer stop_time, or speed of the forming FMU)"
+            )
     synthetic = curves.synthetic or any(p.system.synthetic for p in plants)
     return attribution(levels, found, synthetic, [*warnings, *found.warnings])
 

@@ -115,7 +115,10 @@ class Attribution:
             f"Deviation of the force (rms): {d['before']:.2f} kN, with what is named {d['after']:.2f} kN; "
             f"scatter to expect {d['scatter']:.2f} kN"
         )
-        lines += [f"  {x['level']:<28} {x['rms_kN']:.2f} kN" for x in self.levels]
+        lines += [
+            f"  {x['level']:<28} {x['rms_kN']:.2f} kN over {x['stroke_mm'][0]:.1f} to {x['stroke_mm'][1]:.1f} mm of stroke"
+            for x in self.levels
+        ]
         lines += ["", "Causes, each alone (gain: drop of the whitened squared error less 2 a strength)"]
         for f in self.ranking[:8]:
             values = ", ".join(

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from friction_models.discovery.shown import with_unit
 from friction_models.loads import LOAD_NAMES, LOADS, FloatArray
 
 from .contact_history import ContactHistory
@@ -176,18 +177,18 @@ class Coverage:
     def report(self) -> str:
         """Return the text report, the result in one sentence first."""
         lines = [self.sentence, *(["(synthetic data)"] if self.synthetic else []), ""]
-        lines.append(f"{'load':<10}{'tested':>22}{'process':>22}{'area outside':>15}{'work outside':>15}")
+        lines.append(f"{'load':<14}{'tested':>22}{'process':>22}{'area outside':>15}{'work outside':>15}")
         for s in self.loads:
             tested, asked = ("{:.4g} to {:.4g}".format(*x[0]) for x in (s.tested, s.asked))
             lines.append(
-                f"{s.names[0]:<10}{tested:>22}{asked:>22}{100 * s.area:13.1f} %{100 * s.work:13.1f} %"
+                f"{with_unit(s.names[0]):<14}{tested:>22}{asked:>22}{100 * s.area:13.1f} %{100 * s.work:13.1f} %"
             )
         worst = [
             p for p in sorted(self.pairs, key=lambda p: -max(p.area, p.work)) if max(p.area, p.work) >= 5e-4
         ]
         lines += ["", "Combinations that were not tested, though each load alone was:"]
         lines += [
-            f"{' with '.join(p.names):<54}{100 * p.area:13.1f} %{100 * p.work:13.1f} %" for p in worst[:6]
+            f"{' with '.join(p.names):<58}{100 * p.area:13.1f} %{100 * p.work:13.1f} %" for p in worst[:6]
         ] or ["none"]
         if self.proposals:
             lines += ["", "Tests that would cover more (share of the process that each adds)"]

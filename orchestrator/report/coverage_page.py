@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..coverage import SLOW, Coverage, Region, cell_map, natural, unit_of
+from friction_models.discovery.shown import with_unit
+
+from ..coverage import SLOW, Coverage, Region, cell_map, natural
 from ..runs import versions
 from .markup import bullets, escape, paragraph, table
 from .page import Page, figure
@@ -31,7 +33,7 @@ def coverage_page(coverage: Coverage, label: str) -> str:
     )
     rows = [
         (
-            s.names[0],
+            with_unit(s.names[0]),
             "{:.4g} to {:.4g}".format(*s.tested[0]),
             "{:.4g} to {:.4g}".format(*s.asked[0]),
             f"{100 * s.area:.1f} %",
@@ -79,7 +81,7 @@ def coverage_page(coverage: Coverage, label: str) -> str:
                     )
                     for p in coverage.proposals
                 ],
-                numeric=range(5),
+                numeric=range(1, 5),
             ),
         )
     if coverage.beyond_rig:
@@ -131,10 +133,11 @@ def _maps(coverage: Coverage, names: list[str]) -> Any:
             )  # fmt: skip
         for axis, name, edges in (("x", first, x), ("y", second, y)):
             places, texts = _ticks(name, float(edges[0]), float(edges[-1]))
-            unit = f" [{unit_of(name)}]" if unit_of(name) else ""
             update = chart.update_xaxes if axis == "x" else chart.update_yaxes
-            update(title_text=f"{name}{unit}", tickvals=places, ticktext=texts, row=row, col=column)
+            update(title_text=with_unit(name), tickvals=places, ticktext=texts, row=row, col=column)
     dress(chart, 270 * rows + 60)
+    chart.update_xaxes(zeroline=False)
+    chart.update_yaxes(zeroline=False)
     return chart
 
 
