@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import platform
 from collections.abc import Mapping
 from functools import cache
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
+from .intervals import SD_OFFSET, SIGMA_OFFSET, V_OFFSET
 from .loads import LOADS
 
 if TYPE_CHECKING:
@@ -67,21 +69,27 @@ def _interval_lines(interval: Mapping[str, Any]) -> list[str]:
         "student": "Student's t over the tests, which are too few for a quantile",
     }
     slopes = ", ".join(f"{name} {value:+.4g}" for name, value in interval["slopes"].items() if value)
+    if slopes:
+        margin = (
+            f"{interval['factor']:.4g} exp({interval['constant']:.4g} + sum of slope x feature), with the slopes {slopes}; the "
+            f"features are T, log(v_rel + {V_OFFSET:g}), log(sigma_n + {SIGMA_OFFSET:g}), log(sd + {SD_OFFSET:g}), log(psi)"
+        )
+    else:
+        margin = f"{interval['factor'] * math.exp(interval['constant']):.4g} everywhere in the domain"
     lines = [
         *("", "## Prediction interval", ""),
         f"Holds {interval['level']:.0%} of the points of new tests: mu +- margin, cut at 0.",
         "",
         f"- From the errors of {interval['tests']} whole tests ({interval['points']} points): {interval['source']}",
         f"- Method: {interval['method']} ({how.get(interval['method'], 'not recorded')})",
-        f"- Margin: exp({interval['constant']:.4g}{' + slopes' if slopes else ''}) x {interval['factor']:.4g}",
-        f"- Slopes: {slopes or 'none, the margin is the same everywhere in the domain'}",
+        f"- Margin: {margin}",
         "- Outside the domain: the margin at the nearest point of the domain, times (1 + distance); no coverage is promised",
     ]
     if interval["coverage"]:
         lines += [
             *(
                 "",
-                "| tests | expected | within (each test alike) | 95 % interval of it | worst test | mean width | tests |",
+                "| role | expected | within (each test alike) | 95 % interval of it | worst test | mean width | tests |",
             ),
             "|---|---|---|---|---|---|---|",
         ]
