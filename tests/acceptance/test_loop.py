@@ -20,9 +20,13 @@ from friction_models.loads import LOAD_NAMES, DataSet
 from orchestrator import Run
 from orchestrator.demo import Demo, Level, Scenario, printed_summary
 from orchestrator.report import write_report
+from sct_twin.virtual_lab.plans import complete_plan
+from tests.acceptance.conftest import short_plan
 
 Tribofmu = Callable[..., str]
-PLAN, HIDDEN, SEED = "reduced-27+10", "stribeck", 7
+HIDDEN, SEED = "stribeck", 7
+#: Tests that train, and tests that are held out.
+TRAIN, HELD = 14, 6
 SYSTEM = """
 name: short extrusion
 communication_step: 0.04
@@ -48,22 +52,24 @@ def read(path: Path) -> dict[str, object]:
 
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("new-user")
+    folder = tmp_path_factory.mktemp("new-user")
+    short_plan(folder / "plan.csv", "reduced-27+10", SEED, HELD, sliding=30.0)
+    return folder
 
 
 def test_lab_ingest_twin(home: Path, tribofmu: Tribofmu) -> None:
-    options = ["--plan", PLAN, "--hidden", HIDDEN, "--seed", SEED, "--jobs", 1]
+    options = ["--plan", home / "plan.csv", "--hidden", HIDDEN, "--seed", SEED, "--jobs", 1]
     assert "synthetic" in tribofmu("lab", *options, "-o", home / "lab")
-    assert "37 tests" in tribofmu("ingest", home / "lab", "-o", home / "campaign")
+    assert f"{TRAIN + HELD} tests" in tribofmu("ingest", home / "lab", "-o", home / "campaign")
     assert not (home / "campaign" / "truth.json").exists()
     assert "synthetic data set" in tribofmu("twin", home / "campaign", "-o", home / "data", "--jobs", 1)
     data = DataSet.load(home / "data")
     assert data.synthetic
     assert {k: len(v.tests) for k in ("train", "test") if (v := data.select(k)).tests is not None} == {
-        "train": 27,
-        "test": 10,
+        "train": TRAIN,
+        "test": HELD,
     }
-    assert len(list((home / "data" / "twin").glob("*.nc"))) == 37
+    assert len(list((home / "data" / "twin").glob("*.nc"))) == TRAIN + HELD
 
 
 def test_train_evaluate_predict(home: Path, tribofmu: Tribofmu) -> None:
@@ -78,7 +84,14 @@ def test_train_evaluate_predict(home: Path, tribofmu: Tribofmu) -> None:
 
 
 def test_diagnose_names_the_hidden_effect(home: Path, tribofmu: Tribofmu) -> None:
-    out = ["--json", home / "diagnosis.json", "--report", home / "diagnosis.html"]
+    out = [
+        "--json",
+        home / "diagnosis.json",
+        "--report",
+        home / "diagnosis.html",
+        "--plan",
+        home / "next.csv",
+    ]
     said = tribofmu("diagnose", "--data", home / "data", "--model", home / "linear", *out)
     assert "synthetic" in said
     found = read(home / "diagnosis.json")
@@ -87,6 +100,10 @@ def test_diagnose_names_the_hidden_effect(home: Path, tribofmu: Tribofmu) -> Non
     assert HIDDEN in found["confusion_set"]  # type: ignore[operator]
     html = (home / "diagnosis.html").read_text(encoding="utf-8")
     assert HIDDEN in html and "synthetic data" in html
+    proposed = complete_plan(
+        pd.read_csv(home / "next.csv"), SEED, "next.csv"
+    )  # what `lab --plan` does with it
+    assert 1 <= len(proposed) == len(set(proposed["test_id"]))
 
 
 def test_refine_lets_the_error_fall_on_unseen_tests(home: Path, tribofmu: Tribofmu) -> None:
@@ -104,11 +121,14 @@ def test_compare_models_on_held_out_tests(home: Path, tribofmu: Tribofmu) -> Non
     shown = tribofmu("compare", "--models", *models, "--data", home / "data", "--json", home / "compare.json")
     assert "synthetic" in shown
     result = read(home / "compare.json")
-    assert result["tests"] == 10
+    assert result["tests"] == HELD
     assert result["ranking"][0] == "better" and result["ranking"][-1] == "0.08"  # type: ignore[index]
+    # The FMU is the model, held-out points outside the trained domain moved to its edge.
+    held, linear = DataSet.load(home / "data").select("test"), load_model(home / "linear")
+    loads = held.points[list(LOAD_NAMES)].to_numpy()
+    error = linear.predict(linear.domain.clamp(loads)) - held.points["mu"].to_numpy()
     rmse = {name: m["rmse"] for name, m in result["models"].items()}  # type: ignore[attr-defined]
-    # The FMU is the model, but for held-out points a little outside the trained domain, where it clamps.
-    assert rmse["scalar"] == pytest.approx(rmse["linear"], rel=1e-4)
+    assert rmse["scalar"] == pytest.approx(float(np.sqrt(np.mean(error**2))), rel=1e-6)
 
 
 def test_pack_check_simulate(home: Path, tribofmu: Tribofmu) -> None:
@@ -153,7 +173,12 @@ class Watch:
 def demo(home: Path, tmp_path_factory: pytest.TempPathFactory) -> Demo:
     """A small demo on the same campaign: one level of the press, a short stroke, a quick second model."""
     scenario = Scenario(
-        hidden=HIDDEN, seed=SEED, plan=PLAN, other="polynomial", levels=(Level(20.0, 100.0),), stroke=10.0
+        hidden=HIDDEN,
+        seed=SEED,
+        plan=str(home / "plan.csv"),
+        other="polynomial",
+        levels=(Level(20.0, 100.0),),
+        stroke=7.0,
     )
     folder = tmp_path_factory.mktemp("demo")
     if (home / "data" / "twin").is_dir():  # the same records: the twin takes what it knows already
@@ -234,5 +259,5 @@ def test_compare_on_press_curves(demo: Demo, tribofmu: Tribofmu, tmp_path: Path)
         "compare", "--models", *models, "--data", demo.out / "press", "--json", tmp_path / "forces.json"
     )
     assert "synthetic press curves" in shown and "MARE" in shown
-    before, after = read(tmp_path / "forces.json")["models"]  # type: ignore[misc]
+    before, after = json.loads((tmp_path / "forces.json").read_text(encoding="utf-8"))["models"]
     assert after["max_force"]["mare"] < before["max_force"]["mare"]

@@ -6,11 +6,14 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+from tests.acceptance.conftest import short_plan
+
 Tribofmu = Callable[..., str]
 
 
 def test_nothing_is_accused_where_nothing_is_hidden(tmp_path: Path, tribofmu: Tribofmu) -> None:
-    tribofmu("lab", "--plan", "reduced-27", "--seed", 11, "--jobs", 1, "-o", tmp_path / "lab")
+    plan = short_plan(tmp_path / "plan.csv", "reduced-27", seed=11, held_out=0, sliding=20.0)
+    tribofmu("lab", "--plan", plan, "--seed", 11, "--jobs", 1, "-o", tmp_path / "lab")
     tribofmu("twin", tmp_path / "lab", "-o", tmp_path / "data", "--jobs", 1)
     out = ["--json", tmp_path / "diagnosis.json"]
     tribofmu("diagnose", "--data", tmp_path / "data", "--model", "linear", *out)
