@@ -37,9 +37,11 @@ QUICK_GRIDS: Grids = {
     SERIES: {"gradient_boosting": {"min_points": [12]}, "ffnn": QUICK_NETWORKS},
     AVERAGE: {"gradient_boosting": {"min_points": [2]}, "ffnn": QUICK_NETWORKS},
 }
-#: Expected CPU time [s] of one repeat of a fit by model, and of starting a job; for estimates.
-FIT_SECONDS = {MEAN: 0.01, "linear": 0.02, "polynomial": 0.03, "power_law": 0.05, "gradient_boosting": 0.5}
-NETWORK_SECONDS, START_SECONDS = 22.0, 3.0
+#: Expected CPU time [s] of one fit by model, and of starting a job; for estimates.
+FIT_SECONDS = {MEAN: 0.01, "linear": 0.02, "polynomial": 0.02, "power_law": 0.02, "gradient_boosting": 0.25}
+START_SECONDS = 2.0
+#: The same of the networks of a size: search and ten repeats, and what each test of a time series adds.
+NETWORK_SECONDS, NETWORK_SECONDS_A_TEST = 10.0, 0.45
 
 
 @dataclass(frozen=True)
@@ -192,7 +194,7 @@ def _learning_job(
     fits = plan.repeats + (15 if grid else 0)
     seconds = START_SECONDS + len(sizes) * fits * sum(FIT_SECONDS.get(m, 0.0) for m in models)
     if "ffnn" in models:
-        seconds += NETWORK_SECONDS * plan.steps / 3200 * plan.repeats / 10
+        seconds += sum(_network_seconds(plan, collection, size) for size in sizes)
     return Job(
         f"{lubricant}-{collection}-{label}",
         "orchestrator.studies.learning_curve_jobs:learn",
@@ -225,8 +227,14 @@ def _facts_job(plan: LearningCurvePlan, lubricant: str) -> Job:
             "seed": plan.seed,
         },
         needs=(data_name(lubricant),),
-        seconds=START_SECONDS + NETWORK_SECONDS * plan.steps / 3200,
+        seconds=START_SECONDS + _network_seconds(plan, AVERAGE, 0),
     )
+
+
+def _network_seconds(plan: LearningCurvePlan, collection: str, size: int) -> float:
+    length = size * 5 / plan.thin if collection == SERIES else 0.0
+    work = NETWORK_SECONDS + NETWORK_SECONDS_A_TEST * length
+    return work * plan.steps / 3200 * (5 + plan.repeats) / 15
 
 
 def _parameters(plan: LearningCurvePlan, models: Sequence[str]) -> dict[str, Any]:
