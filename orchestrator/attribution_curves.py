@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 PLACES = 32
 #: Least that a mesh moves a curve by, relative to its largest force: slowly along the stroke, and at random.
 MESH_ERROR = (0.002, 0.001)
+#: Independent pieces of its error that one other mesh shows along a stroke: so few know their size poorly.
+MESH_FREEDOM = 4.0
 #: Share of the stroke over which relative sensitivities are smoothed: meshes make them ripple.
 SMOOTH = 0.08
 #: Scatter of the force that is assumed where nothing was repeated.
@@ -120,7 +122,8 @@ def mesh_error(levels: Sequence[Level], found: Sensitivities) -> tuple[float, fl
         noise = float(np.mean(np.diff(change, 2) ** 2)) / 6.0
         white += noise / len(levels)
         slow += max(float(np.mean(change**2)) - noise, 0.0) / len(levels)
-    return max(MESH_ERROR[0], float(np.sqrt(slow))), max(MESH_ERROR[1], float(np.sqrt(white)))
+    wide = MESH_FREEDOM / (MESH_FREEDOM - 2.0)
+    return max(MESH_ERROR[0], float(np.sqrt(wide * slow))), max(MESH_ERROR[1], float(np.sqrt(wide * white)))
 
 
 def whiteners(levels: Sequence[Level], mesh: tuple[float, float], notes: list[str]) -> list[FloatArray]:

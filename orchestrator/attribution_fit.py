@@ -124,7 +124,7 @@ def _curves(
 
 def _visible(parts: Sequence[Cause], X: FloatArray) -> float:
     """Return how many standard errors the sensitivity's step is worth (for causes of the press: a usual size)."""
-    usual = {"compliance": 1e-3, "stroke_zero": 0.05, "force_gain": 0.01}
+    usual = {"compliance": 1e-3, "stroke_zero": 0.05, "force_gain": 0.02}
     steps = [usual.get(c.name, c.step) for c in parts]
     return float(max(np.linalg.norm(X[:, k] * s) for k, s in enumerate(steps)))
 
