@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated
 
 import typer
@@ -22,6 +23,9 @@ def learning_curve(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of laboratory, training sets and models.")] = 0,
+    accuracy: Annotated[
+        float, typer.Option(min=1e-5, max=1.0, help="Error in mu that is asked for (changes no job).")
+    ] = 0.01,
     quick: Quick = False,
     dry_run: DryRun = False,
     jobs: Jobs = None,
@@ -40,7 +44,7 @@ def learning_curve(
     from ..studies.measurements import chosen_data
 
     plan = LearningCurvePlan.quick(seed) if quick else LearningCurvePlan(seed=seed)
-    study = LearningCurveStudy.of(plan, chosen_data(data))
+    study = LearningCurveStudy.of(replace(plan, accuracy=accuracy), chosen_data(data))
     campaign = study.campaign(out)
     results = run_campaign(campaign, "learning curve", jobs, scheduler, dry_run)
     if results is None:

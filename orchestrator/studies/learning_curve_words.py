@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+from friction_models import PolynomialFriction
 from friction_models.training.learning_curve import NeededTests
 
 from .learning_curve_jobs import AVERAGE, MEAN, SERIES
@@ -70,27 +71,34 @@ def _number(needed: NeededTests) -> str:
 
 def _why(curves: LearningCurves) -> list[str]:
     lines = []
+    if "polynomial" in curves.models:
+        terms = len(PolynomialFriction().terms) + 1
+        lines.append(
+            f"One point a test does not determine a polynomial of {terms} coefficients before there are about as many "
+            "tests; within a time series distance, temperature and speed move, which ties more of them down."
+        )
     for lubricant, f in curves.facts.items():
         between, within = f["scatter_between_tests"] ** 2, f["scatter_within_tests"] ** 2
         share = between / (between + within) if between + within > 0 else 0.0
-        lines.append(
+        text = (
             f"{lubricant}: {share:.0%} of the variance of mu in the held-out tests lies between tests, {1 - share:.0%} within "
-            f"them. Averages hold the first part only; a model that knew the mean of every test, and nothing else, would "
+            "them. Averages hold the first part only: a model that knew the mean of every test, and nothing else, would "
             f"have an MAE of {f['mae_own_mean_of_test']:.4f}."
         )
         mean = curves.curve(lubricant, SERIES, MEAN)
         if mean is not None and mean.percentile[0] < curves.accuracy:
-            lines.append(
-                f"{lubricant}: the mean of {mean.sizes[0]} tests, without any model, is already off by only "
-                f"{mean.percentile[0]:.4f} (0.95 percentile; {f['mae_mean_of_training']:.4f} with all tests): mu varies so "
-                f"little that {curves.accuracy:g} says when a model stops failing, not when it is good. The second "
-                "limit, near the lowest error, says the latter."
+            text += (
+                f" The mean of {mean.sizes[0]} tests, without any model, is already off by only "
+                f"{mean.percentile[0]:.4f} (0.95 percentile): mu varies so little that {curves.accuracy:g} says when a "
+                "model stops failing, not when it is good. The second limit, near the lowest error, says the latter."
             )
-        if f["not_varied"]:
-            lines.append(
-                f"{lubricant}: the averages of {', '.join(f['not_varied'])} are nearly the same in all tests; average-based "
-                "models do not get what is left of it, which follows other loads and would be taken for a cause."
-            )
+        lines.append(text)
+    same = sorted({name for f in curves.facts.values() for name in f["not_varied"]})
+    if same:
+        lines.append(
+            f"The averages of {', '.join(same)} are nearly the same in all tests: average-based models do not get what is "
+            "left of it, which follows other loads and would be taken for a cause (it would make them worse)."
+        )
     return lines
 
 
