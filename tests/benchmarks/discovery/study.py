@@ -40,6 +40,8 @@ TWINS = (
     {"running_in", "static_peak", "rate_state"},
     {"thermal_softening", "thermal_breakdown", "twin_heating", "flash_temperature"},
 )
+#: Twins that no plan of constant speeds and pressures tells apart.
+INHERENT = TWINS[0] | {"running_in", "rate_state"}
 MUST = {
     "false alarms, nothing missing": "at most 5 %",
     "right effect first": "at least 90 %",
@@ -212,6 +214,7 @@ def summary(results: Sequence[dict[str, Any]]) -> Section:
         *((f"... {n} forms", [_first(r) for r in single if r["forms"] == n]) for n in SETS),
         *((f"... noise {n:g}", [_first(r) for r in single if r["noise"] == n]) for n in NOISE_LEVELS),
         (f"... beyond a linear law at least {SEEN:g} of the scatter", [_first(r) for r in seen]),
+        ("... outside the twins of pressure and of memory", [_first(r) for r in single if r["hidden"][0] not in INHERENT]),
         ("truth in the confusion set", [_inside(r) for r in single]),
         *((f"... {n} forms", [_inside(r) for r in single if r["forms"] == n]) for n in SETS),
         (f"... beyond a linear law at least {SEEN:g} of the scatter", [_inside(r) for r in seen]),
