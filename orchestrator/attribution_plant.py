@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from friction_models.loads import MU, InputError
 
+from .connections import split_connection
 from .fmu_files import FmuDescription, describe
 from .system import System
 
@@ -58,8 +59,13 @@ class Plant:
                 f"{system.source}: {len(forming)} components have stroke, force and mu; allowed: one forming process"
             )
         name = forming[0]
-        lines = [c.replace(" ", "").partition("->") for c in system.connections]
-        sources = [a.rpartition(".")[0] for a, _, b in lines if b.partition("[")[0] == f"{name}.{MU.name}"]
+        lines = [parts for c in system.connections if (parts := split_connection(c)) is not None]
+        wanted = f"{name}.{MU.name}"
+        sources = [
+            source.rpartition(".")[0]
+            for source, target, _ in lines
+            if target.partition("[")[0].strip() == wanted
+        ]
         if not sources or len(set(sources)) != 1:
             raise InputError(
                 f"{system.source}: {name}.mu comes from {len(set(sources))} components; allowed: one friction FMU"
