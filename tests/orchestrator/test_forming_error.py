@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -216,7 +217,11 @@ def test_refused(tmp_path: Path) -> None:
     assert chosen_press([f"lab={press}", str(press)]) == [("lab", press), ("", press)]
 
 
-def test_the_command_on_data_of_ones_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_on_data_of_ones_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small = replace(Plan.quick(), models=("linear",), constants=(0.04,))
+    monkeypatch.setattr(Plan, "quick", lambda seed=0: small)  # every friction law costs a compiler
     data, out = data_folder(tmp_path / "data"), tmp_path / "out"
     press = press_folder(tmp_path / "press", ("Oil 7",), ("bce",), (20.0,))
     words = [
@@ -233,22 +238,22 @@ def test_the_command_on_data_of_ones_own(tmp_path: Path, capsys: pytest.CaptureF
         str(out),
     ]
     assert run([*words, "--dry-run"]) == 0
-    assert "9 jobs: 0 kept, 9 to do" in capsys.readouterr().out
+    assert "5 jobs: 0 kept, 5 to do" in capsys.readouterr().out
     assert run(words) == 0
     assert "backward cup extrusion, oil (1 levels)" in capsys.readouterr().out
     content = json.loads((out / "forming-error.json").read_text(encoding="utf-8"))
     rows = list(csv.DictReader((out / "runs.csv").open(encoding="utf-8")))
-    assert len(rows) == len(content["runs"]) == 4
+    assert len(rows) == len(content["runs"]) == 2
     assert not content["synthetic"] and {row["synthetic"] for row in rows} == {"False"}
-    # More friction, more force; the trained laws lie between 0.04 and 0.1.
+    # More friction, more force; the trained law lies between 0.06 and 0.1.
     force = {row["friction"]: float(row["max_force_kN"]) for row in rows}
-    assert force["constant 0.04"] < force["linear"] and force["constant 0.04"] < force["constant 0.08"]
+    assert force["constant 0.04"] < force["linear"]
     assert all(0.0 < float(row["friction_time_share"]) < 1.0 for row in rows)
     manifest = json.loads((out / "manifest.json").read_text(encoding="utf-8"))
-    assert len(manifest["jobs"]) == 9 and manifest["settings"]["levels"][0]["press_sha256"]
+    assert len(manifest["jobs"]) == 5 and manifest["settings"]["levels"][0]["press_sha256"]
     assert "Friction stress" in (out / "report.html").read_text(encoding="utf-8")
     assert run([*words, "--dry-run"]) == 0
-    assert "9 kept, 0 to do" in capsys.readouterr().out
+    assert "5 kept, 0 to do" in capsys.readouterr().out
 
 
 def test_a_level_goes_as_far_as_record_and_process_allow() -> None:
