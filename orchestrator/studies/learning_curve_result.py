@@ -104,6 +104,8 @@ class Comparison:
     lubricant, model : str
     accuracy : float
     series, average : NeededTests
+    own : NeededTests
+        Of the average-based data where the averages of the held-out tests judge it instead of their time series.
     fewer, more : float
         Shares of the resamples in which the time series needs fewer, or more, tests.
     """
@@ -113,6 +115,7 @@ class Comparison:
     accuracy: float
     series: NeededTests
     average: NeededTests
+    own: NeededTests
     fewer: float
     more: float
 
@@ -131,6 +134,7 @@ class Comparison:
             "accuracy": self.accuracy,
             "time_series": self.series.to_dict(),
             "average": self.average.to_dict(),
+            "average_judged_by_averages": self.own.to_dict(),
             "share_fewer": self.fewer,
             "share_more": self.more,
             "verdict": self.verdict,
@@ -218,9 +222,9 @@ class LearningCurves:
                     continue
                 limit = accuracy or CONVERGED * min(series.lowest[0], average.lowest[0])
                 shares = share_fewer(series.sizes, series.errors, average.errors, limit)
-                found.append(
-                    Comparison(lubricant, model, limit, series.needed(limit), average.needed(limit), *shares)
-                )
+                own = needed_with_interval(average.sizes, average.averages, limit)
+                needed = series.needed(limit), average.needed(limit), own
+                found.append(Comparison(lubricant, model, limit, *needed, *shares))
         return found
 
     def to_dict(self) -> dict[str, Any]:
