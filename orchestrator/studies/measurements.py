@@ -31,6 +31,8 @@ FULL_PLAN, QUICK_PLAN = "factorial-81+30", "reduced-27+10"
 TESTS_A_JOB = 14
 #: CPU time of one virtual test and its twin [s], and of starting [s]; for estimates.
 TEST_SECONDS, START_SECONDS = 1.2, 6.0
+#: CPU time of the upsetting runs of one specimen shape [s], where they are not known yet.
+SPECIMEN_SECONDS = 12.0
 #: Share of the tests held out, as 30 of 111, where a user's table of tests has no roles.
 HELD_OUT = 30 / 111
 #: Fewest tests of one's own: something to train on and something to judge by.
@@ -100,20 +102,27 @@ def measurement_jobs(lubricant: str, plan: str = FULL_PLAN, seed: int = 0) -> li
         Unknown lubricant or plan; the message holds the nearest one.
     """
     from sct_twin.virtual_lab import LUBRICANTS
-    from sct_twin.virtual_lab.plans import parse_plan
+    from sct_twin.virtual_lab.plans import make_plan
 
     from ..campaign import Job
 
     if lubricant not in LUBRICANTS:
         raise unknown_name("lubricant", lubricant, LUBRICANTS)
-    family, held_out = parse_plan(plan)
-    count = family.count + held_out
+    table = make_plan(plan, seed)
+    count = len(table)
     parts = -(-count // TESTS_A_JOB)
+    # Without the lubricant among the inputs: the lubricants share these jobs.
+    shapes = [
+        Job(f"specimens-{lubricant}-{psi:g}", f"{__name__}:upset", {"psi_set": psi}, seconds=SPECIMEN_SECONDS)
+        for psi in sorted({float(psi) for psi in table["psi_set"]})
+    ]
+    ready = tuple(job.name for job in shapes)
     jobs = [
         Job(
             f"tests-{lubricant}-{part + 1}",
             f"{__name__}:measure",
             {"lubricant": lubricant, "plan": plan, "seed": seed, "part": part, "parts": parts},
+            needs=ready,
             seconds=START_SECONDS + TEST_SECONDS * count / parts,
         )
         for part in range(parts)
@@ -122,7 +131,7 @@ def measurement_jobs(lubricant: str, plan: str = FULL_PLAN, seed: int = 0) -> li
     gather = Job(
         data_name(lubricant), f"{__name__}:gather", {"lubricant": lubricant}, needs=names, seconds=3.0
     )
-    return [*jobs, gather]
+    return [*shapes, *jobs, gather]
 
 
 def own_data_job(lubricant: str, place: Path, seed: int = 0) -> Job:
@@ -159,6 +168,22 @@ def load_measurements(result: JobResult, averages: bool = False) -> DataSet:
 
 
 # --- the functions of the jobs ------------------------------------------------------------------------
+
+
+def upset(
+    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
+) -> dict[str, Any]:
+    """Compute the upsetting runs of one specimen shape into the user's cache, where the laboratory finds them.
+
+    Only a matter of time: a laboratory that does not find them computes them itself.
+    """
+    from sct_twin.virtual_lab import Rig
+    from sct_twin.virtual_lab.plans import BORES, tip_diameter
+    from sct_twin.virtual_lab.specimen_runs import specimen_tables
+
+    psi = float(inputs["psi_set"])
+    specimen_tables({tip_diameter(psi) or 0.0: BORES[psi]}, Rig.realistic(), None, 1, lambda done, of: None)
+    return {"psi_set": psi}
 
 
 def measure(

@@ -178,9 +178,12 @@ def test_tests_are_held_out_where_none_have_roles(tmp_path: Path) -> None:
 
 def test_jobs_of_the_laboratory_cover_the_plan() -> None:
     jobs = measurement_jobs("mos2", "factorial-81+30", seed=4)
-    assert jobs[-1].name == "data-mos2" and set(jobs[-1].needs) == {job.name for job in jobs[:-1]}
-    parts = [(job.inputs["part"], job.inputs["parts"]) for job in jobs[:-1]]
-    assert parts == [(k, 8) for k in range(8)] and all(job.inputs["seed"] == 4 for job in jobs[:-1])
+    shapes, tests = jobs[:4], jobs[4:-1]
+    assert [job.inputs for job in shapes] == [{"psi_set": psi} for psi in (1.069, 5.0, 10.0, 20.0)]
+    assert jobs[-1].name == "data-mos2" and set(jobs[-1].needs) == {job.name for job in tests}
+    parts = [(job.inputs["part"], job.inputs["parts"]) for job in tests]
+    assert parts == [(k, 8) for k in range(8)] and all(job.inputs["seed"] == 4 for job in tests)
+    assert all(set(job.needs) == {shape.name for shape in shapes} for job in tests)
     full = LearningCurveStudy.of(LearningCurvePlan())
     trained = {
         (job.inputs["collection"], model, size)
