@@ -17,7 +17,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from friction_models.loads import write_json, write_text
 
-from . import coupling, discovery, fmu_cost, forming_sweep, kernels, sct_round_trip, tests_time
+from . import coupling, discovery, fmu_cost, forming_sweep, kernels, sct_round_trip, studies, tests_time
 from .common import Section, machine
 
 PARTS: dict[str, Callable[[Path], Section]] = {
@@ -28,6 +28,7 @@ PARTS: dict[str, Callable[[Path], Section]] = {
     "sct-round-trip": sct_round_trip.measure,
     "discovery": discovery.measure,
     "forming-sweep": forming_sweep.measure,
+    "studies": studies.measure,
 }
 KEPT = Path("build/benchmarks")
 HEAD = """# Benchmarks
