@@ -52,7 +52,8 @@ def forming_error(
     results = run_campaign(campaign, "forming error", jobs, scheduler, dry_run)
     if results is None:
         return
-    write_manifest(campaign, results, {"study": "forming-error", **study.settings()}, {"virtual_lab": seed})
+    settings = {"study": "forming-error", **study.settings(results)}
+    write_manifest(campaign, results, settings, {"virtual_lab": seed})
     errors = FormingErrors.of(study, results)
     if errors.runs:
         write_results(out, errors, forming_error_page(study, errors, campaign.manifest(results)))

@@ -180,7 +180,7 @@ def share_bars(errors: FormingErrors, what: str) -> Any:
             x=labels, y=y, name=title, marker={"color": COLORS[2 * number]},
             hovertemplate=f"%{{x}}, {title}: %{{y:.2f}} %<extra></extra>", **more,
         )  # fmt: skip
-    limit, note = (1.0, "bar: 1 %") if what == "time" else (100 * TAU_OVER_K, "paper: below 60 %")
+    limit, note = (1.0, "1 %") if what == "time" else (100 * TAU_OVER_K, "paper: below 60 %")
     chart.add_hline(
         y=limit,
         line={"color": SOFT, "width": 1.3, "dash": "dash"},

@@ -33,11 +33,13 @@ def forming_error_page(study: FormingErrorStudy, errors: FormingErrors, manifest
     page.add("models", "Models and where they were asked", *_models(errors))
     page.add("how", "How it was computed", _how(study, manifest))
     versions = manifest["versions"]
-    origin = (
-        "Every measurement in this report is synthetic: made by the virtual laboratory, not measured."
-        if errors.synthetic
-        else "Tests and press curves are the user's."
-    )
+    origin = "Tests and press curves are the user's."
+    if study.virtual:
+        origin = (
+            "Every measurement in this report is synthetic: made by the virtual laboratory, not measured."
+        )
+    elif errors.synthetic:
+        origin += " They say of themselves that they are synthetic, in part or all."
     return page.render(
         f"tribofmu {escape(versions['tribofmu'])}, Python {escape(versions['python'])}. {origin}"
     )
@@ -112,14 +114,16 @@ def _beside_paper(errors: FormingErrors) -> str:
     return table(["quantity", "paper", "here"], rows, numeric=(1, 2))
 
 
-def _change(value: float, std: float) -> str:
+def _change(value: float | None, std: float | None) -> str:
+    if value is None or std is None:
+        return "-"
     return f"{100 * value:+.0f} ± {100 * std:.0f} %"
 
 
 def _differs(study: FormingErrorStudy, errors: FormingErrors) -> list[str]:
     """What is not as in the paper."""
     points = []
-    if errors.synthetic:
+    if study.virtual:
         points += [
             "Measurements are those of a virtual laboratory with laws of its own for the two lubricants, so the size of an error says "
             "how well a model follows those laws, not the paper's lubricants.",
@@ -207,7 +211,7 @@ def _time(errors: FormingErrors) -> list[str]:
     return [
         chart,
         paragraph(
-            f"Largest share of a single run: {highest:.2f} %; {verdict}. Measured while other jobs ran beside."
+            f"Largest share of a single run: {highest:.2f} %; {verdict}. Measured in the jobs of the study, beside which others may have run."
         ),
     ]
 
@@ -220,11 +224,12 @@ def _tau(errors: FormingErrors) -> list[str]:
         "Bars of the highest friction stress over shear yield stress",
     )
     above = [r for r in errors.runs if r.tau_over_k >= TAU_OVER_K]
+    laws = ", ".join(dict.fromkeys(r.friction for r in above))
     text = (
         "All runs stay below 60 % as in the paper, so friction stays in the range where a coefficient has a meaning."
         if not above
-        else f"{len(above)} of {len(errors.runs)} runs exceed 60 % somewhere (constant friction at high pressure first): there a "
-        "coefficient of friction begins to lose its meaning."
+        else f"{len(above)} of {len(errors.runs)} runs reach 60 % or more somewhere ({laws}): there a coefficient of friction begins "
+        "to lose its meaning."
     )
     return [chart, paragraph(text)]
 
@@ -256,7 +261,7 @@ def _how(study: FormingErrorStudy, manifest: Mapping[str, Any]) -> str:
     plan = study.plan
     source = (
         f"virtual laboratory, plan {plan.tests}, seed {plan.seed}, {plan.repeats} strokes of the press a level"
-        if study.synthetic
+        if study.virtual
         else "the user's tests and press curves"
     )
     strokes = ", ".join(f"{name} {stroke:g} mm" for name, stroke in plan.strokes.items())

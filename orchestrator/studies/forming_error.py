@@ -15,7 +15,7 @@ from .models import ADVANCED, CONSTANTS, constant_job, model_job
 from .press_levels import StudyLevel, own_levels, virtual_levels
 
 if TYPE_CHECKING:
-    from ..campaign import Campaign, Job
+    from ..campaign import Campaign, Job, JobResult
 
 #: Punch travel [mm]: the rod passes its steady force, the cup is as deep as the virtual press draws it.
 STROKES = {"fre": 20.0, "bce": 12.0}
@@ -112,15 +112,15 @@ class FormingErrorStudy:
     Attributes
     ----------
     plan : Plan
-    synthetic : bool
-        Whether virtual laboratory and press stand in for measurements.
+    virtual : bool
+        Whether virtual laboratory and press stand in for measurements of one's own.
     frictions : tuple of Friction
     levels : tuple of StudyLevel
     jobs : tuple of Job
     """
 
     plan: Plan
-    synthetic: bool
+    virtual: bool
     frictions: tuple[Friction, ...]
     levels: tuple[StudyLevel, ...]
     jobs: tuple[Job, ...]
@@ -194,7 +194,14 @@ class FormingErrorStudy:
 
         return Campaign(folder, self.jobs, (*PACKAGES, *CODE))
 
-    def settings(self) -> dict[str, Any]:
+    def synthetic(self, results: Mapping[str, JobResult]) -> bool:
+        """Return whether any measurement is synthetic: of this study, or data of one's own that say so."""
+        data = [results.get(data_name(lubricant)) for lubricant in self.plan.lubricants]
+        return any(item.synthetic for item in self.levels) or any(
+            bool(found.values.get("synthetic")) for found in data if found is not None
+        )
+
+    def settings(self, results: Mapping[str, JobResult]) -> dict[str, Any]:
         """Return what the manifest says of the study: sizes, levels, and hashes of one's own press curves."""
         from ..campaign_keys import path_digest
 
@@ -207,7 +214,7 @@ class FormingErrorStudy:
             }
             for item in self.levels
         ]
-        return {**self.plan.to_dict(), "synthetic": self.synthetic, "levels": levels}
+        return {**self.plan.to_dict(), "synthetic": self.synthetic(results), "levels": levels}
 
 
 def run_name(item: StudyLevel, friction: Friction) -> str:

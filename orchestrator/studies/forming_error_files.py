@@ -34,7 +34,7 @@ def _write_csv(target: Path, rows: Sequence[Mapping[str, Any]], synthetic: bool)
 
 def table(errors: FormingErrors) -> str:
     """Return the summary as text: a block for each process and lubricant, and one over all."""
-    lines = ["synthetic measurements (virtual laboratory)"] if errors.synthetic else []
+    lines = ["synthetic measurements"] if errors.synthetic else []
     width = max(len(f.label) for f in errors.frictions) + 2
     group: tuple[str, str] | None = None
     for s in errors.summaries():

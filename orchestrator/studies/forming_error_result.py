@@ -84,7 +84,7 @@ class FormingErrors:
             for family in study.plan.models
             if (found := results.get(model_name(lubricant, family))) is not None
         ]
-        return cls(study.synthetic, study.frictions, tuple(runs), missing, tuple(models))
+        return cls(study.synthetic(results), study.frictions, tuple(runs), missing, tuple(models))
 
     def of_group(
         self, friction: str, lubricant: str | None = ALL, process: str | None = ALL
@@ -172,8 +172,8 @@ class FormingErrors:
             constants[0] if len(constants) == 1 else "",
             mean(measured),
             propagated(mean, measured, scatter),
-            spread(measured),
-            propagated(spread, measured, scatter),
+            spread(measured) if len(rows) > 1 else None,
+            propagated(spread, measured, scatter) if len(rows) > 1 else None,
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -211,4 +211,4 @@ def propagated(function: Callable[[FloatArray], float], values: FloatArray, std:
 
 
 def _spread(are: FloatArray) -> float:
-    return float(are.std(ddof=1)) if len(are) > 1 else 0.0
+    return float(are.std(ddof=1))

@@ -111,16 +111,18 @@ class Change:
     ----------
     friction, constant : str
         Labels; an empty `constant` stands for the mean over all constants.
-    mare, mare_std, spread, spread_std : float
-        Change of MARE and of the standard deviation over the levels, each with its uncertainty; -0.5 is half the error.
+    mare, mare_std : float
+        Change of MARE and its uncertainty; -0.5 is half the error.
+    spread, spread_std : float or None
+        The same of the standard deviation over the levels; None for a single level, which has none.
     """
 
     friction: str
     constant: str
     mare: float
     mare_std: float
-    spread: float
-    spread_std: float
+    spread: float | None
+    spread_std: float | None
 
     def to_dict(self) -> dict[str, Any]:
         """Return one row of numbers."""

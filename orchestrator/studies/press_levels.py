@@ -35,12 +35,15 @@ class StudyLevel:
         Name of the job that presses it; empty for one's own curves.
     file : Path or None
         CSV of one's own curves.
+    synthetic : bool
+        Whether a virtual press made the curves, now or before.
     """
 
     lubricant: str
     level: Level
     job: str = ""
     file: Path | None = None
+    synthetic: bool = False
 
     def measured(self, results: Mapping[str, JobResult]) -> PressCurve | None:
         """Return the measured curves; None where the job that presses them failed."""
@@ -83,7 +86,7 @@ def virtual_levels(
             for T_tool, speed in conditions:
                 level = Level(process, T_tool, speed, stroke, parameters)
                 name = f"press-{lubricant}-{level.name}"
-                levels.append(StudyLevel(lubricant, level, name))
+                levels.append(StudyLevel(lubricant, level, name, synthetic=True))
                 inputs = {
                     "lubricant": lubricant,
                     "process": process,
@@ -179,7 +182,9 @@ def own_levels(
             if lubricant not in lubricants:
                 raise unknown_name("lubricant", lubricant, lubricants, f"--press {folder}: none of --data")
             level = Level.of(each, press.info, strokes[each.process], STEP)
-            levels.append(StudyLevel(lubricant, level, file=Path(folder) / each.file))
+            levels.append(
+                StudyLevel(lubricant, level, file=Path(folder) / each.file, synthetic=each.synthetic)
+            )
     seen = [(item.lubricant, item.level.name) for item in levels]
     for lubricant, name in seen:
         if seen.count((lubricant, name)) > 1:

@@ -36,6 +36,7 @@ def press_folder(
     lubricants: tuple[str, ...],
     processes: tuple[str, ...] = ("fre", "bce"),
     T_tools: tuple[float, ...] = tuple(RISES),
+    synthetic: bool = False,
 ) -> Path:
     """Press curves that rise in proportion to the stroke, five repeats each."""
     stroke = np.linspace(0.0, 0.45, 46)
@@ -51,7 +52,7 @@ def press_folder(
                     ]
                 )
                 file = f"{process}_{lubricant}_{T_tool:g}.csv"
-                levels.append(PressLevel(process, T_tool, 5.0, lubricant, file, curves))
+                levels.append(PressLevel(process, T_tool, 5.0, lubricant, file, curves, synthetic))
     PressCurves(tuple(levels), {"process": {"mesh_size": 0.9}, "T_billet_degC": 20.0}).save(folder)
     return folder
 
@@ -126,6 +127,30 @@ def test_errors_are_those_of_plain_arithmetic(study: FormingErrorStudy) -> None:
     assert "forward rod extrusion, oil (2 levels)" in text and "synthetic" not in text
 
 
+def test_data_of_ones_own_that_are_synthetic_are_called_so(study: FormingErrorStudy, tmp_path: Path) -> None:
+    results = made_up_results(study)
+    assert not FormingErrors.of(study, results).synthetic and not study.settings(results)["synthetic"]
+    measured = {"data-oil": JobResult("data-oil", {"synthetic": True}, Path(), 1.0)}
+    errors = FormingErrors.of(study, results | measured)
+    assert errors.synthetic and study.settings(results | measured)["synthetic"]
+    assert table(errors).startswith("synthetic measurements")
+    press = press_folder(tmp_path / "press", ("oil",), ("bce",), (20.0,), synthetic=True)
+    single = FormingErrorStudy.of(Plan.quick(), {"oil": data_folder(tmp_path / "data")}, [("", press)])
+    errors = FormingErrors.of(single, made_up_results(single))
+    assert errors.synthetic and not single.virtual
+    # One level has no standard deviation, so none that changes.
+    assert {c.spread for c in errors.changes()} == {None} and all(c.mare != -1.0 for c in errors.changes())
+    manifest = {
+        "versions": {"tribofmu": "0", "python": "3"},
+        "jobs": {},
+        "failed": [],
+        "sources": {"sha256": ""},
+    }
+    page = forming_error_page(single, errors, manifest)
+    assert "synthetic data" in page and "the user's tests and press curves" in page.replace("&#x27;", "'")
+    assert "virtual laboratory" not in page
+
+
 def test_uncertainty_of_a_change_is_that_of_repeated_experiments() -> None:
     rng = np.random.default_rng(3)
     press, std = np.array([100.0, 200.0, 300.0]), np.array([2.0, 3.0, 4.0])
@@ -156,7 +181,7 @@ def test_missing_runs_and_the_page(study: FormingErrorStudy) -> None:
         "13 ± 4 %",
         "-52 %",
         "+18 %",
-        "8 of 31 runs exceed 60 %",
+        "8 of 31 runs reach 60 % or more somewhere (constant 0.08)",
         "1 pairs have no result",
         "every run is below 1 %",
     ):
@@ -168,7 +193,7 @@ def test_missing_runs_and_the_page(study: FormingErrorStudy) -> None:
 def test_the_plan_of_the_paper() -> None:
     study = FormingErrorStudy.of(Plan.full(seed=3))
     runs = [job for job in study.jobs if job.name.startswith("run-")]
-    assert len(runs) == 252 and study.synthetic
+    assert len(runs) == 252 and study.virtual and study.synthetic({})
     assert len([job for job in study.jobs if job.name.startswith("press-")]) == 36
     assert {(item.level.T_tool, item.level.speed) for item in study.levels} >= {(20.0, 5.0), (100.0, 100.0)}
     # Constant friction knows no lubricant: half of its runs are the others'.
