@@ -67,7 +67,7 @@ def lag(
     results = run_campaign(campaign, "study lag", jobs, scheduler, dry_run)
     if results is None:
         return
-    values = study.evaluate(results)
+    values = study.evaluate(results, chosen)
     from ..report.lag_page import lag_page
 
     rows = [_flat(row) for row in values["rows"]]
@@ -161,9 +161,11 @@ def _write(
     from .console import plain
 
     write_json(campaign.folder / f"{name}.json", plain(values))
-    write_text(campaign.folder / f"{name}.csv", pd.DataFrame(rows).to_csv(index=False, lineterminator="\n"))
+    table = pd.DataFrame(rows).assign(synthetic=values["synthetic"])
+    write_text(campaign.folder / f"{name}.csv", table.to_csv(index=False, lineterminator="\n"))
     write_text(campaign.folder / "report.html", page)
-    write_manifest(campaign, results, values["settings"], {"laboratory": seed})
+    settings = {"study": name, **values["settings"], "synthetic": values["synthetic"]}
+    write_manifest(campaign, results, settings, {"virtual_lab": seed})
 
 
 def _finish(campaign: Campaign, values: dict[str, Any], shown: str) -> None:

@@ -33,15 +33,15 @@ def lag_page(values: Mapping[str, Any]) -> str:
         ),
         synthetic=bool(values["synthetic"]),
     )
-    done = [r for r in values["rows"] if r.get("to_finest")]
-    if done:
+    lagging = [r for r in values["rows"] if r.get("lag")]
+    if lagging:
         page.add(
             "cost",
             "What the lag costs",
             figure(
                 "work",
                 _deviations(
-                    done,
+                    lagging,
                     "lag",
                     (
                         ("work_pct", "work [%]"),
@@ -55,13 +55,15 @@ def lag_page(values: Mapping[str, Any]) -> str:
             ),
             _summary(values),
         )
+    finest = [r for r in values["rows"] if r.get("to_finest")]
+    if finest:
         page.add(
             "finest",
             "Against the finest iterated run",
             figure(
                 "finest",
                 _deviations(
-                    done,
+                    finest,
                     "to_finest",
                     (
                         ("work_pct", "work [%]"),

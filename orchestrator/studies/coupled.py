@@ -58,10 +58,8 @@ def coupled_job(
         "label": label,
         "tolerance": TOLERANCE,
     }
-    steps = level.stroke / step
-    cost = (
-        SECONDS_A_MM.get(level.process, 0.25) * level.stroke * max(0.5, min(2.0, steps / level.stroke / 10.0))
-    )
+    # The cost by millimetre is that of steps of 0.1 mm; the solver makes small ones of its own within a long one.
+    cost = SECONDS_A_MM.get(level.process, 0.25) * level.stroke * max(0.5, min(2.0, 0.1 / step))
     return Job(
         name,
         f"{__name__}:run_coupled",

@@ -295,6 +295,8 @@ def _pairs(runs: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
         pair: dict[str, Any] = {k: run[k] for k in key}
         pair["failed"] = [rule for rule, r in (("clamp", run), ("extrapolate", other)) if r["failed"]]
         if not pair["failed"]:
+            if "mu" not in run or "mu" not in other:
+                continue  # too short a stroke to touch anything: nothing to compare
             pair |= {
                 f"{name}_pct": 100.0 * (other[name] / run[name] - 1.0) for name in ("max_force_kN", "work_J")
             }

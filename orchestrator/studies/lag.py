@@ -99,7 +99,9 @@ class LagStudy:
     def _level(self, process: str) -> Level:
         return chosen_level(process, self.stroke, max(self.steps), self.speed, self.T_tool)
 
-    def evaluate(self, results: Mapping[str, JobResult]) -> dict[str, Any]:
+    def evaluate(
+        self, results: Mapping[str, JobResult], data: Mapping[str, Path] | None = None
+    ) -> dict[str, Any]:
         """Return all numbers of the study; runs that failed or were not made say so.
 
         Returns
@@ -108,6 +110,7 @@ class LagStudy:
             ``rows``: one a run; ``curves``: deviation of the force over the stroke; ``summary``: one a model,
             process and mode; ``settings``, ``synthetic``.
         """
+        (lubricant,) = data or (self.lubricant,)
         rows: list[dict[str, Any]] = []
         curves: list[dict[str, Any]] = []
         for process in self.processes:
@@ -141,7 +144,7 @@ class LagStudy:
                 "stroke_mm": {process: self._level(process).stroke for process in self.processes},
                 "speed_mm_s": self.speed,
                 "T_tool_degC": self.T_tool,
-                "lubricant": self.lubricant,
+                "lubricant": lubricant,
                 "compared_every_mm": max(self.steps),
             },
             "synthetic": any(bool(v.get("synthetic")) for v in made),

@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 CODE = tuple(
     f"orchestrator.{name}"
     for name in (
-        "connections", "fmu_files", "friction_names", "instance", "iteration", "master", "points", "ports",
-        "processes", "slaves", "system", "wiring",
+        "connections", "fmi2_slave", "fmi3_slave", "fmu_files", "fmu_variables", "friction_names", "instance", "iteration",
+        "master", "points", "ports", "processes", "runs", "sizing", "slaves", "studies.level_runs", "studies.models",
+        "system", "wiring",
     )
 )  # fmt: skip
 #: CPU time of a run by millimetre of stroke [s], for estimates.

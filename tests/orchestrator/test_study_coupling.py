@@ -117,7 +117,11 @@ def test_lag_is_one_step_and_two_steps(lag_results: dict[str, JobResult]) -> Non
 def test_lag_page_names_what_failed(lag_results: dict[str, JobResult]) -> None:
     page = lag_page(study().evaluate(lag_results))
     assert "One-step lag changes the forming work" in page and "Runs that broke off" in page
-    assert "FRE" in page and 'id="chart-curves"' in page
+    assert "FRE (2 mm of stroke)" in page and 'id="chart-curves"' in page
+    # Without the finest iterated run the lag at the other steps is still there.
+    rest = {k: v for k, v in lag_results.items() if not k.endswith("iterated-0.1mm")}
+    page = lag_page(study().evaluate(rest))
+    assert 'id="chart-work"' in page and 'id="chart-finest"' not in page
     empty = lag_page(study().evaluate({}))
     assert "no pair of runs to compare" in empty and "not run" in empty
 
@@ -127,6 +131,7 @@ def test_steps_of_the_lag_study_divide_the_longest() -> None:
         LagStudy(steps=(0.3, 0.8))
     with pytest.raises(InputError, match="did you mean 'polynomial'"):
         LagStudy(models=("polynomal",))
+    assert study().evaluate({}, {"oil": Path()})["settings"]["lubricant"] == "oil"
     names = [job.name for job in LagStudy().jobs()]
     assert len(names) == len(set(names)) and sum("-iterated-" in n for n in names) == 2 * 2 * 5
 
@@ -183,8 +188,16 @@ def test_what_is_outside_by_load_and_by_work(monkeypatch: pytest.MonkeyPatch) ->
     pairs = {p["data"]: p for p in values["pairs"]}
     assert pairs["all"]["work_J_pct"] == pytest.approx(20.0) and pairs["reduced"]["failed"] == ["extrapolate"]
     page = extrapolation_page(values)
-    assert "the solver gave up" in page and "synthetic data" in page and "67" in page
+    assert "the solver gave up" in page and "synthetic data" in page
+    assert "67 to 67 % of the friction work with all tests" in page
     assert "broke off" in extrapolation.table(values)
+    for run in runs.values():
+        run.values["forming.active"][:] = 0.0
+    untouched = small.evaluate(results, {"oil": Path()})
+    assert untouched["settings"]["lubricant"] == "oil" and not untouched["runs"]
+    untouched = small.evaluate(results)
+    assert [p["data"] for p in untouched["pairs"]] == ["reduced"], "no contact, nothing to compare"
+    assert "no contact" in extrapolation.table(untouched)
 
 
 def test_reduced_training_data_keep_the_held_out_tests(tmp_path: Path) -> None:
