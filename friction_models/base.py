@@ -307,7 +307,7 @@ class FrictionModel(Calibrated, BaseEstimator):
         self.training_ = dict(content.get("training", {}))
         self.errors_ = {str(k): dict(v) for k, v in content.get("errors", {}).items()}
         if content.get("interval") is not None:
-            self.interval_ = PredictionInterval.from_dict(content["interval"])
+            self.interval_ = PredictionInterval.from_dict(content["interval"], self.domain_)
         return self
 
     def _plain_params(self) -> dict[str, Any]:

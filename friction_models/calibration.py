@@ -18,6 +18,7 @@ from .intervals import (
     PredictionInterval,
     check_level,
     feature,
+    feature_ranges,
 )
 from .loads import LOAD_NAMES, LOADS, DataSet, FloatArray, InputError, TriboLoads
 from .ops import NumpyOps
@@ -35,6 +36,8 @@ CLEARLY = 1.5
 TESTS_FOR_LOADS = 40
 #: Largest logarithm of the width at a corner of the domain, counted from its middle.
 STEEPEST = 3.0
+#: A load takes part where its feature varies by more than this to both sides of its middle.
+LEAST_HALF = 1e-4
 
 
 def calibrate(
@@ -157,13 +160,10 @@ def _width(
         return alone, flat
     x = NumpyOps()
     columns = [feature(x, n, loads[:, j]) for j, n in enumerate(LOAD_NAMES)]
-    ends = [
-        [float(feature(x, n, np.array(v))) for v in (domain.lower[j], domain.upper[j])]
-        for j, n in enumerate(LOAD_NAMES)
-    ]
+    ends = feature_ranges(domain)
     middle = np.array([0.5 * (a + b) for a, b in ends])
     half = np.array([0.5 * (b - a) for a, b in ends])
-    varied = np.flatnonzero(half > 1e-9)
+    varied = np.flatnonzero(half > LEAST_HALF)
     X = np.column_stack([np.ones(len(error)), *((columns[j] - middle[j]) / half[j] for j in varied)])
     fold = np.random.default_rng(0).permutation(count)[test] % FOLDS
     scale, plain = np.empty(len(error)), np.empty(len(error))

@@ -40,6 +40,10 @@ LEAST_TESTS = 4
 #: What is kept of a measured coverage; see `interval_coverage.coverage_measures`.
 MEASURES = ("expected", "share", "share_low", "share_high", "points", "worst_test", "tests", "mean_width")
 MOST_ROLES, LONGEST_TEXT = 100, 200
+#: Largest size of constant and slopes: the slope of a load that hardly varies is steep, and the constant makes up for it.
+LARGEST = 1e8
+#: Largest logarithm of the width inside the domain: beyond it no width is one, and the graph would overflow.
+WIDEST = 50.0
 #: Keep the logarithms regular at zero loads: mm/s, MPa, mm.
 V_OFFSET, SIGMA_OFFSET, SD_OFFSET = 10.0, 200.0, 2.0
 
@@ -144,13 +148,13 @@ class PredictionInterval:
         return self.summary() | {"scores": list(self.scores)}
 
     @classmethod
-    def from_dict(cls, content: Mapping[str, Any]) -> PredictionInterval:
-        """Build from `to_dict`.
+    def from_dict(cls, content: Mapping[str, Any], domain: Domain) -> PredictionInterval:
+        """Build from `to_dict`, for a model trained on `domain`.
 
         Raises
         ------
         InputError
-            A value is missing, not a finite number or outside its limits.
+            A value is missing, not a finite number or outside its limits; the width overflows in the domain.
         """
         try:
             slopes = tuple(float(content["slopes"][n]) for n in LOAD_NAMES)
@@ -168,7 +172,9 @@ class PredictionInterval:
         complete = all(
             set(m) == set(MEASURES) and np.isfinite(list(m.values())).all() for m in coverage.values()
         )
-        if not complete or len(coverage) > MOST_ROLES or len(source) > LONGEST_TEXT:
+        if max(map(len, (source, *coverage))) > LONGEST_TEXT:
+            raise InputError(f"interval: a source or role is too long; allowed: {LONGEST_TEXT} characters")
+        if not complete or len(coverage) > MOST_ROLES:
             raise InputError(
                 f"interval: coverage of {len(coverage)} roles; allowed: at most {MOST_ROLES}, each with finite numbers "
                 f"{', '.join(MEASURES)}"
@@ -179,10 +185,16 @@ class PredictionInterval:
                 f"interval: {scores.size} scores, allowed: {len(PROBABILITIES)} finite numbers that never fall, with a "
                 "finite constant and slopes"
             )
-        # Beyond e^50 no width is one; the graph would overflow.
-        if abs(constant) > 50.0 or max(map(abs, slopes)) > 50.0 or scores[-1] > 1e9:
+        if max(map(abs, (constant, *slopes))) > LARGEST or scores[-1] > 1e9:
             raise InputError(
-                "interval: a constant, slope or score is too large; allowed: at most 50, 50, 1e9"
+                f"interval: a constant, slope or score is too large; allowed: at most {LARGEST:g}, {LARGEST:g}, 1e9"
+            )
+        widest = constant + sum(
+            max(s * low, s * high) for s, (low, high) in zip(slopes, feature_ranges(domain))
+        )
+        if widest > WIDEST:
+            raise InputError(
+                f"interval: the logarithm of the width rises to {widest:.4g} in the domain, allowed: at most {WIDEST:g}"
             )
         return cls(
             check_level(content.get("level")),
@@ -201,3 +213,12 @@ def feature(x: Ops, name: str, column: Value) -> Value:
     """Return what the logarithm of the width is linear in: T, and logarithms of the other loads."""
     offset = {"v_rel": V_OFFSET, "sigma_n": SIGMA_OFFSET, "sd": SD_OFFSET, "psi": 0.0}
     return column if name == "T" else x.log(column + offset[name])
+
+
+def feature_ranges(domain: Domain) -> list[tuple[float, float]]:
+    """Return the smallest and largest `feature` of each load in a domain."""
+    x = NumpyOps()
+    return [
+        (float(feature(x, n, np.array(low))), float(feature(x, n, np.array(high))))
+        for n, low, high in zip(LOAD_NAMES, domain.lower, domain.upper)
+    ]

@@ -14,6 +14,7 @@ import pytest
 from friction_models import FeedForwardFriction, LinearFriction, OnnxModel, PolynomialFriction, load_model
 from friction_models.base import FrictionModel
 from friction_models.calibration import TESTS_FOR_LOADS, add_interval, folds_of, thinned
+from friction_models.domain import Domain
 from friction_models.interval_coverage import coverage_measures, measured_coverage, wilson
 from friction_models.intervals import PROBABILITIES, PredictionInterval
 from friction_models.loads import LOAD_NAMES, DataSet, InputError, TriboLoads
@@ -125,13 +126,14 @@ def test_factor_is_the_quantile_corrected_for_one_test_more() -> None:
         "level": 0.95, "tests": 19, "points": 190, "constant": 0.0, "slopes": dict.fromkeys(LOAD_NAMES, 0.0),
         "scores": PROBABILITIES.tolist(), "source": "by hand",
     }  # fmt: skip
-    interval = PredictionInterval.from_dict(content)
+    domain = Domain.physical()
+    interval = PredictionInterval.from_dict(content, domain)
     assert interval.method() == "conformal" and interval.factor() == 1.0  # the largest of 19 is just enough
     assert interval.factor(0.5) == pytest.approx(0.53)  # 0.5 * 20 / 19 = 0.526, the next probability kept
     assert interval.method(0.96) == "student"
     # Uniform scores have a mean square of 1/3; t(18 degrees of freedom, 0.98) = 2.214.
     assert interval.factor(0.96) == pytest.approx(2.2137 * np.sqrt(20 / 19 / 3), rel=1e-3)
-    assert PredictionInterval.from_dict(json.loads(json.dumps(interval.to_dict()))) == interval
+    assert PredictionInterval.from_dict(json.loads(json.dumps(interval.to_dict())), domain) == interval
 
 
 @pytest.mark.parametrize(
@@ -140,20 +142,40 @@ def test_factor_is_the_quantile_corrected_for_one_test_more() -> None:
         ({"scores": [1.0]}, "1 scores"),
         ({"scores": [float("nan")] * len(PROBABILITIES)}, "finite"),
         ({"scores": PROBABILITIES[::-1].tolist()}, "never fall"),
-        ({"constant": 1e3}, "too large"),
+        ({"constant": 1e9}, "too large"),
+        ({"constant": 1e3}, "rises to 1"),
+        ({"slopes": dict.fromkeys(LOAD_NAMES, 0.0) | {"T": 1e3}}, "rises to"),
         ({"slopes": {"v_rel": 1.0}}, "missing"),
         ({"level": 1.0}, "0.5 to 0.999"),
         ({"tests": 2}, "tests is 2"),
         ({"coverage": {"test": 3}}, "missing or not a number"),
         ({"coverage": {"test": {"share": 0.9}}}, "coverage of 1 roles"),
-        ({"source": "x" * 1000}, "coverage of 0 roles"),
+        ({"source": "x" * 1000}, "too long"),
         ({"coverage": [3]}, "missing or not a number"),
     ],
 )
 def test_stored_intervals_are_checked(model: FrictionModel, change: dict[str, Any], said: str) -> None:
     assert model.interval is not None
     with pytest.raises(InputError, match=said):
-        PredictionInterval.from_dict(model.interval.to_dict() | change)
+        PredictionInterval.from_dict(model.interval.to_dict() | change, model.domain)
+
+
+def test_width_along_a_load_that_hardly_varies_is_kept(tmp_path: Path) -> None:
+    """Its slope is steep, and the constant as large."""
+    rng = np.random.default_rng(1)
+    tests, points = 60, 10
+    ids = np.repeat([f"t{k:02d}" for k in range(tests)], points)
+    speed, psi = np.repeat(
+        [rng.uniform(10.0, 200.0, tests), 1.2 + rng.uniform(0.0, 1e-3, tests)], points, axis=1
+    )
+    loads = np.column_stack([speed, np.full(len(ids), 300.0), np.full(len(ids), 200.0), 0.1 * speed, psi])
+    offset = np.repeat(0.002 * rng.normal(size=tests), points) * np.exp(3e3 * (psi - 1.2005))
+    model = LinearFriction().fit(loads, np.clip(0.1 + offset, 0.0, 1.0), ids)
+    model.calibrate(loads, np.clip(0.1 + offset, 0.0, 1.0), ids)
+    assert model.interval is not None and max(map(abs, model.interval.slopes)) > 100.0
+    read = load_model(model.save(tmp_path / "model"))
+    assert read.interval == model.interval
+    assert read.predict_interval(loads)[1] == pytest.approx(model.predict_interval(loads)[1])
 
 
 def test_too_few_tests_are_refused() -> None:
