@@ -82,7 +82,7 @@ def report(interval: PredictionInterval) -> str:
         else "the same width everywhere in the domain"
     )
     lines = [
-        f"Prediction interval ({interval.level:.0%}, {interval.method()}): {interval.tests} tests, {interval.source}; {varies}"
+        f"Prediction interval ({100.0 * interval.level:g} %, {interval.method()}): {interval.tests} tests, {interval.source}; {varies}"
     ]
     if interval.coverage:
         return "\n".join(lines) + "\n" + coverage_text(interval.coverage)

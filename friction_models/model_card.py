@@ -78,7 +78,7 @@ def _interval_lines(interval: Mapping[str, Any]) -> list[str]:
         margin = f"{interval['factor'] * math.exp(interval['constant']):.4g} everywhere in the domain"
     lines = [
         *("", "## Prediction interval", ""),
-        f"Holds {interval['level']:.0%} of the points of new tests: mu +- margin, cut at 0.",
+        f"Holds {100.0 * interval['level']:g} % of the points of new tests: mu +- margin, cut at 0.",
         "",
         f"- From the errors of {interval['tests']} whole tests ({interval['points']} points): {interval['source']}",
         f"- Method: {interval['method']} ({how.get(interval['method'], 'not recorded')})",
@@ -95,7 +95,7 @@ def _interval_lines(interval: Mapping[str, Any]) -> list[str]:
         ]
     for role, c in interval["coverage"].items():
         lines.append(
-            f"| {role} | {c['expected']:.0%} | {c['share']:.1%} | {c['share_low']:.1%} to {c['share_high']:.1%} "
+            f"| {role} | {c['expected']:.1%} | {c['share']:.1%} | {c['share_low']:.1%} to {c['share_high']:.1%} "
             f"| {c['worst_test']:.0%} | {c['mean_width']:.4f} | {c['tests']:g} |"
         )
     return lines

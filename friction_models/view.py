@@ -66,7 +66,7 @@ def response_curves(model: FrictionModel) -> go.Figure:
                     y=bound,
                     mode="lines",
                     line={"color": LINE, "width": 1.2, "dash": "dot"},
-                    name=f"{model.interval.level:.0%} of the points of new tests, at the centre",
+                    name=f"{100.0 * model.interval.level:g} % of the points of new tests, at the centre",
                     legendgroup="interval",
                     showlegend=j == 0 and k == 0,
                     hovertemplate=f"{('lower', 'upper')[k]} bound %{{y:.4f}}<extra></extra>",
