@@ -35,7 +35,7 @@ def diagnose(
     result = search(part.points.drop(columns=absent), part.tests, model=friction, seed=seed)
     say(result.report())
     if json is not None:
-        write_result(json, result.to_dict())
+        write_result(json, {"synthetic": result.synthetic, **result.to_dict()})
     if report is not None:
         from ..report import write_diagnosis_report
 

@@ -95,6 +95,7 @@ def test_diagnose_names_the_hidden_effect(home: Path, tribofmu: Tribofmu) -> Non
     said = tribofmu("diagnose", "--data", home / "data", "--model", home / "linear", *out)
     assert "synthetic" in said
     found = read(home / "diagnosis.json")
+    assert found["synthetic"] is True
     assert found["verdict"] in {"explained", "ambiguous"}
     assert found["effects"] == [HIDDEN]
     assert HIDDEN in found["confusion_set"]  # type: ignore[operator]
