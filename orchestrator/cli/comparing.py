@@ -114,22 +114,29 @@ def _entries(models: list[str], names: Path | None) -> dict[str, Any]:
     Raises
     ------
     InputError
-        What `read_names` refuses, or an entry for no FMU of the comparison.
+        What `read_names` refuses, an entry for no FMU of the comparison or for several, two for one.
     """
     if names is None:
         return {}
-    from friction_models.loads import unknown_name
+    from friction_models.loads import InputError, unknown_name
 
     from ..friction_names import read_names
 
     found: dict[str, Any] = {}
-    known = {
-        alias: n for n in models if Path(n).suffix == ".fmu" for alias in (Path(n).stem, Path(n).name, n)
-    }
+    aliases = {n: (n, Path(n).name, Path(n).stem) for n in models if Path(n).suffix == ".fmu"}
     for key, entry in read_names(names).items():
-        if key not in known:
-            raise unknown_name("FMU of --models", key, known, str(names))
-        found[known[key]] = entry
+        meant = [key] if key in aliases else [n for n, known in aliases.items() if key in known]
+        if not meant:
+            raise unknown_name(
+                "FMU of --models", key, [a for known in aliases.values() for a in known], str(names)
+            )
+        if len(meant) > 1:
+            raise InputError(
+                f"{names}: {key!r} may be {' or '.join(meant)}; allowed: the path as on the command line"
+            )
+        if meant[0] in found:
+            raise InputError(f"{names}: {meant[0]} has two entries; allowed: one for each FMU")
+        found[meant[0]] = entry
     return found
 
 

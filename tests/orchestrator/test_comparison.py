@@ -11,7 +11,8 @@ import pandas as pd
 import pytest
 
 from friction_models.domain import Domain
-from friction_models.loads import DataSet, FloatArray
+from friction_models.loads import DataSet, FloatArray, InputError
+from orchestrator.cli.comparing import _entries
 from orchestrator.cli.main import run
 from orchestrator.comparison import FEWEST_UNITS, compare_on_tests, known_domain, resampled_errors
 from orchestrator.comparison_forces import ForcesComparison
@@ -161,3 +162,18 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         capsys, "compare", "--models", "0.08", "--data", tmp_path / "data", "--names", tmp_path / "names.yaml"
     )
     assert "'other.fmu'" in said and "FMU of --models" in said
+
+
+def test_an_entry_of_names_belongs_to_one_fmu(tmp_path: Path) -> None:
+    names = tmp_path / "names.yaml"
+    models = ["a/law.fmu", "b/law.fmu", "0.08", "c/other.fmu"]
+    names.write_text("a/law.fmu: {mu: cof}\nother: {mu: friction}\n")
+    assert _entries(models, names) == {"a/law.fmu": {"mu": "cof"}, "c/other.fmu": {"mu": "friction"}}
+    for text, pattern in (
+        ("law.fmu: {mu: cof}", "'law.fmu' may be a/law.fmu or b/law.fmu"),
+        ("other: {mu: x}\nother.fmu: {mu: y}", "c/other.fmu has two entries"),
+        ("othr.fmu: {mu: x}", "did you mean 'other.fmu'"),
+    ):
+        names.write_text(text)
+        with pytest.raises(InputError, match=pattern):
+            _entries(models, names)
