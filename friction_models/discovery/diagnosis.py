@@ -27,8 +27,9 @@ class Diagnosis:
     confusion_set : list of str
         Every effect that the data cannot tell from the winner, the winner included.
     ranking : list of dict
-        ``effect``, ``gain`` (drop of the whitened squared error less two per degree of freedom), ``p_value``
-        (family-wise), best first.
+        ``effect``, ``evidence`` (the gain where the form of the effect may be somewhat wrong), ``gain`` (drop of the
+        whitened squared error less two per degree of freedom), ``p_value`` (of the gain, family-wise), best
+        evidence first.
     noise_floor : dict
         ``sensor``, ``test``, ``drift``, ``total`` and the 95 % ``interval`` of the total, all in mu.
     error_budget : dict

@@ -282,7 +282,13 @@ def _assemble(
         confidence=round(float(confidence), 3),
         confusion_set=evidence.confusion_set if names else [],
         ranking=[
-            {"effect": f.name, "gain": float(f.evidence), "p_value": found.p_value(f)} for f in found.ranking
+            {
+                "effect": f.name,
+                "evidence": float(f.evidence),
+                "gain": float(f.gain),
+                "p_value": found.p_value(f),
+            }
+            for f in found.ranking
         ],
         noise_floor={
             "sensor": floor.sensor,

@@ -120,7 +120,11 @@ def _evidence(d: Diagnosis) -> list[str]:
     needed = f"; {d.threshold:.1f} needed" if math.isfinite(d.threshold) else ""
     lines = [
         f"Ranked evidence (gain: drop of the whitened squared error less 2 per parameter{needed}; p: family-wise)",
-        *(f"  {r['effect']:<22} gain {r['gain']:9.1f}   p {r['p_value']:.3f}" for r in d.ranking[:6]),
+        "(evidence: the gain where the form of the effect may be somewhat wrong)",
+        *(
+            f"  {r['effect']:<22} evidence {r['evidence']:9.1f}   gain {r['gain']:9.1f}   p {r['p_value']:.3f}"
+            for r in d.ranking[:6]
+        ),
     ]
     if not d.ranking:
         lines.append("  no effect of the catalogue could be tried on these data")

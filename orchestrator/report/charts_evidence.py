@@ -52,7 +52,7 @@ def ranking_chart(
     """
     import plotly.graph_objects as go
 
-    shown = [r for r in ranking if r.get("gain") is not None][:12][::-1]
+    shown = ranking[:12][::-1]
     colors = [
         AFTER if r["effect"] in chosen else "#6fb5b1" if r["effect"] in confusable else CONSTANT
         for r in shown
@@ -73,8 +73,6 @@ def ranking_chart(
         )  # fmt: skip
     dress(chart, 70 + 27 * max(len(shown), 2), legend=False)
     chart.update_layout(bargap=0.32, margin_t=10)
-    chart.update_xaxes(
-        title_text="evidence gained (whitened squares, less 2 for each parameter)", showgrid=True
-    )
+    chart.update_xaxes(title_text="gain (whitened squares, less 2 for each parameter)", showgrid=True)
     chart.update_yaxes(showgrid=False, ticks="", tickfont={"color": SOFT, "size": 13})
     return chart

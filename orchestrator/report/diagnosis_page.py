@@ -99,7 +99,7 @@ def _confirmed(entry: Mapping[str, Any] | None) -> str:
         for n, k in measures
     ]
     return cards(shown) + paragraph(
-        f"Errors of the refitted model by {by}; `tribofmu refine` makes that model."
+        f"Errors of the refitted model by {by}; tribofmu refine makes that model."
     )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from friction_models.discovery.shown import setpoints_text, where_text
+from friction_models.discovery.verdict import LEVEL
 
 from .charts_evidence import budget_chart, ranking_chart
 from .markup import bullets, escape, p_value, paragraph, table
@@ -71,9 +72,10 @@ def ranking_html(diagnosis: Mapping[str, Any], threshold: float | None = None) -
         figure(
             "ranking",
             ranking_chart(ranking, chosen, confusable, threshold),
-            "Gain of every effect that was tried, with its physical sign enforced. "
+            "Gain of every effect that was tried, with its physical sign enforced, in the order of the evidence: that is the "
+            "gain where the form of the effect may be somewhat wrong. "
             + (
-                f"Where nothing is missing, the best of all effects gains more than {threshold:.1f} in 3 of 100 data sets. "
+                f"Where nothing is missing, the best of all effects gains more than {threshold:.1f} in {100 * LEVEL:g} % of data sets. "
                 if threshold is not None
                 else ""
             )
@@ -91,12 +93,13 @@ def ranking_html(diagnosis: Mapping[str, Any], threshold: float | None = None) -
             "Ranking of effects by evidence.",
         ),
         table(
-            ["effect", "gain", "family-wise p", ""],
+            ["effect", "evidence", "gain", "family-wise p of the gain", ""],
             [
                 (
                     r["effect"],
-                    f"{float(r['gain']):.1f}" if r.get("gain") is not None else "-",
-                    p_value(r.get("p_value")),
+                    f"{float(r['evidence']):.1f}",
+                    f"{float(r['gain']):.1f}",
+                    p_value(r["p_value"]),
                     "named"
                     if r["effect"] in chosen
                     else "not told apart"
@@ -105,7 +108,7 @@ def ranking_html(diagnosis: Mapping[str, Any], threshold: float | None = None) -
                 )
                 for r in ranking[:8]
             ],
-            numeric=(1, 2),
+            numeric=(1, 2, 3),
             classes=["after" if r["effect"] in chosen else "" for r in ranking[:8]],
         ),
     ]
