@@ -11,15 +11,15 @@ import numpy as np
 import pandas as pd
 
 from friction_models.discovery.binning import prepare
-from friction_models.discovery.comparison import Comparison, compare
+from friction_models.discovery.comparison import FEWEST_TESTS, Comparison, compare
 from friction_models.domain import Domain
 from friction_models.loads import DataSet, FloatArray, InputError, TriboLoads
 
 #: Resampled sets of tests, and how sure an order has to be.
 REPLICATES = 4000
 SURE = 0.95
-#: With fewer units than this resampling says little, and no two models are told apart.
-FEWEST_UNITS = 6
+#: With fewer tests or levels than this no two models are told apart, as none is clearly ahead.
+FEWEST_UNITS = FEWEST_TESTS
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,8 @@ from ..loads import FloatArray, InputError, TriboLoads
 from .binning import Campaign, prepare
 
 REPLICATES = 1000
+#: With fewer tests resampling says little, and no model is clearly ahead.
+FEWEST_TESTS = 6
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class Comparison:
     ranking : list of str
         By RMSE, best first.
     clear : bool
-        Whether the best beats the second in 97.5 % of the resampled sets of tests.
+        Whether the best beats the second in 97.5 % of the resampled sets of tests, of at least `FEWEST_TESTS`.
     tests, points : int
     per_test : pandas.DataFrame
         RMSE, one row a test, one column a model.
@@ -191,7 +193,7 @@ def _compare(campaign: Campaign, errors: Mapping[str, FloatArray], rng: np.rando
             float(np.mean(best == k)),
         )
     ranking = sorted(results, key=lambda n: results[n].rmse)
-    clear = len(ranking) > 1 and tests > 2
+    clear = len(ranking) > 1 and tests >= FEWEST_TESTS
     clear = clear and float(np.mean(squares[ranking[0]] < squares[ranking[1]])) >= 0.975
     return Comparison(results, ranking, clear, tests, len(group), table)
 

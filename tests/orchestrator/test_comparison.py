@@ -80,6 +80,7 @@ def test_the_unit_is_the_test_and_few_of_them_prove_nothing() -> None:
     few = compare_on_tests({"near": Law(0.002), "far": Law(0.01)}, measured(tests=FEWEST_UNITS - 1))
     assert few.order.best["near"] == 1.0 and few.order.indistinct == [("near", "far")]
     assert f"{FEWEST_UNITS - 1} tests are too few" in few.report()
+    assert few.report().startswith("near is ahead, but not clearly, of far")
 
 
 def test_a_model_without_limits_has_no_domain() -> None:
