@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
-
 import typer
 
-#: Modules with `add_commands`, in the order of the help.
-_STUDIES = ("study_learning", "study_forming", "study_coupling")
+from . import study_coupling, study_forming, study_learning
 
 
 def add_commands(app: typer.Typer) -> None:
@@ -19,8 +15,6 @@ def add_commands(app: typer.Typer) -> None:
         no_args_is_help=True,
         rich_markup_mode="rich",
     )
-    for name in _STUDIES:
-        if importlib.util.find_spec(f"{__package__}.{name}") is not None:
-            importlib.import_module(f".{name}", __package__).add_commands(studies)
-    if studies.registered_commands:
-        app.add_typer(studies)
+    for module in (study_learning, study_forming, study_coupling):
+        module.add_commands(studies)
+    app.add_typer(studies)

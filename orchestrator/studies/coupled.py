@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from friction_models.loads import InputError
+from friction_models.loads import InputError, unknown_name
 
 from ..errors import SimulationError
 from .level_runs import RUN, SECONDS_A_MM, Level, friction_file, simulate_level, summary
+from .models import ADVANCED
 
 if TYPE_CHECKING:
     from ..campaign import Job, JobResult
@@ -103,6 +104,20 @@ def run_of(result: JobResult) -> Run | None:
     return Run.load(result.folder / RUN, stopped=True)
 
 
+def check_names(models: Iterable[str], processes: Iterable[str]) -> None:
+    """Refuse unknown families and processes.
+
+    Raises
+    ------
+    InputError
+        Names the nearest one that is known.
+    """
+    for what, names, known in (("model", models, ADVANCED), ("process", processes, tuple(SECONDS_A_MM))):
+        for name in names:
+            if name not in known:
+                raise unknown_name(what, name, known)
+
+
 def chosen_level(process: str, stroke: float | None, step: float, speed: float, T_tool: float) -> Level:
     """Return a level with as much stroke as the process allows, in whole steps.
 
@@ -122,12 +137,9 @@ def chosen_level(process: str, stroke: float | None, step: float, speed: float, 
     InputError
         An unknown process, or a stroke shorter than a step.
     """
-    from friction_models.loads import unknown_name
-
     from ..processes import STROKE
 
-    if process not in SECONDS_A_MM:
-        raise unknown_name("process", process, SECONDS_A_MM)
+    check_names((), (process,))
     wanted = STROKE if stroke is None else stroke
     if not wanted >= step:
         raise InputError(f"stroke = {wanted:g} mm, allowed: at least one communication step of {step:g} mm")

@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from friction_models.domain import Domain
-from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, InputError, unknown_name
+from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, InputError
 
-from .coupled import chosen_level, coupled_job, run_of
-from .level_runs import SECONDS_A_MM
+from .coupled import check_names, chosen_level, coupled_job, run_of
 from .measurements import FULL_PLAN, QUICK_PLAN, data_jobs, data_name
 from .models import ADVANCED, load_data, model_job
 
@@ -62,12 +61,7 @@ class ExtrapolationStudy:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name in self.models:
-            if name not in ADVANCED:
-                raise unknown_name("model", name, ADVANCED)
-        for name in self.processes:
-            if name not in SECONDS_A_MM:
-                raise unknown_name("process", name, SECONDS_A_MM)
+        check_names(self.models, self.processes)
 
     @classmethod
     def quick(cls) -> ExtrapolationStudy:

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from friction_models.loads import FloatArray, InputError, unknown_name
+from friction_models.loads import FloatArray, InputError
 
-from .coupled import SPEED, T_TOOL, chosen_level, coupled_job, run_of
-from .level_runs import SECONDS_A_MM, Level
+from .coupled import SPEED, T_TOOL, check_names, chosen_level, coupled_job, run_of
+from .level_runs import Level
 from .measurements import FULL_PLAN, QUICK_PLAN, data_jobs, data_name
-from .models import ADVANCED, model_job
+from .models import model_job
 
 if TYPE_CHECKING:
     from ..campaign import Job, JobResult
@@ -58,12 +58,7 @@ class LagStudy:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name in self.models:
-            if name not in ADVANCED:
-                raise unknown_name("model", name, ADVANCED)
-        for name in self.processes:
-            if name not in SECONDS_A_MM:
-                raise unknown_name("process", name, SECONDS_A_MM)
+        check_names(self.models, self.processes)
         longest = max(self.steps)
         for step in self.steps:
             if not 0.001 <= step <= 5.0:
