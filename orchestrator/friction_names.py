@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -70,8 +71,8 @@ class FrictionNames:
         Raises
         ------
         InputError
-            Unknown keys, variables or units; a variable that is no input or output; another input that has neither
-            a value here nor a start value in the FMU.
+            Unknown keys, variables or units; a variable that is no input or output; another input whose start value
+            in the FMU is not finite. One without a start value starts at 0.
         """
         where = str(description.path)
         for key in entry:
@@ -181,6 +182,10 @@ def _start(description: FmuDescription, given: Any, used: set[str]) -> dict[str,
         if first.causality != "input" or base in used or base in start or first.type == "String":
             continue
         values = [v.starts[v.element] for v in elements]
+        if not all(map(math.isfinite, values)):
+            raise InputError(
+                f"{where}: {base!r} starts at {values[0]}; allowed: a finite number (give one by set)"
+            )
         whole = {"Boolean": bool, "Integer": int, "Enumeration": int}.get(first.type, float)
         start[base] = whole(values[0]) if len(set(values)) == 1 else values
     return start

@@ -156,6 +156,14 @@ def test_an_fmu_that_refuses_loads_is_no_model(tmp_path: Path) -> None:
         friction_model(fmu, {})
 
 
+def test_a_start_value_that_is_no_number_is_refused(fmus: dict[str, Path]) -> None:
+    described = describe(fmus["late"])
+    room = [replace(described.arrays["room"][0], starts=(float("nan"),), type="Integer")]
+    broken = replace(described, arrays={**described.arrays, "room": room})
+    with pytest.raises(InputError, match="'room' starts at nan; allowed: a finite number"):
+        FrictionNames.of(broken, ENTRY)
+
+
 def test_an_fmu_with_unknown_names_points_to_the_option(fmus: dict[str, Path]) -> None:
     with pytest.raises(InputError, match=r"'v_rel'.*--names FILE\.yaml says which takes which load"):
         friction_model(fmus["late"])
