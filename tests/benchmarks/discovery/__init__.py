@@ -1,4 +1,4 @@
-"""How well missing effects are found, on campaigns made by code that the diagnosis has never seen."""
+"""How well missing effects are found, on campaigns made by code of their own, in forms outside the catalogue."""
 
 from __future__ import annotations
 

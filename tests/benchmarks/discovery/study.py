@@ -17,6 +17,7 @@ import pandas as pd
 from friction_models import make_model
 from friction_models.discovery import diagnose, refine
 from friction_models.effects import CATALOGUE
+from friction_models.interval_coverage import wilson as share_interval
 from friction_models.loads import write_json
 
 from ..common import Section, Table, section
@@ -167,14 +168,9 @@ def run_all(folder: Path, seeds: int, tell: Callable[[str], None] = print) -> li
     return found
 
 
-def wilson(hits: int, total: int, z: float = 1.96) -> tuple[float, float]:
-    """Return the 95 % Wilson interval of a rate."""
-    if not total:
-        return 0.0, 1.0
-    p = hits / total
-    middle = (p + z * z / (2 * total)) / (1 + z * z / total)
-    half = z / (1 + z * z / total) * float(np.sqrt(p * (1 - p) / total + z * z / (4 * total**2)))
-    return max(0.0, middle - half), min(1.0, middle + half)
+def wilson(hits: int, total: int) -> tuple[float, float]:
+    """Return the 95 % Wilson interval of a rate; anything where nothing was counted."""
+    return share_interval(hits / total, total) if total else (0.0, 1.0)
 
 
 def twins_of(name: str) -> set[str]:
