@@ -29,6 +29,8 @@ SMOOTH = 0.08
 ASSUMED_SCATTER = 0.01
 #: Shift of the stroke [mm] by which causes of the press are moved for their sensitivity.
 SHIFT = 0.02
+#: Causes of the press that bend the stroke: their change is not in proportion to their strength.
+BENT = ("compliance", "stroke_zero")
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,7 @@ def fingerprint(
     """
     if cause.name == "force_gain":
         return [v.simulated for v in levels]
-    if cause.name in {"compliance", "stroke_zero"}:
+    if cause.name in BENT:
         return [_bent(cause.name, v, strength) for v in levels]
     prints = []
     for v, moved in zip(levels, found.moved[cause.key], strict=True):

@@ -10,7 +10,7 @@ import numpy as np
 from friction_models.loads import FloatArray, InputError
 
 from .attribution_causes import Cause
-from .attribution_curves import Level, fingerprint, mesh_error, unwhitened, whiteners
+from .attribution_curves import BENT, Level, fingerprint, mesh_error, unwhitened, whiteners
 from .attribution_result import Attribution, Fit
 from .attribution_runs import Sensitivities
 
@@ -22,8 +22,8 @@ TWINS = 0.985
 LEVEL = 0.01
 #: Least share of the squared deviation that a second cause must carry.
 SECOND_SHARE = 0.1
-#: Causes whose change is not in proportion to their strength, and how often they are followed.
-BENT, FOLLOWED = ("compliance", "stroke_zero"), 4
+#: How often causes whose change is not in proportion to their strength are followed.
+FOLLOWED = 4
 
 
 def attribution(
