@@ -68,11 +68,14 @@ def learning_curve_page(
     page.add("data", "Data", _data(curves))
     page.add("how", "How it was computed", bullets(_how(study)), _search(curves))
     versions = manifest["versions"]
-    origin = (
-        "Every measurement in this report is synthetic: made by the virtual laboratory, not measured."
-        if curves.synthetic
-        else "The measurements are the user's."
-    )
+    if curves.virtual:
+        origin = (
+            "Every measurement in this report is synthetic: made by the virtual laboratory, not measured."
+        )
+    elif curves.synthetic:
+        origin = "The data is the user's and says of itself that it is synthetic."
+    else:
+        origin = "The measurements are the user's."
     return page.render(
         f"tribofmu {escape(versions['tribofmu'])}, Python {escape(versions['python'])}. {origin}"
     )

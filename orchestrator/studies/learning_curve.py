@@ -21,7 +21,13 @@ ACCURACY = 0.01
 SIZES = (5, 9, 13, 17, 21, 25, 30, 40, 50, 60, 70, 81)
 COLLECTIONS = (SERIES, AVERAGE)
 #: Packages whose sources decide the results.
-CODE = ("friction_models", "forming", "sct_twin", "orchestrator.studies.measurements")
+CODE = (
+    "friction_models",
+    "forming",
+    "sct_twin",
+    "orchestrator.studies.measurements",
+    "orchestrator.studies.models",
+)
 #: Sizes a job of gradient boosting: jobs of some ten seconds each.
 BOOSTING_SIZES = 3
 #: Values to try by data collection, model and parameter.
@@ -111,12 +117,15 @@ class LearningCurveStudy:
         Names of the jobs that hold their curves.
     facts : mapping of str to str
         Name of the job that describes a lubricant's data.
+    virtual : bool
+        Whether the virtual laboratory measures.
     """
 
     plan: LearningCurvePlan
     jobs: tuple[Job, ...]
     curves: Mapping[tuple[str, str], tuple[str, ...]]
     facts: Mapping[str, str]
+    virtual: bool
 
     @classmethod
     def of(cls, plan: LearningCurvePlan, data: Mapping[str, Path] | None = None) -> LearningCurveStudy:
@@ -143,7 +152,7 @@ class LearningCurveStudy:
                 mine = _curve_jobs(plan, lubricant, collection, sizes)
                 curves[lubricant, collection] = tuple(job.name for job in mine)
                 jobs += mine
-        return cls(plan, tuple(jobs), curves, names)
+        return cls(plan, tuple(jobs), curves, names, virtual=data is None)
 
     def campaign(self, folder: Path) -> Campaign:
         """Return the campaign that does the jobs."""

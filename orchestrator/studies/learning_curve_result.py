@@ -154,6 +154,8 @@ class LearningCurves:
     repeats : int
     missing : int
         Jobs without a result.
+    virtual : bool
+        Whether the virtual laboratory of the study measured, and not the user.
     """
 
     curves: tuple[Curve, ...]
@@ -161,6 +163,7 @@ class LearningCurves:
     accuracy: float
     repeats: int
     missing: int = 0
+    virtual: bool = False
 
     @classmethod
     def of(cls, study: LearningCurveStudy, results: Mapping[str, JobResult]) -> LearningCurves:
@@ -180,7 +183,7 @@ class LearningCurves:
             lubricant: results[name].values for lubricant, name in study.facts.items() if name in results
         }
         missing += len(study.facts) - len(facts)
-        return cls(tuple(curves), facts, study.plan.accuracy, study.plan.repeats, missing)
+        return cls(tuple(curves), facts, study.plan.accuracy, study.plan.repeats, missing, study.virtual)
 
     @property
     def synthetic(self) -> bool:

@@ -145,7 +145,9 @@ def beside_paper(curves: LearningCurves) -> list[tuple[str, str, str]]:
         if found:
             at = [math.ceil(c.converged.tests) for c in found if c.converged.tests is not None]
             low = [c.lowest[0] for c in found]
-            rows.append((f"{collection}: converged at (tests)", tests, f"{min(at)} - {max(at)}"))
+            rows.append(
+                (f"{collection}: converged at (tests)", tests, f"{min(at)} - {max(at)}" if at else "-")
+            )
             rows.append((f"{collection}: error where converged", errors, f"{min(low):.4f} - {max(low):.4f}"))
     return rows
 
@@ -153,7 +155,7 @@ def beside_paper(curves: LearningCurves) -> list[tuple[str, str, str]]:
 def differs(curves: LearningCurves) -> list[str]:
     """Return what is not as in the paper."""
     lines = []
-    if curves.synthetic:
+    if curves.virtual:
         lines.append(
             "The tests are those of a virtual laboratory with laws of its own for the lubricants. Their mu spans less "
             "than that of real lubricants, so errors are smaller and the limit is met with fewer tests than in the paper."
@@ -173,7 +175,8 @@ def differs(curves: LearningCurves) -> list[str]:
 
 def text_table(curves: LearningCurves) -> str:
     """Return the result as text: a block a lubricant."""
-    lines = ["synthetic measurements (virtual laboratory)"] if curves.synthetic else []
+    origin = "virtual laboratory" if curves.virtual else "as the data says of itself"
+    lines = [f"synthetic measurements ({origin})"] if curves.synthetic else []
     head = (
         f"{'':20}{'time-series':>22}{'average':>22}  {'time-series needs':20}{'lowest, series':>16}"
         f"{'lowest, average':>17}"

@@ -127,6 +127,8 @@ def test_files_hold_the_same_numbers(done: Done, tmp_path: Path) -> None:
     assert set(curve["parameters"][1]) == {"hidden", "weight_decay"}
     for text in ("synthetic data", "Beside the paper", headline(curves), "fewest points a leaf", "details"):
         assert text in page.replace("&lt;", "<")
+    assert "says of itself that it is synthetic" in page and "virtual laboratory" not in page
+    page = learning_curve_page(study, replace(curves, virtual=True), study.campaign(folder).manifest(results))
     assert "made by the virtual laboratory" in page
 
 
@@ -135,6 +137,10 @@ def test_words_and_table_follow_the_numbers(done: Done) -> None:
     table = text_table(curves)
     assert table.startswith("synthetic") and all(model in table for model in curves.models)
     assert len(beside_paper(curves)) == 8
+    worse = [replace(c, errors=np.array([[0.02, 0.01, 0.02]] * 3)) for c in curves.curves]
+    assert ("time-series: converged at (tests)", "about 30", "-") in beside_paper(
+        replace(curves, curves=tuple(worse))
+    )
     first = findings(curves)[0]
     for verdict, words in (("fewer", "fewer tests than"), ("more", "more tests in")):
         assert (words in first) == any(c.verdict == verdict for c in curves.comparisons)
