@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from friction_models.effects import CATALOGUE
-from tests.benchmarks.discovery import Sizes, chain, study
+from tests.benchmarks.discovery import Sizes, chain, oracle, study
 from tests.benchmarks.discovery.forms import FIRST, SECOND, SETS
 from tests.benchmarks.discovery.generator import NOISE_LEVELS, NULLS, SCATTER, campaign
 
@@ -60,7 +60,7 @@ def test_a_study_goes_on_where_it_was_and_counts(tmp_path: Path, monkeypatch: py
         right = case.kind != "null"
         return {
             "kind": case.kind, "hidden": list(case.hidden), "null": case.null, "noise": case.noise, "left_out": case.left_out,
-            "forms": case.forms, "beyond": 1.0,
+            "forms": case.forms, "clarity": 9.0,
             "verdict": "explained" if right else "nothing_missing", "effects": list(case.hidden), "confidence": 1.0,
             "first": case.hidden[0] if right else "", "confusion_set": list(case.hidden), "strength": 1.0,
         }  # fmt: skip
@@ -106,6 +106,19 @@ def test_the_chain_is_counted() -> None:
         and "| false alarms, nothing missing | 0 of 1 |" in text
     )
     assert "| at least half of the avoidable error removed | 1 of 2 |" in text
+
+
+def test_the_oracle_knows_how_clear_a_hidden_part_is() -> None:
+    """Half as clear in twice the noise; what a linear law follows changes nothing."""
+    made = campaign(5, ("surface_expansion",))
+    clear = oracle.clarity(made, 1.0, "first")
+    assert oracle.clarity(made, 2.0, "first") == pytest.approx(clear / 2.0)
+    train = made.points["test_id"].isin(made.tests.loc[made.tests["role"] == "train", "test_id"]).to_numpy()
+    linear = made.points[oracle.LOADS].to_numpy()[train] @ [1e-5, -3e-5, 1e-6, 0.0, 0.01]
+    part = made.part.copy()
+    part[train] += linear - linear.mean()
+    assert oracle.clarity(made._replace(part=part), 1.0, "first") == pytest.approx(clear, rel=1e-6)
+    assert oracle.power(0.0) == pytest.approx(oracle.LEVEL / len(CATALOGUE)) and oracle.power(9.0) > 0.999
 
 
 def test_wilson_intervals() -> None:

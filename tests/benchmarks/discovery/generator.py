@@ -16,6 +16,8 @@ from .forms import SETS, Array, Forms, Setpoint, Test
 
 #: Scatter between tests, drift within a test and sensor noise of a point, in mu.
 SCATTER, DRIFT, SENSOR = 0.005, 0.0015, 0.0025
+#: Distance over which a plain drift is remembered [mm].
+DRIFT_LENGTH = 9.0
 #: Noise levels: factor on all three.
 NOISE_LEVELS = (0.6, 1.0, 1.6)
 #: Kinds of campaigns in which nothing is missing.
@@ -128,11 +130,11 @@ def _noise(r: Test, null: str, rng: np.random.Generator) -> Array:
     n = len(r.sd)
     offset = SCATTER * rng.standard_normal()
     white = rng.standard_normal(n)
-    length, drift, sensor = 9.0, DRIFT, np.full(n, SENSOR)
+    length, drift, points = DRIFT_LENGTH, DRIFT, np.ones(n)
     if null == "wide scatter and slow drift":
         offset, length, drift = 0.77 * SCATTER * rng.standard_t(5), 26.0, 1.3 * DRIFT
     elif null == "curved noise":
-        sensor = SENSOR * (0.5 + r.sigma / 1700.0)
+        points = 0.5 + r.sigma / 1700.0
     elif null == "heavy tails":
         offset, white = 0.577 * SCATTER * rng.standard_t(3), 0.577 * rng.standard_t(3, n)
     keep = float(np.exp(-r.spacing / length))
@@ -142,4 +144,9 @@ def _noise(r: Test, null: str, rng: np.random.Generator) -> Array:
     wander[0] = kicks[0]
     for k in range(1, n):
         wander[k] = keep * wander[k - 1] + kicks[k]
-    return np.asarray(offset + wander + sensor * white / np.sqrt(max(1.0, min(5.0, 500.0 / r.v[-1]))))
+    return np.asarray(offset + wander + points * sensor(float(r.v[-1])) * white)
+
+
+def sensor(speed: float) -> float:
+    """Return the noise of a point: at low speed, it is a mean of up to five samples."""
+    return float(SENSOR / np.sqrt(max(1.0, min(5.0, 500.0 / speed))))

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from friction_models import make_model
 from friction_models.discovery import diagnose, refine
@@ -23,12 +22,13 @@ from friction_models.loads import write_json
 from ..common import Section, Table, section
 from ..data import sources
 from .forms import SETS
-from .generator import NOISE_LEVELS, NULLS, SCATTER, Made, campaign
+from .generator import NOISE_LEVELS, NULLS, Made, campaign
+from .oracle import clarity, power
 
 #: Seeds begin here, so that no test and no earlier study has seen them.
 FIRST_SEED = 50_000
-#: What a linear law cannot follow must reach this share of the scatter between tests to be seen in 81 of them.
-SEEN = 0.4
+#: An effect counts as visible in a campaign where the oracle finds it at least this often.
+SEEN = 0.8
 #: Less than this share of the squared error can be avoided: nothing to remove.
 AVOIDABLE = 0.05
 #: Refined models that are worse than this on held-out tests are refused by `refine`, and do not count as accepted.
@@ -109,7 +109,7 @@ def run_case(case: Case) -> dict[str, Any]:
     result: dict[str, Any] = {
         **asdict(case),
         "strength": made.strength,
-        "beyond": _beyond_base(points[train], made.part[train]) / (SCATTER * case.noise),
+        "clarity": clarity(made, case.noise, case.forms) if case.kind == "single" else None,
         "verdict": found.verdict,
         "effects": found.effects,
         "first": found.ranking[0]["effect"] if found.effects else "",
@@ -119,14 +119,6 @@ def run_case(case: Case) -> dict[str, Any]:
     if found.effects and case.kind in {"single", "pair", "null"}:
         result |= _held_out(made, train, found.effects)
     return result
-
-
-def _beyond_base(points: pd.DataFrame, part: np.ndarray) -> float:
-    """Return the rms of what a linear law of the five loads leaves of the hidden part."""
-    loads = points[["v_rel", "T", "sigma_n", "sd", "psi"]].to_numpy()
-    around = loads - loads.mean(axis=0)
-    columns = np.column_stack([np.ones(len(loads)), around / np.maximum(loads.std(axis=0), 1e-9)])
-    return float(np.std(part - columns @ np.linalg.lstsq(columns, part, rcond=1e-9)[0]))
 
 
 def _held_out(made: Made, train: np.ndarray, added: list[str]) -> dict[str, Any]:
@@ -198,7 +190,8 @@ def summary(results: Sequence[dict[str, Any]]) -> Section:
     faults = {n for n, e in CATALOGUE.items() if e.kind == "fault"}
     judged = [r for r in results if "removed" in r and not faults & {*r["effects"], *r["hidden"]}]
     accepted = [r for r in judged if r["measured"][1] <= REFUSED * r["measured"][0]]
-    seen = [r for r in single if r["beyond"] >= SEEN]
+    seen = [r for r in single if power(r["clarity"]) >= SEEN]
+    could = float(np.mean([power(r["clarity"]) for r in single])) if single else 0.0
     outside, left_out, pairs = by.get("outside", []), by.get("left_out", []), by.get("pair", [])
     rates: list[tuple[str, list[bool]]] = [
         ("false alarms, nothing missing", [r["verdict"] != "nothing_missing" for r in null]),
@@ -209,11 +202,11 @@ def summary(results: Sequence[dict[str, Any]]) -> Section:
         ("right effect first", [_first(r) for r in single]),
         *((f"... {n} forms", [_first(r) for r in single if r["forms"] == n]) for n in SETS),
         *((f"... noise {n:g}", [_first(r) for r in single if r["noise"] == n]) for n in NOISE_LEVELS),
-        (f"... beyond a linear law at least {SEEN:g} of the scatter", [_first(r) for r in seen]),
+        ("... visible to the oracle", [_first(r) for r in seen]),
         ("... outside the twins of pressure and of memory", [_first(r) for r in single if r["hidden"][0] not in INHERENT]),
         ("truth in the confusion set", [_inside(r) for r in single]),
         *((f"... {n} forms", [_inside(r) for r in single if r["forms"] == n]) for n in SETS),
-        (f"... beyond a linear law at least {SEEN:g} of the scatter", [_inside(r) for r in seen]),
+        ("... visible to the oracle", [_inside(r) for r in seen]),
         ("a wrong effect named, the truth not in the set", [bool(r["effects"]) and not _inside(r) for r in single]),
         ("outside the catalogue: abstains", [r["verdict"] in abstains for r in outside]),
         ("pairs found exactly", [sorted(r["effects"]) == sorted(r["hidden"]) for r in pairs]),
@@ -258,7 +251,10 @@ def summary(results: Sequence[dict[str, Any]]) -> Section:
         "Finding hidden effects: benchmark",
         f"{len(results)} synthetic campaigns of 81 or 90 training and 30 held-out tests, made by `tests/benchmarks/discovery` in two sets of "
         "forms and plans. Forms differ from the catalogue's, the rms of what is hidden is 0.5 to 2 times the scatter between "
-        "tests; what a linear law follows of it is not missing, so that some campaigns hide what cannot be seen in 81 tests.",
+        "tests; what a linear law follows of it is not missing, so that some campaigns hide what cannot be seen in 81 tests: an oracle "
+        f"that knows form, shape parameters and noise, and only asks whether that one effect is there, would find {100 * could:.0f} % of the "
+        f"single effects. Visible are those that it finds in at least {100 * SEEN:.0f} % of all draws of the noise. Thresholds of the "
+        "diagnosis were set on other seeds of the same forms.",
         table,
         each,
     )
