@@ -18,11 +18,17 @@ def curve(values: FloatArray, knots: int) -> FloatArray:
 
 def transformed(campaign: Campaign, name: str) -> FloatArray:
     """Return bin means of a load on the scale on which its curve is drawn."""
-    values = campaign.average(getattr(campaign.loads, name))
+    return on_scale(
+        name, campaign.average(campaign.distance if name == "sd" else getattr(campaign.loads, name))
+    )
+
+
+def on_scale(name: str, values: FloatArray) -> FloatArray:
+    """Return values of a load (of `sd` the distance since the start) on the scale on which its curve is drawn."""
     if name == "v_rel":
         return np.log(values + 0.02 * max(float(values.max()), 1e-12))
     if name == "sd":
-        return np.sqrt(np.maximum(campaign.average(campaign.distance), 0.0))
+        return np.sqrt(np.maximum(values, 0.0))
     if name in {"sigma_n", "psi"}:
         return np.log(np.maximum(values, 1e-9 * max(float(values.max()), 1e-12)))
     return values

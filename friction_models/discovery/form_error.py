@@ -49,22 +49,7 @@ class FormErrors:
 
     def evidence(self, fit: Fit, residual: FloatArray) -> float:
         """Return twice the log marginal likelihood of a fit over that of noise, less its penalty."""
-        q = self._basis(fit)
-        k = q.shape[1]
-        if not k:
-            return fit.gain
-        prepared, signal = fit.prepared, fit.signal
-        variance = FORM_ERROR**2 * float(signal @ signal) / k
-        taken = variance / (1.0 + variance)
-        m, sets, amplitudes = prepared.columns.shape
-        along = (q.T @ prepared.columns.reshape(m, -1)).reshape(k, sets, amplitudes)
-        ahead = q.T @ residual
-        gram = prepared.gram - taken * np.einsum("kga,kgb->gab", along, along)
-        scores = np.einsum("mga,m->ga", prepared.columns, residual) - taken * np.einsum(
-            "kga,k->ga", along, ahead
-        )
-        drop = float(drops(replace(prepared, gram=gram), scores)[0].max())
-        return drop + taken * float(ahead @ ahead) - k * float(np.log1p(variance)) - prepared.penalty
+        return evidence(fit, self._basis(fit), residual)
 
     def _basis(self, fit: Fit) -> FloatArray:
         """Return orthonormal deviations: curves along each load of the effect and of the effect's own value."""
@@ -72,9 +57,7 @@ class FormErrors:
         loads = [d for d in drivers if d in LOAD_NAMES and self.campaign.varies(d)]
         blocks = [self._curve(n) for n in loads]
         if len(loads) > 1:
-            value = fit.binned - fit.binned.mean()
-            value = value / max(float(value.std()), 1e-300)
-            blocks.append(self.project(self.whiten(np.column_stack([value**2, value**3]))))
+            blocks.append(self.project(self.whiten(bends(fit.binned))))
         if not blocks:
             return np.empty((len(fit.binned), 0))
         return Projector(np.column_stack(blocks)).q
@@ -83,3 +66,42 @@ class FormErrors:
         if name not in self.curves:
             self.curves[name] = self.project(self.whiten(curve(transformed(self.campaign, name), KNOTS)))
         return self.curves[name]
+
+
+def evidence(fit: Fit, q: FloatArray, residual: FloatArray) -> float:
+    """Return twice the log marginal likelihood of a fit over that of noise, less its penalty.
+
+    Parameters
+    ----------
+    fit : Fit
+    q : ndarray, shape (m, k)
+        Orthonormal deviations that its form may have, whitened and beside the base.
+    residual : ndarray, shape (m,)
+        Whitened, without the base.
+    """
+    k = q.shape[1]
+    if not k:
+        return fit.gain
+    prepared = fit.prepared
+    variance = form_variance(fit, k)
+    taken = variance / (1.0 + variance)
+    m, sets, amplitudes = prepared.columns.shape
+    along = (q.T @ prepared.columns.reshape(m, -1)).reshape(k, sets, amplitudes)
+    ahead = q.T @ residual
+    gram = prepared.gram - taken * np.einsum("kga,kgb->gab", along, along)
+    scores = np.einsum("mga,m->ga", prepared.columns, residual) - taken * np.einsum("kga,k->ga", along, ahead)
+    drop = float(drops(replace(prepared, gram=gram), scores)[0].max())
+    return drop + taken * float(ahead @ ahead) - k * float(np.log1p(variance)) - prepared.penalty
+
+
+def form_variance(fit: Fit, count: int) -> float:
+    """Return the variance of each of `count` deviations of a fit's form, in units of the noise."""
+    signal = fit.signal
+    return FORM_ERROR**2 * float(signal @ signal) / count
+
+
+def bends(contribution: FloatArray) -> FloatArray:
+    """Return deviations along the value of an effect itself, shape (m, 2)."""
+    value = contribution - contribution.mean()
+    value = value / max(float(value.std()), 1e-300)
+    return np.column_stack([value**2, value**3])

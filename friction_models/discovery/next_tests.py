@@ -1,8 +1,8 @@
 """Which tests would tell rivals apart: protocols as rows of a test plan, with the separation to expect.
 
-The expected separation is that of the tests that are there and the new ones together, less what the tests that are
-there separate already: the base is refitted on both, the rival chooses its best strength and shape, and a new test has
-its own offset, drift and sensor noise.
+The expected separation is the lead in evidence of the tests that are there and the new ones together, less what the
+tests that are there give already: the base is refitted on both, the rival chooses its best strength, shape and, within
+the form error, its bends, and a new test has its own offset, drift and sensor noise.
 """
 
 from __future__ import annotations
@@ -18,20 +18,24 @@ from .base_law import BaseLaw
 from .binning import Campaign
 from .protocols import READING, Proposal, protocols
 from .scan import Fit
-from .separation import Bench
+from .separation import ENOUGH, Bench, Separation
+from .summaries import weighted_rms
+from .verdict import LEAST_SHARE
 
 #: Rivals of the winner for which tests are sought.
 RIVALS = 3
 #: Largest separation that is promised.
 MOST = 50.0
-#: A test that separates by less tells nothing; one that separates by more is enough.
-USELESS, ENOUGH = 0.5, 3.0
+#: A test that separates by less tells nothing.
+USELESS = 0.5
+#: The effect that a reading without load tells from any other.
+ZERO = "force_zero"
 
 
 def propose(
     campaign: Campaign, found: Round, rivals: list[Fit], mu: FloatArray, base: BaseLaw
-) -> list[dict[str, Any]]:
-    """Return protocols that separate the first of `rivals` from the others, the most telling first.
+) -> tuple[list[dict[str, Any]], list[str]]:
+    """Return protocols that separate the first of `rivals` from the others, and what none of them separates.
 
     Parameters
     ----------
@@ -44,42 +48,72 @@ def propose(
         Friction of the base, for effects that need one.
     base : BaseLaw
         What else is refitted.
+
+    Returns
+    -------
+    proposals : list of dict
+        The most telling first.
+    remarks : list of str
+        One for each rival that no proposal separates.
     """
     if len(rivals) < 2:
-        return []
+        return [], []
     bench = Bench(campaign, found, mu, base)
     first, result = rivals[0], []
     proposals = protocols(campaign)
     for rival in rivals[1 : 1 + RIVALS]:
         pair = [first.name, rival.name]
         for proposal in proposals:
-            t = bench.separation(first, rival, proposal.loads)
-            result.append(_entry(proposal, pair, t))
+            result.append(_entry(proposal, pair, bench.separation(first, rival, proposal.loads)))
         points = bench.points(first, rival)
         if points is not None:
             result.append(_entry(points[0], pair, points[1]))
     names = [r.name for r in rivals]
-    if "force_zero" in names:
-        fault = rivals[names.index("force_zero")]
-        other = next(n for n in names if n != "force_zero")
+    if ZERO in names:
+        fault = rivals[names.index(ZERO)]
+        other = next(n for n in names if n != ZERO)
         row = {**proposals[0].plan[0], "protocol": "zero_reading", "zero_reading": READING}
         row.pop("v_levels", None)
         reading = Proposal("zero reading", {"sigma_n [MPa]": 0.0, "duration [s]": READING}, [row], [])
-        result.append(_entry(reading, ["force_zero", other], bench.zero_reading(fault)))
+        t = bench.zero_reading(fault)
+        result.append(_entry(reading, [ZERO, other], Separation(t, t)))
     result.sort(key=lambda p: -p["expected_t"])
+    remarks = []
+    for rival in rivals[1 : 1 + RIVALS]:
+        if ZERO not in (first.name, rival.name):
+            own = [p["expected_t"] for p in result if p["separates"] == [first.name, rival.name]]
+            if max(own, default=0.0) < ENOUGH:
+                remarks.append(_inseparable(campaign, found, first, rival, max(own, default=0.0)))
     telling = [p for p in result if p["expected_t"] >= USELESS]
-    return (telling or result[:1])[:5]
+    return (telling or result[:1])[:5], remarks
 
 
-def _entry(proposal: Proposal, pair: list[str], t: float) -> dict[str, Any]:
-    return {
+def _inseparable(campaign: Campaign, found: Round, first: Fit, rival: Fit, best: float) -> str:
+    """Return what to know about two effects that no proposed test tells apart."""
+    drivers = [f.prepared.candidate.effect.driver for f in (first, rival)]
+    apart = weighted_rms(found.change(first) - found.change(rival), campaign.count)
+    text = f"{first.name} and {rival.name}: "
+    if drivers[0] == drivers[1]:
+        text += f"same driver ({', '.join(drivers[0])}), other formula; "
+    text += f"no proposed test is expected to separate them (at best {best:.1f} standard errors, {ENOUGH:g} are needed); "
+    text += f"in the tests that are there they differ by {apart:.2g} in mu (rms)"
+    if apart**2 < LEAST_SHARE * found.floor.total**2:
+        text += ", too little to matter: within the tested range either predicts alike"
+    return text
+
+
+def _entry(proposal: Proposal, pair: list[str], expected: Separation) -> dict[str, Any]:
+    entry = {
         "protocol": proposal.protocol,
         "setpoints": proposal.setpoints,
         "separates": pair,
-        "expected_t": round(min(t, MOST), 2),
-        "repeats": int(np.ceil((ENOUGH / max(t, 0.1)) ** 2)),
-        "plan": proposal.plan,
+        "expected_t": round(min(expected.t, MOST), 2),
     }
+    if (
+        expected.t >= ENOUGH or expected.t == expected.noise
+    ):  # repeats help against noise, not against formulas
+        entry["repeats"] = int(np.ceil((ENOUGH / max(expected.t, 0.1)) ** 2))
+    return entry | {"plan": proposal.plan}
 
 
 def plan_rows(next_tests: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

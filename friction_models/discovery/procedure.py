@@ -275,6 +275,9 @@ def _assemble(
         rivals = chosen[:1]
     if len(rivals) == 1:
         rivals += [f for f in found.ranking if f.name != rivals[0].name and f.gain > 0][:1]
+    proposals, inseparable = propose(campaign, found, rivals, mu, base)
+    if named and len(evidence.confusion_set) > 1:
+        warnings += inseparable
     return Diagnosis(
         verdict=verdict,
         sentence=sentence(verdict, base, evidence, chosen, confidence, campaign),
@@ -305,7 +308,7 @@ def _assemble(
         where=evidence.structure.where if verdict == "unknown_structure" else [],
         worst_tests=worst_tests(campaign, usual),
         unrecorded_factor=unrecorded_factor(campaign, residual - moved),
-        next_tests=propose(campaign, found, rivals, mu, base),
+        next_tests=proposals,
         warnings=warnings,
         model=base.name,
         bias=binned_bias(campaign, usual, usual - moved if names else None),

@@ -1,27 +1,84 @@
-"""How far further tests would tell two effects apart."""
+"""How far further tests would tell two effects apart: mechanisms, not formulas.
+
+Both effects may bend as `form_error` lets them in the ranking, so the expected lead is one of evidence, and a lead that
+`significance.confusion_set` would not count is not promised.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement, product
 
 import numpy as np
 
 from ..effects.base import Memory
-from ..loads import FloatArray, TriboLoads
+from ..loads import LOAD_NAMES, FloatArray, TriboLoads
 from .analysis import Round
 from .base_law import BaseLaw
 from .binning import Campaign
 from .candidates import OPS, integrate, load_columns
+from .curves import curve, on_scale
+from .form_error import KNOTS, bends, evidence, form_variance
 from .protocols import POINTS, READING, Proposal, Settings
-from .scan import Fit, Projector
+from .scan import Fit, Prepared, Projector, best_fit, drops, prepare_candidate
+from .significance import SAME, TWINS
 
+#: Standard errors that are enough: rivals that are further apart leave the confusion set.
+ENOUGH = 3.0
 #: Independent readings of a force cell in one second without load.
 READINGS = 20.0
 #: Constant tests of one proposal.
 SEVERAL = 3
 #: Shapes of a rival that are tried.
 SHAPES = 20
+#: Shapes are possible whose squared error in the tests that are there is larger than that of the best by less than this.
+ALLOWED = 6.0
+
+
+@dataclass(frozen=True)
+class Separation:
+    """How far tests tell two effects apart, in standard errors: against noise, and against errors of the formulas, too."""
+
+    noise: float
+    t: float
+
+
+def separated(before: float, after: float, whole: float, likeness: float = 0.0) -> Separation:
+    """Return the standard errors by which a lead grows, below `ENOUGH` where it stays a matter of formulas.
+
+    Parameters
+    ----------
+    before, after : float
+        Lead in evidence of one effect over another without and with further tests.
+    whole : float
+        Evidence of the leading effect with them.
+    likeness : float
+        Correlation of the two contributions with them.
+    """
+    growth = float(np.sqrt(max(after - before, 0.0)))
+    lead = np.sqrt(max(after, 0.0) / max(SAME * whole, 1e-12))
+    unlike = np.sqrt(max(1.0 - likeness, 0.0) / (1.0 - TWINS))
+    return Separation(growth, min(growth, ENOUGH * float(min(lead, unlike))))
+
+
+@dataclass(frozen=True)
+class Lead:
+    """By how much evidence the true effect leads, of how much of its own, and the correlation of the two."""
+
+    evidence: float
+    whole: float
+    likeness: float
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """Evidence of an effect for a signal, its correlation with it, deviations of its form and the variance of each."""
+
+    evidence: float
+    likeness: float
+    q: FloatArray
+    variance: float
 
 
 class Bench:
@@ -35,66 +92,57 @@ class Bench:
         self.centre = array.mean(axis=0)
         spread = array.std(axis=0)
         self.scale = np.where(spread > 1e-9 * np.maximum(1.0, np.abs(self.centre)), spread, np.inf)
-        self.old_base = found.whiten(self._terms(campaign.average(array)))
-        self.old: dict[str, FloatArray] = {}
+        self.base = self.terms(campaign.average(array))
+        self.before: dict[tuple[str, str], float] = {}
+        self.there = Stack(self, [])
 
-    def _terms(self, loads: FloatArray) -> FloatArray:
+    def terms(self, loads: FloatArray) -> FloatArray:
+        """Return what the base may follow, shape (n, p)."""
         z = (loads - self.centre) / self.scale
         columns = [np.ones(len(z))]
         for d in range(1, self.degree + 1):
             columns += [np.prod(z[:, list(c)], axis=1) for c in combinations_with_replacement(range(5), d)]
         return np.column_stack(columns)
 
-    def separation(self, first: Fit, second: Fit, tests: Sequence[TriboLoads]) -> float:
-        """Return by how many standard errors the tests would tell two effects apart, whichever is true."""
-        before = min(self._distance(a, b, []) for a, b in ((first, second), (second, first)))
-        after = min(self._distance(a, b, tests) for a, b in ((first, second), (second, first)))
-        return float(np.sqrt(max(after - before, 0.0)))
+    def separation(self, first: Fit, second: Fit, tests: Sequence[TriboLoads]) -> Separation:
+        """Return how far the tests would tell two effects apart, whichever is true, unless the lead is clear already."""
+        with_them = Stack(self, tests)
+        clear = first.evidence - second.evidence >= max(SAME * first.evidence, ENOUGH**2)
+        each = []
+        for truth, rival in ((first, second),) if clear else ((first, second), (second, first)):
+            pair = (truth.name, rival.name)
+            if pair not in self.before:
+                self.before[pair] = self.there.lead(truth, rival).evidence
+            after = with_them.lead(truth, rival)
+            now = truth.evidence - rival.evidence
+            each.append(separated(now, now + after.evidence - self.before[pair], after.whole, after.likeness))
+        return min(each, key=lambda s: s.t)
 
-    def _distance(self, truth: Fit, rival: Fit, tests: Sequence[TriboLoads]) -> float:
-        """Return the whitened squared error that the rival leaves where `truth` holds."""
-        roots = [self._root(loads) for loads in tests]
-        base = np.vstack(
-            [self.old_base, *(r @ self._terms(x.as_array()) for r, x in zip(roots, tests, strict=True))]
-        )
-        project = Projector(base)
-        signal = (
-            self._stacked(truth, roots, tests)[:, self._sets(truth).index(truth.index)] @ truth.amplitudes
-        )
-        signal = project(signal)
-        columns = project(self._stacked(rival, roots, tests))
-        power = float(signal @ signal)
-        gram = np.einsum("mga,mgb->gab", columns, columns)
-        score = np.einsum("mga,m->ga", columns, signal)
-        ridge = 1e-9 * np.trace(gram, axis1=1, axis2=2)[:, None, None] * np.eye(
-            gram.shape[1]
-        ) + 1e-30 * np.eye(gram.shape[1])
-        explained = np.einsum("ga,ga->g", score, np.linalg.solve(gram + ridge, score[:, :, None])[:, :, 0])
-        return max(power - float(explained.max()), 0.0)
-
-    def _stacked(self, fit: Fit, roots: Sequence[FloatArray], tests: Sequence[TriboLoads]) -> FloatArray:
-        """Return the whitened basis of an effect at all shapes, old tests and new, [m, g, amplitudes]."""
-        raw = fit.prepared.candidate.columns[:, self._sets(fit)]
-        if fit.name not in self.old:
-            self.old[fit.name] = self.found.whiten(raw.reshape(len(raw), -1)).reshape(raw.shape)
-        parts = [self.old[fit.name]]
-        for root, loads in zip(roots, tests, strict=True):
-            new = self._basis(fit, loads)
-            parts.append((root @ new.reshape(POINTS, -1)).reshape(new.shape))
-        return np.concatenate(parts)
+    def plausible(self, fit: Fit) -> list[tuple[int, FloatArray, float]]:
+        """Return shapes of an effect that the tests which are there allow: place in `sets`, amplitudes, weight."""
+        prepared, chosen = fit.prepared, self.sets(fit)
+        scores = np.einsum("mga,m->ga", prepared.columns, self.found.residual)
+        drop, amplitudes = drops(prepared, scores)
+        least = drop[fit.index] - ALLOWED
+        found = [
+            (k, amplitudes[g], float(np.exp(0.5 * (drop[g] - drop[fit.index]))))
+            for k, g in enumerate(chosen)
+            if drop[g] > max(least, 0.0)
+        ]
+        return found or [(chosen.index(fit.index), fit.amplitudes, 1.0)]
 
     @staticmethod
-    def _sets(fit: Fit) -> list[int]:
+    def sets(fit: Fit) -> list[int]:
         """Return which sets of shape parameters take part: the best one, and some of the others evenly."""
         count = fit.prepared.candidate.columns.shape[1]
         some = np.linspace(0, count - 1, min(count, SHAPES)).round().astype(int)
         return sorted({int(k) for k in some} | {fit.index})
 
-    def _basis(self, fit: Fit, loads: TriboLoads) -> FloatArray:
+    def basis(self, fit: Fit, loads: TriboLoads) -> FloatArray:
         """Return the basis of an effect along a new test, [POINTS, g, amplitudes]."""
         candidate = fit.prepared.candidate
         effect = candidate.effect
-        chosen = self._sets(fit)
+        chosen = self.sets(fit)
         shape = {name: values[None, chosen] for name, values in candidate.shapes.items()}
         sets = len(chosen)
         system = {k: np.full((POINTS, 1), float(v.mean())) for k, v in self.campaign.system.items()}
@@ -106,7 +154,7 @@ class Bench:
         basis = effect.basis(OPS, load_columns(loads), shape, Memory(made.mu[:, None], state, system))
         return np.stack([np.broadcast_to(b, (POINTS, sets)) for b in basis], axis=2)
 
-    def _root(self, loads: TriboLoads) -> FloatArray:
+    def root(self, loads: TriboLoads) -> FloatArray:
         """Return what whitens a new test: its own offset, drift along it, sensor noise."""
         floor = self.found.floor
         gaps = np.abs(loads.sd[:, None] - loads.sd[None, :])
@@ -115,7 +163,7 @@ class Bench:
         S[np.diag_indices(POINTS)] += max(floor.bin_sensor**2 / points, 1e-12)
         return np.asarray(np.linalg.inv(np.linalg.cholesky(S)))
 
-    def points(self, first: Fit, second: Fit) -> tuple[Proposal, float] | None:
+    def points(self, first: Fit, second: Fit) -> tuple[Proposal, Separation] | None:
         """Return the constant tests at corners of the plan that separate best together, and by how much."""
         s = Settings.of(self.campaign)
         corners = list(product(*(sorted({x[0], x[2]}) for x in (s.pressure, s.speed, s.tool))))
@@ -126,7 +174,7 @@ class Bench:
             sigma, v, tool = corner
             return s.loads(np.full(POINTS, v), np.full(POINTS, sigma), tool, s.distance)
 
-        each = [self.separation(first, second, [loads(c)]) for c in corners]
+        each = [self.separation(first, second, [loads(c)]).noise for c in corners]
         best = [corners[k] for k in np.argsort(each)[::-1][:SEVERAL]]
         rows = [s.row(sigma, v, tool, s.distance) for sigma, v, tool in best]
         names = ("sigma_n [MPa]", "v_rel [mm/s]", "T_tool [degC]")
@@ -142,3 +190,92 @@ class Bench:
         )  # what the cell reads at no load
         noise = self.found.floor.sensor * float(np.median(loads.sigma_n)) / np.sqrt(READING * READINGS)
         return float(np.median(friction) / max(noise, 1e-12))
+
+
+class Stack:
+    """The tests that are there with some new ones, whitened, beside the base that is refitted on both.
+
+    Parameters
+    ----------
+    bench : Bench
+    tests : sequence of TriboLoads
+        Loads along each new test.
+    """
+
+    def __init__(self, bench: Bench, tests: Sequence[TriboLoads]) -> None:
+        self.bench, self.tests = bench, tests
+        self.roots = [bench.root(loads) for loads in tests]
+        terms = np.vstack([bench.base, *(bench.terms(x.as_array()) for x in tests)])
+        self.project = Projector(self._white(terms))
+        self.curves: dict[str, FloatArray] = {}
+        self.ready: dict[str, Prepared] = {}
+
+    def lead(self, truth: Fit, rival: Fit) -> Lead:
+        """Return by how much the true one of two effects should lead.
+
+        Nature is that effect, at shapes that the tests which are there allow, with deviations of its form; both are
+        weighed as the ranking weighs them. Of the shapes the median counts.
+        """
+        own, other = self._prepared(truth), self._prepared(rival)
+        each, weights = [], []
+        for k, amplitudes, weight in self.bench.plausible(truth):
+            signal = self.project(self._white(own.candidate.columns[:, k] @ amplitudes))
+            each.append(self._lead(own, other, signal))
+            weights.append(weight)
+        order = np.argsort([e.evidence for e in each])
+        below = np.cumsum(np.array(weights)[order])
+        return each[order[min(int(np.searchsorted(below, 0.5 * below[-1])), len(each) - 1)]]
+
+    def _lead(self, truth: Prepared, rival: Prepared, signal: FloatArray) -> Lead:
+        own, other = self._weighed(truth, signal), self._weighed(rival, signal)
+        taken = [w.variance / (1.0 + w.variance) for w in (own, other)]
+        # noise that passes for deviations
+        noise = own.q.shape[1] * taken[0] - other.q.shape[1] * taken[1]
+        # of the deviations of nature the true effect takes up its share, the rival what lies along its own
+        seen = own.q.shape[1] * taken[0] - taken[1] * float(np.sum((other.q.T @ own.q) ** 2))
+        return Lead(own.evidence - other.evidence + noise + own.variance * seen, own.evidence, other.likeness)
+
+    def _weighed(self, prepared: Prepared, signal: FloatArray) -> Weighed:
+        best = best_fit(prepared, signal)
+        q = self._deviations(best)
+        own = best.signal
+        size = float(np.sqrt((own @ own) * (signal @ signal)))
+        likeness = float(own @ signal) / size if size > 0.0 else 0.0
+        return Weighed(evidence(best, q, signal), likeness, q, form_variance(best, max(q.shape[1], 1)))
+
+    def _prepared(self, fit: Fit) -> Prepared:
+        """Return an effect at some shapes in old tests and new ones."""
+        if fit.name not in self.ready:
+            old = fit.prepared.candidate.columns[:, self.bench.sets(fit)]
+            columns = np.concatenate([old, *(self.bench.basis(fit, loads) for loads in self.tests)])
+            candidate = replace(fit.prepared.candidate, columns=columns)
+            self.ready[fit.name] = prepare_candidate(candidate, self._white, self.project)
+        return self.ready[fit.name]
+
+    def _deviations(self, fit: Fit) -> FloatArray:
+        """Return orthonormal deviations of the form, as `FormErrors` has them."""
+        loads = [
+            d for d in fit.prepared.candidate.effect.driver if d in LOAD_NAMES and np.ptp(self._load(d)) > 0.0
+        ]
+        blocks = [self._curve(n) for n in loads]
+        if len(loads) > 1:
+            blocks.append(self.project(self._white(bends(fit.binned))))
+        return Projector(np.column_stack(blocks)).q if blocks else np.empty((len(fit.binned), 0))
+
+    def _curve(self, name: str) -> FloatArray:
+        if name not in self.curves:
+            self.curves[name] = self.project(self._white(curve(on_scale(name, self._load(name)), KNOTS)))
+        return self.curves[name]
+
+    def _load(self, name: str) -> FloatArray:
+        campaign = self.bench.campaign
+        old = campaign.distance if name == "sd" else getattr(campaign.loads, name)
+        return np.concatenate([campaign.average(old), *(getattr(x, name) for x in self.tests)])
+
+    def _white(self, values: FloatArray) -> FloatArray:
+        """Return whitened values of old and new tests, shape (m, ...)."""
+        flat = values.reshape(len(values), -1)
+        count = len(self.bench.campaign.starts)
+        parts = [self.bench.found.whiten(flat[:count])]
+        parts += [r @ flat[count + k * POINTS : count + (k + 1) * POINTS] for k, r in enumerate(self.roots)]
+        return np.concatenate(parts).reshape(values.shape)

@@ -18,6 +18,7 @@ from friction_models.discovery.binning import prepare
 from friction_models.discovery.candidates import integrate
 from friction_models.discovery.next_tests import plan_rows
 from friction_models.discovery.protocols import protocols
+from friction_models.discovery.separation import ENOUGH, separated
 from friction_models.loads import TriboLoads
 from friction_models.loads.time_steps import rests, time_steps
 from friction_models.onnx_model import OnnxModel
@@ -39,8 +40,8 @@ def unsure() -> Diagnosis:
 def test_proposals_are_rows_of_a_plan_and_the_laboratory_takes_them(unsure: Diagnosis) -> None:
     assert unsure.verdict == "ambiguous" and unsure.next_tests
     for entry in unsure.next_tests:
-        assert {"protocol", "setpoints", "separates", "expected_t", "repeats", "plan"} <= set(entry)
-        assert set(entry["separates"]) <= set(unsure.confusion_set) and entry["repeats"] >= 1
+        assert {"protocol", "setpoints", "separates", "expected_t", "plan"} <= set(entry)
+        assert set(entry["separates"]) <= set(unsure.confusion_set) and entry.get("repeats", 1) >= 1
         for row in entry["plan"]:
             assert NEEDS[row["protocol"]] <= set(row)
             assert {"sigma_set", "v_set", "T_tool", "sd_set"} <= set(row)
@@ -55,6 +56,25 @@ def test_twins_of_pressure_need_less_force_or_a_zero_reading(unsure: Diagnosis) 
     assert {"pressure ramp", "zero reading"} <= set(best.values())
     ramp = next(n for n in unsure.next_tests if n["protocol"] == "pressure ramp")["plan"][0]
     assert ramp["sigma_end"] < 500.0 < ramp["sigma_set"]  # on the same contact, below all tested pressures
+
+
+def test_formulas_of_one_mechanism_are_not_promised_apart(unsure: Diagnosis) -> None:
+    twins = {"pressure_power", "pressure_saturation"}
+    told = [n["expected_t"] for n in unsure.next_tests if set(n["separates"]) == twins]
+    assert told and max(told) < ENOUGH
+    remark = next(w for w in unsure.warnings if "same driver (sigma_n)" in w)
+    assert all(name in remark for name in twins) and "either predicts alike" in remark
+    assert not any("force_zero" in w and "same driver" in w for w in unsure.warnings)  # a reading tells it
+
+
+def test_a_lead_counts_when_it_is_more_than_a_matter_of_formulas() -> None:
+    clear = separated(1.0, 101.0, 200.0)
+    assert clear.noise == clear.t == pytest.approx(10.0)
+    small = separated(1.0, 101.0, 100_000.0)  # a thousandth of the evidence
+    assert small.noise == pytest.approx(10.0) and small.t < ENOUGH
+    alike = separated(1.0, 101.0, 200.0, likeness=0.995)
+    assert alike.t < ENOUGH < alike.noise
+    assert separated(5.0, 2.0, 200.0).t == 0.0
 
 
 def test_all_protocols_stay_on_the_rig() -> None:
@@ -131,3 +151,6 @@ def test_the_proposed_protocol_separates_the_rivals_in_the_virtual_laboratory(tm
     second = diagnose(points, tests)
     rival = next(n for n in proposed["separates"] if n != "stribeck")
     assert second.effects[:1] == ["stribeck"] and rival not in second.confusion_set
+    before, now = ({r["effect"]: r["evidence"] for r in d.ranking} for d in (first, second))
+    found = separated(before["stribeck"] - before[rival], now["stribeck"] - now[rival], max(now.values()))
+    assert found.t > ENOUGH
