@@ -151,6 +151,8 @@ def test_the_proposed_protocol_separates_the_rivals_in_the_virtual_laboratory(tm
     second = diagnose(points, tests)
     rival = next(n for n in proposed["separates"] if n != "stribeck")
     assert second.effects[:1] == ["stribeck"] and rival not in second.confusion_set
-    before, now = ({r["effect"]: r["evidence"] for r in d.ranking} for d in (first, second))
-    found = separated(before["stribeck"] - before[rival], now["stribeck"] - now[rival], max(now.values()))
+    earlier, later = ({r["effect"]: r["evidence"] for r in d.ranking} for d in (first, second))
+    found = separated(
+        earlier["stribeck"] - earlier[rival], later["stribeck"] - later[rival], max(later.values())
+    )
     assert found.t > ENOUGH
