@@ -9,6 +9,9 @@ from .forming import Extrusion
 from .running import version
 from .subjects import Subjects
 
+#: Relative difference of forces that the solver does not resolve.
+SOLVER = 1e-5
+
 
 @pytest.fixture(scope="module")
 def extrusion(subjects: Subjects, tmp_path_factory: pytest.TempPathFactory) -> Extrusion:
@@ -24,10 +27,13 @@ def test_libcosim(extrusion: Extrusion, force: np.ndarray) -> None:
     if not version("libcosimpy"):
         pytest.skip("not installed: libcosimpy (extra [interop])")
     assert force[-1] > 10.0
-    np.testing.assert_allclose(extrusion.theirs("libcosim"), force, rtol=1e-9)
+    # Steps counted in nanoseconds differ in the last bit, and a remeshing amplifies that; another
+    # order of coupling gives another force.
+    np.testing.assert_allclose(extrusion.theirs("libcosim"), force, rtol=SOLVER)
+    assert np.max(np.abs(extrusion.ours("gauss_seidel") - force)) > 5.0 * SOLVER * force[-1]
 
 
 def test_a_host_without_python(extrusion: Extrusion, force: np.ndarray) -> None:
     if not (version("ecospy") and version("tbb")):
         pytest.skip("not installed: ecospy and tbb (extra [interop])")
-    np.testing.assert_allclose(extrusion.theirs("ecos"), force, atol=1e-6)
+    np.testing.assert_allclose(extrusion.theirs("ecos"), force, rtol=SOLVER, atol=1e-6)
