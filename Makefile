@@ -24,8 +24,9 @@ $(TESTING): $(STAMP)
 demo: $(STAMP)
 	$(BIN)/tribofmu demo -o build/demo
 
+# Two processes with one thread each: threads of both that wait for each other take many times as long.
 test: $(TESTING)
-	$(BIN)/python -m pytest -n 2 --dist loadscope tests
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadscope tests
 
 lint: $(TESTING)
 	$(BIN)/ruff check .
