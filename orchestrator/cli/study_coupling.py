@@ -9,7 +9,7 @@ import typer
 
 from .console import say
 from .options import Jobs
-from .study_options import DryRun, Quick, Scheduler, StudyFolder, run_campaign, write_manifest
+from .study_options import DryRun, Quick, Scheduler, Seed, StudyFolder, run_campaign, write_manifest
 
 if TYPE_CHECKING:
     from ..campaign import Campaign, JobResult
@@ -33,7 +33,6 @@ Stroke = Annotated[
     float | None,
     typer.Option(help="Punch travel in mm. Default: as far as a usual run goes.", min=0.1, max=100.0),
 ]
-Seed = Annotated[int, typer.Option(help="Seed of the virtual laboratory.", min=0)]
 
 
 def lag(

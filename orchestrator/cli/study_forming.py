@@ -8,19 +8,21 @@ import typer
 
 from .console import say
 from .options import Jobs
-from .study_options import DryRun, Quick, Scheduler, StudyFolder, run_campaign, write_manifest
+from .study_options import (
+    DryRun,
+    Lubricants,
+    Quick,
+    Scheduler,
+    Seed,
+    StudyFolder,
+    run_campaign,
+    write_manifest,
+)
 
 
 def forming_error(
     out: StudyFolder,
-    data: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--data",
-            metavar="[LUBRICANT=]DIR",
-            help="Data set of a lubricant, repeated for each (default: the virtual laboratory).",
-        ),
-    ] = None,
+    data: Lubricants = None,
     press: Annotated[
         list[str] | None,
         typer.Option(
@@ -29,7 +31,7 @@ def forming_error(
             help="Folder of press curves of the same lubricants, repeated for several.",
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the virtual laboratory.")] = 0,
+    seed: Seed = 0,
     quick: Quick = False,
     dry_run: DryRun = False,
     jobs: Jobs = None,

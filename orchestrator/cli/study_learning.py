@@ -9,20 +9,22 @@ import typer
 
 from .console import say
 from .options import Jobs
-from .study_options import DryRun, Quick, Scheduler, StudyFolder, run_campaign, write_manifest
+from .study_options import (
+    DryRun,
+    Lubricants,
+    Quick,
+    Scheduler,
+    Seed,
+    StudyFolder,
+    run_campaign,
+    write_manifest,
+)
 
 
 def learning_curve(
     out: StudyFolder,
-    data: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--data",
-            metavar="[LUBRICANT=]DIR",
-            help="Data set of a lubricant, repeated for each (default: the virtual laboratory).",
-        ),
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of laboratory, training sets and models.")] = 0,
+    data: Lubricants = None,
+    seed: Seed = 0,
     accuracy: Annotated[
         float, typer.Option(min=1e-5, max=1.0, help="Error in mu that is asked for (changes no job).")
     ] = 0.01,

@@ -17,6 +17,17 @@ StudyFolder = Annotated[
     Path,
     typer.Option("-o", "--out", help="Folder of the study; what is there already is not computed again."),
 ]
+Lubricants = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--data",
+        metavar="[LUBRICANT=]DIR",
+        help="Data set of a lubricant, repeated for each (default: the virtual laboratory).",
+    ),
+]
+Seed = Annotated[
+    int, typer.Option(min=0, help="Seed of the virtual laboratory, of training sets and of models.")
+]
 Quick = Annotated[bool, typer.Option("--quick", help="A small size that shows the way, under two minutes.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Only count the jobs and estimate the time.")]
 Scheduler = Annotated[
