@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -13,7 +15,11 @@ from .study_options import DryRun, Quick, Scheduler, Seed, StudyFolder, run_camp
 
 if TYPE_CHECKING:
     from ..campaign import Campaign, JobResult
+    from ..studies.extrapolation import ExtrapolationStudy
+    from ..studies.lag import LagStudy
 
+#: What a study found, as its JSON file holds it.
+Values = dict[str, Any]
 Data = Annotated[
     list[str] | None,
     typer.Option(
@@ -55,23 +61,12 @@ def lag(
     scheduler: Scheduler = None,
 ) -> None:
     """Say what one-step lag costs against iterated coupling as the communication step grows."""
-    from ..campaign import CODE, Campaign
+    from ..report.lag_page import lag_page
     from ..studies.lag import LagStudy, table
-    from ..studies.level_runs import CODE as RUNS
 
     study = LagStudy.quick() if quick else LagStudy()
     study = replace(study, seed=seed, **_given(models=model, processes=process, steps=step, stroke=stroke))
-    chosen = _chosen(data)
-    campaign = Campaign(out, study.jobs(chosen), (*CODE, *RUNS))
-    results = run_campaign(campaign, "study lag", jobs, scheduler, dry_run)
-    if results is None:
-        return
-    values = study.evaluate(results, chosen)
-    from ..report.lag_page import lag_page
-
-    rows = [_flat(row) for row in values["rows"]]
-    _write(campaign, results, values, rows, "lag", lag_page(values), seed)
-    _finish(campaign, values, table(values))
+    _carry_out("lag", study, data, out, (_lag_rows, lag_page, table), jobs, scheduler, dry_run)
 
 
 def extrapolation(
@@ -87,22 +82,37 @@ def extrapolation(
     scheduler: Scheduler = None,
 ) -> None:
     """Say how friction models behave in forming where the loads leave the domain that they were trained on."""
-    from ..campaign import CODE, Campaign
+    from ..report.extrapolation_page import extrapolation_page
     from ..studies.extrapolation import ExtrapolationStudy, table
-    from ..studies.level_runs import CODE as RUNS
 
     study = ExtrapolationStudy.quick() if quick else ExtrapolationStudy()
     study = replace(study, seed=seed, **_given(models=model, processes=process, stroke=stroke))
+    shown = (_extrapolation_rows, extrapolation_page, table)
+    _carry_out("extrapolation", study, data, out, shown, jobs, scheduler, dry_run)
+
+
+def _carry_out(
+    name: str,
+    study: LagStudy | ExtrapolationStudy,
+    data: list[str] | None,
+    out: Path,
+    shown: tuple[Callable[[Values], list[Values]], Callable[[Values], str], Callable[[Values], str]],
+    jobs: int | None,
+    scheduler: str | None,
+    dry_run: bool,
+) -> None:
+    """Run a study and write what it found; `shown` makes the rows of its CSV file, its page and its text."""
+    from ..campaign import CODE, Campaign
+    from ..studies.level_runs import CODE as RUNS
+
     chosen = _chosen(data)
     campaign = Campaign(out, study.jobs(chosen), (*CODE, *RUNS))
-    results = run_campaign(campaign, "study extrapolation", jobs, scheduler, dry_run)
+    results = run_campaign(campaign, f"study {name}", jobs, scheduler, dry_run)
     if results is None:
         return
+    rows, page, table = shown
     values = study.evaluate(results, chosen)
-    from ..report.extrapolation_page import extrapolation_page
-
-    rows = [_flat({k: v for k, v in run.items() if k != "loads"} | _by_load(run)) for run in values["runs"]]
-    _write(campaign, results, values, rows, "extrapolation", extrapolation_page(values), seed)
+    _write(campaign, results, values, [_flat(row) for row in rows(values)], name, page(values), study.seed)
     _finish(campaign, values, table(values))
 
 
@@ -122,6 +132,15 @@ def _chosen(data: list[str] | None) -> Any:
             f"--data: {len(chosen)} data sets, allowed: one, as the study compares runs of one lubricant"
         )
     return chosen
+
+
+def _lag_rows(values: Values) -> list[Values]:
+    rows: list[Values] = values["rows"]
+    return rows
+
+
+def _extrapolation_rows(values: Values) -> list[Values]:
+    return [{k: v for k, v in run.items() if k != "loads"} | _by_load(run) for run in values["runs"]]
 
 
 def _by_load(run: dict[str, Any]) -> dict[str, Any]:
