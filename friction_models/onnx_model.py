@@ -96,10 +96,8 @@ class OnnxModel:
 
         `state` of shape (n, k) is by default its start value, `system` of shape (m,) likewise.
         """
-        feed = self._feed(loads, state, system)
-        if "dt" in self._session_inputs:
-            feed["dt"] = np.zeros(1)
-        return self._session.run(["mu"], feed)[0][:, 0]
+        (mu,) = self._outputs(["mu"], loads, state, system)
+        return mu
 
     def predict_interval(
         self,
@@ -114,7 +112,7 @@ class OnnxModel:
         InputError
             The file holds no prediction interval, or shapes do not fit.
         """
-        mu, margin = self.predict(loads, state, system), self.margin(loads, state, system)
+        mu, margin = self._outputs(["mu", MARGIN], loads, state, system)
         return np.maximum(mu - margin, 0.0), mu + margin
 
     @property
@@ -129,14 +127,31 @@ class OnnxModel:
         system: npt.ArrayLike | None = None,
     ) -> FloatArray:
         """Return half the width of the prediction interval before the cut at 0, shape (n,)."""
-        if not self.has_interval:
+        (margin,) = self._outputs([MARGIN], loads, state, system)
+        return margin
+
+    def _outputs(
+        self,
+        names: list[str],
+        loads: TriboLoads | npt.ArrayLike,
+        state: npt.ArrayLike | None,
+        system: npt.ArrayLike | None,
+    ) -> list[FloatArray]:
+        """Return outputs of the graph at one moment, each of shape (n,).
+
+        Raises
+        ------
+        InputError
+            The margin is asked for and the file holds none, or shapes do not fit.
+        """
+        if MARGIN in names and not self.has_interval:
             raise InputError(
                 f"{self.path}: no prediction interval; allowed: a model with the output {MARGIN!r}"
             )
         feed = self._feed(loads, state, system)
         if "dt" in self._session_inputs:
             feed["dt"] = np.zeros(1)
-        return self._session.run([MARGIN], feed)[0][:, 0]
+        return [values[:, 0] for values in self._session.run(names, feed)]
 
     def step(
         self,
