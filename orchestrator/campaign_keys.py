@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import importlib.util
 import json
 import os
-import platform
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
@@ -15,10 +13,12 @@ from typing import Any
 
 from friction_models.loads import InputError
 
+from .fmu_files import file_hash
+
 #: Distributions whose version may change a number.
 DISTRIBUTIONS = (
     "fmpy", "netCDF4", "numba", "numpy", "onnx", "onnxruntime", "pandas", "pythonfmu",
-    "scikit-learn", "scipy", "torch", "tribofmu", "xarray",
+    "scikit-learn", "scipy", "torch", "xarray",
 )  # fmt: skip
 #: Files of a package that are sources of its results.
 _SOURCES = (".py", ".yaml", ".c", ".h")
@@ -49,21 +49,9 @@ def path_digest(path: str | os.PathLike[str]) -> str:
         if place.is_dir():
             inside = sorted(p for p in place.rglob("*") if p.is_file())
             return digest([[p.relative_to(place).as_posix(), path_digest(p)] for p in inside])
-        with place.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        return file_hash(place)
     except OSError as error:
         raise InputError(f"{place}: cannot be read ({error.strerror}); allowed: a file or a folder") from None
-
-
-def versions() -> dict[str, str]:
-    """Return the versions of Python and of the distributions that results depend on."""
-    found = {"python": platform.python_version()}
-    for name in DISTRIBUTIONS:
-        try:
-            found[name] = importlib.metadata.version(name)
-        except importlib.metadata.PackageNotFoundError:
-            found[name] = "not installed"
-    return found
 
 
 def code_digest(names: Iterable[str]) -> str:

@@ -17,8 +17,9 @@ from typing import Any
 from forming.pool import one_thread
 from friction_models.loads import InputError
 
-from .campaign_keys import code_digest, versions
+from .campaign_keys import DISTRIBUTIONS, code_digest
 from .campaign_store import JobResult, Store
+from .runs import versions
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class Order:
 
 def stamp(code: tuple[str, ...]) -> dict[str, Any]:
     """Return what counts in every hash: versions, and the hash of the sources."""
-    return {"versions": versions(), "code": code_digest(code)}
+    return {"versions": versions(DISTRIBUTIONS), "code": code_digest(code)}
 
 
 _my_stamp = cache(stamp)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import json
 import os
 import platform
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from friction_models.loads import FloatArray, InputError, atomic_folder, unknown_name, write_json
+from friction_models.model_card import package_version
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -145,17 +145,10 @@ class Run:
         return pd.DataFrame(columns)
 
 
-def versions() -> dict[str, str]:
+def versions(packages: Iterable[str] = PACKAGES) -> dict[str, str]:
     """Return the versions of tribofmu, Python and the packages that results depend on."""
-    found = {"python": platform.python_version(), "tribofmu": _version("tribofmu")}
-    return found | {name: _version(name) for name in PACKAGES}
-
-
-def _version(name: str) -> str:
-    try:
-        return importlib.metadata.version(name)
-    except importlib.metadata.PackageNotFoundError:
-        return "not installed"
+    found = {name: package_version(name) or "not installed" for name in ("tribofmu", *packages)}
+    return {"python": platform.python_version()} | found
 
 
 def write_run(
