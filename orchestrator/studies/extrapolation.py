@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from friction_models.domain import Domain
 from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, InputError
@@ -23,6 +24,7 @@ from .models import ADVANCED, load_data, model_job
 if TYPE_CHECKING:
     from ..campaign import Job, JobResult
     from ..runs import Run
+    from .level_runs import Level
 
 DATA_KINDS = ("all", "reduced")
 #: Value of the FMU's parameter ``clamp_to_domain``.
@@ -120,6 +122,7 @@ class ExtrapolationStudy:
         runs: list[dict[str, Any]] = []
         domains: dict[str, Any] = {}
         models: list[dict[str, Any]] = []
+        areas = {process: reference_areas(level) for process, level in self._levels()[:: len(self.levels)]}
         for family in self.models:
             for kind in DATA_KINDS:
                 model = results.get(f"model-{family}-{sources[kind]}")
@@ -143,10 +146,8 @@ class ExtrapolationStudy:
                             "data": kind,
                             "rule": rule,
                         }
-                        runs.append(
-                            row
-                            | _numbers(results.get(_name(process, level.name, family, kind, rule)), domain)
-                        )
+                        result = results.get(_name(process, level.name, family, kind, rule))
+                        runs.append(row | _numbers(result, domain, areas[process]))
         return {
             "settings": {
                 "models": list(self.models),
@@ -201,23 +202,67 @@ def reduce(
     }
 
 
-def contact_states(run: Run) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return loads (n, 5), mu (n,) and share of the friction work (n,) of every marker in contact at every step.
+def reference_areas(level: Level) -> FloatArray:
+    """Return the area that every marker stands for on the undeformed billet [mm2], in the order of the run.
 
-    Markers count alike in the undeformed billet, hence by their surface expansion in the contact.
+    It reaches half way to the neighbouring markers and all around the axis (2 pi r ds). Markers are dense where the
+    tools work on the billet, so these areas differ by a factor of a hundred and more. Times its surface expansion,
+    which the solver takes over the same neighbours, it is the area that a marker stands for now.
     """
-    table = [np.atleast_2d(run[f"forming.{name}"].T).T for name in LOAD_NAMES]
-    mu = np.atleast_2d(run["friction.mu"].T).T
-    # What a step publishes is answered by the mu of the next one; the last row has no answer.
-    touching = (np.atleast_2d(run["forming.active"].T).T > 0.5)[:-1]
-    loads = np.column_stack([column[:-1][touching] for column in table])
-    answer = mu[1:][touching]
-    work = answer * loads[:, 2] * loads[:, 0] * loads[:, 4]
-    total = float(work.sum())
-    return loads, answer, work / total if total > 0.0 else np.zeros(len(work))
+    from forming.processes import PROCESSES
+
+    solver: Any = PROCESSES[level.process]
+    process = solver(**level.numbers)
+    process.start()
+    between = process.simulation.state.markers.reference_area
+    return np.asarray(0.5 * np.concatenate([between[:1], between[:-1] + between[1:], between[-1:]]))
 
 
-def _numbers(result: JobResult | None, domain: Domain) -> dict[str, Any]:
+class Contact(NamedTuple):
+    """Every marker in contact at every step of a run, n in all.
+
+    Attributes
+    ----------
+    loads : ndarray, shape (n, 5)
+    mu : ndarray, shape (n,)
+        The answer of the friction model to them.
+    area : ndarray, shape (n,)
+        Area that the marker stands for [mm2]. Steps take the same time, so its sums are shares of contact and time.
+    work : ndarray, shape (n,)
+        Friction work on that area during the step [J].
+    """
+
+    loads: FloatArray
+    mu: FloatArray
+    area: FloatArray
+    work: FloatArray
+
+    def share(self, where: npt.NDArray[np.bool_]) -> dict[str, float]:
+        """Return the share of contact area and of friction work that a mask picks."""
+        total = float(self.work.sum())
+        return {
+            "share": float(self.area[where].sum() / self.area.sum()),
+            "work": float(self.work[where].sum()) / total if total > 0.0 else 0.0,
+        }
+
+    @classmethod
+    def of(cls, run: Run, areas: FloatArray) -> Contact:
+        """Return the contact of a run whose markers stand for `reference_areas` on the undeformed billet."""
+        table = [np.atleast_2d(run[f"forming.{name}"].T).T for name in LOAD_NAMES]
+        answer = np.atleast_2d(run["friction.mu"].T).T
+        # What a step publishes is answered by the mu of the next one; the last row has no answer.
+        touching = (np.atleast_2d(run["forming.active"].T).T > 0.5)[:-1]
+        loads = np.column_stack([column[:-1][touching] for column in table])
+        mu = answer[1:][touching]
+        first, seconds = (
+            np.broadcast_to(a, touching.shape)[touching] for a in (areas, np.diff(run.time)[:, None])
+        )
+        v_rel, _, sigma_n, _, psi = loads.T
+        area = first * psi
+        return cls(loads, mu, area, 1e-3 * mu * sigma_n * v_rel * area * seconds)
+
+
+def _numbers(result: JobResult | None, domain: Domain, areas: FloatArray) -> dict[str, Any]:
     if result is None:
         return {"failed": "not run"}
     values = result.values
@@ -231,36 +276,39 @@ def _numbers(result: JobResult | None, domain: Domain) -> dict[str, Any]:
         "work_J": float(run["forming.work"][-1]),
         "tau_over_k": float(run["forming.max_tau_over_k"].max()),
     }
-    loads, mu, work = contact_states(run)
-    if not len(loads):
+    contact = Contact.of(run, areas)
+    if not len(contact.mu):
         return row
-    distance = domain.distance(loads)
+    distance = domain.distance(contact.loads)
     beyond = distance > 0.0
+    outside = contact.share(beyond)
     row |= {
-        "states": len(loads),
-        "outside": float(beyond.mean()),
-        "outside_work": float(work[beyond].sum()),
-        "distance": _spread(distance[beyond]),
-        "mu": {"low": float(mu.min()), "high": float(mu.max()), **_spread(mu)},
-        "mu_zero": float(np.mean(mu <= 0.0)),
-        "loads": [_exceedance(k, loads, work, domain) for k in range(len(LOADS))],
+        "states": len(contact.mu),
+        "friction_work_J": float(contact.work.sum()),
+        "outside": outside["share"],
+        "outside_work": outside["work"],
+        "distance": _spread(distance[beyond], contact.area[beyond]),
+        "mu": {"low": float(contact.mu.min()), **_spread(contact.mu, contact.area)},
+        "mu_zero": contact.share(contact.mu <= 0.0)["share"],
+        "loads": [_exceedance(k, contact, domain) for k in range(len(LOADS))],
     }
+    row["mu"]["high"] = row["mu"].pop("largest")
     return row
 
 
-def _exceedance(k: int, loads: FloatArray, work: FloatArray, domain: Domain) -> dict[str, Any]:
+def _exceedance(k: int, contact: Contact, domain: Domain) -> dict[str, Any]:
     """Return how much of the contact exceeds the trained range of one load, and by how much."""
     low, high, scale = domain.lower[k], domain.upper[k], float(domain.scale[k])
-    values = loads[:, k]
+    values = contact.loads[:, k]
     sides = {}
     for name, over in (("below", low - values), ("above", values - high)):
         out = over > 0.0
+        spread = _spread(over[out], contact.area[out])
         sides[name] = {
-            "share": float(out.mean()),
-            "work": float(work[out].sum()),
-            "median": float(np.median(over[out])) if out.any() else 0.0,
-            "largest": float(over.max()) if out.any() else 0.0,
-            "median_ranges": float(np.median(over[out])) / scale if out.any() else 0.0,
+            **contact.share(out),
+            "median": spread["median"],
+            "largest": spread["largest"],
+            "median_ranges": spread["median"] / scale,
         }
     return {
         "load": LOAD_NAMES[k],
@@ -271,10 +319,14 @@ def _exceedance(k: int, loads: FloatArray, work: FloatArray, domain: Domain) -> 
     }
 
 
-def _spread(values: FloatArray) -> dict[str, float]:
+def _spread(values: FloatArray, area: FloatArray) -> dict[str, float]:
+    """Return percentiles over the contact area, and the largest value."""
     if not len(values):
         return {"p5": 0.0, "median": 0.0, "p95": 0.0, "largest": 0.0}
-    p5, median, p95 = np.quantile(values, [0.05, 0.5, 0.95]).tolist()
+    order = np.argsort(values)
+    below = np.cumsum(area[order])
+    places = np.searchsorted(below, np.array([0.05, 0.5, 0.95]) * below[-1])
+    p5, median, p95 = values[order][np.minimum(places, len(values) - 1)].tolist()
     return {"p5": p5, "median": median, "p95": p95, "largest": float(values.max())}
 
 

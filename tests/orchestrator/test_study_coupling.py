@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from forming import BackwardCupExtrusion
 from friction_models.domain import Domain
 from friction_models.loads import LOAD_NAMES, DataSet, InputError
 from orchestrator import Master, Run, System
@@ -21,6 +22,7 @@ from orchestrator.report.lag_page import lag_page
 from orchestrator.studies import coupled, extrapolation, models
 from orchestrator.studies.extrapolation import ExtrapolationStudy
 from orchestrator.studies.lag import LagStudy, table
+from orchestrator.studies.level_runs import Level
 from tests.friction_models.made_up import campaign
 from tests.orchestrator.native_fmus import Real, native_fmu
 
@@ -155,6 +157,7 @@ def test_what_is_outside_by_load_and_by_work(monkeypatch: pytest.MonkeyPatch) ->
     box = Domain((0.0, 0.0, 500.0, 0.0, 1.0), (500.0, 300.0, 1500.0, 60.0, 3.0))
     runs = {"clamp": recorded(2000.0, 0.1), "extrapolate": recorded(2000.0, 0.12)}
     monkeypatch.setattr(extrapolation, "run_of", lambda result: runs.get(result.name.rpartition("-")[2]))
+    monkeypatch.setattr(extrapolation, "reference_areas", lambda level: np.array([1.0, 3.0, 90.0]))
     small = ExtrapolationStudy(("linear",), ("fre",), ((20.0, 5.0),), 0.2)
     facts = {
         "domain": box.to_dict(),
@@ -174,11 +177,12 @@ def test_what_is_outside_by_load_and_by_work(monkeypatch: pytest.MonkeyPatch) ->
             results[job.name] = JobResult(job.name, made, Path(), 1.0)
     values = json.loads(json.dumps(small.evaluate(results)))
     run = next(r for r in values["runs"] if (r["data"], r["rule"]) == ("all", "clamp"))
-    assert run["states"] == 4 and run["outside"] == 0.5
-    # The marker outside presses twice as hard: two thirds of the friction work.
-    assert run["outside_work"] == pytest.approx(2 / 3)
+    # The marker outside stands for three times the area of the other one and presses twice as hard.
+    assert run["states"] == 4 and run["outside"] == 0.75
+    assert run["outside_work"] == pytest.approx(6 / 7)
+    assert run["friction_work_J"] == pytest.approx(2 * 1e-3 * 0.1 * 100.0 * 1.2 * (1000.0 + 3 * 2000.0))
     sigma = next(i for i in run["loads"] if i["load"] == "sigma_n")
-    assert sigma["above"]["share"] == 0.5 and sigma["above"]["median"] == 500.0
+    assert sigma["above"]["share"] == 0.75 and sigma["above"]["median"] == 500.0
     assert (
         sigma["above"]["median_ranges"] == run["distance"]["median"] == 0.5 and sigma["below"]["share"] == 0.0
     )
@@ -189,7 +193,7 @@ def test_what_is_outside_by_load_and_by_work(monkeypatch: pytest.MonkeyPatch) ->
     assert pairs["all"]["work_J_pct"] == pytest.approx(20.0) and pairs["reduced"]["failed"] == ["extrapolate"]
     page = extrapolation_page(values)
     assert "the solver gave up" in page and "synthetic data" in page
-    assert "67 to 67 % of the friction work with all tests" in page
+    assert "86 to 86 % of the friction work with all tests" in page
     assert "broke off" in extrapolation.table(values)
     for run in runs.values():
         run.values["forming.active"][:] = 0.0
@@ -198,6 +202,33 @@ def test_what_is_outside_by_load_and_by_work(monkeypatch: pytest.MonkeyPatch) ->
     untouched = small.evaluate(results)
     assert [p["data"] for p in untouched["pairs"]] == ["reduced"], "no contact, nothing to compare"
     assert "no contact" in extrapolation.table(untouched)
+
+
+def test_area_of_a_marker_gives_the_friction_work_of_the_solver() -> None:
+    level = Level("bce", 50.0, 50.0, 0.0)
+    areas = extrapolation.reference_areas(level)
+    process = BackwardCupExtrusion(**level.numbers)
+    mu, steps, step = np.full(process.n_points, 0.08), 10, 0.1
+    process.start(0.08)
+    # Bottom, side and face of the billet, all around.
+    radius, length = process.marker_position[:, 0].max(), np.ptp(process.marker_position[:, 1])
+    assert areas.sum() == pytest.approx(2.0 * np.pi * radius * (radius + length), rel=1e-9)
+    assert areas.max() > 100.0 * areas.min(), "equal areas would not do"
+    rows: dict[str, list[Any]] = {name: [] for name in (*LOAD_NAMES, "active")}
+    for _ in range(steps + 1):
+        for name, column in zip(LOAD_NAMES, process.loads().T):
+            rows[name].append(column)
+        rows["active"].append(process.active.astype(float))
+        done = process.simulation.state.energy.friction
+        process.set_mu(mu)
+        process.advance(step)
+    values = {f"forming.{name}": np.array(found) for name, found in rows.items()}
+    values["friction.mu"] = np.tile(mu, (steps + 1, 1))
+    run = Run(Path("run"), {"status": "ok"}, np.arange(steps + 1) * step / 50.0, values, {})
+    work = extrapolation.Contact.of(run, areas).work
+    # Contact loads of the start of each step, while the contact still grows.
+    assert work.sum() == pytest.approx(1e-3 * done, rel=0.12)
+    assert work.sum() < 1e-3 * done
 
 
 def test_reduced_training_data_keep_the_held_out_tests(tmp_path: Path) -> None:
