@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,9 @@ import pytest
 
 from friction_models.effects import CATALOGUE
 from tests.benchmarks.discovery import Sizes, chain, oracle, study
-from tests.benchmarks.discovery.forms import FIRST, SECOND, SETS
-from tests.benchmarks.discovery.generator import NOISE_LEVELS, NULLS, SCATTER, campaign
+from tests.benchmarks.discovery.form_sets import SETS
+from tests.benchmarks.discovery.forms import FIRST, SECOND
+from tests.benchmarks.discovery.generator import NOISE_LEVELS, NULLS, PHYSICAL, SCATTER, campaign
 
 
 def test_the_cases_are_those_that_are_asked_for() -> None:
@@ -21,8 +23,11 @@ def test_the_cases_are_those_that_are_asked_for() -> None:
         assert len(forms.outside) == 4 and not set(forms.outside) & set(CATALOGUE) and len(forms.pairs) == 3
     assert len(NULLS) >= 3 and len(NOISE_LEVELS) == 3
     kinds = [c.kind for c in cases]
-    assert kinds.count("null") >= 200 and kinds.count("single") >= 200
-    assert {(c.forms, c.noise) for c in cases} == {(f, n) for f in SETS for n in NOISE_LEVELS}
+    assert kinds.count("null") >= 200 and kinds.count("single") >= 200 and kinds.count("lacking") >= 200
+    for kind in ("null", "single", "lacking"):
+        drawn = Counter((c.forms, c.noise) for c in cases if c.kind == kind)
+        assert set(drawn) == {(f, n) for f in SETS for n in NOISE_LEVELS}
+        assert max(drawn.values()) - min(drawn.values()) <= 4  # sets may hide more or fewer effects
     assert {c.null for c in cases if c.kind == "null"} == set(NULLS)
     assert {c.left_out for c in cases if c.kind == "left_out"} == set(FIRST.effects)
     assert len({c.key for c in cases}) == len(cases)
@@ -42,13 +47,32 @@ def test_the_two_sets_hide_different_forms() -> None:
     ],
 )
 def test_hidden_parts_have_the_strength_they_claim(forms: str, name: str) -> None:
-    points, tests, part, law, strength = campaign(3, (name,), forms=forms)
-    assert 0.5 <= strength <= 2.0 and np.std(part) == pytest.approx(strength * SCATTER)
+    made = campaign(3, (name,), forms=forms)
+    points, tests, part, law = made[:4]
+    assert 0.5 <= made.strength == made.drawn <= 2.0 and np.std(part) == pytest.approx(
+        made.strength * SCATTER
+    )
     assert (tests["role"] == "test").sum() == 30 and len(part) == len(law) == len(points)
 
 
+@pytest.mark.parametrize(("noise", "limited"), [(1.0, False), (1.6, True)])
+def test_the_strength_of_what_a_linear_law_leaves(noise: float, limited: bool) -> None:
+    """Judged by a law of the measured loads, whose errors leave a little more; mu stays physical."""
+    made = campaign(8, ("thermal_softening",), noise=noise, lacking=True)
+    assert 0.5 <= made.drawn <= 2.0 and (made.strength < made.drawn) == limited
+    assert PHYSICAL[0] <= made.law.min() + 1e-12 and made.law.max() <= PHYSICAL[1]
+    assert np.isclose(made.law.min(), PHYSICAL[0]) == limited
+    train = made.points["test_id"].isin(made.tests.loc[made.tests["role"] == "train", "test_id"]).to_numpy()
+    loads = made.points[oracle.LOADS].to_numpy()[train]
+    columns = np.column_stack([np.ones(len(loads)), loads / loads.std(axis=0)])
+    part = made.part[train]
+    rest = part - columns @ np.linalg.lstsq(columns, part, rcond=None)[0]
+    assert np.std(rest) == pytest.approx(made.strength * noise * SCATTER, rel=0.05)
+    assert np.std(part) > 2.0 * np.std(rest)
+
+
 def test_averages_are_one_point_a_test() -> None:
-    points, tests, part, law, _ = campaign(3, (), "averaged points")
+    points, tests, part, law = campaign(3, (), "averaged points")[:4]
     assert len(points) == len(tests) == len(part) == len(law) == 111
 
 
@@ -63,15 +87,20 @@ def test_a_study_goes_on_where_it_was_and_counts(tmp_path: Path, monkeypatch: py
             "forms": case.forms, "clarity": 9.0,
             "verdict": "explained" if right else "nothing_missing", "effects": list(case.hidden), "confidence": 1.0,
             "first": case.hidden[0] if right else "", "confusion_set": list(case.hidden), "strength": 1.0,
+            "drawn": 1.5 if case.kind == "lacking" else 1.0, "clipped": 0.0,
         }  # fmt: skip
 
     monkeypatch.setattr(study, "run_case", fake)
     results = study.run_all(tmp_path, 1, lambda text: None)
     study.run_all(tmp_path, 1, lambda text: None)
     assert len(done) == len(results) == len(set(done))
-    text = "\n".join(study.summary(results)["lines"])
-    assert "| right effect first | 18 of 18 (100 %) | 82 to 100 % | at least 90 % |" in text
+    page = study.summary(results)
+    text = "\n".join(page["lines"])
+    for label in study.SERIES.values():
+        assert f"| right effect first; {label} | 18 of 18 (100 %) | 82 to 100 % | at least 90 % |" in text
+    assert text.index(study.SERIES["single"]) < text.index(study.SERIES["lacking"])
     assert "| false alarms, nothing missing | 0 of 18 (0 %) | 0 to 18 % |" in text
+    assert "in 18 of its 18 campaigns the strength was lowered" in page["text"]
 
 
 def test_parts_of_the_page_keep_their_sizes(tmp_path: Path) -> None:

@@ -1,6 +1,6 @@
 """What campaigns hide: two sets of forms, none of them a form of the catalogue, each with a plan of its own.
 
-The diagnosis was developed on the first set and checked on the second; both are counted.
+Both were used, on seeds of their own, while the diagnosis was developed; the check is a third set (`form_sets`).
 """
 
 from __future__ import annotations
@@ -219,5 +219,3 @@ SECOND = Forms(
     heating=_losing,
     batches=("C", "A", "D", "A"),
 )
-#: By name, as results are kept.
-SETS: Mapping[str, Forms] = {"first": FIRST, "second": SECOND}

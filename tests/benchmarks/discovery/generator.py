@@ -12,16 +12,23 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from .forms import SETS, Array, Forms, Setpoint, Test
+from .form_sets import SETS
+from .forms import Array, Forms, Setpoint, Test
 
 #: Scatter between tests, drift within a test and sensor noise of a point, in mu.
 SCATTER, DRIFT, SENSOR = 0.005, 0.0015, 0.0025
+#: True loads of a test, in the order of the base's coefficients.
+LOADS = ("v", "T", "sigma", "sd", "psi")
 #: Distance over which a plain drift is remembered [mm].
 DRIFT_LENGTH = 9.0
 #: Noise levels: factor on all three.
 NOISE_LEVELS = (0.6, 1.0, 1.6)
 #: Kinds of campaigns in which nothing is missing.
 NULLS = ("plain", "wide scatter and slow drift", "curved noise", "heavy tails", "averaged points")
+#: mu without noise stays between these where the strength of the lacking part is drawn: lubricated metal, cold forming.
+PHYSICAL = (0.02, 0.4)
+#: A sensor shows no less than this.
+LEAST_MU = 0.002
 
 
 class Made(NamedTuple):
@@ -36,7 +43,11 @@ class Made(NamedTuple):
     law : ndarray, shape (n,)
         mu without scatter, drift and noise, the hidden part included.
     strength : float
-        RMS of the hidden part over the scatter between tests.
+        RMS of the hidden part over the scatter between tests; of what it lacks where that was drawn.
+    drawn : float
+        The strength before `PHYSICAL` limited it; the same where it did not.
+    clipped : float
+        Share of the points whose mu was lifted to `LEAST_MU`.
     """
 
     points: pd.DataFrame
@@ -44,10 +55,17 @@ class Made(NamedTuple):
     part: Array
     law: Array
     strength: float
+    drawn: float = 0.0
+    clipped: float = 0.0
 
 
 def campaign(
-    seed: int, hidden: tuple[str, ...] = (), null: str = "plain", noise: float = 1.0, forms: str = "first"
+    seed: int,
+    hidden: tuple[str, ...] = (),
+    null: str = "plain",
+    noise: float = 1.0,
+    forms: str = "first",
+    lacking: bool = False,
 ) -> Made:
     """Return one campaign.
 
@@ -55,14 +73,18 @@ def campaign(
     ----------
     seed : int
     hidden : tuple of str
-        Names of effects and of structure outside the catalogue; their rms together is drawn from 0.5 to 2 times the scatter each.
+        Names of effects and of structure outside the catalogue; the rms of each is drawn from 0.5 to 2 times the scatter.
     null : str
         How tests scatter, one of `NULLS`: normal offsets; offsets with heavy tails and a drift over half a test; noise
         that grows with pressure; offsets and noise of Student's t with 3 degrees of freedom; one average a test.
     noise : float
         Factor on scatter, drift and sensor noise.
-    forms : {"first", "second"}
-        Which set of forms, with its plan.
+    forms : str
+        Which set of forms, with its plan; one of `SETS`.
+    lacking : bool
+        Draw the rms of what a linear law of the loads, fitted to the hidden part of the training tests, leaves of it,
+        instead of that of the whole. The hidden part has no mean then, and it is made smaller where mu without noise
+        would leave `PHYSICAL`.
     """
     chosen = SETS[forms]
     rng = np.random.default_rng([seed, 31, 4159])
@@ -70,21 +92,30 @@ def campaign(
     count = len(train) + len(between)
     orders = rng.permutation(count)
     tests = [_test(rng, chosen, p, order) for order, p in zip(orders, [*train, *between], strict=True)]
+    lengths = [len(r.v) for r in tests]
+    trained = sum(lengths[: len(train)])
     shapes = {**chosen.effects, **chosen.outside}
-    part = [np.zeros(len(r.v)) for r in tests]
-    strength = 0.0
-    for name in hidden:
-        values = [shapes[name](r) for r in tests]
-        strength = float(rng.uniform(0.5, 2.0))
-        size = strength * SCATTER * noise / float(np.std(np.concatenate(values)))
-        part = [p + size * v for p, v in zip(part, values, strict=True)]
+    strengths = [float(rng.uniform(0.5, 2.0)) for _ in hidden]
     slopes = rng.uniform(0.4, 1.4, 5) * [1.2e-5, -3e-5, -7e-6, 9e-5, 0.007]
     bias = rng.normal(0.0, [0.012, 0.02, 0.02])  # of the twin: pressure, heating, expansion
-    frames, rows, laws = [], [], []
-    for k, (r, p) in enumerate(zip(tests, part, strict=True)):
-        level = 0.072 + slopes @ [r.v, r.T, r.sigma - 1500.0, r.sd, r.psi - 1.0]
-        laws.append(level + p)
-        mu = level + p + noise * _noise(r, null, rng)
+    loads = np.column_stack([np.concatenate([getattr(r, n) for r in tests]) for n in LOADS])
+    level = 0.072 + (loads - [0.0, 0.0, 1500.0, 0.0, 1.0]) @ slopes
+    part, drawn = np.zeros(len(level)), strengths[-1] if strengths else 0.0
+    for k, name in enumerate(hidden):
+        values = np.concatenate([shapes[name](r) for r in tests])
+        size = SCATTER * noise * strengths[k]
+        if lacking:
+            values = values - values[:trained].mean()
+            share = _within(level + part, values * size / (rms := _beyond_linear(values, loads, trained)))
+            strengths[k] *= share
+            part = part + size * share / rms * values
+        else:
+            part = part + size / float(np.std(values)) * values
+    law = level + part
+    frames, rows = [], []
+    ends = np.cumsum(lengths)
+    for k, (r, end) in enumerate(zip(tests, ends, strict=True)):
+        mu = law[end - lengths[k] : end] + noise * _noise(r, null, rng)
         own = bias + rng.normal(0.0, [0.006, 0.01, 0.01])
         name = f"b{k:03d}"
         seen = {
@@ -94,21 +125,36 @@ def campaign(
             "sigma_n": r.sigma * (1.0 + own[0]),
             "sd": r.sd,
             "psi": 1.0 + (r.psi - 1.0) * (1.0 + own[2]),
-            "mu": np.maximum(mu, 0.002),
+            "mu": mu,
         }
         frames.append(pd.DataFrame({"test_id": name, **seen}))
         role = "train" if k < len(train) else "test"
         known = {"order": r.order, "T_tool": r.T_tool, "Ra": r.Ra, "batch": r.batch}
         rows.append({"test_id": name, **known, "role": role})
-    points, truth = (
-        pd.concat(frames, ignore_index=True),
-        np.column_stack([np.concatenate(part), np.concatenate(laws)]),
-    )
+    points, truth = pd.concat(frames, ignore_index=True), np.column_stack([part, law])
+    clipped = float(np.mean(points["mu"] < LEAST_MU))
+    points["mu"] = points["mu"].clip(lower=LEAST_MU)
     if null == "averaged points":
         means = pd.DataFrame(truth).groupby(points["test_id"]).mean()
         truth = np.asarray(means, dtype=np.float64)
         points = points.groupby("test_id", as_index=False).mean(numeric_only=True)
-    return Made(points, pd.DataFrame(rows), truth[:, 0], truth[:, 1], strength)
+    strength = strengths[-1] if strengths else 0.0
+    return Made(points, pd.DataFrame(rows), truth[:, 0], truth[:, 1], strength, drawn, clipped)
+
+
+def _beyond_linear(values: Array, loads: Array, trained: int) -> float:
+    """Return the rms over the training tests of what a linear law of the true loads leaves of `values`."""
+    own = loads[:trained]
+    columns = np.column_stack([np.ones(trained), (own - own.mean(axis=0)) / own.std(axis=0)])
+    follow = np.linalg.lstsq(columns, values[:trained], rcond=None)[0]
+    return float(np.sqrt(np.mean((values[:trained] - columns @ follow) ** 2)))
+
+
+def _within(level: Array, part: Array) -> float:
+    """Return the largest factor, at most 1, with which a part keeps `level` physical."""
+    low, high = PHYSICAL
+    room = np.where(part < 0.0, level - low, high - level)
+    return float(min(1.0, np.min(room / np.maximum(np.abs(part), 1e-12))))
 
 
 def _test(rng: np.random.Generator, forms: Forms, setpoint: Setpoint, order: float) -> Test:

@@ -10,13 +10,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import norm
 
+from friction_models.discovery.verdict import LEVEL
 from friction_models.effects import CATALOGUE
 
-from .forms import SETS
+from .form_sets import SETS
 from .generator import DRIFT, DRIFT_LENGTH, SCATTER, Made, sensor
 
-#: Rate of false alarms of the family at which the oracle calls the effect there, as the diagnosis does.
-LEVEL = 0.025
 LOADS = ["v_rel", "T", "sigma_n", "sd", "psi"]
 
 
@@ -49,5 +48,8 @@ def clarity(made: Made, noise: float, forms: str) -> float:
 
 
 def power(clear: float) -> float:
-    """Return how often the oracle finds an effect of this clarity, with as many effects to try as the catalogue has."""
+    """Return how often the oracle finds an effect of this clarity, with as many effects to try as the catalogue has.
+
+    It calls an effect there at the rate of false alarms at which the diagnosis does.
+    """
     return float(norm.cdf(clear - norm.isf(LEVEL / len(CATALOGUE))))
