@@ -184,6 +184,7 @@ class SctTwin:
             "F_r": series.friction,
             "mu_std": series.mu_std,
         }
+        zero_end = signals.zeros.F_r.after
         summary = {
             "contact_area": round(state.area, 4),
             "upset_height": round(state.height, 4),
@@ -197,6 +198,8 @@ class SctTwin:
             "sigma_n_shear": round(shear_share(state, punch, float(series.mu.mean())), 5),
             "F_n_zero": round(signals.force_zero[0], 3),
             "F_r_zero": round(signals.force_zero[1], 3),
+            # only where the record goes on without load: what a zero that is taken before the load does not show
+            **({} if zero_end is None else {"F_r_zero_end": round(zero_end, 3)}),
             "mu_noise": float(f"{_mu_noise(signals):.4g}"),
             **measured,
         }

@@ -21,6 +21,7 @@ from .scan import Fit
 from .separation import ENOUGH, Bench, Separation
 from .summaries import weighted_rms
 from .verdict import LEAST_SHARE
+from .zero_reading import ZERO, expected
 
 #: Rivals of the winner for which tests are sought.
 RIVALS = 3
@@ -28,8 +29,6 @@ RIVALS = 3
 MOST = 50.0
 #: A test that separates by less tells nothing.
 USELESS = 0.5
-#: The effect that a reading without load tells from any other.
-ZERO = "force_zero"
 
 
 def propose(
@@ -75,7 +74,7 @@ def propose(
         row = {**proposals[0].plan[0], "protocol": "zero_reading", "zero_reading": READING}
         row.pop("v_levels", None)
         reading = Proposal("zero reading", {"sigma_n [MPa]": 0.0, "duration [s]": READING}, [row], [])
-        t = bench.zero_reading(fault)
+        t = expected(campaign, found.floor.sensor, fault, READING)
         result.append(_entry(reading, [ZERO, other], Separation(t, t)))
     result.sort(key=lambda p: -p["expected_t"])
     remarks = []

@@ -31,6 +31,7 @@ from .structure import Misfit, Structure, find_structure, own_misfit
 from .summaries import averages, base_residual, binned_bias, unrecorded_factor, weighted_rms, worst_tests
 from .verdict import LEAST_SHARE, LEVEL, Evidence, decide
 from .wording import sentence
+from .zero_reading import judge_zero
 
 #: Averages that must be left beside the numbers of the base.
 SPARE = 3
@@ -89,6 +90,8 @@ def diagnose(
     spans = spans_of(campaign, mu)
     candidates = [evaluate(e, campaign, mu, e.grids(spans)) for e in usable]
     found = _search_twice(campaign, base, candidates, seed, floor)
+    candidates, said = judge_zero(campaign, found, candidates)
+    notes += said
     evidence, effects_found, final = _weigh(campaign, base, found, candidates, seed)
     kinds = {e.name: e.kind for e in usable}
     verdict = decide(evidence, kinds)

@@ -20,14 +20,12 @@ from .binning import Campaign
 from .candidates import OPS, integrate, load_columns
 from .curves import curve, on_scale
 from .form_error import KNOTS, bends, evidence, form_variance
-from .protocols import POINTS, READING, Proposal, Settings
+from .protocols import POINTS, Proposal, Settings
 from .scan import Fit, Prepared, Projector, best_fit, drops, prepare_candidate
 from .significance import SAME, TWINS
 
 #: Standard errors that are enough: rivals that are further apart leave the confusion set.
 ENOUGH = 3.0
-#: Independent readings of a force cell in one second without load.
-READINGS = 20.0
 #: Constant tests of one proposal.
 SEVERAL = 3
 #: Shapes of a rival that are tried.
@@ -181,15 +179,6 @@ class Bench:
         shown = {n: [c[k] for c in best] for k, n in enumerate(names)}
         t = self.separation(first, second, [loads(c) for c in best])
         return Proposal("points of the plan", shown, rows, []), t
-
-    def zero_reading(self, fault: Fit) -> float:
-        """Return by how many standard errors a reading without load shows the zero that the fault needs."""
-        loads = self.campaign.loads
-        friction = np.abs(fault.binned) * self.campaign.average(
-            loads.sigma_n
-        )  # what the cell reads at no load
-        noise = self.found.floor.sensor * float(np.median(loads.sigma_n)) / np.sqrt(READING * READINGS)
-        return float(np.median(friction) / max(noise, 1e-12))
 
 
 class Stack:

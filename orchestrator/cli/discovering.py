@@ -9,14 +9,25 @@ import typer
 
 from .console import say, write_result
 from .modelling import Interval, add_interval
-from .options import Data, Json, OutFolder, Tests, any_model, read_data
+from .options import Json, OutFolder, Tests, any_model, read_data
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from friction_models.loads import DataSet
+
+Campaigns = Annotated[
+    list[Path],
+    typer.Option(
+        "--data",
+        help="Data set: a folder with points.csv, or a CSV or Parquet file. Several: the first campaign and further "
+        "tests, judged together.",
+    ),
+]
 
 
 def diagnose(
-    data: Data,
+    data: Campaigns,
     model: Annotated[str, typer.Option(help="Model folder, .fmu file or name of a family.")],
     tests: Tests = None,
     seed: Annotated[int, typer.Option(help="Seed of the bootstrap.")] = 0,
@@ -30,7 +41,7 @@ def diagnose(
     from friction_models.discovery import diagnose as search
 
     friction = any_model(model)
-    dataset, absent = read_some_loads(data, tests)
+    dataset, absent = read_campaigns(data, tests)
     part = dataset.select("train")  # tests that are held out stay unseen
     result = search(part.points.drop(columns=absent), part.tests, model=friction, seed=seed)
     say(result.report())
@@ -61,7 +72,7 @@ def _write_plan(plan: Path, next_tests: list[dict[str, Any]]) -> None:
 
 
 def refine(
-    data: Data,
+    data: Campaigns,
     model: Annotated[str, typer.Option(help="Model folder or name of a family.")],
     add: Annotated[list[str], typer.Option("--add", help="Effects to add, one or more.")],
     out: OutFolder,
@@ -88,7 +99,7 @@ def refine(
     friction = any_model(model)
     if Path(model).suffix == ".fmu":
         raise InputError(f"{model}: an FMU is a fixed law; allowed: a model folder or the name of a family")
-    dataset, _ = read_some_loads(data, tests)
+    dataset, _ = read_campaigns(data, tests)
     better = improve(dataset.points, dataset.tests, model=friction, add=add, force=force)
     if friction.is_fitted:
         say(evaluate(friction, dataset, name=f"before: {model}").report())
@@ -108,6 +119,45 @@ def refine(
             friction = improve(dataset.points, dataset.tests, model=friction)
         write_text(report, refinement_page(friction, better, dataset, model))
         say(f"report written: {report}")
+
+
+def read_campaigns(data: list[Path], tests: Path | None) -> tuple[DataSet, list[str]]:
+    """Read one data set, or several as one, and say what was changed to join them; see `read_some_loads`.
+
+    Raises
+    ------
+    InputError
+        What `read_some_loads` refuses; a data set that is given twice, a test table beside several of them, campaigns
+        with other loads than the others.
+    """
+    from friction_models.loads import InputError
+
+    if len(data) == 1:
+        return read_some_loads(data[0], tests)
+    if tests is not None:
+        raise InputError(
+            f"--tests {tests}: beside {len(data)} --data; allowed: folders that hold their tests.csv"
+        )
+    known: dict[Path, Path] = {}
+    for path in data:
+        if path.resolve() in known:
+            raise InputError(f"--data {path}: given twice; allowed: each campaign once")
+        known[path.resolve()] = path
+    from friction_models.discovery.joined import join_campaigns
+
+    names = [p.name for p in known]
+    parts, absent = {}, {}
+    for full, path in known.items():
+        name = full.name if names.count(full.name) == 1 else str(path)
+        part, absent[name] = read_some_loads(path, None)
+        part.points = part.points.drop(columns=absent[name])
+        parts[name] = part
+    dataset, remarks = join_campaigns(parts)
+    for remark in remarks:
+        say(remark)
+    lacking = next(iter(absent.values()))  # the same in all: others were refused
+    dataset.points = constants(dataset.points, lacking)
+    return dataset, lacking
 
 
 def read_some_loads(data: Path, tests: Path | None) -> tuple[DataSet, list[str]]:
@@ -132,9 +182,8 @@ def read_some_loads(data: Path, tests: Path | None) -> tuple[DataSet, list[str]]
         return read_data(data, tests), []
     if "test_id" not in table.columns:
         table["test_id"] = "all"
-    for q in absent:
-        table[q.name] = 1.0 if q.name == "psi" else q.nominal
-    points = check_points(table, str(file))
+    names = [q.name for q in absent]
+    points = check_points(constants(table, names), str(file))
     beside = data / "tests.csv"
     listed = tests if tests is not None else beside if data.is_dir() and beside.is_file() else None
     frame = None
@@ -145,7 +194,14 @@ def read_some_loads(data: Path, tests: Path | None) -> tuple[DataSet, list[str]]
         if "test_id" not in frame.columns:
             raise missing_column("test_id", frame.columns, str(listed))
         frame["test_id"] = frame["test_id"].astype(str)
-    return DataSet(points, frame, {}), [q.name for q in absent]
+    return DataSet(points, frame, {}), names
+
+
+def constants(points: pd.DataFrame, names: list[str]) -> pd.DataFrame:
+    """Return points with a constant for each of the loads in `names`."""
+    from friction_models.loads import QUANTITIES
+
+    return points.assign(**{n: 1.0 if n == "psi" else QUANTITIES[n].nominal for n in names})
 
 
 def add_commands(app: typer.Typer) -> None:

@@ -19,6 +19,7 @@ from friction_models.loads import InputError, atomic_folder, atomic_path, write_
 from ..raw_campaign import RawCampaign, check_target, write_tables
 from ..result import fingerprint
 from .experiment import Specimen, contact_reading, run_test
+from .hidden import with_offset, without_offset
 from .instruments import Faults, Instruments
 from .law import TrueLaw
 from .lubricants import lubricant_named
@@ -44,7 +45,8 @@ class Campaign:
         ``family-count[+heldout]``: ``factorial-81+30``, ``reduced-27+10``, ``tiny-6+3``; or rows of one's own
         (a table or the path of a ``.csv``), see `plans.complete_plan`.
     hidden : str or sequence of str, optional
-        Hidden effects by name (``"stribeck"``, ``"stribeck+wear_out"``); None: the base law alone.
+        Hidden effects by name (``"stribeck"``, ``"stribeck+wear_out"``), among them ``force_zero``, an offset of the
+        friction cell; None: the base law alone.
     seed : int
         Everything random follows from it.
     rig, instruments : Rig, Instruments, optional
@@ -89,7 +91,9 @@ class Campaign:
             usual = replace(Rig.realistic(), upsetting_mu=lubricant_named(self.lubricant).upsetting_mu)
         self._rig = self.rig or usual
         self._instruments = self.instruments or (Instruments() if plain else Instruments.realistic())
-        self._law = self.law or TrueLaw.draw(self.hidden, int(self.seed), self.lubricant)
+        hidden, offset = without_offset(self.hidden)
+        self._law = self.law or TrueLaw.draw(hidden, int(self.seed), self.lubricant)
+        self._faults = with_offset(self.faults, int(self.seed)) if offset else self.faults
         self._tests = self._table()
 
     @property
@@ -106,6 +110,11 @@ class Campaign:
     def sensors(self) -> Instruments:
         """Return the sensors."""
         return self._instruments
+
+    @property
+    def true_faults(self) -> Faults | None:
+        """Return what goes wrong, a hidden offset of the friction cell included."""
+        return self._faults
 
     @property
     def tests(self) -> pd.DataFrame:
@@ -218,7 +227,7 @@ class Campaign:
                 self._rig,
                 self._instruments,
                 int(self.seed),
-                self.faults,
+                self._faults,
                 kind.name,
                 str(partial),
             )
@@ -256,7 +265,7 @@ class Campaign:
             int(self.seed),
             self._rig,
             self._instruments,
-            self.faults,
+            self._faults,
             kind,
             solver_fingerprint(),
         )
@@ -274,7 +283,7 @@ class Campaign:
             "law": self._law.to_dict(),
             "rig": asdict(self._rig),
             "instruments": asdict(self._instruments),
-            "faults": None if self.faults is None else asdict(self.faults),
+            "faults": None if self._faults is None else asdict(self._faults),
         }
 
     def _plan_info(self) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import pandas as pd
 
 from ..raw_campaign import RawCampaign
 from .campaign import Campaign
-from .instruments import Instruments
+from .instruments import Faults, Instruments
 from .law import TrueLaw
 from .truth import load_truth, rig_from
 
@@ -22,7 +22,7 @@ def run_protocol(
     seed: int = 1,
     jobs: int | None = None,
 ) -> RawCampaign:
-    """Carry out further tests with the lubricant of an earlier virtual campaign.
+    """Carry out further tests with the lubricant of an earlier virtual campaign, on its rig with its faults.
 
     Parameters
     ----------
@@ -46,13 +46,17 @@ def run_protocol(
         rows = pd.DataFrame(list(rows))
     if isinstance(source, Campaign):
         law, rig, instruments = source.true_law, source.true_rig, source.sensors
-        lubricant, cache = source.lubricant, source.cache
+        lubricant, cache, faults = source.lubricant, source.cache, source.true_faults
     else:
         content = load_truth(source.folder if isinstance(source, RawCampaign) else source)[0]
         law, cache = TrueLaw.from_dict(content["law"]), None
         lubricant = law.lubricant
         rig, instruments = rig_from(content["rig"]), Instruments(**content["instruments"])
+        wrong = content.get("faults")
+        faults = None if wrong is None else Faults(**{**wrong, "tests": tuple(wrong["tests"])})
+    if faults is not None and faults.tests:
+        faults = None  # what happened to single tests does not happen to others
     campaign = Campaign(
-        rows, seed=seed, rig=rig, instruments=instruments, cache=cache, lubricant=lubricant, law=law
+        rows, None, seed, rig, instruments, cache, lubricant=lubricant, faults=faults, law=law
     )
     return campaign.run(out, jobs)

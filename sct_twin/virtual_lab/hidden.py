@@ -9,11 +9,13 @@ about as large as the scatter between tests.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from friction_models.loads import FloatArray, unknown_name
+from friction_models.loads import FloatArray, InputError, unknown_name
+
+from .instruments import Faults
 
 
 @dataclass(frozen=True)
@@ -178,6 +180,44 @@ HIDDEN: dict[str, HiddenEffect] = {
         ),
     )
 }
+
+
+#: What may be hidden besides a change of mu: the offset of the friction cell [N] that begins with the load. The cell is
+#: tared before the load, so that only a reading without load after a test shows it.
+FORCE_ZERO, FORCE_OFFSET = "force_zero", 2000.0
+
+
+def without_offset(names: str | Sequence[str] | None) -> tuple[tuple[str, ...], bool]:
+    """Return the names of hidden effects of mu, and whether the friction cell has an offset.
+
+    Raises
+    ------
+    InputError
+        An unknown name.
+    """
+    parts = () if names is None else tuple(names.split("+") if isinstance(names, str) else names)
+    for part in parts:
+        if part not in HIDDEN and part != FORCE_ZERO:
+            raise unknown_name("hidden effect", part, (*HIDDEN, FORCE_ZERO))
+    return tuple(part for part in parts if part != FORCE_ZERO), FORCE_ZERO in parts
+
+
+def with_offset(faults: Faults | None, seed: int) -> Faults:
+    """Return the faults of a campaign whose friction cell has an offset in every test, drawn within 10 %.
+
+    Raises
+    ------
+    InputError
+        The faults have an offset of their own, or happen to some tests only.
+    """
+    faults = faults or Faults()
+    if faults.force_zero or faults.tests:
+        raise InputError(
+            f"campaign: hidden {FORCE_ZERO} beside faults of {'some tests' if faults.tests else 'the same name'}; "
+            "allowed: beside other faults that happen to all tests"
+        )
+    factor = float(np.random.default_rng([seed, 7018]).uniform(0.9, 1.1))
+    return replace(faults, force_zero=FORCE_OFFSET * factor)
 
 
 def hidden_effects(names: str | Sequence[str] | None) -> tuple[HiddenEffect, ...]:
