@@ -33,7 +33,7 @@ class NeededTests:
     at_most : bool
         Whether the smallest size suffices already, so that fewer tests might.
     lower, upper : float or None
-        Interval by resampling the repeats; None at the top where it is open.
+        Interval by resampling repeats and held-out tests; None at the top where it is open.
     reached : float
         Share of the resamples that reach the accuracy at all.
     """
@@ -53,6 +53,9 @@ class NeededTests:
         """Return the number with its interval, as one writes it in a table."""
         if self.tests is None:
             return "not reached" if self.reached < 0.5 * (1 - LEVEL) else f"not reached ({self.reached:.0%})"
+        smallest = self.lower == self.upper == self.tests
+        if self.at_most and smallest:
+            return f"<= {math.ceil(self.tests)}"
         sign = "<= " if self.at_most else ""
         upper = ">" if self.upper is None else f"{math.ceil(self.upper)}"
         lower = "?" if self.lower is None else f"{math.ceil(self.lower)}"
@@ -69,11 +72,18 @@ def growing_sets(tests: Sequence[str], repeats: int, seed: int) -> list[list[str
 
 
 def percentile_curve(errors: FloatArray, probability: float = PROBABILITY) -> FloatArray:
-    """Return the error that a share of the repeats stays below, shape (sizes,), of errors (repeats, sizes).
+    """Return the error that a share of the repeats stays below, shape (sizes,).
 
     Linear between the ordered repeats: of ten, the 0.95 percentile lies between the two worst.
+
+    Parameters
+    ----------
+    errors : ndarray, shape (repeats, sizes) or (repeats, sizes, tests)
+        MAE, or what each held-out test contributes to it: the mean over the tests is the MAE.
+    probability : float
     """
-    return np.asarray(np.quantile(errors, probability, axis=0), dtype=np.float64)
+    matrix = errors if errors.ndim == 2 else errors.mean(axis=2)
+    return np.asarray(np.quantile(matrix, probability, axis=0), dtype=np.float64)
 
 
 def needed_tests(sizes: Sequence[int], curve: FloatArray, accuracy: float) -> float | None:
@@ -96,15 +106,16 @@ def needed_tests(sizes: Sequence[int], curve: FloatArray, accuracy: float) -> fl
 def needed_with_interval(
     sizes: Sequence[int], errors: FloatArray, accuracy: float, seed: int = 0
 ) -> NeededTests:
-    """Return the number of tests needed and its interval from resampled repeats.
+    """Return the number of tests needed and its interval from resampled repeats and held-out tests.
 
     Parameters
     ----------
     sizes : sequence of int
         Growing numbers of training tests.
-    errors : ndarray, shape (repeats, sizes)
-        A repeat is drawn as a whole: its training sets grow out of each other. Few repeats know little of their
-        worst case, so the interval is rather too narrow than too wide.
+    errors : ndarray, shape (repeats, sizes) or (repeats, sizes, tests)
+        As for `percentile_curve`; without the third axis only repeats are drawn. A repeat is drawn as a whole: its
+        training sets grow out of each other. Few repeats know little of their worst case, so the interval is rather
+        too narrow than too wide.
     accuracy : float
     seed : int
         Of the resamples.
@@ -115,9 +126,9 @@ def needed_with_interval(
         Sizes that do not grow, or errors of another shape.
     """
     matrix = np.asarray(errors, dtype=np.float64)
-    if matrix.ndim != 2 or matrix.shape[1] != len(sizes) or not len(matrix):
+    if matrix.ndim not in {2, 3} or matrix.shape[1] != len(sizes) or not matrix.size:
         raise InputError(
-            f"learning curve: errors of shape {matrix.shape}; allowed: repeats x {len(sizes)} sizes"
+            f"learning curve: errors of shape {matrix.shape}; allowed: repeats x {len(sizes)} sizes (x tests)"
         )
     if any(b <= a for a, b in pairwise(sizes)):
         raise InputError(f"learning curve: sizes {list(sizes)}; allowed: growing numbers of tests")
@@ -136,7 +147,7 @@ def needed_with_interval(
 
 
 def lowest_error(errors: FloatArray, seed: int = 0) -> tuple[float, float, float]:
-    """Return the lowest point of the percentile curve and its interval from resampled repeats."""
+    """Return the lowest point of the percentile curve and its interval from resampled repeats and held-out tests."""
     matrix = np.asarray(errors, dtype=np.float64)
     drawn = _resampled(matrix, seed).min(axis=1)
     low, high = np.quantile(drawn, [0.5 * (1 - LEVEL), 0.5 * (1 + LEVEL)]).tolist()
@@ -148,8 +159,8 @@ def share_fewer(
 ) -> tuple[float, float]:
     """Return in which shares of the resamples `errors` needs at least one test fewer, or more, than `others`.
 
-    Both have shape (repeats, sizes) and belong to the same training tests, so a repeat is drawn for both. Where
-    neither reaches the accuracy, neither needs fewer.
+    Both have one shape, as for `percentile_curve`, and belong to the same training and held-out tests, so these are
+    drawn for both. Where neither reaches the accuracy, neither needs fewer.
     """
     one, other = np.asarray(errors, dtype=np.float64), np.asarray(others, dtype=np.float64)
     if one.shape != other.shape:
@@ -169,6 +180,14 @@ def _needed_by_draw(sizes: Sequence[int], matrix: FloatArray, accuracy: float, s
 
 
 def _resampled(matrix: FloatArray, seed: int) -> FloatArray:
-    """Return the percentile curve of each resample of whole repeats, shape (resamples, sizes)."""
-    rows = np.random.default_rng(seed).integers(0, len(matrix), (RESAMPLES, len(matrix)))
-    return np.asarray(np.quantile(matrix[rows], PROBABILITY, axis=1), dtype=np.float64)
+    """Return the percentile curve of each resample of whole repeats and held-out tests, shape (resamples, sizes)."""
+    rng = np.random.default_rng(seed)
+    rows = rng.integers(0, len(matrix), (RESAMPLES, len(matrix)))
+    if matrix.ndim == 2:
+        drawn = matrix[rows]
+    else:
+        tests = matrix.shape[2]
+        share = rng.multinomial(tests, np.full(tests, 1.0 / tests), RESAMPLES) / tests
+        by_draw = np.tensordot(share, matrix, axes=(1, 2))
+        drawn = by_draw[np.arange(RESAMPLES)[:, None], rows]
+    return np.asarray(np.quantile(drawn, PROBABILITY, axis=1), dtype=np.float64)

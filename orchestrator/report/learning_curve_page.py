@@ -53,8 +53,8 @@ def learning_curve_page(
         _needed(curves.comparisons, f"For an MAE below {curves.accuracy:g} with 95 % probability"),
         _needed(curves.strict, "To come within 10 % of the lowest error of the model"),
         paragraph(
-            "In brackets the 95 % interval from resampled repeats. The verdict needs 95 % of the resamples to agree on "
-            "at least one test fewer, or more. The last column is the easier task: only the averages of the held-out tests "
+            "In brackets the 95 % interval from resampled repeats and held-out tests. The verdict needs 95 % of the resamples to agree on "
+            "at least one test fewer, or more; where the smallest training set suffices with both collections it says so. The last column is the easier task: only the averages of the held-out tests "
             "have to be met, as far as average-based data goes."
         ),
     )
@@ -112,7 +112,7 @@ def _overview(curves: LearningCurves) -> Any:
                         hovertemplate=f"%{{x}} tests<br>MAE %{{y:.4f}}<extra>{model}</extra>",
                     )  # fmt: skip
             _limit(chart, curves.accuracy, row, column)
-        chart.update_yaxes(title_text="MAE of mu", row=row, col=1)
+        chart.update_yaxes(title_text="MAE of mu, 0.95 percentile", row=row, col=1)
     dress(chart, 130 + 290 * max(1, len(lubricants)))
     chart.update_layout(margin_t=74)
     chart.update_xaxes(title_text="training tests", row=max(1, len(lubricants)))
@@ -150,7 +150,7 @@ def _by_model(curves: LearningCurves) -> Any:
                     hovertemplate=f"%{{x}} tests<br>MAE %{{y:.4f}}<extra>{collection}</extra>",
                 )  # fmt: skip
             _limit(chart, curves.accuracy, row, column)
-        chart.update_yaxes(title_text="MAE of mu", row=row, col=1)
+        chart.update_yaxes(title_text="MAE of mu, 0.95 percentile", row=row, col=1)
     dress(chart, 130 + 230 * max(1, len(lubricants)))
     chart.update_layout(margin_t=74)
     chart.update_annotations(font_size=12)

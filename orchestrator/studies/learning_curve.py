@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 #: Typical accuracy of a tribometer in mu: the limit of the paper.
 ACCURACY = 0.01
-SIZES = (5, 9, 13, 17, 21, 25, 30, 40, 50, 60, 70, 81)
+SIZES = (2, 3, 5, 9, 13, 17, 21, 25, 30, 40, 50, 60, 70, 81)
 COLLECTIONS = (SERIES, AVERAGE)
 #: Packages whose sources decide the results.
 CODE = (

@@ -25,7 +25,9 @@ def write_results(folder: Path, curves: LearningCurves, page: str) -> None:
 def _repeats(curves: LearningCurves) -> Iterable[dict[str, Any]]:
     for c in curves.curves:
         for column, size in enumerate(c.sizes):
-            for repeat, (error, average) in enumerate(zip(c.errors[:, column], c.averages[:, column]), 1):
+            for repeat, (error, average) in enumerate(
+                zip(c.errors[:, column], c.averages[:, column].mean(axis=1)), 1
+            ):
                 yield {
                     "lubricant": c.lubricant,
                     "collection": c.collection,

@@ -41,8 +41,9 @@ def learn(
     Returns
     -------
     dict
-        ``curves``: one entry a model and size: ``model``, ``tests`` and ``points`` trained on, ``mae`` (held-out time
-        series) and ``mae_averages`` (held-out averages) of each repeat, ``parameters`` chosen by the search.
+        ``curves``: one entry a model and size: ``model``, ``tests`` and ``points`` trained on, ``errors`` (held-out time
+        series) and ``errors_averages`` (held-out averages): for each repeat the contribution of every held-out test,
+        whose mean is the MAE (`Collection.errors`); ``parameters`` chosen by the search.
     """
     from friction_models.training import growing_sets
 
@@ -76,7 +77,7 @@ def facts(
         for data in (whole, thinned):
             model = _model(name, inputs, len(data.training), int(inputs["seed"]))
             model.fit(*_lesson(data.training))
-            errors.append(data.error(model))
+            errors.append(float(np.mean(data.errors(model))))
         costs[name] = {"every_point": errors[0], "thinned": errors[1]}
     values = result.values
     return {
@@ -134,11 +135,17 @@ class Collection:
         same = [name for name in LOAD_NAMES if spread[name] < NOT_VARIED]
         return cls(means.assign(**{name: loads[name].mean() for name in same}), judge, averages, same)
 
-    def error(self, model: FrictionModel, averages: bool = False) -> float:
-        """Return the MAE on the held-out tests, with loads clamped to the trained domain as the FMUs do."""
+    def errors(self, model: FrictionModel | float, averages: bool = False) -> list[float]:
+        """Return what each held-out test contributes to the MAE of a model, or of a constant mu; their mean is the MAE.
+
+        Loads are clamped to the trained domain as the FMUs do. A test counts by its number of points.
+        """
         held = self.averages if averages else self.judge
-        predicted = model.predict(model.domain.clamp(held[list(LOAD_NAMES)].to_numpy()))
-        return float(np.mean(np.abs(predicted - held["mu"].to_numpy())))
+        predicted: Any = model
+        if not isinstance(model, float):
+            predicted = model.predict(model.domain.clamp(held[list(LOAD_NAMES)].to_numpy()))
+        wrong = (held["mu"] - predicted).abs().groupby(held["test_id"].astype(str), sort=True).sum()
+        return (wrong * (len(wrong) / len(held))).tolist()
 
 
 def _point(data: Collection, name: str, sets: list[list[str]], inputs: Mapping[str, Any]) -> dict[str, Any]:
@@ -148,8 +155,9 @@ def _point(data: Collection, name: str, sets: list[list[str]], inputs: Mapping[s
     parts = [data.training[data.training["test_id"].isin(tests)] for tests in sets]
     result: dict[str, Any] = {"model": name, "tests": len(sets[0]), "points": len(parts[0]), "parameters": {}}
     if name == MEAN:
-        result["mae"] = [_mean_error(part, data.judge) for part in parts]
-        result["mae_averages"] = [_mean_error(part, data.averages) for part in parts]
+        means = [float(part["mu"].mean()) for part in parts]
+        result["errors"] = [data.errors(mean) for mean in means]
+        result["errors_averages"] = [data.errors(mean, averages=True) for mean in means]
         return result
     best, search = _search(name, parts[0], len(sets[0]), inputs)
     # One number for all repeats, so that they are alike and are trained in one batch.
@@ -159,15 +167,11 @@ def _point(data: Collection, name: str, sets: list[list[str]], inputs: Mapping[s
         for k in range(len(parts))
     ]
     fit_all(models, [_lesson(part) for part in parts])
-    result["mae"] = [data.error(model) for model in models]
-    result["mae_averages"] = [data.error(model, averages=True) for model in models]
+    result["errors"] = [data.errors(model) for model in models]
+    result["errors_averages"] = [data.errors(model, averages=True) for model in models]
     result["parameters"] = {k: list(v) if isinstance(v, tuple) else v for k, v in best.items()}
     result["search"] = search
     return result
-
-
-def _mean_error(training: pd.DataFrame, held: pd.DataFrame) -> float:
-    return float(np.mean(np.abs(held["mu"].to_numpy() - training["mu"].mean())))
 
 
 def _search(

@@ -30,8 +30,8 @@ class Curve:
     lubricant, collection, model : str
     sizes, points : tuple of int
         Training tests, and points of the first repeat.
-    errors, averages : ndarray, shape (repeats, sizes)
-        MAE on the held-out time series, and on the held-out averages.
+    parts, averages : ndarray, shape (repeats, sizes, tests)
+        What each held-out test contributes to the MAE on time series, and on averages; the mean over tests is the MAE.
     parameters : tuple of dict
         What the search chose at each size.
     """
@@ -41,7 +41,7 @@ class Curve:
     model: str
     sizes: tuple[int, ...]
     points: tuple[int, ...]
-    errors: FloatArray
+    parts: FloatArray
     averages: FloatArray
     parameters: tuple[dict[str, Any], ...]
 
@@ -52,19 +52,24 @@ class Curve:
         return cls(
             lubricant, collection, model,
             tuple(int(e["tests"]) for e in ordered), tuple(int(e["points"]) for e in ordered),
-            np.array([e["mae"] for e in ordered]).T, np.array([e["mae_averages"] for e in ordered]).T,
+            *(np.array([e[k] for e in ordered]).swapaxes(0, 1) for k in ("errors", "errors_averages")),
             tuple(dict(e["parameters"]) for e in ordered),
         )  # fmt: skip
 
     @property
+    def errors(self) -> FloatArray:
+        """MAE on the held-out time series, shape (repeats, sizes)."""
+        return np.asarray(self.parts.mean(axis=2))
+
+    @property
     def percentile(self) -> FloatArray:
         """The 0.95 percentile of the MAE at each size."""
-        return percentile_curve(self.errors)
+        return percentile_curve(self.parts)
 
     @cached_property
     def lowest(self) -> tuple[float, float, float]:
         """Lowest point of the percentile curve and its interval."""
-        return lowest_error(self.errors)
+        return lowest_error(self.parts)
 
     @cached_property
     def converged(self) -> NeededTests:
@@ -73,7 +78,7 @@ class Curve:
 
     def needed(self, accuracy: float) -> NeededTests:
         """Return the tests needed for an accuracy."""
-        return needed_with_interval(self.sizes, self.errors, accuracy)
+        return needed_with_interval(self.sizes, self.parts, accuracy)
 
     def to_dict(self, accuracy: float) -> dict[str, Any]:
         """Return plain data."""
@@ -121,7 +126,12 @@ class Comparison:
 
     @property
     def verdict(self) -> str:
-        """``fewer``, ``more``, or ``no clear difference`` where less than 95 % of the resamples agree."""
+        """``fewer``, ``more``, ``both at once``, or ``no clear difference`` where less than 95 % of the resamples agree.
+
+        ``both at once``: the smallest training set suffices with either collection, so the sizes cannot tell them apart.
+        """
+        if self.series.at_most and self.average.at_most:
+            return "both at once"
         if self.fewer >= LEVEL:
             return "fewer"
         return "more" if self.more >= LEVEL else "no clear difference"
@@ -224,7 +234,7 @@ class LearningCurves:
                 if series is None or average is None or series.sizes != average.sizes:
                     continue
                 limit = accuracy or CONVERGED * min(series.lowest[0], average.lowest[0])
-                shares = share_fewer(series.sizes, series.errors, average.errors, limit)
+                shares = share_fewer(series.sizes, series.parts, average.parts, limit)
                 own = needed_with_interval(average.sizes, average.averages, limit)
                 needed = series.needed(limit), average.needed(limit), own
                 found.append(Comparison(lubricant, model, limit, *needed, *shares))

@@ -53,6 +53,26 @@ def test_percentile_lies_between_the_two_worst_of_ten() -> None:
     assert percentile_curve(np.full((10, 2), 0.3)) == pytest.approx([0.3, 0.3])
 
 
+def test_held_out_tests_are_resampled_too() -> None:
+    repeats = falling(scatter=0.1)
+    alike = np.repeat(repeats[:, :, None], 6, axis=2)
+    assert percentile_curve(alike) == pytest.approx(percentile_curve(repeats), rel=1e-12)
+    assert needed_with_interval(SIZES, alike, 0.01).tests == pytest.approx(
+        needed_with_interval(SIZES, repeats, 0.01).tests
+    )
+    # The same MAE, most of it from two of six tests: another six might have been much easier, or harder.
+    uneven = alike * np.array([2.4, 2.4, 0.3, 0.3, 0.3, 0.3])
+    narrow, wide = (needed_with_interval(SIZES, e, 0.01) for e in (alike, uneven))
+    assert wide.tests == pytest.approx(narrow.tests, rel=1e-9)
+    assert narrow.lower and narrow.upper and wide.lower and wide.upper
+    assert wide.lower < 0.6 * narrow.lower and wide.upper > 1.4 * narrow.upper
+    low, lower, upper = lowest_error(uneven)
+    assert lower < 0.7 * low and upper > 1.3 * low
+    # Tests are drawn for both alike: what is better in every test is never worse, whichever tests are drawn.
+    fewer, more = share_fewer(SIZES, 0.6 * uneven, uneven, 0.01)
+    assert fewer > 0.9 and more == 0.0
+
+
 def test_interval_holds_the_number_and_closes_without_scatter() -> None:
     exact = needed_with_interval(SIZES, falling(), 0.01)
     assert (exact.lower, exact.upper, exact.reached) == (pytest.approx(10.0), pytest.approx(10.0), 1.0)
@@ -67,7 +87,7 @@ def test_an_accuracy_out_of_reach_says_so() -> None:
     never = needed_with_interval(SIZES, falling(plateau=0.02), 0.01)
     assert (never.tests, never.upper, never.reached, never.text()) == (None, None, 0.0, "not reached")
     at_once = needed_with_interval(SIZES, falling(factor=1e-4), 0.01)
-    assert at_once.at_most and at_once.text() == "<= 5 (5 - 5)"
+    assert at_once.at_most and at_once.text() == "<= 5"
     # Reached by most repeats, but not by the worst: the interval is open at the top.
     errors = falling()
     errors[0] = 0.05

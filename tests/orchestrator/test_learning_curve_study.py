@@ -61,6 +61,11 @@ def done(
     return study, folder / "out", results, LearningCurves.of(study, results)
 
 
+def alike(errors: list[float]) -> np.ndarray:
+    """Return these errors at three sizes, the same in three repeats and four held-out tests."""
+    return np.tile(np.array(errors)[None, :, None], (3, 1, 4))
+
+
 Done = tuple[LearningCurveStudy, Path, dict[str, JobResult], LearningCurves]
 
 
@@ -72,7 +77,7 @@ def test_every_model_and_collection_has_its_curve(done: Done) -> None:
             curve = curves.curve("paste", collection, model)
             assert curve is not None
             assert curve.sizes == (5, 9, 12), "sizes beyond the data give way to all tests"
-            assert curve.errors.shape == curve.averages.shape == (3, 3)
+            assert curve.errors.shape == (3, 3) and curve.parts.shape == curve.averages.shape == (3, 3, 4)
             assert np.isfinite(curve.errors).all() and (curve.errors > 0).all()
     series, average = (curves.curve("paste", c, "linear") for c in (SERIES, AVERAGE))
     assert series is not None and average is not None
@@ -98,6 +103,10 @@ def test_linear_errors_are_those_of_a_fit_by_hand(done: Done) -> None:
     expected = np.mean(np.abs(model.predict(loads) - test["mu"].to_numpy()))
     curve = curves.curve("paste", SERIES, "linear")
     assert curve is not None and curve.errors[1, 1] == pytest.approx(expected, rel=1e-12)
+    worst = (model.predict(loads) - test["mu"]).abs().groupby(test["test_id"]).mean().max()
+    assert curve.parts[1, 1].max() == pytest.approx(worst, rel=1e-12), (
+        "tests of equal length: each its own MAE"
+    )
 
 
 def test_loads_that_the_plan_does_not_vary_are_no_inputs_of_averages(done: Done) -> None:
@@ -137,25 +146,29 @@ def test_words_and_table_follow_the_numbers(done: Done) -> None:
     table = text_table(curves)
     assert table.startswith("synthetic") and all(model in table for model in curves.models)
     assert len(beside_paper(curves)) == 8
-    worse = [replace(c, errors=np.array([[0.02, 0.01, 0.02]] * 3)) for c in curves.curves]
-    assert ("time-series: converged at (tests)", "about 30", "-") in beside_paper(
-        replace(curves, curves=tuple(worse))
+    worse = [replace(c, parts=alike([0.02, 0.01, 0.02])) for c in curves.curves]
+    row = next(
+        r for r in beside_paper(replace(curves, curves=tuple(worse))) if r[0].startswith("time-series: conv")
     )
+    assert row[1] == "about 30" and row[2].startswith("- (not linear paste, ")
     first = findings(curves)[0]
     for verdict, words in (("fewer", "fewer tests than"), ("more", "more tests in")):
         assert (words in first) == any(c.verdict == verdict for c in curves.comparisons)
     # Made-up errors: the time series saves tests in one model, and costs some in another.
-    flat = [replace(c, errors=np.array([[0.02, 0.015, 0.0105]] * 3)) for c in curves.curves]
+    flat = [replace(c, parts=alike([0.02, 0.015, 0.0105])) for c in curves.curves]
     good = {(SERIES, "ffnn"): 0.6, (SERIES, "linear"): 0.4}
-    quick = [replace(c, errors=c.errors * good.get((c.collection, c.model), 1.0)) for c in flat]
+    quick = [replace(c, parts=c.parts * good.get((c.collection, c.model), 1.0)) for c in flat]
     saved = replace(curves, curves=tuple(quick))
     assert headline(saved) == "Time-series data needs fewer tests for MAE < 0.01 in 2 of 5 cases"
     assert "linear paste: at most 5 against not reached, ffnn paste: 8 against" in findings(saved)[0]
-    bad = [replace(c, errors=c.errors * 0.6) if c.collection == AVERAGE else c for c in flat]
+    bad = [replace(c, parts=c.parts * 0.6) if c.collection == AVERAGE else c for c in flat]
     assert headline(replace(curves, curves=tuple(bad))) == (
         "Time-series data needs more tests for MAE < 0.01 in 5 of 5 cases"
     )
     assert headline(replace(curves, curves=tuple(flat))).startswith("Time-series data does not clearly need")
+    easy = replace(curves, curves=tuple(replace(c, parts=c.parts * 0.1) for c in flat))
+    assert {c.verdict for c in easy.comparisons} == {"both at once"}
+    assert "In 5 of 5 cases 5 tests, the fewest tried, suffice with either collection." in findings(easy)[0]
 
 
 def test_a_failed_job_leaves_a_hole(done: Done) -> None:
@@ -198,7 +211,7 @@ def test_jobs_of_the_laboratory_cover_the_plan() -> None:
         for model in job.inputs["models"]
         for size in job.inputs["sizes"]
     }
-    assert len(trained) == 2 * 6 * 12
+    assert len(trained) == 2 * 6 * 14
 
 
 @pytest.mark.parametrize(
