@@ -34,7 +34,7 @@ def extrapolation_page(values: Mapping[str, Any]) -> str:
             "How much of the contact is outside",
             figure(
                 "loads", _by_load(runs),
-                "Share of the contact (markers and steps) beyond the trained range of each load, clamped runs of the first model.",
+                "Share of the contact (area and time) beyond the trained range of each load, clamped runs of the first model.",
                 "Bars of the share of contact outside the trained domain by load.",
             ),
             _exceedances(runs),
@@ -238,17 +238,19 @@ def _models(values: Mapping[str, Any]) -> str:
 def _runs(values: Mapping[str, Any]) -> str:
     rows = []
     for r in values["runs"]:
-        head = (r["level"], r["model"], r["data"], r["rule"])
+        head = (r["level"], r["model"], r["data"], r["rule"] + (" (broke off)" if r["failed"] else ""))
         if "states" not in r:
-            rows.append((*head, *"-------"))
+            rows.append((*head, *"--------"))
             continue
         rows.append(
             (
                 *head, f"{100 * r['outside']:.1f}", f"{100 * r['outside_work']:.1f}", f"{r['distance']['median']:.3f}",
-                f"{r['distance']['largest']:.3f}", f"{r['max_force_kN']:.1f}", f"{r['work_J']:.0f}", f"{r['tau_over_k']:.2f}",
+                f"{r['distance']['largest']:.3f}", f"{r['max_force_kN']:.1f}", f"{r['work_J']:.0f}", f"{r['friction_work_J']:.0f}",
+                f"{r['tau_over_k']:.2f}",
             )
         )  # fmt: skip
     return table(
-        ["level", "model", "trained on", "rule", "outside [%]", "by work [%]", "distance", "largest", "max force [kN]", "work [J]", "tau/k"],
-        rows, numeric=range(4, 11), caption="Distance: median beyond the domain, of the points outside, in units of the trained range.",
+        ["level", "model", "trained on", "rule", "outside [%]", "by work [%]", "distance", "largest", "max force [kN]", "work [J]", "friction [J]", "tau/k"],
+        rows, numeric=range(4, 12), caption="Distance: median beyond the domain, of the contact outside, in units of the trained range. Contact counts by "
+        "the area that a marker stands for; friction: work of mu times pressure and speed on that area.",
     )  # fmt: skip

@@ -199,7 +199,7 @@ def _runs(values: Mapping[str, Any]) -> str:
         lag = r.get("lag") or {}
         rows.append(
             (
-                r["process"].upper(), r["model"], f"{r['step_mm']:g}", r["mode"],
+                r["process"].upper(), r["model"], f"{r['step_mm']:g}", r["mode"] + (" (broke off)" if r["failed"] else ""),
                 *(f"{r[k]:.1f}" if k in r else "-" for k in ("max_force_kN", "work_J")),
                 f"{lag['work_pct']:+.3f}" if lag else "-", f"{lag['mu_max']:.4f}" if lag else "-",
                 f"{r.get('repetitions_mean', 0):.1f}" if "steps" in r else "-",

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-5
 #: Repetitions of a step in the mode ``iterated``, for estimates.
 REPETITIONS = 4.5
+#: What is said where the forming itself cannot go on: by the solver, by the repetitions of a step, by a component that
+#: refuses a value. Anything else (memory, disk, a process that is gone) may not happen a second time.
+REASONS = ("stopped at stroke", "did not converge in", "allowed:")
 #: Middle levels of the press.
 SPEED, T_TOOL = 50.0, 50.0
 
@@ -80,6 +83,11 @@ def run_coupled(
     dict
         What `level_runs.summary` returns; ``failed``: why the run broke off, empty for a complete one;
         ``repetitions``: mean and largest number of a step, and the largest change left (mode ``iterated``).
+
+    Raises
+    ------
+    SimulationError
+        A component failed for another reason than `REASONS`: no result, so that the next start of the study tries again.
     """
     from ..runs import Run
 
@@ -88,6 +96,8 @@ def run_coupled(
     try:
         run = simulate_level(given, friction_file(files, needs), folder / RUN)
     except SimulationError as error:
+        if not any(reason in str(error) for reason in REASONS):
+            raise
         if not (folder / RUN / "manifest.json").is_file():
             return {"failed": str(error), "steps": 0, "repetitions": None, "timing": {}}
         run = Run.load(folder / RUN, stopped=True)

@@ -26,7 +26,7 @@ CODE = tuple(
     for name in (
         "connections", "fmi2_slave", "fmi3_slave", "fmu_files", "fmu_variables", "friction_names", "instance", "iteration",
         "master", "points", "ports", "processes", "runs", "sizing", "slaves", "studies.level_runs", "studies.models",
-        "system", "wiring",
+        "system", "untouched", "wiring",
     )
 )  # fmt: skip
 #: CPU time of a run by millimetre of stroke [s], for estimates.
