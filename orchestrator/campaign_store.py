@@ -17,6 +17,8 @@ from friction_models.loads import InputError, write_json
 
 #: Every result folder holds this file; its presence says that the result is complete.
 RESULT = "result.json"
+#: A larger result is none: the largest of the studies here take 4 MB.
+MAX_BYTES = 64_000_000
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,26 @@ class JobResult:
     seconds: float
 
 
+def read_object(file: Path, limit: int) -> dict[str, Any]:
+    """Return the JSON object in a file.
+
+    Raises
+    ------
+    InputError
+        No such file, more than `limit` bytes, no JSON object.
+    """
+    try:
+        if file.stat().st_size > limit:
+            raise InputError(f"{file}: {file.stat().st_size} bytes; allowed: at most {limit}")
+        content = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        said = " ".join(str(getattr(error, "strerror", None) or error).split())[:150]
+        raise InputError(f"{file}: cannot be read ({said}); allowed: a JSON file") from None
+    if not isinstance(content, dict):
+        raise InputError(f"{file}: holds {type(content).__name__}; allowed: a JSON object")
+    return content
+
+
 class Store:
     """The results in a folder.
 
@@ -57,9 +79,9 @@ class Store:
         """Return the kept result of a key under a job's name; None where there is none that can be read."""
         place = self.folder / key
         try:
-            content = json.loads((place / RESULT).read_text(encoding="utf-8"))
+            content = read_object(place / RESULT, MAX_BYTES)
             values, seconds = dict(content["values"]), float(content["seconds"])
-        except (OSError, ValueError, KeyError, TypeError):
+        except (InputError, ValueError, KeyError, TypeError):
             return None
         return JobResult(name, values, place, seconds)
 

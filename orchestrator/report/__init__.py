@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 
 def write_report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | None = None) -> Path:
-    """Write the report of a demo folder, of a run folder, of predicted tests or of a forming result; return its path.
+    """Write the report of a demo, a run, a study, predicted tests or a forming result; return its path.
 
     Parameters
     ----------
     folder : path-like
-        A folder written by `demo` (with ``demo.json``), by `simulate` (with ``manifest.json``), by `predict-sct`
+        A folder written by `demo` (with ``demo.json``), by `simulate` or `study` (with ``manifest.json``), by `predict-sct`
         (with ``prediction.json``) or by `forming.FormingResult.save` (with ``forming.json``).
     out : path-like, optional
         HTML file; by default ``report.html`` in the folder.
@@ -36,9 +36,10 @@ def write_report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | N
 
         return write_text(target, demo_page(place))
     if (place / "manifest.json").is_file():
+        from ..studies.kept import study_page
         from .run_page import run_page
 
-        return write_text(target, run_page(place))
+        return write_text(target, study_page(place) or run_page(place))
     if (place / "prediction.json").is_file():
         from .prediction_page import prediction_page
 
@@ -49,7 +50,7 @@ def write_report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | N
 
         return write_text(target, report_page(*load_result(place)))
     raise InputError(
-        f"{place}: neither a run folder (manifest.json) nor a folder of the demo (demo.json), of predicted tests "
+        f"{place}: neither a folder of a run or a study (manifest.json) nor one of the demo (demo.json), of predicted tests "
         "(prediction.json) or of a forming result (forming.json); allowed: one of them"
     )
 

@@ -138,13 +138,18 @@ class LearningCurveStudy:
         """
         if data is not None:
             plan = replace(plan, lubricants=tuple(data))
+        measured = data_jobs(data, plan.lubricants, plan.tests, plan.seed)
+        counts = {name: _training_tests(plan, None if data is None else data[name]) for name in measured}
+        study = cls.kept(plan, counts, virtual=data is None)
+        return replace(study, jobs=(*(job for own in measured.values() for job in own), *study.jobs))
+
+    @classmethod
+    def kept(cls, plan: LearningCurvePlan, counts: Mapping[str, int], virtual: bool) -> LearningCurveStudy:
+        """Return the study without the jobs that measure, to find results by; `counts`: training tests by lubricant."""
         jobs: list[Job] = []
         curves: dict[tuple[str, str], tuple[str, ...]] = {}
         names: dict[str, str] = {}
-        measured = data_jobs(data, plan.lubricants, plan.tests, plan.seed)
-        for lubricant, own in measured.items():
-            jobs += own
-            count = _training_tests(plan, None if data is None else data[lubricant])
+        for lubricant, count in counts.items():
             sizes = [*(s for s in plan.sizes if s < count), count]
             names[lubricant] = f"facts-{lubricant}"
             jobs.append(_facts_job(plan, lubricant))
@@ -152,7 +157,7 @@ class LearningCurveStudy:
                 mine = _curve_jobs(plan, lubricant, collection, sizes)
                 curves[lubricant, collection] = tuple(job.name for job in mine)
                 jobs += mine
-        return cls(plan, tuple(jobs), curves, names, virtual=data is None)
+        return cls(plan, tuple(jobs), curves, names, virtual)
 
     def campaign(self, folder: Path) -> Campaign:
         """Return the campaign that does the jobs."""

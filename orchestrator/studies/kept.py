@@ -1,0 +1,147 @@
+"""The page of a study whose results are kept in a folder, made again without computing anything."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from friction_models.loads import InputError, unknown_name
+
+from ..campaign_store import JobResult, Store, read_object
+
+#: File of each study that holds all its numbers.
+NUMBERS = {name: f"{name}.json" for name in ("learning-curve", "forming-error", "lag", "extrapolation")}
+#: Larger files are not read: the numbers of the full size take less than 20 MB.
+MAX_BYTES = 200_000_000
+_LEVEL = re.compile(r"(fre|bce)_([0-9.e+-]+)mms_([0-9.e+-]+)C")
+_KEY = re.compile(r"[0-9a-f]{40}")
+
+
+def study_page(folder: Path) -> str | None:
+    """Return the HTML of the study in a folder; None where ``manifest.json`` is not that of a study.
+
+    Results are those that the manifest names, whatever sources they were computed with.
+
+    Raises
+    ------
+    InputError
+        An unknown study, files that are missing, too large, damaged or of another version, results of one's own
+        press curves, which are not in the folder.
+    """
+    manifest = read_object(folder / "manifest.json", MAX_BYTES)
+    settings = manifest.get("settings")
+    if not isinstance(settings, dict) or "study" not in settings:
+        return None
+    name = str(settings["study"])
+    if name not in NUMBERS:
+        raise unknown_name("study", name, NUMBERS, str(folder / "manifest.json"))
+    try:
+        return _PAGES[name](folder, manifest)
+    except InputError:
+        raise
+    except (
+        KeyError,
+        TypeError,
+        ValueError,
+        IndexError,
+        AttributeError,
+        OverflowError,
+        StopIteration,
+    ) as error:
+        said = " ".join(f"{type(error).__name__}: {error}".split())[:150]
+        raise InputError(
+            f"{folder}: the files of the study are damaged or of another version ({said}); allowed: what "
+            f"`tribofmu study {name}` wrote; the same command computes only what is missing"
+        ) from None
+
+
+def _lag(folder: Path, manifest: Mapping[str, Any]) -> str:
+    from ..report.lag_page import lag_page
+
+    return lag_page(read_object(folder / NUMBERS["lag"], MAX_BYTES))
+
+
+def _extrapolation(folder: Path, manifest: Mapping[str, Any]) -> str:
+    from ..report.extrapolation_page import extrapolation_page
+
+    return extrapolation_page(read_object(folder / NUMBERS["extrapolation"], MAX_BYTES))
+
+
+def _learning_curve(folder: Path, manifest: Mapping[str, Any]) -> str:
+    from ..report.learning_curve_page import learning_curve_page
+    from .learning_curve import LearningCurvePlan, LearningCurveStudy
+    from .learning_curve_result import LearningCurves
+
+    settings, names = manifest["settings"], [*manifest["jobs"], *manifest["failed"]]
+    plan = LearningCurvePlan(
+        **{k: tuple(v) if isinstance(v, list) else v for k, v in settings.items() if k != "study"}
+    )
+    results = _results(folder, manifest, _starting(names, "facts-", *(f"{x}-" for x in plan.lubricants)))
+    count = {n: results[f"facts-{n}"].values["train"] for n in plan.lubricants if f"facts-{n}" in results}
+    virtual = any(str(name).startswith("specimens-") for name in names)
+    study = LearningCurveStudy.kept(
+        plan, {n: int(count.get(n, plan.sizes[-1])) for n in plan.lubricants}, virtual
+    )
+    return learning_curve_page(study, LearningCurves.of(study, results), manifest)
+
+
+def _forming_error(folder: Path, manifest: Mapping[str, Any]) -> str:
+    from ..report.forming_error_page import forming_error_page
+    from .forming_error import FormingErrorStudy, Plan
+    from .forming_error_result import FormingErrors
+
+    settings = manifest["settings"]
+    if any("press_sha256" in level for level in settings["levels"]):
+        raise InputError(
+            f"{folder}: the press curves of this study lie elsewhere; allowed: `tribofmu study forming-error` with the "
+            "same --data and --press again (it computes nothing twice)"
+        )
+    conditions = []
+    for level in settings["levels"]:
+        found = _LEVEL.fullmatch(str(level["level"]))
+        if found is None:
+            raise ValueError(f"level {level['level']!r:.60}")
+        conditions.append((float(found[3]), float(found[2])))
+    plan = replace(
+        Plan.full(int(settings["seed"])),
+        models=tuple(map(str, settings["models"])),
+        constants=tuple(map(float, settings["constants"])),
+        conditions=tuple(dict.fromkeys(conditions)),
+        strokes={str(k): float(v) for k, v in settings["strokes_mm"].items()},
+        lubricants=tuple(map(str, settings["lubricants"])),
+        tests=str(settings["tests"]),
+        repeats=int(settings["repeats"]),
+    )
+    study = FormingErrorStudy.of(plan)
+    results = _results(folder, manifest, _starting(manifest["jobs"], "run-", "press-", "model-", "data-"))
+    return forming_error_page(study, FormingErrors.of(study, results), manifest)
+
+
+def _starting(names: Iterable[str], *heads: str) -> list[str]:
+    return [str(name) for name in names if str(name).startswith(heads)]
+
+
+def _results(folder: Path, manifest: Mapping[str, Any], names: Iterable[str]) -> dict[str, JobResult]:
+    """Return the results of jobs that are there; a key is a name in ``jobs``, never a path out of it."""
+    store, found = Store(folder / "jobs"), {}
+    for name in names:
+        key = str(manifest["jobs"].get(name, {}).get("job", ""))
+        result = store.load(key, name) if _KEY.fullmatch(key) else None
+        if result is not None:
+            found[name] = result
+    if not found:
+        raise InputError(
+            f"{folder / 'jobs'}: holds none of the results; allowed: the folder of the study as a whole"
+        )
+    return found
+
+
+_PAGES: dict[str, Callable[[Path, Mapping[str, Any]], str]] = {
+    "learning-curve": _learning_curve,
+    "forming-error": _forming_error,
+    "lag": _lag,
+    "extrapolation": _extrapolation,
+}
