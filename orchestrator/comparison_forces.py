@@ -11,6 +11,7 @@ import numpy as np
 from .comparison import Order, resampled_errors
 from .forces import LevelsComparison, levels_table
 from .metrics import ScalarError
+from .press_study import FailedRun
 
 #: What models are ordered by, and how it is called.
 QUANTITIES = {"max_force": "maximum force", "work": "forming work"}
@@ -28,16 +29,25 @@ class ForcesComparison:
         By the MARE of the maximum force and of the work.
     names : sequence of str
         Of the levels.
+    synthetic : bool
+    failed : sequence of FailedRun
+        Runs without a result; their models are not compared.
     """
 
     results: Sequence[LevelsComparison]
     orders: dict[str, Order]
     names: Sequence[str]
     synthetic: bool = False
+    failed: Sequence[FailedRun] = ()
 
     @classmethod
     def of(
-        cls, results: Sequence[LevelsComparison], names: Sequence[str], synthetic: bool = False, seed: int = 0
+        cls,
+        results: Sequence[LevelsComparison],
+        names: Sequence[str],
+        synthetic: bool = False,
+        seed: int = 0,
+        failed: Sequence[FailedRun] = (),
     ) -> ForcesComparison:
         """Order models that ran on the same levels."""
         orders = {}
@@ -54,7 +64,7 @@ class ForcesComparison:
                 {r.label: d for r, d in zip(results, draws)},
                 len(names),
             )
-        return cls(results, orders, list(names), synthetic)
+        return cls(results, orders, list(names), synthetic, failed)
 
     def to_dict(self) -> dict[str, Any]:
         """Return JSON-able data: the models' numbers, and the orders."""
@@ -64,7 +74,18 @@ class ForcesComparison:
             "ranking": self.orders["max_force"].names,
             "orders": {quantity: order.to_dict() for quantity, order in self.orders.items()},
             "levels": list(self.names),
+            "failed": [run.to_dict() for run in self.failed],
         }
+
+    def missing(self) -> list[str]:
+        """Return a sentence for each model that is not compared."""
+        found: dict[str, list[FailedRun]] = {}
+        for run in self.failed:
+            found.setdefault(run.model, []).append(run)
+        return [
+            f"{model} is not compared: {len(runs)} of {len(self.names)} levels failed ({runs[0].level}: {runs[0].error[:300]})"
+            for model, runs in found.items()
+        ]
 
     def report(self) -> str:
         """Return the table of errors, and what can be said about the order."""
@@ -73,4 +94,5 @@ class ForcesComparison:
             shown = ", ".join(f"{n} ({100 * order.best[n]:.0f} %)" for n in order.names)
             lines.append(f"by {QUANTITIES[quantity]}, probability of being the best: {shown}")
             lines += order.sentences("levels")
+        lines += self.missing()
         return "\n".join(lines)

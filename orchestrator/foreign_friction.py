@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from fmus import FmuModel
+from fmus.archive import read_archive
 from fmus.running import FmuError, RunningFmu
 from fmus.unpacked import UnpackedFmu
 from friction_models.domain import Domain
@@ -22,6 +23,8 @@ from .friction_names import FrictionNames
 _PROBES = ((5.0, 50.0, 500.0, 2.0, 1.1), (200.0, 150.0, 1500.0, 20.0, 3.0))
 #: Step that lets such an FMU answer [s], where it names none.
 _SHORT = 1e-3
+#: Where our own friction FMUs hold their law.
+MODEL = "resources/model.onnx"
 
 
 def friction_model(path: str | os.PathLike[str], entry: Mapping[str, Any] | None = None) -> FmuModel:
@@ -50,6 +53,22 @@ def friction_model(path: str | os.PathLike[str], entry: Mapping[str, Any] | None
         if model.source is not None:
             return model
     return ForeignFmu(path, FrictionNames.of(describe(path), entry or {}))
+
+
+def foreign_names(
+    path: str | os.PathLike[str], entry: Mapping[str, Any] | None = None
+) -> FrictionNames | None:
+    """Return the variables of a friction FMU that others made; None for one of ours, which needs no care.
+
+    Raises
+    ------
+    InputError
+        What `FrictionNames.of` refuses.
+    """
+    described = describe(path)
+    if entry is None and MODEL in read_archive(path):
+        return None
+    return FrictionNames.of(described, entry or {})
 
 
 class ForeignFmu(FmuModel):

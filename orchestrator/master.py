@@ -42,6 +42,7 @@ from .points import PointInstances
 from .ports import Port
 from .runs import Run, write_run
 from .system import System
+from .untouched import Patch, Untouched
 from .wiring import Wiring
 
 MODES = ("gauss_seidel", "jacobi", "iterated")
@@ -60,6 +61,7 @@ class _Transfer:
     target: str
     places: _Index
     scale: tuple[FloatArray, FloatArray] | None
+    patches: list[Patch]
 
 
 class Master:
@@ -208,8 +210,18 @@ class Master:
             outputs[name] = Port({v.name: v for v in given}.values())
         # One transfer for all connections of a pair of components.
         pairs: dict[tuple[str, str], tuple[list[int], list[int], list[float], list[float]]] = {}
+        patches: dict[tuple[str, str], list[Patch]] = {}
+        careful = {
+            name: Untouched.of(name, self.wiring.links, outputs)
+            for name, component in self.system.components.items()
+            if component.contact_only
+        }
         for link in self.wiring.links:
             rows, places, factors, offsets = pairs.setdefault((link.source, link.target), ([], [], [], []))
+            for name, untouched in careful.items():
+                patch = untouched.patch(name, link, len(rows)) if untouched is not None else None
+                if patch is not None:
+                    patches.setdefault((link.source, link.target), []).append(patch)
             rows += [outputs[link.source].index[v.name] for v in link.sources]
             places += [inputs[link.target].index[v.name] for v in link.targets]
             factors += [link.factor] * len(link.sources)
@@ -218,7 +230,11 @@ class Master:
         for (source, target), (rows, places, factors, offsets) in pairs.items():
             scaled = any(f != 1.0 for f in factors) or any(offsets)
             scale = (np.array(factors), np.array(offsets)) if scaled else None
-            transfers.append(_Transfer(source, _places(rows), target, _places(places), scale))
+            transfers.append(
+                _Transfer(
+                    source, _places(rows), target, _places(places), scale, patches.get((source, target), [])
+                )
+            )
         return inputs, outputs, transfers
 
     def _initialize(
@@ -297,6 +313,10 @@ def _transfer(transfers: list[_Transfer], inputs: dict[str, Port], outputs: dict
         values = outputs[item.source].values[item.rows]
         if item.scale is not None:
             values = item.scale[0] * values + item.scale[1]
+        if item.patches:
+            values = values.copy()  # a slice shows the outputs themselves
+            for patch in item.patches:
+                patch.apply(values, outputs)
         inputs[item.target].values[item.places] = values
 
 

@@ -15,6 +15,7 @@ from friction_models.loads import write_json
 
 from .campaign import CODE as PACKAGES
 from .campaign import Campaign
+from .errors import SimulationError
 from .fmu_files import describe
 from .forces import ForceCurve, LevelsComparison, compare_force, read_press_curve
 from .processes import STEP, STROKE
@@ -24,6 +25,53 @@ if TYPE_CHECKING:
     from forming.press import PressCurves
 
 Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class FailedRun:
+    """A run without a result: model, level (file name without ending), process parameters, and why."""
+
+    model: str
+    level: str
+    error: str
+    inputs: Mapping[str, Any]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return JSON-able data."""
+        return {"model": self.model, "level": self.level, "error": self.error, "inputs": dict(self.inputs)}
+
+
+@dataclass(frozen=True)
+class PressResults:
+    """Models that formed every level, and runs that failed.
+
+    Attributes
+    ----------
+    models : list of LevelsComparison
+    failed : list of FailedRun
+        Their models are not among `models`: errors over different levels do not compare.
+    runs : int
+        All runs.
+    """
+
+    models: list[LevelsComparison]
+    failed: list[FailedRun]
+    runs: int
+
+    def check(self, kept: Path | None) -> None:
+        """Raise when a run failed; `kept` is the folder of the runs, where there is one.
+
+        Raises
+        ------
+        SimulationError
+            Names the first failures.
+        """
+        if not self.failed:
+            return
+        shown = "; ".join(f"{f.model} at {f.level}: {f.error[:300]}" for f in self.failed[:3])
+        more = f" (and {len(self.failed) - 3} more)" if len(self.failed) > 3 else ""
+        where = "--runs FOLDER keeps their inputs" if kept is None else f"inputs in {kept / 'failed.json'}"
+        raise SimulationError(f"{len(self.failed)} of {self.runs} runs failed: {shown}{more}; {where}")
 
 
 @dataclass(frozen=True)
@@ -66,8 +114,8 @@ class PressStudy:
         jobs: int | None = None,
         progress: Progress | None = None,
         names: Mapping[str, Mapping[str, Any]] | None = None,
-    ) -> list[LevelsComparison]:
-        """Run every model on every level and compare the forces.
+    ) -> PressResults:
+        """Run every model on every level and compare the forces; a run that fails does not stop the others.
 
         Parameters
         ----------
@@ -85,8 +133,8 @@ class PressStudy:
 
         Raises
         ------
-        InputError, SimulationError
-            A model that cannot be packed or read; runs that failed, when all others are done.
+        InputError
+            A model that cannot be packed or read.
         """
         place = runs if runs is not None else Path(tempfile.mkdtemp(prefix="tribofmu-study-"))
         try:
@@ -110,7 +158,6 @@ class PressStudy:
             ]
             campaign = Campaign(place, jobs_of, (*PACKAGES, *CODE))
             results = campaign.run(jobs, progress=progress)
-            campaign.check()
             if runs is not None:
                 # Folders are named by hashes; the table says which is which.
                 folders = {
@@ -122,20 +169,30 @@ class PressStudy:
                 name: ForceCurve(np.array(result.values["stroke"]), np.array(result.values["force"]))
                 for name, result in results.items()
             }
-            return [
-                LevelsComparison(
-                    label,
-                    tuple(
-                        compare_force(
-                            curves[f"{Path(level.file).stem}, {label}"],
-                            read_press_curve(self.folder / level.file),
-                            label,
-                        )
-                        for level in self.press.levels
-                    ),
-                )
-                for label in models
+            failed = [
+                FailedRun(label, Path(level.file).stem, failure.error, failure.job.inputs["level"])
+                for label, level in pairs
+                if (failure := campaign.failed.get(f"{Path(level.file).stem}, {label}"))
             ]
+            return PressResults(
+                [
+                    LevelsComparison(
+                        label,
+                        tuple(
+                            compare_force(
+                                curves[f"{Path(level.file).stem}, {label}"],
+                                read_press_curve(self.folder / level.file),
+                                label,
+                            )
+                            for level in self.press.levels
+                        ),
+                    )
+                    for label in models
+                    if label not in {f.model for f in failed}
+                ],
+                failed,
+                len(pairs),
+            )
         finally:
             if runs is None:
                 shutil.rmtree(place, ignore_errors=True)

@@ -50,8 +50,7 @@ def extrusion_system(
     start : mapping, optional
         Start values of the friction FMU, such as ``clamp_to_domain``.
     names : mapping, optional
-        `FrictionNames.to_dict`: which variables of the friction FMU take the loads and give mu, where they
-        have other names.
+        `FrictionNames.to_dict`: which variables of a friction FMU that others made take the loads and give mu.
     """
     seconds = step / speed
     called = FrictionNames() if names is None else FrictionNames.from_dict(names)
@@ -61,6 +60,8 @@ def extrusion_system(
     }
     if called.each_point:
         component["each_point"] = True
+    if names is not None:  # an FMU of others, which may have no answer to zero pressure
+        component["contact_only"] = True
     return System.from_dict(
         {
             "name": name,

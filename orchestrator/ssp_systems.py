@@ -70,6 +70,11 @@ def export_ssp(system: System, path: str | os.PathLike[str], boundary: bool = Fa
             f"{system.source}: a connection to {scaled.target}.{scaled.targets[0].name} converts units, which an archive "
             "cannot hold; allowed: FMUs that share the units of what they exchange"
         )
+    careful = next((name for name, c in system.components.items() if c.contact_only), None)
+    if careful is not None:
+        raise InputError(
+            f"{system.source}: component {careful!r} has contact_only, which an archive cannot hold; allowed: without it"
+        )
     links = [
         (_copy(wiring, link.source, a), _plain(a), _copy(wiring, link.target, b), _plain(b))
         for link in wiring.links

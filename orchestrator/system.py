@@ -38,7 +38,8 @@ class Component(BaseModel):
     """One FMU and the start values of its parameters and inputs.
 
     `each_point` lets an FMU of one contact point run once a point of the vectors that feed it; a friction FMU
-    with the variables of the contract needs no such word.
+    with the variables of the contract needs no such word. `contact_only` spares a friction FMU the loads of points that
+    have not touched anything yet, zero pressure above all (see `untouched`).
     """
 
     model_config = ConfigDict(extra="forbid")
@@ -46,6 +47,7 @@ class Component(BaseModel):
     fmu: Path
     start: dict[str, StartValue] = Field(default_factory=dict)
     each_point: bool | None = None
+    contact_only: bool | None = None
 
 
 class System(BaseModel):

@@ -191,9 +191,7 @@ class DataSet:
                 (source / n for n in ("points.csv", "points.parquet") if (source / n).is_file()), None
             )
             if points_file is None:
-                raise InputError(
-                    f"{source}: no points.csv in this folder; a data set holds points.csv and tests.csv"
-                )
+                raise missing_points(source)
             if table is None and (source / "tests.csv").is_file():
                 table = source / "tests.csv"
             if (source / "dataset.json").is_file():
@@ -253,3 +251,12 @@ class DataSet:
     def loads(self) -> TriboLoads:
         """Return the loads of all points, with time, test and metadata."""
         return TriboLoads.from_frame(self.points, self.tests)
+
+
+def missing_points(folder: Path) -> InputError:
+    """Build the error for a folder that is no data set; of raw records it says what makes one of them."""
+    if (folder / "raw").is_dir():
+        return InputError(
+            f"{folder}: raw records and no points.csv; 'tribofmu twin {folder} -o DATA' makes a data set of them"
+        )
+    return InputError(f"{folder}: no points.csv in this folder; a data set holds points.csv and tests.csv")

@@ -13,6 +13,7 @@ from .options import Json, Tests, fitted_model, read_data
 if TYPE_CHECKING:
     from ..comparison import TestsComparison
     from ..comparison_forces import ForcesComparison
+    from ..press_study import PressResults, PressStudy
 
 
 def compare(
@@ -45,24 +46,39 @@ def compare(
         data, press = None, data
     if data is None and press is None:
         raise InputError("compare: neither --data nor --press is given; allowed: one of them, or both")
+    if data is None and tests is not None:
+        raise InputError(f"--tests {tests}: there are press curves only; allowed: with a data set of points")
+    if press is None and runs is not None:
+        raise InputError(f"--runs {runs}: there are no press curves; allowed: with --press")
     entries = _entries(models, names)
+    study = None if press is None else _opened(press)
     on_tests = None if data is None else _compare_tests(models, entries, data, tests, seed)
-    on_press = None if press is None else _compare_forces(models, entries, press, runs, seed)
+    ran = None if study is None else _form(study, models, entries, runs)
+    on_press = None if study is None or ran is None else _compare_forces(study, ran, seed)
     if json is not None:
         content: dict[str, Any] = {}
         if on_tests is not None:
             content = {"synthetic": on_tests.synthetic, **on_tests.to_dict()}
-        if on_press is not None:
-            forces = on_press.to_dict()
+        if study is not None and ran is not None:
+            forces = {"synthetic": study.synthetic, "models": [], "failed": [f.to_dict() for f in ran.failed]}
+            forces |= {} if on_press is None else on_press.to_dict()
             content = {**content, "press": forces} if content else forces
         write_result(json, content)
-    if report is not None:
+    if report is not None and (on_tests is not None or on_press is not None):
         from friction_models.loads import write_text
 
         from ..report.comparison_page import comparison_page
 
         write_text(report, comparison_page(on_tests, on_press))
         say(f"report written: {report}")
+    if ran is not None:
+        ran.check(runs)
+
+
+def _opened(press: Path) -> PressStudy:
+    from ..press_study import PressStudy
+
+    return PressStudy.open(press)
 
 
 def _compare_tests(
@@ -76,24 +92,27 @@ def _compare_tests(
     return result
 
 
-def _compare_forces(
-    models: list[str], entries: dict[str, Any], press: Path, runs: Path | None, seed: int
-) -> ForcesComparison:
-    from ..comparison_forces import ForcesComparison
-    from ..fmu_files import describe
-    from ..friction_names import FrictionNames
-    from ..press_study import PressStudy
+def _form(study: PressStudy, models: list[str], entries: dict[str, Any], runs: Path | None) -> PressResults:
+    from ..foreign_friction import foreign_names
 
-    study = PressStudy.open(press)
     named = {_label(name, models): name for name in models}
-    called = {
-        _label(name, models): FrictionNames.of(describe(name), entry).to_dict()
-        for name, entry in entries.items()
-    }
+    called = {}
+    for label, name in named.items():
+        foreign = foreign_names(name, entries.get(name)) if Path(name).suffix == ".fmu" else None
+        if foreign is not None:
+            called[label] = foreign.to_dict()
     with progress("runs") as tick:
-        results = study.compare(named, runs, progress=tick, names=called)
+        return study.compare(named, runs, progress=tick, names=called)
+
+
+def _compare_forces(study: PressStudy, ran: PressResults, seed: int) -> ForcesComparison | None:
+    """Return the comparison of the models that formed every level, and print it; None where there is none."""
+    from ..comparison_forces import ForcesComparison
+
+    if not ran.models:
+        return None
     levels = [Path(level.file).stem for level in study.press.levels]
-    result = ForcesComparison.of(results, levels, study.synthetic, seed)
+    result = ForcesComparison.of(ran.models, levels, study.synthetic, seed, ran.failed)
     if study.synthetic:
         say("synthetic press curves")
     say(result.report())
@@ -125,11 +144,10 @@ def _entries(models: list[str], names: Path | None) -> dict[str, Any]:
     found: dict[str, Any] = {}
     aliases = {n: (n, Path(n).name, Path(n).stem) for n in models if Path(n).suffix == ".fmu"}
     for key, entry in read_names(names).items():
-        meant = [key] if key in aliases else [n for n, known in aliases.items() if key in known]
+        meant = [key] if key in aliases else [n for n, several in aliases.items() if key in several]
         if not meant:
-            raise unknown_name(
-                "FMU of --models", key, [a for known in aliases.values() for a in known], str(names)
-            )
+            known = dict.fromkeys(alias for several in aliases.values() for alias in several)
+            raise unknown_name("FMU of --models", key, known, str(names))
         if len(meant) > 1:
             raise InputError(
                 f"{names}: {key!r} may be {' or '.join(meant)}; allowed: the path as on the command line"

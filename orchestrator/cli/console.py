@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +12,9 @@ from typing import Any
 
 #: Called with (done, total, what).
 Tick = Callable[[int, int, str], None]
+
+#: Longest time without a line of progress where stderr is no terminal and work is being done [s].
+QUIET = 30.0
 
 
 class Interrupted(Exception):
@@ -51,14 +55,15 @@ def progress(title: str) -> Iterator[Tick]:
 
 
 @contextmanager
-def _plain(title: str) -> Iterator[Tick]:
-    shown = -1
+def _plain(title: str, clock: Callable[[], float] = time.monotonic) -> Iterator[Tick]:
+    """Print a line at every quarter, and whenever something was done half a minute after the last line."""
+    shown, since = -1, clock()
 
     def tick(done: int, total: int, what: str) -> None:
-        nonlocal shown
-        quarter = 4 * done // max(total, 1)
-        if quarter > shown:
-            shown = quarter
+        nonlocal shown, since
+        quarter, now = 4 * done // max(total, 1), clock()
+        if quarter > shown or now - since >= QUIET:
+            shown, since = quarter, now
             print(f"{title}: {done}/{total} {what}".rstrip(), file=sys.stderr, flush=True)
 
     yield tick

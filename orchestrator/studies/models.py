@@ -88,10 +88,12 @@ def data_files(data: Path) -> dict[str, Path]:
         for key, file in (("tests", "tests.csv"), ("info", "dataset.json"))
         if (data / file).is_file()
     }
+    from friction_models.loads.dataset import missing_points
+
     for file in ("points.csv", "points.parquet"):
         if (data / file).is_file():
             return {"points": data / file} | found
-    raise InputError(f"{data}: no data set (points.csv is missing), allowed: a folder or a file with points")
+    raise missing_points(data)
 
 
 def load_data(files: Mapping[str, Path], needs: Mapping[str, JobResult]) -> Any:

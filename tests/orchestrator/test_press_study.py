@@ -28,8 +28,8 @@ def test_rods_and_cups_in_one_folder(tmp_path: Path) -> None:
     compared = study.compare(
         {"low": "0.04"}, tmp_path / "runs", 1, lambda done, total, what: seen.append(f"{done}/{total}")
     )
-    assert seen[-1] == "2/2" and [c.label for c in compared] == ["low"]
-    rod, cup = compared[0].levels
+    assert seen[-1] == "2/2" and [c.label for c in compared.models] == ["low"] and not compared.failed
+    rod, cup = compared.models[0].levels
     # A cup needs its force at once, a rod is only just in the cone; both FMUs got friction at their own markers.
     assert cup.max_force.simulated > 2.0 * rod.max_force.simulated > 0.0
     assert cup.stroke[-1] == pytest.approx(0.4, abs=0.051)
