@@ -42,6 +42,19 @@ class JobResult:
     folder: Path
     seconds: float
 
+    def file(self, value: str) -> Path:
+        """Return the file or folder of the result that one of its values names.
+
+        Raises
+        ------
+        InputError
+            It is not in the folder of the result.
+        """
+        path = self.folder / str(self.values[value])
+        if not path.resolve().is_relative_to(self.folder.resolve()):
+            raise InputError(f"{self.folder}: {value} = {self.values[value]!r:.100}; allowed: a place in it")
+        return path
+
 
 def read_object(file: Path, limit: int) -> dict[str, Any]:
     """Return the JSON object in a file.

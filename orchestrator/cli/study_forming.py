@@ -58,7 +58,7 @@ def forming_error(
     write_manifest(campaign, results, settings, {"virtual_lab": seed})
     errors = FormingErrors.of(study, results)
     if errors.runs:
-        write_results(out, errors, forming_error_page(study, errors, campaign.manifest(results)))
+        write_results(out, errors, forming_error_page(study, errors, campaign.manifest(results), results))
         say(table(errors))
         say(f"report written: {out / 'report.html'}")
     campaign.check()

@@ -55,7 +55,7 @@ def learning_curve(
     write_manifest(campaign, results, settings, {"study": seed})
     curves = LearningCurves.of(study, results)
     if curves.curves:
-        write_results(out, curves, learning_curve_page(study, curves, campaign.manifest(results)))
+        write_results(out, curves, learning_curve_page(study, curves, campaign.manifest(results), results))
         say(text_table(curves))
         say(f"report written: {out / 'report.html'}")
     campaign.check()

@@ -10,6 +10,7 @@ import numpy as np
 from ..studies.forming_error_files import PROCESS_TITLES
 from ..studies.forming_error_result import TAU_OVER_K, FormingErrors
 from ..studies.forming_error_rows import RunError
+from .markup import escape
 from .palette import COLORS
 from .theme import INK, PRESS, PRESS_BAND, SOFT, dress
 
@@ -96,6 +97,36 @@ def level_map(errors: FormingErrors, quantity: str) -> Any:
     chart.update_layout(margin_t=34)
     chart.update_xaxes(tickfont_size=10, tickangle=0, ticks="", showline=False)
     chart.update_yaxes(ticks="", showgrid=False)
+    return chart
+
+
+def absolute_bars(errors: FormingErrors, quantity: str) -> Any:
+    """Return the absolute error of every friction law at every level with the scatter of the press, a panel a group."""
+    from plotly.subplots import make_subplots
+
+    parts = groups(errors)
+    chart = make_subplots(
+        rows=len(parts), cols=1, subplot_titles=[escape(group_title(*g)) for g in parts],
+        vertical_spacing=0.24 / max(len(parts), 1),
+    )  # fmt: skip
+    shade = colours(errors)
+    for row, (lubricant, process) in enumerate(parts, 1):
+        names = {r.level: f"{r.T_tool:g} °C<br>{r.speed:g}" for r in _levels(errors, lubricant, process)}
+        for friction in errors.frictions:
+            runs = {
+                r.level: getattr(r.force, quantity)
+                for r in errors.of_group(friction.label, lubricant, process)
+            }
+            there = [level for level in names if level in runs]
+            chart.add_bar(
+                x=[names[level] for level in there], y=[runs[level].ae for level in there], name=friction.label,
+                legendgroup=friction.label, showlegend=row == 1, marker_color=shade[friction.label], row=row, col=1,
+                error_y={"type": "data", "array": [runs[level].ae_std for level in there], "color": INK, "thickness": 0.9, "width": 2},
+                hovertemplate=f"{friction.label} %{{y:.2f}}<extra></extra>",
+            )  # fmt: skip
+    dress(chart, 90 + 230 * len(parts))
+    chart.update_layout(barmode="group", bargap=0.2, margin_t=72)
+    chart.update_yaxes(title_text="kN" if quantity == "max_force" else "J", rangemode="tozero")
     return chart
 
 

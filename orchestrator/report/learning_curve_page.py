@@ -6,10 +6,14 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..campaign_store import JobResult
 from ..studies.learning_curve import COLLECTIONS, LearningCurveStudy
 from ..studies.learning_curve_jobs import AVERAGE, MEAN, SERIES
 from ..studies.learning_curve_result import Comparison, LearningCurves
 from ..studies.learning_curve_words import beside_paper, differs, findings, headline
+from ..studies.measurements import data_name, load_measurements
+from .charts_measurements import load_space_chart, series_chart
+from .forming_error_page import figures
 from .markup import bullets, escape, paragraph, table
 from .page import Page, figure
 from .palette import looks
@@ -20,11 +24,15 @@ SHOWN = 2.5
 
 
 def learning_curve_page(
-    study: LearningCurveStudy, curves: LearningCurves, manifest: Mapping[str, Any]
+    study: LearningCurveStudy,
+    curves: LearningCurves,
+    manifest: Mapping[str, Any],
+    results: Mapping[str, JobResult],
 ) -> str:
-    """Return the HTML of the study."""
+    """Return the HTML of the study; `results` hold the measurements, where they are there."""
     page = Page(headline(curves), "tribofmu study learning-curve", _lead(curves), curves.synthetic)
     page.add("findings", "Findings", bullets(findings(curves)))
+    page.add("measured", "The two data collections", *_measured(curves, results))
     page.add(
         "curves",
         "Learning curves",
@@ -64,6 +72,15 @@ def learning_curve_page(
         "Beside the paper",
         table(["quantity", "paper", "here"], beside_paper(curves), numeric=(1, 2)),
         bullets(differs(curves)),
+        figures(
+            ("a compression test over time and its average", "The two data collections"),
+            ("training points of both collections over the loads", "The two data collections"),
+            (
+                "error over the number of tests, average-based and time-series-based",
+                "Learning curves; Model by model",
+            ),
+            ("lowest errors of the models", "Lowest error"),
+        ),
     )
     page.add("data", "Data", _data(curves))
     page.add("how", "How it was computed", bullets(_how(study)), _search(curves))
@@ -88,6 +105,34 @@ def _lead(curves: LearningCurves) -> str:
         f"{len(curves.models)} friction models learn from a growing number of sliding compression tests, "
         f"{curves.repeats} random training sets of each size; the time series of {held} judge them.{missing}"
     )
+
+
+def _measured(curves: LearningCurves, results: Mapping[str, JobResult]) -> list[str]:
+    """Return the charts of the first lubricant whose measurements are there: the plan is the same for all."""
+    for lubricant in curves.lubricants:
+        found = results.get(data_name(lubricant))
+        if found is None:
+            continue
+        series, averages = (
+            load_measurements(found, averages=a).select("train").points for a in (False, True)
+        )
+        return [
+            figure(
+                "series",
+                series_chart(series, averages),
+                f"The training test of {escape(lubricant)} whose mu moves most: its time series and the one point that average-based "
+                "data keeps of it.",
+                "mu and loads over sliding distance in one test, with their averages.",
+            ),
+            figure(
+                "loads",
+                load_space_chart(series, averages),
+                f"Training points of {escape(lubricant)} over the loads, time series thinned: a time series also shows what happens "
+                "between the points of the plan.",
+                "Points of both data collections over pairs of loads.",
+            ),
+        ]
+    return [paragraph("The measurements are not in the folder of the study.")]
 
 
 def _overview(curves: LearningCurves) -> Any:

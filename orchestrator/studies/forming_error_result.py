@@ -14,6 +14,7 @@ from ..forces import ForceCurve, compare_force
 from ..metrics import LevelSummary, ScalarError
 from .forming_error import FormingErrorStudy, Friction, model_name, run_name
 from .forming_error_rows import Change, RunError, Summary
+from .measurements import data_name, load_measurements
 
 if TYPE_CHECKING:
     from ..campaign import JobResult
@@ -187,6 +188,33 @@ class FormingErrors:
             "changes": [c.to_dict() for c in self.changes()],
             "runs": [r.to_dict() for r in self.runs],
         }
+
+
+def held_out(
+    study: FormingErrorStudy, results: Mapping[str, JobResult]
+) -> dict[tuple[str, str], tuple[FloatArray, FloatArray]]:
+    """Return measured and predicted mu of the held-out tests by lubricant and trained model, of results that are there.
+
+    Loads are clamped to the trained domain, as the FMUs do.
+    """
+    from friction_models import load_model
+    from friction_models.loads import LOAD_NAMES
+
+    found = {}
+    for lubricant in study.plan.lubricants:
+        data = results.get(data_name(lubricant))
+        points = (
+            None
+            if data is None or "dataset" not in data.values
+            else load_measurements(data).select("test").points
+        )
+        for family in study.plan.models:
+            trained = results.get(model_name(lubricant, family))
+            if points is not None and len(points) and trained is not None:
+                model = load_model(trained.file("model"))
+                loads = model.domain.clamp(points[list(LOAD_NAMES)].to_numpy())
+                found[lubricant, family] = (points["mu"].to_numpy(), np.asarray(model.predict(loads)))
+    return found
 
 
 def propagated(function: Callable[[FloatArray], float], values: FloatArray, std: FloatArray) -> float:

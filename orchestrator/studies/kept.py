@@ -79,13 +79,15 @@ def _learning_curve(folder: Path, manifest: Mapping[str, Any]) -> str:
     plan = LearningCurvePlan(
         **{k: tuple(v) if isinstance(v, list) else v for k, v in settings.items() if k != "study"}
     )
-    results = _results(folder, manifest, _starting(names, "facts-", *(f"{x}-" for x in plan.lubricants)))
+    results = _results(
+        folder, manifest, _starting(names, "facts-", "data-", *(f"{x}-" for x in plan.lubricants))
+    )
     count = {n: results[f"facts-{n}"].values["train"] for n in plan.lubricants if f"facts-{n}" in results}
     virtual = any(str(name).startswith("specimens-") for name in names)
     study = LearningCurveStudy.kept(
         plan, {n: int(count.get(n, plan.sizes[-1])) for n in plan.lubricants}, virtual
     )
-    return learning_curve_page(study, LearningCurves.of(study, results), manifest)
+    return learning_curve_page(study, LearningCurves.of(study, results), manifest, results)
 
 
 def _forming_error(folder: Path, manifest: Mapping[str, Any]) -> str:
@@ -117,7 +119,7 @@ def _forming_error(folder: Path, manifest: Mapping[str, Any]) -> str:
     )
     study = FormingErrorStudy.of(plan)
     results = _results(folder, manifest, _starting(manifest["jobs"], "run-", "press-", "model-", "data-"))
-    return forming_error_page(study, FormingErrors.of(study, results), manifest)
+    return forming_error_page(study, FormingErrors.of(study, results), manifest, results)
 
 
 def _starting(names: Iterable[str], *heads: str) -> list[str]:

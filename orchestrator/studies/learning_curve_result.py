@@ -52,7 +52,8 @@ class Curve:
         return cls(
             lubricant, collection, model,
             tuple(int(e["tests"]) for e in ordered), tuple(int(e["points"]) for e in ordered),
-            *(np.array([e[k] for e in ordered]).swapaxes(0, 1) for k in ("errors", "errors_averages")),
+            np.array([e["errors"] for e in ordered]).swapaxes(0, 1),
+            np.array([e["errors_averages"] for e in ordered]).swapaxes(0, 1),
             tuple(dict(e["parameters"]) for e in ordered),
         )  # fmt: skip
 

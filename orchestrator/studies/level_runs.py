@@ -185,7 +185,7 @@ def friction_file(files: Mapping[str, Path], needs: Mapping[str, JobResult]) -> 
     if "friction" in files:
         return files["friction"]
     (result,) = needs.values()
-    return result.folder / str(result.values["fmu"])
+    return result.file("fmu")
 
 
 def simulate_level(inputs: Mapping[str, Any], friction: Path, folder: Path) -> Run:

@@ -164,7 +164,7 @@ def load_measurements(result: JobResult, averages: bool = False) -> DataSet:
     """Return the time series, or the average-based data set, of a job ``data-LUBRICANT``."""
     from friction_models.loads import DataSet
 
-    return DataSet.load(result.folder / str(result.values["averages" if averages else "dataset"]))
+    return DataSet.load(result.file("averages" if averages else "dataset"))
 
 
 # --- the functions of the jobs ------------------------------------------------------------------------

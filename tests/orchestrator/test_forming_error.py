@@ -146,7 +146,7 @@ def test_data_of_ones_own_that_are_synthetic_are_called_so(study: FormingErrorSt
         "failed": [],
         "sources": {"sha256": ""},
     }
-    page = forming_error_page(single, errors, manifest)
+    page = forming_error_page(single, errors, manifest, {})
     assert "synthetic data" in page and "the user's tests and press curves" in page.replace("&#x27;", "'")
     assert "virtual laboratory" not in page
 
@@ -176,7 +176,7 @@ def test_missing_runs_and_the_page(study: FormingErrorStudy) -> None:
         "failed": [lost],
         "sources": {"sha256": "0" * 64},
     }
-    page = forming_error_page(study, errors, manifest)
+    page = forming_error_page(study, errors, manifest, {})
     for text in (
         "13 ± 4 %",
         "-52 %",
@@ -187,7 +187,7 @@ def test_missing_runs_and_the_page(study: FormingErrorStudy) -> None:
     ):
         assert text in page
     assert "synthetic data" not in page
-    assert page.count("<figure>") == 6 + 4 + 2
+    assert page.count("<figure>") == 6 + 4 + 2 + 2
 
 
 def test_the_plan_of_the_paper() -> None:

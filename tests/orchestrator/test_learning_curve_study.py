@@ -119,7 +119,7 @@ def test_loads_that_the_plan_does_not_vary_are_no_inputs_of_averages(done: Done)
 
 def test_files_hold_the_same_numbers(done: Done, tmp_path: Path) -> None:
     study, folder, results, curves = done
-    page = learning_curve_page(study, curves, study.campaign(folder).manifest(results))
+    page = learning_curve_page(study, curves, study.campaign(folder).manifest(results), results)
     write_results(tmp_path, curves, page)
     content = json.loads((tmp_path / "learning-curve.json").read_text(encoding="utf-8"))
     assert content["synthetic"] is True and len(content["curves"]) == 12
@@ -134,10 +134,13 @@ def test_files_hold_the_same_numbers(done: Done, tmp_path: Path) -> None:
     assert errors == curve["mae"][1]
     assert curve["mae_percentile"][1] == pytest.approx(np.quantile(errors, 0.95))
     assert set(curve["parameters"][1]) == {"hidden", "weight_decay"}
+    assert 'id="chart-series"' in page and 'id="chart-loads"' in page
     for text in ("synthetic data", "Beside the paper", headline(curves), "fewest points a leaf", "details"):
         assert text in page.replace("&lt;", "<")
     assert "says of itself that it is synthetic" in page and "virtual laboratory" not in page
-    page = learning_curve_page(study, replace(curves, virtual=True), study.campaign(folder).manifest(results))
+    page = learning_curve_page(
+        study, replace(curves, virtual=True), study.campaign(folder).manifest(results), {}
+    )
     assert "made by the virtual laboratory" in page
 
 
@@ -180,7 +183,7 @@ def test_a_failed_job_leaves_a_hole(done: Done) -> None:
     assert hole is not None and hole.sizes == (5, 12)
     assert "ffnn" not in [c.model for c in curves.comparisons]
     assert "1 jobs have no result" in text_table(curves)
-    assert learning_curve_page(study, curves, study.campaign(folder).manifest(partial))
+    assert learning_curve_page(study, curves, study.campaign(folder).manifest(partial), partial)
 
 
 def test_tests_are_held_out_where_none_have_roles(tmp_path: Path) -> None:

@@ -242,7 +242,7 @@ def test_area_of_a_marker_gives_the_friction_work_of_the_solver() -> None:
         process.advance(step)
     values = {f"forming.{name}": np.array(found) for name, found in rows.items()}
     values["friction.mu"] = np.tile(mu, (steps + 1, 1))
-    run = Run(Path("run"), {"status": "ok"}, np.arange(steps + 1) * step / 50.0, values, {})
+    run = Run(Path("run"), {"status": "ok"}, np.linspace(0.0, steps * step / 50.0, steps + 1), values, {})
     work = extrapolation.Contact.of(run, areas).work
     # Contact loads of the start of each step, while the contact still grows.
     assert work.sum() == pytest.approx(1e-3 * done, rel=0.12)
