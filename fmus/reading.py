@@ -120,18 +120,17 @@ class FmuModel:
         array = points.as_array()
         mu = np.empty(len(array))
         system = self.source.system_values(points) if self.source is not None else {}
-        if points.t is None and not system:
-            parts = [slice(0, len(array))]
-        else:
-            parts = points.segments()
+        # what has no memory is evaluated at once: a step for each point would give the same
+        stepped = points.t is not None and not (self.source is not None and not self.source.states)
+        parts = points.segments() if stepped or system else [slice(0, len(array))]
         pause = rests(points, time_steps(points, [p.start for p in parts if p.stop > p.start]))
         for part in parts:
             # System variables are the same all through a test.
             start = {name: float(values[part.start]) for name, values in system.items() if len(array)}
-            if points.t is None:
-                mu[part] = self._at_once(array[part], start, outputs)
-            else:
+            if stepped and points.t is not None:
                 mu[part] = self._in_steps(array[part], points.t[part], pause[part], start, outputs)
+            else:
+                mu[part] = self._at_once(array[part], start, outputs)
         return mu
 
     def _at_once(self, array: FloatArray, start: dict[str, float], outputs: list[str]) -> FloatArray:

@@ -69,7 +69,8 @@ def base_law(model: Any, campaign: Campaign, seed: int = 0) -> BaseLaw:
     Parameters
     ----------
     model : str, FrictionModel or object with ``predict(array[n, 5])``
-        Family name; model, fitted or not; anything else that predicts is a fixed base.
+        Family name; model, fitted or not; anything else that predicts is a fixed base. Where it has ``predict_frame``
+        (a friction FMU, an ONNX model), that is asked, so that memory and system variables act.
     campaign : Campaign
     seed : int
         Folds of a flexible base.
@@ -101,17 +102,25 @@ def base_law(model: Any, campaign: Campaign, seed: int = 0) -> BaseLaw:
             offset = out_of_fold(model, campaign, seed)
             columns = np.column_stack([polynomial_columns(campaign, 1), offset])
             return BaseLaw(family, columns, zero, model=model)
-    if not hasattr(model, "predict"):
+    if isinstance(model, type) or not hasattr(model, "predict"):
         raise InputError(
             f"model {model!r:.80}: allowed is a family name, a model, or an object with predict(loads)"
         )
-    offset = np.asarray(model.predict(campaign.loads.as_array()), dtype=float).ravel()
+    offset = _fixed_prediction(model, campaign)
     if offset.shape != zero.shape or not np.isfinite(offset).all():
         raise InputError(
             f"model {model!r:.80}: predict gave {offset.shape} values, allowed: one finite value a point"
         )
     name = getattr(model, "family", type(model).__name__)
     return BaseLaw(str(name), polynomial_columns(campaign, 0), offset, fixed=True, model=model)
+
+
+def _fixed_prediction(model: Any, campaign: Campaign) -> FloatArray:
+    """Return mu of a model as it is: with time and metadata of the tests where it takes them, for its memory."""
+    loads = campaign.loads
+    if hasattr(model, "predict_frame"):
+        return np.asarray(model.predict_frame(loads.to_frame(), loads.tests_table()), dtype=float).ravel()
+    return np.asarray(model.predict(loads.as_array()), dtype=float).ravel()
 
 
 def _power_law(model: Any, campaign: Campaign) -> BaseLaw:

@@ -8,6 +8,7 @@ look for rivals, for a second effect, and for structure that no effect explains.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,20 +18,18 @@ from ..effects import CATALOGUE, make_effect
 from ..effects.base import Effect
 from ..loads import LOAD_NAMES, FloatArray, InputError
 from .analysis import Round, distrust_outliers, search, testable
-from .base_law import BaseLaw, base_law
+from .answer import NAMED, Judged, assemble
+from .base_law import BaseLaw, base_law, polynomial_columns
 from .binning import Campaign, prepare
 from .candidates import Candidate, evaluate, spans_of
 from .curves import spline_columns
 from .diagnosis import Diagnosis
-from .identifiability import limits
-from .next_tests import propose
 from .noise_floor import NoiseFloor, independent_columns
 from .scan import Fit
 from .significance import stays_first
 from .structure import Misfit, Structure, find_structure, own_misfit
-from .summaries import averages, base_residual, binned_bias, unrecorded_factor, weighted_rms, worst_tests
+from .summaries import weighted_rms
 from .verdict import LEAST_SHARE, LEVEL, Evidence, decide
-from .wording import sentence
 from .zero_reading import judge_zero
 
 #: Averages that must be left beside the numbers of the base.
@@ -45,6 +44,10 @@ SIMILAR = 0.5
 FREED = 8
 #: A second effect must carry this share of the squared contribution of both.
 SECOND_SHARE = 0.05
+BESIDE_A_SHIFT = (
+    "what is named was seen beside a change of the {base} model that is linear in the loads: the model was fitted to data "
+    "that hold the effect, or is off by such a change itself"
+)
 
 
 def diagnose(
@@ -89,17 +92,32 @@ def diagnose(
     mu = _base_prediction(campaign, base)
     spans = spans_of(campaign, mu)
     candidates = [evaluate(e, campaign, mu, e.grids(spans)) for e in usable]
-    found = _search_twice(campaign, base, candidates, seed, floor)
-    candidates, said = judge_zero(campaign, found, candidates)
-    notes += said
-    evidence, effects_found, final = _weigh(campaign, base, found, candidates, seed)
-    kinds = {e.name: e.kind for e in usable}
-    verdict = decide(evidence, kinds)
-    if campaign.spikes > MOST_SPIKES and verdict != "out_of_domain":
-        verdict, effects_found = "data_problem", []
-    answer = _assemble(campaign, base, found, final, evidence, verdict, effects_found, notes, mu, seed)
+    judged = _judge(campaign, base, candidates, seed, floor)
+    if base.fixed and judged.verdict == "unknown_structure":
+        # A model that was fitted to data with the effect in them holds the straight part of it already.
+        shifted = replace(base, columns=polynomial_columns(campaign, 1))
+        if _spare(campaign, shifted) >= SPARE:
+            beside = _judge(campaign, shifted, candidates, seed, floor)
+            if beside.verdict in NAMED:
+                judged = beside
+                judged.notes.append(BESIDE_A_SHIFT.format(base=base.name))
+    judged.notes[:0] = notes
+    answer = assemble(campaign, base, judged, mu)
     answer.synthetic = bool(data.attrs.get("synthetic", False))
     return answer
+
+
+def _judge(
+    campaign: Campaign, base: BaseLaw, candidates: list[Candidate], seed: int, floor: NoiseFloor | None
+) -> Judged:
+    """Search, weigh and decide, for a base with given columns."""
+    found = _search_twice(campaign, base, candidates, seed, floor)
+    candidates, notes = judge_zero(campaign, found, candidates)
+    evidence, chosen = _weigh(campaign, base, found, candidates, seed)
+    verdict = decide(evidence, {c.effect.name: c.effect.kind for c in candidates})
+    if campaign.spikes > MOST_SPIKES and verdict != "out_of_domain":
+        verdict, chosen = "data_problem", []
+    return Judged(found, evidence, verdict, chosen, list(notes))
 
 
 def _check_enough(campaign: Campaign, base: BaseLaw) -> None:
@@ -115,13 +133,19 @@ def _check_enough(campaign: Campaign, base: BaseLaw) -> None:
             f"data: none of the loads ({', '.join(LOAD_NAMES)}) varies, so nothing can be said about their effects; "
             "allowed: tests along which, or between which, at least one of them varies"
         )
-    averages = campaign.average(base.columns)
-    numbers = independent_columns(averages).shape[1]
-    if len(averages) < numbers + SPARE:
+    averages, spare = len(campaign.starts), _spare(campaign, base)
+    if spare < SPARE:
+        numbers = averages - spare
         raise InputError(
-            f"data: {len(averages)} averages of mu from {len(campaign.tests)} tests, and the {base.name} model alone has "
+            f"data: {averages} averages of mu from {len(campaign.tests)} tests, and the {base.name} model alone has "
             f"{numbers} numbers; allowed: at least {numbers + SPARE}, by more tests or by time series instead of averages"
         )
+
+
+def _spare(campaign: Campaign, base: BaseLaw) -> int:
+    """Return how many averages are left beside the numbers of the base."""
+    averages = campaign.average(base.columns)
+    return len(averages) - independent_columns(averages).shape[1]
 
 
 def _base_prediction(campaign: Campaign, base: BaseLaw) -> FloatArray:
@@ -156,8 +180,8 @@ def _share(campaign: Campaign, found: Round, fit: Fit) -> float:
 
 def _weigh(
     campaign: Campaign, base: BaseLaw, found: Round, candidates: list[Candidate], seed: int
-) -> tuple[Evidence, list[Fit], Round]:
-    """Collect the evidence; return it with the effects that belong to the answer and the last search."""
+) -> tuple[Evidence, list[Fit]]:
+    """Collect the evidence; return it with the effects that belong to the answer."""
     _large_ones_first(campaign, found)
     winner = found.winner
     outside = _share_outside(campaign, base)
@@ -167,11 +191,11 @@ def _weigh(
     if winner is None or not present:
         structure = find_structure(campaign, found, np.empty((len(found.y), 0)), seed)
         part = _part(structure, found)
-        return Evidence(found, winner, p, share, [], Misfit(), structure, part, outside), [], found
+        return Evidence(found, winner, p, share, [], Misfit(), structure, part, outside), []
     confusion = found.confusion_set()
     if len(confusion) == 1 and len(found.ranking) > 1 and stays_first(found.ranking, found.simulated) < SURE:
         confusion.append(found.ranking[1].name)
-    chosen, last = [winner], found
+    chosen = [winner]
     second = _second_effect(campaign, base, winner, found, candidates, seed)
     if second is not None:
         chosen.append(second)
@@ -180,7 +204,7 @@ def _weigh(
     misfit = own_misfit(campaign, found, winner, signal)
     part = _part(structure, found)
     evidence = Evidence(found, winner, p, share, confusion, misfit, structure, part, outside)
-    return evidence, chosen, last
+    return evidence, chosen
 
 
 def _large_ones_first(campaign: Campaign, found: Round) -> None:
@@ -237,96 +261,3 @@ def _share_outside(campaign: Campaign, base: BaseLaw) -> float:
     if domain is None or not hasattr(domain, "distance"):
         return 0.0
     return float(np.mean(np.asarray(domain.distance(campaign.loads.as_array())) > 0.1))
-
-
-def _assemble(
-    campaign: Campaign,
-    base: BaseLaw,
-    found: Round,
-    final: Round,
-    evidence: Evidence,
-    verdict: str,
-    chosen: list[Fit],
-    notes: list[str],
-    mu: FloatArray,
-    seed: int,
-) -> Diagnosis:
-    """Put everything that the answer shows into one place."""
-    floor = final.floor
-    residual = base_residual(campaign, found)
-    named = verdict in {"explained", "ambiguous", "data_problem"}
-    names = [f.name for f in chosen] if named else []
-    moved = np.sum([found.change(f) for f in chosen], axis=0) if names else np.zeros(len(residual))
-    usual = found.beyond_base(found.y)  # what the base leaves when it is fitted as users fit it
-    left = evidence.structure.rms if evidence.unexplained else 0.0
-    if verdict == "nothing_missing":
-        confidence = float(np.clip(0.5 + evidence.p_value, 0.5, 0.95))
-    elif named and chosen:
-        confidence = (1.0 - evidence.p_value) * stays_first(found.ranking, found.simulated)
-        confidence /= len(evidence.confusion_set) if verdict == "ambiguous" else 1.0
-    else:
-        confidence = (
-            float(np.clip(1.0 - evidence.structure.p_value, 0.0, 0.99))
-            if verdict == "unknown_structure"
-            else 0.9
-        )
-    warnings = [*campaign.warnings, *limits(campaign, base, evidence), *notes]
-    if not floor.known:
-        confidence = min(confidence, 0.5)
-    rivals = [f for n in evidence.confusion_set for f in found.ranking if f.name == n]
-    if not rivals and chosen:
-        rivals = chosen[:1]
-    if len(rivals) == 1:
-        rivals += [f for f in found.ranking if f.name != rivals[0].name and f.gain > 0][:1]
-    proposals, inseparable = propose(campaign, found, rivals, mu, base)
-    if named and len(evidence.confusion_set) > 1:
-        warnings += inseparable
-    return Diagnosis(
-        verdict=verdict,
-        sentence=sentence(verdict, base, evidence, chosen, confidence, campaign),
-        effects=names,
-        confidence=round(float(confidence), 3),
-        confusion_set=evidence.confusion_set if names else [],
-        ranking=[
-            {
-                "effect": f.name,
-                "evidence": float(f.evidence),
-                "gain": float(f.gain),
-                "p_value": found.p_value(f),
-            }
-            for f in found.ranking
-        ],
-        noise_floor={
-            "sensor": floor.sensor,
-            "test": floor.test,
-            "drift": floor.drift,
-            "total": floor.total,
-            "interval": list(floor.interval),
-        },
-        error_budget={
-            "floor": floor.total,
-            "explained": weighted_rms(moved, campaign.count),
-            "missing": float(left),
-        },
-        where=evidence.structure.where if verdict == "unknown_structure" else [],
-        worst_tests=worst_tests(campaign, usual),
-        unrecorded_factor=unrecorded_factor(campaign, residual - moved),
-        next_tests=proposals,
-        warnings=warnings,
-        model=base.name,
-        bias=binned_bias(campaign, usual, usual - moved if names else None),
-        parameters={f.name: _parameters(f) for f in chosen} if named else {},
-        threshold=float(np.quantile(found.null, 1.0 - LEVEL)),
-        averages=averages(campaign, usual, usual - moved, chosen if names else ()),
-    )
-
-
-def _parameters(fit: Fit) -> dict[str, Any]:
-    effect = fit.prepared.candidate.effect
-    values = {
-        a.name: {"value": float(v), "unit": a.unit}
-        for a, v in zip(effect.amplitudes, fit.amplitudes, strict=True)
-    }
-    shape = fit.shape
-    values |= {s.name: {"value": shape[s.name], "unit": s.unit} for s in effect.shapes}
-    return {"equation": effect.equation, "values": values}

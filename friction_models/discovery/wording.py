@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 from .base_law import BaseLaw
 from .binning import Campaign
 from .scan import Fit
 from .verdict import Evidence
 
+#: With fewer tests their scatter is so poorly known that "nothing is missing" is not said.
+FEW_TESTS = 6
+
 
 def sentence(
-    verdict: str, base: BaseLaw, evidence: Evidence, chosen: list[Fit], confidence: float, campaign: Campaign
+    verdict: str,
+    base: BaseLaw,
+    evidence: Evidence,
+    chosen: list[Fit],
+    confidence: float,
+    campaign: Campaign,
+    where: Sequence[Mapping[str, Any]] = (),
 ) -> str:
-    """Return the verdict as a user reads it."""
+    """Return the verdict as a user reads it; `where` holds the structure that is left."""
     model = f"the {base.name} model"
     sure = f"(confidence {confidence:.2f}"
     if not evidence.found.floor.known:
@@ -34,14 +46,17 @@ def sentence(
     if verdict == "data_problem":
         return f"the residual of {model} looks like a fault of the data: {names} {sure}, p = {p:.3f}."
     if verdict == "unknown_structure":
-        places = "; ".join(" x ".join(w["variables"]) for w in evidence.structure.where[:2])
+        places = "; ".join(" x ".join(w["variables"]) for w in where[:2] if w["variables"])
+        if not places:
+            return f"{model} is off by the same amount everywhere ({where[0]['shape']}), which no effect of a load explains {sure}."
         return f"something systematic is missing from {model} that no effect in the catalogue explains, along {places} {sure}."
     if verdict == "out_of_domain":
         return f"{100 * evidence.outside:.0f} % of the points lie outside the loads that {model} was trained on; no effect can be judged there."
-    if not evidence.found.floor.known:
-        tests = len(campaign.tests)
-        return (
-            f"nothing can be seen to be missing from {model}, but {tests} test{'s' if tests > 1 else ''} cannot show the "
-            f"scatter between tests: at least 3 are needed, better 10 (confidence {confidence:.2f})."
-        )
+    tests = len(campaign.tests)
+    if tests < FEW_TESTS:
+        some = f"{tests} test{'s' if tests > 1 else ''}"
+        short = "cannot show the scatter between tests: at least 3 are needed, better 10"
+        if evidence.found.floor.known:
+            short = "hardly show the scatter between tests: 10 would be better"
+        return f"nothing can be seen to be missing from {model}, but {some} {short} (confidence {confidence:.2f})."
     return f"nothing is missing from {model}: its residual is at the noise floor {sure}."

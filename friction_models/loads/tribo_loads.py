@@ -101,6 +101,11 @@ class TriboLoads:
                 )
         if self.context is not None and "test_id" in self.context.columns:
             table = self.context.assign(test_id=self.context["test_id"].astype(str)).set_index("test_id")
+            twice = table.index[table.index.duplicated()]
+            if len(twice):
+                raise InputError(
+                    f"tests: test_id {str(twice[0])!r} stands in {int((table.index == twice[0]).sum())} rows; allowed: one row a test"
+                )
             object.__setattr__(self, "context", table)
         if self.t is not None and len(self) > 1:
             backwards = np.diff(self.t) < 0
@@ -181,6 +186,12 @@ class TriboLoads:
         if self.context is None or self.test_id is None or name not in self.context.columns:
             return None
         return self.context[name].reindex(self.test_id).to_numpy()
+
+    def tests_table(self) -> pd.DataFrame | None:
+        """Return the metadata with their column `test_id`, as they were given; None without them."""
+        if self.context is None or self.context.index.name != "test_id":
+            return self.context
+        return self.context.reset_index()
 
     def to_frame(self) -> pd.DataFrame:
         """Return a table with the columns of the contract that are present."""

@@ -1,0 +1,142 @@
+"""What a diagnosis answers: everything that was found, put into one place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..loads import FloatArray
+from .analysis import Round
+from .base_law import BaseLaw
+from .binning import Campaign
+from .diagnosis import Diagnosis
+from .identifiability import limits
+from .level import Level, level_of
+from .next_tests import propose
+from .scan import Fit
+from .significance import stays_first
+from .summaries import averages, base_residual, binned_bias, unrecorded_factor, weighted_rms, worst_tests
+from .verdict import LEVEL, Evidence
+from .wording import FEW_TESTS, sentence
+
+#: A noise floor of this share of mu hides everything.
+BLURRED = 0.5
+#: Verdicts that name effects.
+NAMED = ("explained", "ambiguous", "data_problem")
+
+
+@dataclass
+class Judged:
+    """A verdict and what it rests on."""
+
+    found: Round
+    evidence: Evidence
+    verdict: str
+    chosen: list[Fit]
+    notes: list[str]
+
+
+def _confidence(campaign: Campaign, judged: Judged, level: Level) -> float:
+    """Return how sure the verdict is, 0 to 1."""
+    found, evidence, verdict = judged.found, judged.evidence, judged.verdict
+    if verdict == "nothing_missing":
+        sure = float(np.clip(0.5 + evidence.p_value, 0.5, 0.95))
+    elif verdict in NAMED and judged.chosen:
+        sure = (1.0 - evidence.p_value) * stays_first(found.ranking, found.simulated)
+        sure /= len(evidence.confusion_set) if verdict == "ambiguous" else 1.0
+    elif verdict == "unknown_structure":
+        structure = evidence.structure.p_value if evidence.unexplained else 1.0
+        sure = float(np.clip(1.0 - min(structure, level.p_value if level.off else 1.0), 0.0, 0.99))
+    else:
+        sure = 0.9
+    few = verdict == "nothing_missing" and len(campaign.tests) < FEW_TESTS
+    blurred = verdict == "nothing_missing" and found.floor.total > BLURRED * float(np.mean(campaign.mu))
+    return min(sure, 0.5) if few or blurred or not found.floor.known else sure
+
+
+def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) -> Diagnosis:
+    """Put everything that the answer shows into one place."""
+    found, evidence, verdict, chosen = judged.found, judged.evidence, judged.verdict, judged.chosen
+    floor = found.floor
+    residual = base_residual(campaign, found)
+    named = verdict in NAMED
+    names = [f.name for f in chosen] if named else []
+    moved = np.sum([found.change(f) for f in chosen], axis=0) if names else np.zeros(len(residual))
+    level = level_of(found, chosen if named else []) if base.fixed else Level()
+    if level.off and verdict == "nothing_missing":
+        judged.verdict = verdict = "unknown_structure"
+    # what a model leaves that is fitted as users fit it, or that is taken as it is
+    usual = found.y if base.fixed else found.beyond_base(found.y)
+    left = np.hypot(
+        evidence.structure.rms if evidence.unexplained else 0.0, level.value if level.off else 0.0
+    )
+    confidence = _confidence(campaign, judged, level)
+    where = list(evidence.structure.where) if verdict == "unknown_structure" and evidence.unexplained else []
+    warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes]
+    if level.off:
+        where += [level.entry(campaign)] if verdict == "unknown_structure" else []
+        warnings.append(level.text(f"the {base.name} model"))
+    if floor.total > BLURRED * float(np.mean(campaign.mu)):
+        warnings.append(
+            f"the noise floor ({floor.total:.3g}) is more than half of mu itself ({np.mean(campaign.mu):.3g}): look for outliers "
+            "and faulty tests first, little else can be seen in such data"
+        )
+    rivals = [f for n in evidence.confusion_set for f in found.ranking if f.name == n]
+    if not rivals and chosen:
+        rivals = chosen[:1]
+    if len(rivals) == 1:
+        rivals += [f for f in found.ranking if f.name != rivals[0].name and f.gain > 0][:1]
+    proposals, inseparable = propose(campaign, found, rivals, mu, base)
+    if named and len(evidence.confusion_set) > 1:
+        warnings += inseparable
+    return Diagnosis(
+        verdict=verdict,
+        sentence=sentence(verdict, base, evidence, chosen, confidence, campaign, where),
+        effects=names,
+        confidence=round(float(confidence), 3),
+        confusion_set=evidence.confusion_set if names else [],
+        ranking=[
+            {
+                "effect": f.name,
+                "evidence": float(f.evidence),
+                "gain": float(f.gain),
+                "p_value": found.p_value(f),
+            }
+            for f in found.ranking
+        ],
+        noise_floor={
+            "sensor": floor.sensor,
+            "test": floor.test,
+            "drift": floor.drift,
+            "total": floor.total,
+            "interval": list(floor.interval),
+        },
+        error_budget={
+            "floor": floor.total,
+            "explained": weighted_rms(moved, campaign.count),
+            "missing": float(left),
+        },
+        where=where,
+        worst_tests=worst_tests(campaign, usual),
+        unrecorded_factor=unrecorded_factor(campaign, residual - moved),
+        next_tests=proposals,
+        warnings=warnings,
+        model=base.name,
+        bias=binned_bias(campaign, usual, usual - moved if names else None),
+        parameters={f.name: _parameters(f) for f in chosen} if named else {},
+        threshold=float(np.quantile(found.null, 1.0 - LEVEL)),
+        averages=averages(campaign, usual, usual - moved, chosen if names else ()),
+    )
+
+
+def _parameters(fit: Fit) -> dict[str, Any]:
+    effect = fit.prepared.candidate.effect
+    values = {
+        a.name: {"value": float(v), "unit": a.unit}
+        for a, v in zip(effect.amplitudes, fit.amplitudes, strict=True)
+    }
+    shape = fit.shape
+    values |= {s.name: {"value": shape[s.name], "unit": s.unit} for s in effect.shapes}
+    return {"equation": effect.equation, "values": values}
