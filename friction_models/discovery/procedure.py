@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from threadpoolctl import threadpool_limits
 
 from ..effects import CATALOGUE, make_effect
 from ..effects.base import Effect
@@ -50,6 +51,7 @@ BESIDE_A_SHIFT = (
 )
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices: more threads only wait for each other
 def diagnose(
     data: pd.DataFrame,
     tests: pd.DataFrame | None = None,
