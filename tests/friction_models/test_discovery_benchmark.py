@@ -43,7 +43,7 @@ def test_the_two_sets_hide_different_forms() -> None:
     [
         (f, n)
         for f, s in SETS.items()
-        for n in [*list(s.effects)[:: 6 if f == "first" else 7], list(s.outside)[1]]
+        for n in [*list(s.effects)[:: {"first": 6, "second": 7}.get(f, 11)], list(s.outside)[1]]
     ],
 )
 def test_hidden_parts_have_the_strength_they_claim(forms: str, name: str) -> None:

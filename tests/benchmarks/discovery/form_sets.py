@@ -9,5 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from .forms import FIRST, SECOND, Forms
+from .forms_third import THIRD
 
-SETS: Mapping[str, Forms] = {"first": FIRST, "second": SECOND}
+SETS: Mapping[str, Forms] = {"first": FIRST, "second": SECOND, "third": THIRD}
