@@ -28,8 +28,8 @@ from .significance import SAME, TWINS
 ENOUGH = 3.0
 #: Constant tests of one proposal.
 SEVERAL = 3
-#: Shapes of a rival that are tried.
-SHAPES = 20
+#: Sets of shape parameters of an effect that are tried, of those that were scanned.
+SHAPES = 100
 #: Shapes are possible whose squared error in the tests that are there is larger than that of the best by less than this.
 ALLOWED = 6.0
 
@@ -83,7 +83,7 @@ class Bench:
     """Tests that are there and new ones, seen through the same noise floor."""
 
     def __init__(self, campaign: Campaign, found: Round, mu: FloatArray, base: BaseLaw) -> None:
-        self.campaign, self.found, self.typical = campaign, found, float(np.median(mu))
+        self.campaign, self.found = campaign, found
         family = base.name.split("+")[0]
         self.degree = {"constant": 0, "polynomial": 2}.get(family, 1)
         array = campaign.loads.as_array()
@@ -91,6 +91,8 @@ class Bench:
         spread = array.std(axis=0)
         self.scale = np.where(spread > 1e-9 * np.maximum(1.0, np.abs(self.centre)), spread, np.inf)
         self.base = self.terms(campaign.average(array))
+        # mu drives heat and work of an effect: along a new test it changes as the base says
+        self.friction = np.linalg.lstsq(self.base, campaign.average(mu), rcond=1e-9)[0]
         self.before: dict[tuple[str, str], float] = {}
         self.there = Stack(self, [])
 
@@ -144,8 +146,9 @@ class Bench:
         shape = {name: values[None, chosen] for name, values in candidate.shapes.items()}
         sets = len(chosen)
         system = {k: np.full((POINTS, 1), float(v.mean())) for k, v in self.campaign.system.items()}
+        friction = np.maximum(self.terms(loads.as_array()) @ self.friction, 1e-4)
         made = Campaign(
-            loads, np.full(POINTS, self.typical), ["new"], np.array([0]), np.arange(POINTS), np.ones(POINTS),
+            loads, friction, ["new"], np.array([0]), np.arange(POINTS), np.ones(POINTS),
             np.zeros(POINTS, dtype=int), np.arange(POINTS), loads.sd, system,
         )  # fmt: skip
         state = integrate(effect, made, made.mu, shape) if effect.states else {}

@@ -56,7 +56,9 @@ def laboratory(hidden: str, plan: str, seed: int) -> Campaign:
         ]
     )
     if hidden == ZERO:
-        return Campaign(rows, hidden=ZERO, seed=seed)
+        faults = Campaign("tiny-6+3", hidden=ZERO, seed=seed).true_faults
+        assert faults is not None
+        return Campaign(rows, seed=seed, faults=replace(faults, force_zero=STRONGER * faults.force_zero))
     law = Campaign("tiny-6+3", hidden=hidden, seed=seed).true_law
     law = replace(law, hidden=tuple((e, {**p, "A": STRONGER * p["A"]}) for e, p in law.hidden))
     return Campaign(rows, seed=seed, law=law)
