@@ -1,4 +1,4 @@
-"""Force-stroke curves on a common stroke: fingerprints of causes, and the scatter of repeats and of the mesh."""
+"""Force-stroke curves on a common stroke, and fingerprints of causes."""
 
 from __future__ import annotations
 
@@ -19,14 +19,8 @@ if TYPE_CHECKING:
 
 #: Places along the stroke at which curves are compared.
 PLACES = 32
-#: Least that a mesh moves a curve by, relative to its largest force: slowly along the stroke, and at random.
-MESH_ERROR = (0.002, 0.001)
-#: Independent pieces of its error that one other mesh shows along a stroke: so few know their size poorly.
-MESH_FREEDOM = 4.0
 #: Share of the stroke over which relative sensitivities are smoothed: meshes make them ripple.
 SMOOTH = 0.08
-#: Scatter of the force that is assumed where nothing was repeated.
-ASSUMED_SCATTER = 0.01
 #: Shift of the stroke [mm] by which causes of the press are moved for their sensitivity.
 SHIFT = 0.02
 #: Causes of the press that bend the stroke: their change is not in proportion to their strength.
@@ -48,6 +42,8 @@ class Level:
         The simulated curve as it was recorded.
     deviations : ndarray, shape (repeats, n)
         Of each repeat from their mean [kN].
+    process : str
+        Levels of one process share the error of the mesh.
     """
 
     name: str
@@ -57,6 +53,7 @@ class Level:
     measured: FloatArray
     deviations: FloatArray
     curve: ForceCurve
+    process: str = ""
 
 
 def on_common_stroke(level: PressLevel, simulated: ForceCurve, mesh_size: float = 0.0) -> Level:
@@ -74,19 +71,21 @@ def on_common_stroke(level: PressLevel, simulated: ForceCurve, mesh_size: float 
         raise InputError(
             f"{level.file}: {max(end - start, 0.0):.2f} mm of stroke in common with the simulation; allowed: at least 0.5 mm"
         )
-    grid = np.linspace(start, end, PLACES)
-    window = max(WINDOW, mesh_size)
+    window = min(max(WINDOW, mesh_size), (end - start) / 2)
+    # whole windows only: where they are cut off at an end, a single element that enters contact shows
+    grid = np.linspace(start + window / 2, end - window / 2, PLACES)
     force = averaged(simulated, grid, window)
     each = np.array([averaged(c, grid, window) for c in repeats])
     mean = each.mean(axis=0)
-    return Level(level.file, grid, window, force, mean, each - mean, simulated)
+    return Level(level.file, grid, window, force, mean, each - mean, simulated, level.process)
 
 
 def averaged(curve: ForceCurve, grid: FloatArray, window: float) -> FloatArray:
-    """Return the force on `grid`, averaged over `window` [mm] (narrower at the ends)."""
-    half = np.minimum(window / 2, np.minimum(grid - grid[0], grid[-1] - grid))
-    fine = curve.on(np.linspace(grid[0], grid[-1], 8 * len(grid) + 1))
-    at = np.linspace(grid[0], grid[-1], len(fine))
+    """Return the force on `grid`, averaged over `window` [mm] (narrower at the ends of the curve)."""
+    low, high = float(curve.stroke[0]), float(curve.stroke[-1])
+    half = np.clip(np.minimum(grid - low, high - grid), 0.0, window / 2)
+    at = np.linspace(max(low, grid[0] - window / 2), min(high, grid[-1] + window / 2), 8 * len(grid) + 1)
+    fine = curve.on(at)
     area = np.concatenate([[0.0], np.cumsum(0.5 * (fine[1:] + fine[:-1]) * np.diff(at))])
     wide = half > 1e-9
     mean = np.interp(grid, at, fine)
@@ -116,54 +115,6 @@ def fingerprint(
     return prints
 
 
-def mesh_error(levels: Sequence[Level], found: Sensitivities) -> tuple[float, float]:
-    """Return the slow and the random error of the mesh, relative to the largest force."""
-    slow, white = 0.0, 0.0
-    for v, other in zip(levels, found.remeshed, strict=False):
-        change = (averaged(other, v.stroke, v.window) - v.simulated) / v.simulated.max()
-        noise = float(np.mean(np.diff(change, 2) ** 2)) / 6.0
-        white += noise / len(levels)
-        slow += max(float(np.mean(change**2)) - noise, 0.0) / len(levels)
-    wide = MESH_FREEDOM / (MESH_FREEDOM - 2.0)
-    return max(MESH_ERROR[0], float(np.sqrt(wide * slow))), max(MESH_ERROR[1], float(np.sqrt(wide * white)))
-
-
-def whiteners(levels: Sequence[Level], mesh: tuple[float, float], notes: list[str]) -> list[FloatArray]:
-    """Return a matrix for each level that turns its mean curve into independent numbers of variance one.
-
-    A billet, or its lubricant, shifts a whole curve in proportion to the force; beside that curves differ
-    slowly along the stroke, and by sensor noise. Meshes differ too: their error is on top.
-    """
-    gains, slow, white, freedom = 0.0, 0.0, 0.0, 0
-    for v in levels:
-        share = v.deviations @ v.simulated / float(v.simulated @ v.simulated)
-        rest = (v.deviations - share[:, None] * v.simulated) / v.simulated.max()
-        noise = float(np.mean(np.diff(rest, 2, axis=1) ** 2)) / 6.0
-        gains += float(share @ share)
-        slow += float(np.sum(np.mean(rest**2, axis=1)))
-        white += noise * len(rest)
-        freedom += len(rest) - 1
-    if freedom < 1:
-        notes.append(
-            f"no level was repeated: a scatter of {100 * ASSUMED_SCATTER:g} % of the force is assumed, nothing is certain"
-        )
-        gains, slow, white = ASSUMED_SCATTER**2, (0.5 * ASSUMED_SCATTER) ** 2, 1e-6
-    else:
-        wide = freedom / max(freedom - 2.0, 1.0)  # few repeats know their own scatter poorly
-        gains, slow, white = gains / freedom * wide, slow / freedom * wide, white / freedom * wide
-        if freedom < 4:
-            notes.append("few repeats: their scatter is poorly known")
-    result = []
-    for v in levels:
-        n, top = max(len(v.deviations), 1), float(v.simulated.max())
-        gap = np.abs(v.stroke[:, None] - v.stroke[None, :]) / float(np.ptp(v.stroke))
-        S = gains * np.outer(v.simulated, v.simulated)
-        S = S + top**2 * (slow * np.exp(-gap / 0.3) + white * np.eye(len(v.stroke)))
-        S = S / n + top**2 * (mesh[0] ** 2 * np.exp(-gap / 0.15) + mesh[1] ** 2 * np.eye(len(v.stroke)))
-        result.append(np.linalg.inv(np.linalg.cholesky(S)))
-    return result
-
-
 def _bent(name: str, level: Level, strength: float | None) -> FloatArray:
     """Return the change of the force for a give of press and tools [mm/kN], or a zero of the stroke [mm], of one."""
     stroke, force = level.curve.stroke, level.curve.force
@@ -172,9 +123,3 @@ def _bent(name: str, level: Level, strength: float | None) -> FloatArray:
     # the sensor reads the travel of the tool and what press and tools give
     read = ForceCurve(np.maximum.accumulate(stroke + size * along), force)
     return (averaged(read, level.stroke, level.window) - level.simulated) / size
-
-
-def unwhitened(values: FloatArray, whiten: Sequence[FloatArray]) -> FloatArray:
-    """Return whitened values of all levels as forces again [kN]."""
-    parts = np.split(values, np.cumsum([len(w) for w in whiten])[:-1])
-    return np.concatenate([np.linalg.solve(w, p) for w, p in zip(whiten, parts, strict=True)])

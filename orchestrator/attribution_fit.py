@@ -10,9 +10,10 @@ import numpy as np
 from friction_models.loads import FloatArray, InputError
 
 from .attribution_causes import Cause
-from .attribution_curves import BENT, Level, fingerprint, mesh_error, unwhitened, whiteners
+from .attribution_curves import BENT, Level, fingerprint
 from .attribution_result import Attribution, Fit
 from .attribution_runs import Sensitivities
+from .attribution_scatter import Scatter
 
 #: Whitened squared distance below which two causes cannot be told apart (three standard errors).
 APART = 9.0
@@ -31,20 +32,20 @@ def attribution(
 ) -> Attribution:
     """Project the deviations of all levels on the fingerprints."""
     notes = list(warnings)
-    whiten = whiteners(levels, mesh_error(levels, found), notes)
+    scatter = Scatter.of(levels, found, notes)
     columns = {c.key: fingerprint(c, levels, found) for c in found.causes}
     deviation = [v.measured - v.simulated for v in levels]
-    y = np.concatenate([w @ d for w, d in zip(whiten, deviation, strict=True)])
+    y = scatter.whitened(deviation)
     names = list(dict.fromkeys(c.name for c in found.causes))
     parts = {n: [c for c in found.causes if c.name == n] for n in names}
     for name in (n for n in BENT if n in parts):
         (cause,) = parts[name]
         for _ in range(FOLLOWED):
-            strength = float(_fit(parts[name], _whitened([columns[name]], whiten), y)[0][0])
+            strength = float(_fit(parts[name], _whitened([columns[name]], scatter), y)[0][0])
             if strength == 0.0:
                 break
             columns[name] = fingerprint(cause, levels, found, strength)
-    X = {n: _whitened([columns[c.key] for c in parts[n]], whiten) for n in names}
+    X = {n: _whitened([columns[c.key] for c in parts[n]], scatter) for n in names}
     unseen = [n for n in names if _visible(parts[n], X[n]) < 2.0]
     seen = [n for n in names if n not in unseen]
     if not seen:
@@ -66,8 +67,8 @@ def attribution(
     after = y - signal
     total = np.concatenate(deviation)
     scale = float(np.sqrt(np.mean(total**2)))
-    expected = np.sqrt(np.mean(np.concatenate([np.diag(np.linalg.inv(w.T @ w)) for w in whiten])))
-    left = unwhitened(after, whiten)
+    expected = np.sqrt(np.mean(scatter.deviation**2))
+    left = scatter.as_forces(after)
     chi2 = float(after @ after) / len(y)
     if confusion and chi2 > 4.0:
         notes.append(
@@ -79,7 +80,12 @@ def attribution(
         second=second,
         groups=_groups(seen, X, parts),
         unseen=unseen,
-        deviation={"before": scale, "after": float(np.sqrt(np.mean(left**2))), "scatter": float(expected)},
+        deviation={
+            "before": scale,
+            "after": float(np.sqrt(np.mean(left**2))),
+            "scatter": float(expected),
+            "mesh": float(np.sqrt(np.mean(scatter.drift**2))),
+        },
         levels=[
             {
                 "level": v.name,
@@ -90,13 +96,13 @@ def attribution(
         ],
         synthetic=synthetic,
         warnings=notes,
-        curves=_curves(levels, columns, parts, left, whiten),
+        curves=_curves(levels, columns, parts, left, scatter),
     )
 
 
-def _whitened(prints: Sequence[Sequence[FloatArray]], whiten: Sequence[FloatArray]) -> FloatArray:
+def _whitened(prints: Sequence[Sequence[FloatArray]], scatter: Scatter) -> FloatArray:
     """Return whitened fingerprints as columns."""
-    return np.column_stack([np.concatenate([w @ f for w, f in zip(whiten, p, strict=True)]) for p in prints])
+    return np.column_stack([scatter.whitened(p) for p in prints])
 
 
 def _curves(
@@ -104,10 +110,11 @@ def _curves(
     columns: dict[str, list[FloatArray]],
     parts: dict[str, list[Cause]],
     left: FloatArray,
-    whiten: Sequence[FloatArray],
+    scatter: Scatter,
 ) -> list[dict[str, Any]]:
     """Return what the page draws of each level."""
-    after = np.split(left, np.cumsum([len(v.stroke) for v in levels])[:-1])
+    ends = np.cumsum([len(v.stroke) for v in levels])[:-1]
+    after, expected = np.split(left, ends), np.split(scatter.deviation, ends)
     return [
         {
             "level": v.name,
@@ -115,7 +122,7 @@ def _curves(
             "measured": v.measured,
             "simulated": v.simulated,
             "after": after[k],
-            "scatter": np.sqrt(np.diag(np.linalg.inv(whiten[k].T @ whiten[k]))),
+            "scatter": expected[k],
             "fingerprints": {c.key: columns[c.key][k] for p in parts.values() for c in p},
         }
         for k, v in enumerate(levels)

@@ -31,6 +31,10 @@ class Plant:
         Of the forming FMU.
     process : str
         ``fre``, ``bce``, or empty for a forming FMU that is not of this project.
+    config : dict
+        What a forming FMU of this project was packed from.
+    fmi : str
+        Version of the friction FMU's interface.
     """
 
     system: System
@@ -39,6 +43,7 @@ class Plant:
     description: FmuDescription
     process: str
     config: dict[str, Any]
+    fmi: str = "2.0"
 
     @classmethod
     def of(cls, system: System) -> Plant:
@@ -77,7 +82,8 @@ class Plant:
                     "which every level of the press sets"
                 )
         config = _config(found[name].path)
-        return cls(system, name, sources[0], found[name], str(config.get("process", "")), config)
+        fmi = str(found[sources[0]].raw.fmiVersion)
+        return cls(system, name, sources[0], found[name], str(config.get("process", "")), config, fmi)
 
     @property
     def nodes(self) -> int:

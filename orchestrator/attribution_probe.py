@@ -70,7 +70,7 @@ def graph_of(fmu: Path) -> bytes:
         ) from None
 
 
-def pack_probe(fmu: Path, effects: Sequence[Effect], target: Path, nodes: int) -> Path:
+def pack_probe(fmu: Path, effects: Sequence[Effect], target: Path, nodes: int, fmi: str = "2.0") -> Path:
     """Write the probe of a friction FMU; a graph that does not become C runs in Python.
 
     Parameters
@@ -83,6 +83,8 @@ def pack_probe(fmu: Path, effects: Sequence[Effect], target: Path, nodes: int) -
         FMU to write.
     nodes : int
         Contact points.
+    fmi : str
+        Version of the interface, as that of the user's FMU: start values of the system fit both.
 
     Raises
     ------
@@ -96,9 +98,9 @@ def pack_probe(fmu: Path, effects: Sequence[Effect], target: Path, nodes: int) -
     with atomic_path(file) as temporary:
         temporary.write_bytes(model.SerializeToString(deterministic=True))
     try:
-        return fmus.pack(file, target, nodes=nodes)
+        return fmus.pack(file, target, nodes=nodes, fmi=fmi)
     except InputError:
-        return fmus.pack(file, target, nodes=nodes, target="python")
+        return fmus.pack(file, target, nodes=nodes, fmi=fmi, target="python")
 
 
 def addable(content: bytes, effects: Sequence[Effect], where: str) -> list[Effect]:

@@ -50,8 +50,8 @@ class Attribution:
     unseen : list of str
         Causes that leave no trace in these curves.
     deviation : dict
-        RMS of measured minus simulated [kN] ``before``, ``after`` the first cause (and the second), and of the
-        ``scatter`` to expect.
+        RMS of measured minus simulated [kN] ``before``, ``after`` the first cause (and the second), of the
+        ``scatter`` to expect, and of the shift by the ``mesh`` that is allowed beside it.
     levels : list of dict
         Name, stroke and rms of each level.
     curves : list of dict
@@ -115,6 +115,10 @@ class Attribution:
             f"Deviation of the force (rms): {d['before']:.2f} kN, with what is named {d['after']:.2f} kN; "
             f"scatter to expect {d['scatter']:.2f} kN"
         )
+        if d["mesh"] > 0.0:
+            lines.append(
+                f"Not judged: the part that looks like the difference of two meshes, up to about {d['mesh']:.2f} kN (rms)"
+            )
         lines += [
             f"  {x['level']:<28} {x['rms_kN']:.2f} kN over {x['stroke_mm'][0]:.1f} to {x['stroke_mm'][1]:.1f} mm of stroke"
             for x in self.levels

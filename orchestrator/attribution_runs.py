@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 #: What carries the strength of the flow stress in each kind of material.
 _FLOW = {"HenselSpittel": ("A",), "PowerLaw": ("yield_stress", "K"), "FlowTable": ("stresses",)}
-#: A mesh of this relative size shows how far the mesh moves the curves.
-OTHER_MESH = 0.9
+#: Relative size of the elements of the other mesh, which shows what the mesh does to the curves: twice as many.
+OTHER_MESH = 0.7
 
 
 def cache_folder() -> Path:
@@ -103,10 +103,10 @@ def run_sensitivities(
         effects = kept
     frictions: dict[int, Path] = {}
     for plant in plants:
-        name = _hashed(graphs[id(plant)], [e.name for e in effects], plant.nodes)
+        name = _hashed(graphs[id(plant)], [e.name for e in effects], plant.nodes, plant.fmi)
         target = folder / f"probe-{name}.fmu"
         if not target.is_file():
-            pack_probe(plant.system.fmu_path(plant.friction), effects, target, plant.nodes)
+            pack_probe(plant.system.fmu_path(plant.friction), effects, target, plant.nodes, plant.fmi)
         frictions[id(plant)] = target
     steps = strengths(effects)
     causes = [c for c in FORMING if c.name in chosen and _possible(c, plants, warnings)]

@@ -17,7 +17,17 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from friction_models.loads import write_json, write_text
 
-from . import coupling, discovery, fmu_cost, forming_sweep, kernels, sct_round_trip, studies, tests_time
+from . import (
+    attribution,
+    coupling,
+    discovery,
+    fmu_cost,
+    forming_sweep,
+    kernels,
+    sct_round_trip,
+    studies,
+    tests_time,
+)
 from .common import Section, machine
 
 PARTS: dict[str, Callable[[Path], Section]] = {
@@ -27,6 +37,7 @@ PARTS: dict[str, Callable[[Path], Section]] = {
     "twin-diagnosis": tests_time.measure,
     "sct-round-trip": sct_round_trip.measure,
     "discovery": discovery.measure,
+    "attribution": attribution.measure,
     "forming-sweep": forming_sweep.measure,
     "studies": studies.measure,
 }

@@ -31,6 +31,7 @@ from orchestrator.attribution_fit import attribution
 from orchestrator.attribution_probe import addable, strengths, with_effects
 from orchestrator.attribution_runs import Sensitivities
 from orchestrator.cli import attributing
+from orchestrator.fmu_files import describe
 from orchestrator.forces import ForceCurve
 from orchestrator.processes import extrusion_system
 from orchestrator.report.attribution_page import attribution_page
@@ -97,7 +98,7 @@ def test_nothing_is_blamed_where_the_model_is_right(system: System, pressed: Pre
     found = attribute(pressed(), system, CAUSES, place / "runs", jobs=1)
     assert not found.confusion_set and "no cause stands out" in found.sentence
     assert found.synthetic and found.sentence.startswith("Attribution, not proof")
-    assert any("force_gain" in g for g in found.groups)  # not the only cause that scales the force
+    assert any({"flow_stress", "force_gain"} <= set(g) for g in found.groups)  # both scale the force
 
 
 def test_friction_flow_stress_and_compliance_are_told(system: System, pressed: Pressed, place: Path) -> None:
@@ -115,6 +116,23 @@ def test_friction_flow_stress_and_compliance_are_told(system: System, pressed: P
     strength = next(f for f in flow.ranking if f.cause == "flow_stress").to_dict()["strength"][0]
     assert strength["interval"][0] < 0.03 < strength["interval"][1]
     assert json.dumps(flow.to_dict(), allow_nan=False)
+
+
+def test_friction_of_fmi_3_is_attributed_alike(system: System, pressed: Pressed, place: Path) -> None:
+    friction = pack(ConstantFriction(0.08), place / "friction3.fmu", nodes=30, fmi="3.0")
+    one = PressCurves(pressed(mu=0.096).levels[:1], {})
+    causes = ["friction_level", "compliance", "stribeck"]
+    two = attribute(one, system, causes, place / "runs", jobs=1)
+    three = attribute(one, system.swap("friction", friction), causes, place / "runs", jobs=1)
+    # one speed: an effect of the speed is a friction level like any other
+    assert three.confusion_set == two.confusion_set and set(two.confusion_set) == {
+        "friction_level",
+        "stribeck",
+    }
+    for a, b in zip(two.ranking, three.ranking, strict=True):
+        assert a.cause == b.cause and a.values[0][1:3] == pytest.approx(b.values[0][1:3], rel=1e-6)
+    versions = {describe(p).raw.fmiVersion for p in (place / "runs").glob("probe-*.fmu")}
+    assert versions == {"2.0", "3.0"}  # fingerprints come from FMUs of the user's version
 
 
 def test_the_command_finds_its_runs_again(
