@@ -98,11 +98,15 @@ def lag_page(values: Mapping[str, Any]) -> str:
 
 
 def _title(values: Mapping[str, Any]) -> str:
-    costs = [e["work_pct_per_mm"] for e in values["summary"] if e["mode"] == "gauss_seidel" and e["runs"]]
-    if not costs:
+    lagging = [r for r in values["rows"] if r["mode"] == "gauss_seidel" and r.get("lag")]
+    if not lagging:
         return "One-step lag: no pair of runs to compare"
-    worst = max(costs, key=abs)
-    return f"One-step lag changes the forming work by at most {abs(worst):.2g} % per millimetre of communication step"
+    work, force = (max(abs(r["lag"][name]) for r in lagging) for name in ("work_pct", "rms_pct"))
+    steps = [r["step_mm"] for r in lagging]
+    return (
+        f"One-step lag changes the forming work by at most {work:.2g} % and the force by {force:.2g} % (rms) "
+        f"at steps of {min(steps):g} to {max(steps):g} mm"
+    )
 
 
 def _groups(rows: list[Any]) -> list[tuple[str, str]]:

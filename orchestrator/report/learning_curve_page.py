@@ -9,7 +9,7 @@ from typing import Any
 from ..campaign_store import JobResult
 from ..studies.learning_curve import COLLECTIONS, LearningCurveStudy
 from ..studies.learning_curve_jobs import AVERAGE, MEAN, SERIES
-from ..studies.learning_curve_result import Comparison, LearningCurves
+from ..studies.learning_curve_result import APART, Comparison, LearningCurves
 from ..studies.learning_curve_words import beside_paper, differs, findings, headline
 from ..studies.measurements import data_name, load_measurements
 from .charts_measurements import load_space_chart, series_chart
@@ -59,6 +59,10 @@ def learning_curve_page(
         "needed",
         "Tests needed",
         _needed(curves.comparisons, f"For an MAE below {curves.accuracy:g} with 95 % probability"),
+        _needed(
+            curves.apart,
+            f"At {APART:g} times the lowest error of the model, as the paper's limit is to its own",
+        ),
         _needed(curves.strict, "To come within 10 % of the lowest error of the model"),
         paragraph(
             "In brackets the 95 % interval from resampled repeats and held-out tests. The verdict needs 95 % of the resamples to agree on "

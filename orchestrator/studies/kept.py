@@ -76,9 +76,10 @@ def _learning_curve(folder: Path, manifest: Mapping[str, Any]) -> str:
     from .learning_curve_result import LearningCurves
 
     settings, names = manifest["settings"], [*manifest["jobs"], *manifest["failed"]]
-    plan = LearningCurvePlan(
-        **{k: tuple(v) if isinstance(v, list) else v for k, v in settings.items() if k != "study"}
-    )
+    given: dict[str, Any] = {
+        k: tuple(v) if isinstance(v, list) else v for k, v in settings.items() if k != "study"
+    }
+    plan = LearningCurvePlan(**given)
     results = _results(
         folder, manifest, _starting(names, "facts-", "data-", *(f"{x}-" for x in plan.lubricants))
     )

@@ -269,4 +269,7 @@ def table(values: Mapping[str, Any]) -> str:
             f"{head}{entry['work_pct_per_mm']:>+11.3f}{entry['max_force_pct_per_mm']:>+12.3f}{entry['rms_pct_per_mm']:>10.3f}"
             f"{entry['mu_mean_per_mm']:>10.5f}{'-' if cost is None else f'{cost:.1f}x':>7}{entry['failed']:>8}"
         )
+    lines.append(
+        "jacobi and gauss_seidel: against the iterated run of the same step; iterated: against that of the finest"
+    )
     return "\n".join(lines)

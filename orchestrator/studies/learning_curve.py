@@ -95,9 +95,9 @@ class LearningCurvePlan:
 
     @classmethod
     def quick(cls, seed: int = 0) -> LearningCurvePlan:
-        """Return a size that only shows the way: fewer tests, two sizes, three repeats, small grids."""
+        """Return a size that only shows the way: fewer tests, three sizes, three repeats, small grids."""
         return cls(
-            sizes=(9, 27), repeats=3, thin=10, steps=600, grids=QUICK_GRIDS, tests=QUICK_PLAN, seed=seed
+            sizes=(3, 9, 27), repeats=3, thin=10, steps=600, grids=QUICK_GRIDS, tests=QUICK_PLAN, seed=seed
         )
 
     def to_dict(self) -> dict[str, Any]:

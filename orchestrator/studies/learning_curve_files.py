@@ -50,7 +50,7 @@ def _points(curves: Iterable[Mapping[str, Any]]) -> Iterable[dict[str, Any]]:
 
 
 def _needed(content: Mapping[str, Any]) -> Iterable[dict[str, Any]]:
-    for c in (*content["comparisons"], *content["comparisons_near_lowest"]):
+    for c in (*content["comparisons"], *content["comparisons_apart"], *content["comparisons_near_lowest"]):
         row = {name: c[name] for name in ("lubricant", "model", "accuracy")}
         for collection in ("time_series", "average", "average_judged_by_averages"):
             names = ("tests", "at_most", "lower", "upper", "reached")

@@ -19,6 +19,11 @@ from .learning_curve_jobs import AVERAGE, MEAN, SERIES
 
 #: A curve has converged from where on it stays within this factor of its lowest point.
 CONVERGED = 1.1
+#: The paper's limit of 0.01 is about this factor above its lowest errors of 0.007 to 0.008.
+APART = 1.3
+#: Fewest held-out tests by which two data collections are told apart.
+FEWEST = 6
+NO_DIFFERENCE, AT_ONCE = "no clear difference", "both at once"
 
 
 @dataclass(frozen=True)
@@ -114,6 +119,8 @@ class Comparison:
         Of the average-based data where the averages of the held-out tests judge it instead of their time series.
     fewer, more : float
         Shares of the resamples in which the time series needs fewer, or more, tests.
+    judged : bool
+        Whether there are sizes and held-out tests enough to tell the collections apart.
     """
 
     lubricant: str
@@ -124,18 +131,21 @@ class Comparison:
     own: NeededTests
     fewer: float
     more: float
+    judged: bool
 
     @property
     def verdict(self) -> str:
         """``fewer``, ``more``, ``both at once``, or ``no clear difference`` where less than 95 % of the resamples agree.
 
-        ``both at once``: the smallest training set suffices with either collection, so the sizes cannot tell them apart.
+        The latter, too, where one size or less than six held-out tests say too little. ``both at once``: the smallest training set suffices with either collection, so the sizes cannot tell them apart.
         """
         if self.series.at_most and self.average.at_most:
-            return "both at once"
+            return AT_ONCE
+        if not self.judged:
+            return NO_DIFFERENCE
         if self.fewer >= LEVEL:
             return "fewer"
-        return "more" if self.more >= LEVEL else "no clear difference"
+        return "more" if self.more >= LEVEL else NO_DIFFERENCE
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
@@ -226,7 +236,12 @@ class LearningCurves:
         """Both collections near the lowest error that the model reaches with either of them."""
         return self._compare(None)
 
-    def _compare(self, accuracy: float | None) -> list[Comparison]:
+    @cached_property
+    def apart(self) -> list[Comparison]:
+        """Both collections as far above that lowest error as the paper's limit is above its own."""
+        return self._compare(None, APART)
+
+    def _compare(self, accuracy: float | None, above: float = CONVERGED) -> list[Comparison]:
         found = []
         for lubricant in self.lubricants:
             for model in self.models:
@@ -234,11 +249,12 @@ class LearningCurves:
                 # A job that failed leaves a hole; curves of different sizes do not compare.
                 if series is None or average is None or series.sizes != average.sizes:
                     continue
-                limit = accuracy or CONVERGED * min(series.lowest[0], average.lowest[0])
+                limit = accuracy or above * min(series.lowest[0], average.lowest[0])
                 shares = share_fewer(series.sizes, series.parts, average.parts, limit)
                 own = needed_with_interval(average.sizes, average.averages, limit)
                 needed = series.needed(limit), average.needed(limit), own
-                found.append(Comparison(lubricant, model, limit, *needed, *shares))
+                judged = len(series.sizes) > 1 and series.parts.shape[2] >= FEWEST
+                found.append(Comparison(lubricant, model, limit, *needed, *shares, judged))
         return found
 
     def to_dict(self) -> dict[str, Any]:
@@ -257,5 +273,6 @@ class LearningCurves:
             "data": {k: dict(v) for k, v in self.facts.items()},
             "curves": [c.to_dict(self.accuracy) for c in self.curves],
             "comparisons": [c.to_dict() for c in self.comparisons],
+            "comparisons_apart": [c.to_dict() for c in self.apart],
             "comparisons_near_lowest": [c.to_dict() for c in self.strict],
         }

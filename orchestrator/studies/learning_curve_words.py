@@ -9,7 +9,7 @@ from friction_models import PolynomialFriction
 from friction_models.training.learning_curve import NeededTests
 
 from .learning_curve_jobs import AVERAGE, MEAN, SERIES
-from .learning_curve_result import Comparison, Curve, LearningCurves
+from .learning_curve_result import APART, AT_ONCE, NO_DIFFERENCE, Comparison, Curve, LearningCurves
 
 
 def findings(curves: LearningCurves) -> list[str]:
@@ -36,30 +36,37 @@ def _answer(curves: LearningCurves) -> list[str]:
     lines = []
     for found, what in (
         (curves.comparisons, f"for an MAE below {curves.accuracy:g} with 95 % probability"),
+        (curves.apart, f"at {APART:g} times the lowest error of the model, where the models come apart"),
         (
             curves.strict,
             "to come within 10 % of the lowest error that a model reaches with either collection",
         ),
     ):
-        if not found:
-            continue
-        parts = []
-        for verdict, text in (
-            ("fewer", "fewer tests than average-based data"),
-            ("more", "more tests"),
-            ("no clear difference", "not clearly fewer or more"),
-        ):
-            cases = [c for c in found if c.verdict == verdict]
-            if cases:
-                named = f" ({_cases(cases)})" if verdict in {"fewer", "more"} else ""
-                parts.append(f"{text} in {len(cases)} of {len(found)} cases{named}")
-        said = f"time-series-based data needs {'; '.join(parts)}. " if parts else ""
-        at_once = sum(c.verdict == "both at once" for c in found)
-        if at_once:
-            smallest = min(c.sizes[0] for c in curves.curves)
-            said += f"In {at_once} of {len(found)} cases {smallest} tests, the fewest tried, suffice with either collection. "
-        lines.append(f"{what[0].upper()}{what[1:]}: {said}".rstrip())
+        if found:
+            lines.append(f"{what[0].upper()}{what[1:]}, {_counted(found, curves)}.")
     return lines
+
+
+def _counted(found: Sequence[Comparison], curves: LearningCurves) -> str:
+    """Return in how many cases which data collection needs fewer tests."""
+    of = {
+        verdict: [c for c in found if c.verdict == verdict]
+        for verdict in ("fewer", "more", NO_DIFFERENCE, AT_ONCE)
+    }
+    text = (
+        f"time-series-based data needs fewer tests than average-based data in {_of_all(of['fewer'], found)}"
+    )
+    text += f", more in {_of_all(of['more'], found)}"
+    if of[NO_DIFFERENCE]:
+        text += f"; there is no clear difference in {len(of[NO_DIFFERENCE])} of {len(found)}"
+    if of[AT_ONCE]:
+        smallest = min(c.sizes[0] for c in curves.curves)
+        text += f"; in {len(of[AT_ONCE])} of {len(found)} the smallest training set, {smallest} tests, suffices with either"
+    return text
+
+
+def _of_all(cases: Sequence[Comparison], found: Sequence[Comparison]) -> str:
+    return f"{len(cases)} of {len(found)} cases ({_cases(cases)})" if cases else "none"
 
 
 def _cases(cases: Sequence[Comparison]) -> str:
@@ -76,7 +83,7 @@ def _number(needed: NeededTests) -> str:
 
 def _why(curves: LearningCurves) -> list[str]:
     lines = []
-    if "polynomial" in curves.models:
+    if any(c.model == "polynomial" and c.verdict == "fewer" for c in curves.comparisons):
         terms = len(PolynomialFriction().terms) + 1
         lines.append(
             f"One point a test does not determine a polynomial of {terms} coefficients before there are about as many "
@@ -95,14 +102,14 @@ def _why(curves: LearningCurves) -> list[str]:
             text += (
                 f" The mean of {mean.sizes[0]} tests, without any model, is already off by only "
                 f"{mean.percentile[0]:.4f} (0.95 percentile): mu varies so little that {curves.accuracy:g} says when a "
-                "model stops failing, not when it is good. The second limit, near the lowest error, says the latter."
+                "model stops failing, not when it is good. The limits nearer to the lowest error say the latter."
             )
         lines.append(text)
     same = sorted({name for f in curves.facts.values() for name in f["not_varied"]})
     if same:
         lines.append(
             f"The averages of {', '.join(same)} are nearly the same in all tests: average-based models do not get what is "
-            "left of it, which follows other loads and would be taken for a cause (it would make them worse)."
+            "left of it, which follows other loads and would be taken for a cause."
         )
     return lines
 
@@ -171,7 +178,7 @@ def differs(curves: LearningCurves) -> list[str]:
         "domain as the friction FMUs do; the paper does not say what its average-based models were judged by.",
         "The paper names linear, polynomial and ffnn; power_law and gradient_boosting are our choice. A case is a "
         "model with a lubricant.",
-        "Intervals come from resampling repeats and held-out tests together; ten repeats know little of their worst case, so "
+        f"Intervals come from resampling repeats and held-out tests together; {curves.repeats} repeats know little of their worst case, so "
         "they are too narrow rather than too wide. With all tests the repeats have one training set, and differ by random starts only.",
         "The paper gives two numbers each for the saving (62 and 73 % fewer tests, 58 and 59 % less error); we compare "
         "with neither.",
