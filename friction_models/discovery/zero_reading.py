@@ -1,7 +1,7 @@
 """Readings of the friction cell without load: whether an offset of the force is there, and as large as the data need.
 
 Readings before and after a test stand in the test table as ``F_r_zero`` (0 where it is missing) and ``F_r_zero_end`` [N]:
-the zero before is taken off every record, an offset that begins with the load shows in the difference. With the
+the zero before is taken off a record, so that an offset that begins with the load shows in the difference. With the
 contact area (``contact_area`` [mm2]) it is a friction stress, which the amplitude of `force_zero` has to match.
 """
 
@@ -107,7 +107,9 @@ def read_zero(campaign: Campaign, sensor: float) -> ZeroReading | None:
     if not read.any() or not len(known):
         return None
     typical = float(np.median(known))
-    moved = (after - before)[read] / typical
+    # what the usual record is freed of: nothing where it begins under load and has no zero
+    usual = before[~read] if not read.all() else before
+    moved = (after - float(np.mean(usual != 0.0)) * before)[read] / typical
     reading = float(np.median(moved))
     kept = reading * (1.0 - float(np.mean(read)))
     std = np.hypot(_repeats(campaign), float(np.std(moved))) / np.sqrt(len(moved))

@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 
 from friction_models.loads import InputError
-from sct_twin import RawCampaign, SctRecord
+from sct_twin import RawCampaign, SctRecord, SctTwin
 from sct_twin.channel_map import ChannelMap
 from sct_twin.contact_temperature import ThermalSettings
 from sct_twin.ingest import ingest
@@ -202,6 +202,29 @@ def test_further_tests_have_the_same_lubricant(real: RawCampaign, lab_cache: Pat
     assert stored[0]["tests"]["sct001"] != stored[1]["tests"]["sct001"]
     with pytest.raises(InputError, match=r"no truth.json and truth.npz"):
         run_protocol(real.folder, [ROW])
+
+
+def test_a_reading_without_load_shows_the_offset_of_the_cell(lab_cache: Path, tmp_path: Path) -> None:
+    row = {**ROW, "sd_set": 3.0}
+    lab = Campaign(pd.DataFrame([row]), hidden="force_zero", seed=2, cache=lab_cache)
+    again = Campaign(pd.DataFrame([row]), hidden=["stribeck", "force_zero"], seed=2)
+    assert lab.true_faults is not None and lab.true_faults == again.true_faults
+    assert [e.name for e, _ in again.true_law.hidden] == ["stribeck"] and not lab.true_law.hidden
+    offset = lab.true_faults.force_zero
+    assert 1800.0 <= offset <= 2200.0
+    usual = lab.run(tmp_path / "usual", jobs=1)
+    assert "force_zero" not in json.dumps(usual.info) + usual.tests.to_csv()
+    assert load_truth(usual.folder)[0]["faults"]["force_zero"] == offset
+    asked = run_protocol(
+        lab, [{**row, "protocol": "zero_reading", "zero_reading": 0.5}], tmp_path / "asked", jobs=1
+    )
+    tests = [SctTwin().run(raw, jobs=1).tests.iloc[0] for raw in (usual, asked)]
+    assert "F_r_zero_end" not in tests[0] and abs(tests[0]["F_r_zero"]) < 120.0  # tared before the load
+    assert tests[1]["F_r_zero_end"] - tests[1]["F_r_zero"] == pytest.approx(offset, abs=20.0)
+    with pytest.raises(InputError, match="hidden force_zero beside faults of some tests; allowed"):
+        Campaign("tiny-6", hidden="force_zero", faults=Faults(spikes=1, tests=("sct001",)))
+    with pytest.raises(InputError, match="did you mean 'force_zero'"):
+        Campaign("tiny-6", hidden="force_zeros")
 
 
 def test_thermocouple_lag() -> None:
