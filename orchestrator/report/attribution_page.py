@@ -32,6 +32,11 @@ def attribution_page(found: Attribution, label: str) -> str:
         ("before", f"{d['before']:.2f}"),
         *([("with what is named", f"{d['after']:.2f}")] if found.confusion_set else []),
         ("scatter to expect", f"{d['scatter']:.2f}"),
+        *(
+            [("not judged: like the difference of two meshes", f"{d['mesh']:.2f}")]
+            if d.get("mesh", 0.0) > 0.0
+            else []
+        ),
     ]
     page.add(
         "verdict",

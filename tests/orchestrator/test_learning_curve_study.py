@@ -13,9 +13,11 @@ import pandas as pd
 import pytest
 
 from friction_models import DataSet
-from friction_models.loads import InputError
+from friction_models.loads import InputError, write_json
 from orchestrator.campaign import JobResult
+from orchestrator.report import write_report
 from orchestrator.report.learning_curve_page import learning_curve_page
+from orchestrator.studies.kept import study_page
 from orchestrator.studies.learning_curve import LearningCurvePlan, LearningCurveStudy
 from orchestrator.studies.learning_curve_files import write_results
 from orchestrator.studies.learning_curve_jobs import AVERAGE, MEAN, SERIES, Collection
@@ -142,6 +144,29 @@ def test_files_hold_the_same_numbers(done: Done, tmp_path: Path) -> None:
         study, replace(curves, virtual=True), study.campaign(folder).manifest(results), {}
     )
     assert "made by the virtual laboratory" in page
+
+
+def test_the_page_is_made_again_from_the_folder(done: Done, monkeypatch: pytest.MonkeyPatch) -> None:
+    study, folder, results, curves = done
+    work = study.campaign(folder)
+    manifest = work.manifest(results, {"study": "learning-curve", **study.plan.to_dict()})
+    file = write_json(folder / "manifest.json", manifest)
+    assert study_page(folder) == learning_curve_page(study, curves, manifest, results)
+    assert study_page(folder) == write_report(folder).read_text(encoding="utf-8")
+    # What strangers may have made of it.
+    for change, message in (
+        ({"settings": {"study": "learning-curv"}}, "did you mean 'learning-curve'"),
+        ({"settings": {**manifest["settings"], "lubricants": 3}}, "damaged or of another version"),
+        ({"jobs": {"facts-paste": {"job": "../../paste"}}}, "holds none of the results"),
+    ):
+        write_json(file, manifest | change)
+        with pytest.raises(InputError, match=message):
+            study_page(folder)
+    monkeypatch.setattr("orchestrator.studies.kept.MAX_BYTES", 100)
+    with pytest.raises(InputError, match="allowed: at most 100"):
+        study_page(folder)
+    with pytest.raises(InputError, match="allowed: a place in it"):
+        JobResult("x", {"dataset": "../elsewhere"}, folder, 1.0).file("dataset")
 
 
 def test_words_and_table_follow_the_numbers(done: Done) -> None:
