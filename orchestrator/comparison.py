@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Any
 
@@ -13,11 +13,13 @@ import pandas as pd
 from friction_models.discovery.binning import prepare
 from friction_models.discovery.comparison import FEWEST_TESTS, Comparison, compare
 from friction_models.domain import Domain
-from friction_models.loads import DataSet, FloatArray, InputError, TriboLoads
+from friction_models.loads import LOAD_NAMES, DataSet, FloatArray, InputError, TriboLoads
 
 #: Resampled sets of tests, and how sure an order has to be.
 REPLICATES = 4000
 SURE = 0.95
+#: Errors that differ by less than this share of theirs count as equal.
+SAME = 1e-4
 #: With fewer tests or levels than this no two models are told apart, as none is clearly ahead.
 FEWEST_UNITS = FEWEST_TESTS
 
@@ -62,15 +64,15 @@ class Order:
         names = sorted(errors, key=lambda n: errors[n])
         table = np.array([draws[n] for n in names])
         # The same law in two files differs by rounding and by what the solver resolves, which decides nothing.
-        same = 1e-4 * float(np.max(np.abs(table), initial=0.0))
-        places = 1 + (table[:, None, :] > table[None, :, :] + same).sum(axis=1)
-        first = (table <= table.min(axis=0) + same).astype(float)
+        places = 1 + (table[:, None, :] > (1.0 + SAME) * table[None, :, :]).sum(axis=1)
+        first = (table <= (1.0 + SAME) * table.min(axis=0)).astype(float)
         best = (first / first.sum(axis=0)).mean(axis=1)
         low, high = np.quantile(places, [0.025, 0.975], axis=1, method="nearest")
         pairs = []
         tail = 0.5 * (1.0 - SURE)
         for i, j in combinations(range(len(names)), 2):
             change = table[j] - table[i]
+            same = SAME * float(np.max(table[[i, j]]))
             interval = np.quantile(change, [tail, 1.0 - tail]).tolist()
             pairs.append(
                 {
@@ -100,11 +102,10 @@ class Order:
             shown = ", ".join(f"{a} and {b}" for a, b in pairs[:6]) + (
                 f" and {len(pairs) - 6} more pairs" if len(pairs) > 6 else ""
             )
-            lines.append(f"cannot be told apart on {self.units} {unit}: {shown}")
+            words = f"{self.units} {unit}" if self.units != 1 else f"1 {unit.removesuffix('s')}"
+            lines.append(f"cannot be told apart on {words}: {shown}")
         if self.units < FEWEST_UNITS:
-            lines.append(
-                f"{self.units} {unit} are too few to tell models apart (at least {FEWEST_UNITS} are needed)"
-            )
+            lines.append(f"at least {FEWEST_UNITS} {unit} are needed to tell models apart")
         return lines
 
     def to_dict(self) -> dict[str, Any]:
@@ -135,7 +136,8 @@ class TestsComparison:
     mu : ndarray, shape (n,)
         Measured.
     predicted : dict of str to ndarray
-        By model.
+        By model; loads outside a model's trained domain were moved to its border, as its FMU does by default, but for
+        models with memory.
     models : mapping
         The models themselves, for response curves.
     """
@@ -158,7 +160,17 @@ class TestsComparison:
             entry["outside_domain"] = self.outside[name]
             entry["probability_best"] = self.order.best[name]
             entry["rank_interval"] = list(self.order.ranks[name])
-        return content | {"order": self.order.to_dict()}
+        return content | {"order": self.order.to_dict(), "remarks": self.remarks()}
+
+    def remarks(self) -> list[str]:
+        """Return a sentence for each model whose mu cannot be one."""
+        found = []
+        for name in self.order.names:
+            low, high = float(self.predicted[name].min()), float(self.predicted[name].max())
+            if low < 0.0 or high > 1.0:
+                hint = "; are its units right (--names)?" if _is_fmu(self.models[name]) else ""
+                found.append(f"{name}: mu from {low:.3g} to {high:.3g}, outside 0 to 1{hint}")
+        return found
 
     def report(self) -> str:
         """Return a text table, best model first, and what can be said about the order."""
@@ -171,19 +183,24 @@ class TestsComparison:
             share = self.outside[name]
             said = "not known" if share is None else f"{100 * share:.1f} %"
             lines.append(f"{name:<{width}}  {100 * self.order.best[name]:14.0f} %  {place:>5}  {said}")
-        return "\n".join([*lines, *self.order.sentences()]) + "\n"
+        return "\n".join([*lines, *self.order.sentences(), *self.remarks()]) + "\n"
 
 
 class _Kept:
-    """A model that remembers what it predicted last."""
+    """A model within its trained domain, as in its FMU, that remembers what it predicted last."""
 
     def __init__(self, name: str, model: Any) -> None:
         self.name = name
         self.model = model
+        # An FMU does that itself; memory needs distance and speed as they are.
+        self.domain = None if _is_fmu(model) or getattr(model, "states", ()) else known_domain(model)
         self.values: FloatArray = np.empty(0)
 
     def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
         """Return what the model predicts; a failure names the model."""
+        if self.domain is not None:
+            data = data.copy()
+            data[list(LOAD_NAMES)] = self.domain.clamp(data[list(LOAD_NAMES)].to_numpy())
         try:
             self.values = np.asarray(self.model.predict_frame(data, tests), dtype=float).ravel()
         except InputError:
@@ -224,6 +241,8 @@ def compare_on_tests(models: Mapping[str, Any], data: DataSet, seed: int = 0) ->
         for name, mu in predicted.items()
     }
     order = Order.of({n: e.rmse for n, e in result.errors.items()}, draws, tests)
+    # The head line says no more than the table of pairs below it.
+    result = replace(result, clear=len(order.names) > 1 and tuple(order.names[:2]) not in order.indistinct)
     array = campaign.loads.as_array()
     outside: dict[str, float | None] = {}
     for name, model in models.items():
@@ -240,6 +259,10 @@ def known_domain(model: Any) -> Domain | None:
     if not isinstance(domain, Domain) or domain == Domain.physical():
         return None
     return domain
+
+
+def _is_fmu(model: Any) -> bool:
+    return getattr(model, "family", "") == "fmu"
 
 
 def resampled_errors(

@@ -223,7 +223,7 @@ def levels_table(comparisons: Sequence[LevelsComparison]) -> str:
         force, work = item.max_force, item.work
         cells = (
             f"{100 * force.mare:.1f} +- {100 * force.mare_std:.1f} %",
-            f"{100 * force.spread:.1f} +- {100 * force.spread_std:.1f} %",
+            f"{100 * force.spread:.1f} +- {100 * force.spread_std:.1f} %" if force.levels > 1 else "-",
             f"{100 * work.mare:.1f} +- {100 * work.mare_std:.1f} %",
         )
         rows.append(f"{item.label:{width}}" + "".join(f"{c:>22}" for c in cells))

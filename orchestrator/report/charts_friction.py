@@ -1,4 +1,4 @@
-"""Friction charts: residual against each load, response curves, the worst tests."""
+"""Friction charts: residual against each load, the worst tests."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 
 from friction_models.discovery.shown import varied, with_unit
-from friction_models.loads import LOAD_NAMES, LOADS, FloatArray
+from friction_models.loads import LOADS, FloatArray
 
 from .residuals import binned_residual
-from .theme import AFTER, AFTER_BAND, BEFORE, BEFORE_BAND, PRESS, STYLES, dress
+from .theme import AFTER, AFTER_BAND, BEFORE, BEFORE_BAND, PRESS, dress
 
 _LOOK = {"before": (BEFORE, BEFORE_BAND), "after": (AFTER, AFTER_BAND)}
 
@@ -57,34 +57,6 @@ def residual_chart(points: pd.DataFrame, predicted: Mapping[str, FloatArray]) ->
         chart.update_xaxes(title_text=with_unit(name), row=1, col=column)
     dress(chart, 330)
     chart.update_yaxes(title_text="measured &#8722; model (mu)", row=1, col=1)
-    return chart
-
-
-def response_chart(points: pd.DataFrame, models: Sequence[tuple[str, str, Any]]) -> Any:
-    """Return mu against each load, the others at the median of the data.
-
-    `models` holds label, part (look) and the model of each curve.
-    """
-    from plotly.subplots import make_subplots
-
-    chart = make_subplots(rows=1, cols=len(LOADS), shared_yaxes=True, horizontal_spacing=0.022)
-    array = points[list(LOAD_NAMES)].to_numpy()
-    middle = np.median(array, axis=0)
-    for column, quantity in enumerate(LOADS, 1):
-        low, high = np.quantile(array[:, column - 1], [0.01, 0.99]).tolist()
-        values = np.linspace(low, high, 81)
-        loads = np.tile(middle, (len(values), 1))
-        loads[:, column - 1] = values
-        for label, part, model in models:
-            chart.add_scatter(
-                x=values, y=model.predict(loads), name=label, legendgroup=label, showlegend=column == 1,
-                line=STYLES[part], row=1, col=column,
-                hovertemplate=f"{quantity.name} %{{x:.4g}}<br>mu %{{y:.4f}}<extra>{label}</extra>",
-            )  # fmt: skip
-        unit = f" [{quantity.unit}]" if quantity.unit != "1" else ""
-        chart.update_xaxes(title_text=f"{quantity.name}{unit}", row=1, col=column)
-    dress(chart, 320)
-    chart.update_yaxes(title_text="mu", row=1, col=1)
     return chart
 
 

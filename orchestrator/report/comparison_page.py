@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from friction_models.loads import LOADS
+from friction_models.loads import FloatArray
 
-from ..comparison import Order, TestsComparison, known_domain
+from ..comparison import Order, TestsComparison
 from ..comparison_forces import QUANTITIES, ForcesComparison
+from ..metrics import LevelSummary
 from ..runs import versions
 from .markup import bullets, escape, table
 from .page import Page, figure
 from .palette import looks
-from .theme import INK, LINE, PRESS, PRESS_BAND, dress
+from .responses import CAPTION, response_chart
+from .theme import INK, PRESS, PRESS_BAND, dress
 
 #: Most points of a parity plot, and most tests of the dot chart.
 _POINTS, _TESTS = 2500, 40
@@ -76,11 +78,14 @@ def _add_tests(page: Page, c: TestsComparison) -> None:
         "Errors on tests",
         table(
             ["model", "MAE [95 %]", "RMSE [95 %]", "bias [95 %]", "outside its domain [%]", "probability best [%]", "place"],
-            rows, numeric=range(1, 7), caption="Place: 95 % interval over resampled sets of tests.",
+            rows, numeric=range(1, 7), caption="Place: 95 % interval over resampled sets of tests. Loads outside the trained domain of a model were "
+            "moved to its border, as its FMU does by default; a model with memory got them as they are.",
         ),
-        _order_html(c.order, "tests"),
+        bullets(c.remarks()),
+        _order_html(c.order, "tests", "RMSE of mu"),
     )  # fmt: skip
     names = c.order.names
+    styles = looks(c.models)
     page.add(
         "parity",
         "Measured against predicted",
@@ -90,9 +95,8 @@ def _add_tests(page: Page, c: TestsComparison) -> None:
         "response",
         "Response curves",
         figure(
-            "response", _responses(c),
-            "mu against each load, the others at the median of the data. The shaded range is where nine tenths of the data lie.",
-            "Response curves of all models over the five loads.",
+            "response", response_chart(c.loads.as_array(), [(n, styles[n], c.models[n]) for n in names]),
+            CAPTION, "Response curves of all models over the five loads.",
         ),
     )  # fmt: skip
     page.add(
@@ -114,8 +118,8 @@ def _add_forces(page: Page, c: ForcesComparison) -> None:
         force, work = results[name].max_force, results[name].work
         rows.append(
             (
-                name, f"{100 * force.mare:.1f} +- {100 * force.mare_std:.1f}", f"{100 * force.spread:.1f}",
-                f"{100 * work.mare:.1f} +- {100 * work.mare_std:.1f}", f"{100 * work.spread:.1f}",
+                name, f"{100 * force.mare:.1f} +- {100 * force.mare_std:.1f}", _spread(force),
+                f"{100 * work.mare:.1f} +- {100 * work.mare_std:.1f}", _spread(work),
                 *(f"{100 * c.orders[q].best[name]:.0f}" for q in QUANTITIES),
             )
         )  # fmt: skip
@@ -126,7 +130,8 @@ def _add_forces(page: Page, c: ForcesComparison) -> None:
             ["model", "MARE max force [%]", "over levels [%]", "MARE work [%]", "over levels [%]", "best by force [%]", "best by work [%]"],
             rows, numeric=range(1, 7), caption="MARE: mean absolute relative error over the levels, +- from the scatter of the repeats.",
         ),
-        *(_order_html(order, f"levels, by {QUANTITIES[q]}") for q, order in c.orders.items()),
+        bullets(c.missing()),
+        *(_order_html(order, "levels", f"MARE of the {QUANTITIES[q]}") for q, order in c.orders.items()),
     )  # fmt: skip
     page.add(
         "level-errors",
@@ -143,7 +148,7 @@ def _add_forces(page: Page, c: ForcesComparison) -> None:
     )  # fmt: skip
 
 
-def _order_html(order: Order, unit: str) -> str:
+def _order_html(order: Order, unit: str, error: str) -> str:
     if len(order.names) < 2:
         return ""
     rows = [
@@ -156,7 +161,7 @@ def _order_html(order: Order, unit: str) -> str:
     ]  # fmt: skip
     shown = table(
         ["pair", "difference", "95 % interval", "probability [%]", "told apart"], rows, numeric=(1, 2, 3),
-        caption=f"Order of the models on {order.units} {unit}"
+        caption=f"Order of the models by the {error} on {order.units} {unit}; the difference is that of this error"
         + ("" if len(rows) == len(order.pairs) else f"; {len(order.pairs) - len(rows)} more pairs are told apart"),
     )  # fmt: skip
     return bullets(order.sentences(unit)) + shown
@@ -165,6 +170,10 @@ def _order_html(order: Order, unit: str) -> str:
 def _interval(value: float, interval: tuple[float, float], sign: str = "") -> str:
     text = f"{value:{sign}.4f}"
     return text if np.isnan(interval[0]) else f"{text} [{interval[0]:{sign}.4f}, {interval[1]:{sign}.4f}]"
+
+
+def _spread(summary: LevelSummary) -> str:
+    return f"{100 * summary.spread:.1f}" if summary.levels > 1 else "-"
 
 
 def _grid(count: int) -> tuple[int, int]:
@@ -179,13 +188,12 @@ def _parity(c: TestsComparison) -> Any:
     rows, columns = _grid(len(names))
     styles = looks(c.models)
     chart = make_subplots(
-        rows=rows, cols=columns, shared_xaxes=True, shared_yaxes=True, subplot_titles=names,
+        rows=rows, cols=columns, shared_xaxes=True, shared_yaxes=True, subplot_titles=[escape(n) for n in names],
         horizontal_spacing=0.03, vertical_spacing=0.16 / rows,
     )  # fmt: skip
     shown = np.arange(0, len(c.mu), max(1, len(c.mu) // _POINTS))
     ids = c.loads.test_id
-    top = 1.05 * float(max(np.quantile(c.mu, 0.999), *(np.quantile(p, 0.999) for p in c.predicted.values())))
-    low = min(0.0, 1.05 * float(np.quantile(c.mu, 0.001)))
+    low, top = _limits([c.mu, *c.predicted.values()])
     for number, name in enumerate(names):
         place = {"row": number // columns + 1, "col": number % columns + 1}
         chart.add_scatter(
@@ -199,7 +207,7 @@ def _parity(c: TestsComparison) -> Any:
         chart.add_scatter(
             x=c.mu[shown], y=c.predicted[name][shown], mode="markers",
             marker={"size": 3, "color": styles[name]["color"], "opacity": 0.45},
-            text=None if ids is None else ids[shown], **place,
+            text=None if ids is None else [escape(i) for i in ids[shown]], **place,
             hovertemplate="%{text}<br>measured %{x:.4f}<br>predicted %{y:.4f}<extra></extra>",
         )  # fmt: skip
         chart.update_xaxes(range=[low, top], **place)
@@ -214,42 +222,12 @@ def _parity(c: TestsComparison) -> Any:
     return chart
 
 
-def _responses(c: TestsComparison) -> Any:
-    from plotly.subplots import make_subplots
-
-    chart = make_subplots(rows=1, cols=len(LOADS), shared_yaxes=True, horizontal_spacing=0.022)
-    array = c.loads.as_array()
-    middle = np.median(array, axis=0)
-    styles = looks(c.models)
-    for column, quantity in enumerate(LOADS, 1):
-        values = array[:, column - 1]
-        low, high = np.quantile(values, [0.05, 0.95]).tolist()
-        ends = [float(values.min()), float(values.max())]
-        # One load beyond what was tested, so that the ends of a model show; within what physics allows.
-        reach = 0.15 * (ends[1] - ends[0])
-        grid = np.linspace(max(quantity.lower, ends[0] - reach), min(quantity.upper, ends[1] + reach), 61)
-        loads = np.tile(middle, (len(grid), 1))
-        loads[:, column - 1] = grid
-        chart.add_vrect(
-            x0=low, x1=high, fillcolor=LINE, opacity=0.6, layer="below", line_width=0, row=1, col=column
-        )
-        for name in c.order.names:
-            chart.add_scatter(
-                x=grid, y=_predict(c.models[name], loads), name=name, legendgroup=name, showlegend=column == 1,
-                line=styles[name], row=1, col=column,
-                hovertemplate=f"{quantity.name} %{{x:.4g}}<br>mu %{{y:.4f}}<extra>{escape(name)}</extra>",
-            )  # fmt: skip
-        unit = f" [{quantity.unit}]" if quantity.unit != "1" else ""
-        chart.update_xaxes(title_text=f"{quantity.name}{unit}", row=1, col=column)
-    dress(chart, 340)
-    chart.update_yaxes(title_text="mu", row=1, col=1)
-    return chart
-
-
-def _predict(model: Any, loads: Any) -> Any:
-    """Return the curve of a model, limited to its trained domain as its FMU is by default."""
-    domain = known_domain(model)
-    return model.predict(loads if domain is None else domain.clamp(loads))
+def _limits(values: Iterable[FloatArray]) -> tuple[float, float]:
+    """Return limits of an axis that show all but the outermost thousandth of each, with a margin."""
+    ends = np.array([np.quantile(v, [0.001, 0.999]) for v in values])
+    low, top = float(ends[:, 0].min()), float(ends[:, 1].max())
+    margin = 0.05 * (top - low) or 0.005
+    return low - margin, top + margin
 
 
 def _per_test(c: TestsComparison, names: Sequence[str]) -> Any:
@@ -261,8 +239,8 @@ def _per_test(c: TestsComparison, names: Sequence[str]) -> Any:
     styles = looks(c.models)
     for name in names:
         chart.add_scatter(
-            x=shown.index.astype(str), y=shown[name], mode="markers", name=name, marker={"size": 8, "color": styles[name]["color"], "opacity": 0.8},
-            hovertemplate=f"%{{x}}: %{{y:.4f}}<extra>{escape(name)}</extra>",
+            x=[escape(i) for i in shown.index], y=shown[name], mode="markers", name=escape(name), marker={"size": 8, "color": styles[name]["color"], "opacity": 0.8},
+            hovertemplate="%{x}: %{y:.4f}<extra>%{fullData.name}</extra>",
         )  # fmt: skip
     dress(chart, 360)
     chart.update_yaxes(title_text="RMSE of mu", rangemode="tozero")
@@ -279,10 +257,10 @@ def _signed(c: ForcesComparison) -> Any:
         for result in c.results:
             errors = [getattr(level, quantity) for level in result.levels]
             chart.add_scatter(
-                x=list(c.names), y=[100 * e.signed for e in errors], mode="markers", name=result.label, legendgroup=result.label,
+                x=[escape(n) for n in c.names], y=[100 * e.signed for e in errors], mode="markers", name=escape(result.label), legendgroup=escape(result.label),
                 showlegend=row == 1, marker={"size": 9, "color": styles[result.label]["color"]},
                 error_y={"type": "data", "array": [100 * e.are_std for e in errors], "width": 3, "thickness": 1},
-                row=row, col=1, hovertemplate=f"%{{x}}: %{{y:+.1f}} %<extra>{escape(result.label)}</extra>",
+                row=row, col=1, hovertemplate="%{x}: %{y:+.1f} %<extra>%{fullData.name}</extra>",
             )  # fmt: skip
         chart.update_yaxes(title_text=f"{QUANTITIES[quantity]} [%]", row=row, col=1)
     dress(chart, 460)
@@ -298,7 +276,7 @@ def _curves(c: ForcesComparison) -> Any:
     chart = make_subplots(
         rows=rows,
         cols=columns,
-        subplot_titles=list(c.names),
+        subplot_titles=[escape(n) for n in c.names],
         horizontal_spacing=0.06,
         vertical_spacing=0.2 / rows,
     )
@@ -318,8 +296,8 @@ def _curves(c: ForcesComparison) -> Any:
         for result in c.results:
             level = result.levels[number]
             chart.add_scatter(
-                x=level.stroke, y=level.simulated, name=result.label, legendgroup=result.label, showlegend=first,
-                line=styles[result.label], hovertemplate=f"{escape(result.label)} %{{y:.1f}} kN<extra></extra>", **place,
+                x=level.stroke, y=level.simulated, name=escape(result.label), legendgroup=escape(result.label), showlegend=first,
+                line=styles[result.label], hovertemplate="%{y:.1f} kN<extra>%{fullData.name}</extra>", **place,
             )  # fmt: skip
         if place["row"] == rows or number + columns >= len(c.names):
             chart.update_xaxes(title_text="stroke [mm]", **place)

@@ -6,13 +6,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from friction_models.loads import LOAD_NAMES
+
 from .charts_force import force_chart
-from .charts_friction import residual_chart, response_chart, worst_tests_chart
+from .charts_friction import residual_chart, worst_tests_chart
 from .evidence import budget_html, next_tests_html, ranking_html, remarks_html, verdict_text
 from .markup import Change, cards, escape, table
 from .page import Page, figure
 from .prediction_section import prediction_html
+from .responses import CAPTION, response_chart
 from .story import Story
+from .theme import STYLES
 
 
 def demo_page(folder: Path) -> str:
@@ -200,8 +204,11 @@ def _response(story: Story) -> str:
     ]
     chart = figure(
         "response",
-        response_chart(story.held_out.points, models),
-        "mu against each load while the other loads stay at the median of the held-out data.",
+        response_chart(
+            story.held_out.points[list(LOAD_NAMES)].to_numpy(),
+            [(label, STYLES[part], model) for label, part, model in models],
+        ),
+        CAPTION,
         "Response curves of the friction models.",
     )
     laws = table(["model", "law"], [(label, _short(model.formula_text())) for label, _, model in models])

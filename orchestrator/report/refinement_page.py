@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from friction_models.loads import DataSet
+from friction_models.loads import LOAD_NAMES, DataSet
 
 from ..runs import versions
-from .charts_friction import residual_chart, response_chart
+from .charts_friction import residual_chart
 from .markup import Change, cards, escape, paragraph, table
 from .page import Page, figure
+from .responses import CAPTION, response_chart
+from .theme import STYLES
 
 
 def refinement_page(before: Any, after: Any, data: DataSet, label: str) -> str:
@@ -53,8 +55,11 @@ def refinement_page(before: Any, after: Any, data: DataSet, label: str) -> str:
         "Response curves",
         figure(
             "response",
-            response_chart(shown.points, [("before", "before", before), ("after", "after", after)]),
-            "mu against each load while the other loads stay at their median.",
+            response_chart(
+                shown.points[list(LOAD_NAMES)].to_numpy(),
+                [("before", STYLES["before"], before), ("after", STYLES["after"], after)],
+            ),
+            CAPTION,
             "Response curves before and after.",
         ),
         table(["model", "law"], [("before", before.formula_text()), ("after", after.formula_text())]),

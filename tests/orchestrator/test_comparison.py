@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,13 @@ import pytest
 from friction_models.domain import Domain
 from friction_models.loads import DataSet, FloatArray, InputError
 from orchestrator.cli.comparing import _entries
+from orchestrator.cli.console import _plain
 from orchestrator.cli.main import run
 from orchestrator.comparison import FEWEST_UNITS, compare_on_tests, known_domain, resampled_errors
 from orchestrator.comparison_forces import ForcesComparison
+from orchestrator.errors import SimulationError
 from orchestrator.forces import ForceCurve, LevelsComparison, PressCurve, compare_force
+from orchestrator.press_study import FailedRun, PressResults
 from orchestrator.report.comparison_page import comparison_page
 
 
@@ -79,7 +83,7 @@ def test_the_unit_is_the_test_and_few_of_them_prove_nothing() -> None:
     assert c.order.indistinct == [("even", "odd")] and 0.4 < c.order.best["even"] < 0.75
     few = compare_on_tests({"near": Law(0.002), "far": Law(0.01)}, measured(tests=FEWEST_UNITS - 1))
     assert few.order.best["near"] == 1.0 and few.order.indistinct == [("near", "far")]
-    assert f"{FEWEST_UNITS - 1} tests are too few" in few.report()
+    assert f"at least {FEWEST_UNITS} tests are needed" in few.report()
     assert few.report().startswith("near is ahead, but not clearly, of far")
 
 
@@ -138,7 +142,7 @@ def test_page_of_both(tmp_path: Path) -> None:
     assert "synthetic data" in html and "&lt;near&gt;" in html and "<near>" not in html.replace("\\u003c", "")
     for anchor in ("parity", "response", "tests", "levels", "forces"):
         assert f'id="chart-{anchor}"' in html
-    assert "2 levels, by maximum force are too few" in html
+    assert f"at least {FEWEST_UNITS} levels are needed" in html
 
 
 def refused(capsys: pytest.CaptureFixture[str], *arguments: Any) -> str:
@@ -178,3 +182,53 @@ def test_an_entry_of_names_belongs_to_one_fmu(tmp_path: Path) -> None:
         names.write_text(text)
         with pytest.raises(InputError, match=pattern):
             _entries(models, names)
+
+
+def test_mu_that_cannot_be_one_and_text_from_users_on_the_page() -> None:
+    c = compare_on_tests({"<b>wrong</b>": Law(1.5), "0.05": Law(-0.03)}, measured())
+    assert (
+        c.remarks() == ["<b>wrong</b>: mu from 1.58 to 1.58, outside 0 to 1"] and c.remarks()[0] in c.report()
+    )
+    html = comparison_page(c, None)
+    assert "<b>wrong" not in html.replace("\\u003c", "<").replace("\\u003e", ">")
+    # A rough third model does not blur the order of the others.
+    fine = compare_on_tests({"near": Law(0.002), "next": Law(0.0021), "wrong": Law(3.0)}, measured())
+    assert ("near", "next") not in fine.order.indistinct and fine.result.clear
+
+
+def test_runs_that_failed_are_named_and_the_others_compared() -> None:
+    lost = FailedRun("thin", "fre_1", "component 'friction' failed", {"speed": 5.0})
+    c = replace(forces(9, {"good": 1.0, "bad": 1.08}), failed=[lost])
+    assert "thin is not compared: 1 of 9 levels failed (fre_1: component 'friction' failed)" in c.report()
+    assert c.to_dict()["failed"][0]["inputs"] == {"speed": 5.0}
+    assert "thin is not compared" in comparison_page(None, c)
+    results = PressResults(list(c.results), [lost], 27)
+    with pytest.raises(SimulationError, match=r"1 of 27 runs failed: thin at fre_1: .*--runs FOLDER"):
+        results.check(None)
+    with pytest.raises(SimulationError, match=r"failed\.json"):
+        results.check(Path("runs"))
+
+
+def test_options_that_do_not_fit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "press").mkdir()
+    (tmp_path / "press" / "levels.csv").write_text("", encoding="utf-8")
+    models = ("compare", "--models", "0.08", "--data")
+    assert "there are press curves only" in refused(capsys, *models, tmp_path / "press", "--tests", "t.csv")
+    measured().save(tmp_path / "data")
+    assert "no press curves" in refused(capsys, *models, tmp_path / "data", "--runs", tmp_path / "runs")
+    # Nothing is computed before all inputs are known to be there.
+    assert run([*models, str(tmp_path / "data"), "--press", str(tmp_path / "none")]) == 2
+    assert capsys.readouterr().out == ""
+    (tmp_path / "records" / "raw").mkdir(parents=True)
+    assert "tribofmu twin" in refused(capsys, *models, tmp_path / "records")
+
+
+def test_progress_without_a_terminal_is_heard_of_every_half_minute(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    now = 0.0
+    with _plain("runs", lambda: now) as tick:
+        for done in range(101):
+            now = 10.0 * done
+            tick(done, 1000, "")
+    assert capsys.readouterr().err.count("runs:") == 1 + 33

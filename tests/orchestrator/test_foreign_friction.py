@@ -11,9 +11,13 @@ import pytest
 from friction_models.loads import LOAD_NAMES, InputError, TriboLoads
 from orchestrator import Master
 from orchestrator.fmu_files import describe
+from orchestrator.fmu_variables import Variable
 from orchestrator.foreign_friction import ForeignFmu, friction_model
 from orchestrator.friction_names import FrictionNames, read_names
+from orchestrator.ports import Port
 from orchestrator.processes import extrusion_system
+from orchestrator.untouched import Untouched
+from orchestrator.wiring import Link
 from tests.orchestrator.native_fmus import Real, native_fmu
 
 ENTRY = {
@@ -177,3 +181,32 @@ def test_files_that_hold_no_names(tmp_path: Path, text: str, pattern: str) -> No
     (tmp_path / "n.yaml").write_text(text)
     with pytest.raises(InputError, match=pattern):
         read_names(tmp_path / "n.yaml")
+
+
+def test_points_without_contact_get_loads_that_every_law_answers() -> None:
+    def both(name: str, causality: str) -> tuple[Variable, ...]:
+        return tuple(Variable(f"{name}[{k + 1}]", k, "Real", causality, "") for k in range(2))
+
+    links = [
+        Link("forming", both("sigma_n", "output"), "friction", both("p", "input"), 1e6),
+        Link("forming", both("v_rel", "output"), "friction", both("slip", "input"), 1e-3),
+        Link("forming", both("T", "output"), "friction", both("theta", "input"), 1.0, 273.15),
+        Link("friction", both("cof", "output"), "forming", both("mu", "input")),
+    ]
+    outputs = {
+        "forming": Port([v for link in links[:3] for v in link.sources]),
+        "friction": Port(links[3].sources),
+    }
+    outputs["forming"].values[:] = [0.0, 300.0, 0.0, 20.0, 25.0, 60.0]
+    untouched = Untouched.of("friction", links, outputs)
+    assert untouched is not None
+    values = np.array([0.0, 3e8, 0.0, 0.02, 298.15, 333.15])
+    for first, link in zip((0, 2, 4), links):
+        if patch := untouched.patch("friction", link, first):
+            patch.apply(values, outputs)
+    assert values == pytest.approx([5e8, 3e8, 1e-6, 0.02, 298.15, 333.15])
+    mu = np.array([np.inf, np.nan])
+    back = untouched.patch("friction", links[3], 0)
+    assert back is not None
+    back.apply(mu, outputs)
+    assert mu[0] == 0.0 and np.isnan(mu[1])  # where there is contact, the error stays an error
