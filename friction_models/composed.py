@@ -11,7 +11,7 @@ import pandas as pd
 from sklearn.base import clone
 
 from .base import FrictionModel, Groups, LoadsLike, as_loads
-from .effects import make_effect
+from .effects import CATALOGUE, ENTRY_POINT_GROUP, make_effect
 from .effects.base import Effect, Memory
 from .loads import FloatArray, InputError, TriboLoads
 from .loads.time_steps import rests, time_steps
@@ -262,6 +262,11 @@ class ComposedFriction(FrictionModel):
         base = make_model(str(params["base"]["family"]), **params["base"]["params"])
         effects: list[str | Effect] = []
         for entry in params["effects"]:
+            if str(entry["name"]) not in CATALOGUE:
+                raise InputError(
+                    f"composed: effect {str(entry['name'])!r} is not in the catalogue; allowed: {', '.join(sorted(CATALOGUE))}, and "
+                    f"effects that an installed package offers under the entry point {ENTRY_POINT_GROUP}"
+                )
             effect = make_effect(str(entry["name"]))
             effects.append(type(effect)(**{str(k): float(v) for k, v in entry["fixed"].items()}))
         model = cls(base, effects)

@@ -12,9 +12,11 @@ from .base_law import BaseLaw, polynomial_columns
 from .binning import Campaign
 from .candidates import Candidate
 from .form_error import FormErrors
+from .metadata import recorded
 from .noise_floor import Layout, NoiseFloor, Whitener, estimate, independent_columns
 from .scan import Fit, Prepared, Projector, prepare_candidate, rank
 from .significance import Simulated, confusion_set, maximum_gains, p_value, simulate
+from .unseen_loads import lacking, varied_first
 
 #: Standard deviations from the rest of its test beyond which a bin is an outlier.
 OUTLYING = 8.0
@@ -32,7 +34,7 @@ class Round:
         Whitened bin means without the base.
     candidates : list of Prepared
     ranking : list of Fit
-        The largest evidence first.
+        The largest evidence first, but for an effect that needs a load which does not vary.
     null : ndarray, shape (replicates,)
         Largest gain of any effect where nothing is missing.
     simulated : Simulated
@@ -184,7 +186,9 @@ def search(
         floor=floor,
         residual=residual,
         candidates=prepared,
-        ranking=FormErrors(campaign, whiten, project).ranked(rank(prepared, residual), residual),
+        ranking=varied_first(
+            campaign, FormErrors(campaign, whiten, project).ranked(rank(prepared, residual), residual)
+        ),
         null=null,
         simulated=simulated,
         whiten=whiten,
@@ -216,6 +220,15 @@ def testable(
             continue
         if effect.driver[0] in campaign.absent:
             continue  # the warning that the data lack this load says it
+        without = lacking(effect, campaign)
+        if without:
+            notes.append(
+                f"{effect.name} was not tested: it needs {' and '.join(without)}, which the data lack"
+            )
+            continue
+        if effect.needs_state and campaign.loads.t is None and "sd" in campaign.absent:
+            notes.append(f"{effect.name} was not tested: memory needs the time t or the distance sd")
+            continue
         averaged = campaign.count.size == len(campaign.tests)
         if averaged and len(campaign.tests) > 1 and effect.driver[0] == "sd":
             notes.append(
@@ -226,7 +239,12 @@ def testable(
             notes.append(f"{effect.name} was not tested: memory needs more than one point a test")
             continue
         if absent:
-            notes.append(f"{effect.name} was not tested: the test table has no {', '.join(absent)}")
+            notes.append(
+                f"{effect.name} was not tested: {'; '.join(recorded(campaign.loads, m) for m in absent)}"
+            )
         else:
             usable.append(effect)
+            notes += [
+                f"{effect.name}: {told}" for m in effect.metadata if (told := recorded(campaign.loads, m))
+            ]
     return usable, notes

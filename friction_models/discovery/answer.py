@@ -18,6 +18,7 @@ from .next_tests import propose
 from .scan import Fit
 from .significance import stays_first
 from .summaries import averages, base_residual, binned_bias, unrecorded_factor, weighted_rms, worst_tests
+from .unseen_loads import doubts
 from .verdict import LEVEL, Evidence
 from .wording import FEW_TESTS, sentence
 
@@ -72,9 +73,10 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
     left = np.hypot(
         evidence.structure.rms if evidence.unexplained else 0.0, level.value if level.off else 0.0
     )
-    confidence = _confidence(campaign, judged, level)
+    most, doubted = doubts(campaign, verdict, chosen if named else [])
+    confidence = min(_confidence(campaign, judged, level), most)
     where = list(evidence.structure.where) if verdict == "unknown_structure" and evidence.unexplained else []
-    warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes]
+    warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
     if level.off:
         where += [level.entry(campaign)] if verdict == "unknown_structure" else []
         warnings.append(level.text(f"the {base.name} model"))

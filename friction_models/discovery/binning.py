@@ -9,12 +9,14 @@ import numpy.typing as npt
 import pandas as pd
 
 from ..loads import LOAD_NAMES, LOADS, MU, FloatArray, InputError, TriboLoads, check_column, missing_column
+from .metadata import about_table, metadata_columns
 
 BINS = 19  # a test, with many tests
 MOST_BINS = 120  # a test, with few tests
 ALL_BINS = 2100  # of a campaign, about
 MOST_POINTS = 150_000
 LEAST_COPY = 3  # points: fewer agree by chance where values are rounded
+SAME_VALUE = 1e-4  # of the range of a column: no two tests agree so well in every point
 SPIKE = 0.005  # least distance in mu of a point from its neighbours that counts as a spike
 FINENESS = 1.7  # exponent of the bin edges: the first bin covers about 0.7 % of the distance
 
@@ -103,6 +105,11 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> Campaign:
         No points, no `mu`, or values outside the physical limits.
     """
     warnings: list[str] = []
+    if not isinstance(data, pd.DataFrame) or not (tests is None or isinstance(tests, pd.DataFrame)):
+        other = tests if isinstance(data, pd.DataFrame) else data
+        raise InputError(
+            f"data: {type(other).__name__}; allowed: a pandas.DataFrame of points, and one of tests"
+        )
     frame = data.reset_index(drop=True)
     if "mu" not in frame.columns:
         raise missing_column("mu", frame.columns)
@@ -118,7 +125,10 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> Campaign:
     if "test_id" not in frame.columns:
         warnings.append("the data have no test_id: all points count as one test")
         frame = frame.assign(test_id="all")
-    frame["test_id"] = frame["test_id"].astype(str)
+    blank = (frame["test_id"].isna() | (frame["test_id"].astype(str).str.strip() == "")).to_numpy()
+    if blank.any():
+        raise InputError(f"data: column 'test_id', row {int(np.argmax(blank))}: no value; allowed: any name")
+    frame = frame.assign(test_id=frame["test_id"].astype(str))
     order, _ = pd.factorize(frame["test_id"])
     if np.any(np.diff(order) < 0):
         rows = np.argsort(order, kind="stable")
@@ -126,12 +136,13 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> Campaign:
     frame = _without_copies(frame, warnings)
     frame = _thinned(frame, warnings)
     loads = TriboLoads.from_frame(frame, tests)
+    warnings += [*_about_order(loads), *about_table(loads)]
     measured = check_column(frame["mu"].to_numpy(), MU, "data")
     mu = _without_spikes(measured, frame["test_id"], warnings)
     campaign = campaign_of(loads, mu, loads.test_id)
     campaign.absent = tuple(q.name for q in absent)
     campaign.spikes = float(np.mean(mu != measured))
-    campaign.system = _system_columns(loads)
+    campaign.system = metadata_columns(loads)
     campaign.warnings = warnings + _remarks(campaign, {q.name for q in absent})
     return campaign
 
@@ -179,22 +190,33 @@ def _thinned(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
 
 
 def _without_copies(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
-    """Return the tests without those that are exact copies of an earlier one: copies would pass for confirmation."""
+    """Return the tests without those that are copies of an earlier one: copies would pass for confirmation.
+
+    No two tests agree in all loads and in mu to `SAME_VALUE` of the range of each: the noise of the sensor is larger.
+    """
     columns = [q.name for q in LOADS] + ["mu"]
     values = frame[columns].apply(pd.to_numeric, errors="coerce").to_numpy(dtype=np.float64)
-    seen: dict[bytes, str] = {}
-    copies: list[str] = []
-    for name, rows in frame.groupby("test_id", sort=False).indices.items():
-        if len(rows) < LEAST_COPY:
-            continue
-        content = values[rows].tobytes()
-        if content in seen:
-            copies.append(str(name))
-        seen.setdefault(content, str(name))
+    span = np.ptp(values, axis=0)
+    values = values / (SAME_VALUE * np.where((span > 0.0) & np.isfinite(span), span, 1.0))
+    rows_of = {str(k): v for k, v in frame.groupby("test_id", sort=False).indices.items()}
+    order = {name: k for k, name in enumerate(rows_of)}
+    near = sorted((len(rows), float(values[rows, -1].mean()), name) for name, rows in rows_of.items())
+    copies: set[str] = set()
+    exact = True
+    for k, (size, level, name) in enumerate(near):
+        for other_size, other_level, other in near[k + 1 :]:
+            if size < LEAST_COPY or other_size != size or not other_level - level <= 1.0:
+                break
+            apart = float(np.max(np.abs(values[rows_of[other]] - values[rows_of[name]])))
+            if apart <= 1.0:
+                copies.add(max(name, other, key=order.__getitem__))
+                exact = exact and apart == 0.0
     if not copies:
         return frame
-    shown = ", ".join(copies[:4]) + (" ..." if len(copies) > 4 else "")
-    warnings.append(f"{len(copies)} tests are exact copies of others and were left out ({shown})")
+    told = sorted(copies, key=order.__getitem__)
+    shown = ", ".join(told[:4]) + (" ..." if len(told) > 4 else "")
+    how = "exact copies of others" if exact else f"copies of others (to {SAME_VALUE:g} of the range)"
+    warnings.append(f"{len(told)} tests are {how} and were left out ({shown})")
     return frame[~frame["test_id"].isin(copies)].reset_index(drop=True)
 
 
@@ -255,17 +277,16 @@ def _progress(
     return progress, distance
 
 
-def _system_columns(loads: TriboLoads) -> dict[str, FloatArray]:
-    """Return metadata as number columns; texts become their place in alphabetical order."""
-    columns: dict[str, FloatArray] = {}
-    if loads.context is None or loads.test_id is None:
-        return columns
-    for name in map(str, loads.context.columns):
-        values = loads.context_column(name)
-        if values is None or bool(pd.isna(values).any()):
-            continue
-        numbers = pd.to_numeric(pd.Series(values), errors="coerce").to_numpy(dtype=float)
-        if np.isnan(numbers).any():
-            numbers = pd.Categorical(pd.Series(values).astype(str)).codes.astype(float)
-        columns[name] = numbers[:, None]
-    return columns
+def _about_order(loads: TriboLoads) -> list[str]:
+    """Return a warning where the distance falls within tests: points out of order."""
+    if loads.test_id is None or len(loads) < 2:
+        return []
+    falls = (np.diff(loads.sd) < -1e-6 * max(float(np.ptp(loads.sd)), 1e-300)) & (
+        loads.test_id[1:] == loads.test_id[:-1]
+    )
+    tests = len(np.unique(loads.test_id[1:][falls]))
+    if not tests:
+        return []
+    return [
+        f"sd falls within {tests} tests: are their points out of order? they are taken in the order of the table"
+    ]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ..effects.base import Effect, Memory
-from ..loads import FloatArray, TriboLoads
+from ..loads import FloatArray, InputError, TriboLoads
 from ..loads.time_steps import rests, time_steps
 from ..ops import LoadColumns, NumpyOps
 from .binning import Campaign
@@ -109,8 +110,35 @@ def evaluate(
     rows = {n: g[None, :] for n, g in shapes.items()}
     sets = mesh[0].size if names else 1
     columns = evaluate_points(effect, campaign, mu, rows)
-    binned = [campaign.average(np.ascontiguousarray(np.broadcast_to(c, (len(mu), sets)))) for c in columns]
-    return Candidate(effect, shapes, np.stack(binned, axis=2))
+    try:
+        full = [np.ascontiguousarray(np.broadcast_to(c, (len(mu), sets))) for c in columns]
+    except ValueError:
+        raise InputError(
+            f"effect {effect.name!r}: basis gives shapes {[c.shape for c in columns]}; allowed: ({len(mu)}, {sets}) each"
+        ) from None
+    return Candidate(effect, shapes, np.stack([campaign.average(c) for c in full], axis=2))
+
+
+def evaluate_all(
+    effects: Iterable[Effect], campaign: Campaign, mu: FloatArray, spans: Mapping[str, tuple[float, ...]]
+) -> tuple[list[Candidate], list[str]]:
+    """Evaluate effects over their scan values; return them with a note on each one that cannot be evaluated."""
+    candidates, notes = [], []
+    for effect in effects:
+        try:
+            candidates.append(evaluate(effect, campaign, mu, _scan_values(effect, spans)))
+        except InputError as error:
+            notes.append(f"{effect.name} was not tested: {error}")
+    return candidates, notes
+
+
+def _scan_values(effect: Effect, spans: Mapping[str, tuple[float, ...]]) -> dict[str, FloatArray]:
+    try:
+        return effect.grids(spans)
+    except Exception as error:
+        raise InputError(
+            f"effect {effect.name!r}: grids fails ({type(error).__name__}: {str(error)[:200]})"
+        ) from error
 
 
 def evaluate_points(
@@ -123,7 +151,35 @@ def evaluate_points(
     if effect.states:
         state = integrate(effect, campaign, mu, shape)
     memory = Memory(mu=mu[:, None], state=state, system=system)
-    return tuple(np.asarray(c) for c in effect.basis(OPS, L, shape, memory))
+    columns = _called(effect, "basis", len(effect.amplitudes), OPS, L, shape, memory)
+    if not any(np.isfinite(c).any() for c in columns):
+        raise InputError(
+            f"effect {effect.name!r}: basis gives no finite number on these data; allowed: numbers"
+        )
+    return columns
+
+
+def _called(effect: Effect, part: str, count: int, *given: Any) -> tuple[FloatArray, ...]:
+    """Return what a method of an effect gives; effects are also written by users.
+
+    Raises
+    ------
+    InputError
+        The method raised, or gives anything else than `count` arrays of numbers.
+    """
+    where = f"effect {effect.name!r}: {part}"
+    try:
+        columns = tuple(np.asarray(c, dtype=np.float64) for c in getattr(effect, part)(*given))
+    except InputError:
+        raise
+    except Exception as error:
+        told = " ".join(str(error).split())[:200]
+        raise InputError(
+            f"{where} fails ({type(error).__name__}: {told}); allowed: {count} columns of numbers"
+        ) from error
+    if len(columns) != count:
+        raise InputError(f"{where} gives {len(columns)} columns; allowed: {count}")
+    return columns
 
 
 def integrate(
@@ -158,10 +214,10 @@ def integrate(
         memory = Memory(mu=mu[rows, None], state=old, system={k: v[rows] for k, v in campaign.system.items()})
         if pause[rows].any():  # the contact stood still first, then slid up to here
             still = LoadColumns(0.0 * L.v_rel, L.T, L.sigma_n, L.sd, L.psi)
-            held = effect.advance(OPS, still, shape, memory, pause[rows, None])
+            held = _called(effect, "advance", len(current), OPS, still, shape, memory, pause[rows, None])
             old = {name: v for (name, _), v in zip(effect.states, held, strict=True)}
             memory = Memory(mu=memory.mu, state=old, system=memory.system)
-        new = effect.advance(OPS, L, shape, memory, (dt - pause)[rows, None])
+        new = _called(effect, "advance", len(current), OPS, L, shape, memory, (dt - pause)[rows, None])
         for k, value in enumerate(new):
             current[k][running] = value
             history[k][rows] = value

@@ -22,7 +22,7 @@ from .analysis import Round, distrust_outliers, search, testable
 from .answer import NAMED, Judged, assemble
 from .base_law import BaseLaw, base_law, polynomial_columns
 from .binning import Campaign, prepare
-from .candidates import Candidate, evaluate, spans_of
+from .candidates import Candidate, evaluate_all, spans_of
 from .curves import spline_columns
 from .diagnosis import Diagnosis
 from .noise_floor import NoiseFloor, independent_columns
@@ -30,7 +30,7 @@ from .scan import Fit
 from .significance import stays_first
 from .structure import Misfit, Structure, find_structure, own_misfit
 from .summaries import weighted_rms
-from .verdict import LEAST_SHARE, LEVEL, Evidence, decide
+from .verdict import LEAST_SHARE, LEVEL, SECOND_LEVEL, Evidence, decide
 from .zero_reading import judge_zero
 
 #: Averages that must be left beside the numbers of the base.
@@ -93,7 +93,8 @@ def diagnose(
     usable, notes = testable(effects, campaign, base.effects)
     mu = _base_prediction(campaign, base)
     spans = spans_of(campaign, mu)
-    candidates = [evaluate(e, campaign, mu, e.grids(spans)) for e in usable]
+    candidates, said = evaluate_all(usable, campaign, mu, spans)
+    notes += said
     judged = _judge(campaign, base, candidates, seed, floor)
     if base.fixed and judged.verdict == "unknown_structure":
         # A model that was fitted to data with the effect in them holds the straight part of it already.
@@ -244,7 +245,7 @@ def _second_effect(
     for second in again.ranking:
         own = weighted_rms(again.change(second), campaign.count) ** 2
         large = own > SECOND_SHARE * (size + own) and _share(campaign, again, second) > LEAST_SHARE
-        if large and again.p_value(second) < LEVEL / 2:
+        if large and again.p_value(second) < SECOND_LEVEL:
             return second
     return None
 

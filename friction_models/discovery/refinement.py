@@ -7,18 +7,23 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from threadpoolctl import threadpool_limits
 
 from ..effects import make_effect
 from ..effects.base import Effect
 from ..loads import FloatArray, InputError, TriboLoads
 from ..training.measures import error_measures
-from .binning import prepare
+from ..variables import as_numbers
+from .binning import campaign_of, prepare
+from .candidates import evaluate_points
+from .metadata import with_all_metadata
 
 FOLDS = 4
 #: An addition is refused when the held-out error rises by more than this, and clearly so (paired over tests).
 WORSE = 1.01
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")
 def refine(
     data: pd.DataFrame,
     tests: pd.DataFrame | None = None,
@@ -32,6 +37,9 @@ def refine(
     The result is fitted to the tests whose `role` is ``train`` (to all where no role is recorded) and
     confirmed against the ordinary fit of `model` on whole tests that the fit did not see: those of another
     role, else by cross-validation. The errors before and after are appended to ``error_history_``.
+
+    A fault of the data (`sensor_drift`, ...) corrects the measurements and is no part of the model's predictions or
+    files. For the errors it is taken off the measured mu, so that the model is judged by what the friction was.
 
     Parameters
     ----------
@@ -72,14 +80,15 @@ def refine(
     if base.family == "constant" and getattr(base, "mu", None) is not None:
         base = type(base)()  # a given constant has nothing to refit; its level is fitted with the effect
     added = [make_effect(e) for e in ([add] if isinstance(add, (str, Effect)) else list(add))]
+    inner = base.base if isinstance(base, ComposedFriction) else base
+    present = list(base.effects) if isinstance(base, ComposedFriction) else []
+    held_effects = [make_effect(e) for e in [*present, *added]]
     campaign = prepare(data, tests)
-    loads, mu = campaign.loads, campaign.mu
+    loads, mu = with_all_metadata(campaign.loads, [m for e in held_effects for m in e.metadata]), campaign.mu
     held = _held_out(loads)
     if not added:
         rows = ~held if held is not None else np.ones(len(mu), dtype=bool)
         return clone(base).fit(loads.take(rows), mu[rows], _names(loads, rows))
-    inner = base.base if isinstance(base, ComposedFriction) else base
-    present = list(base.effects) if isinstance(base, ComposedFriction) else []
     refined = ComposedFriction(clone(inner), [*present, *added])
     history = list(getattr(base, "error_history_", []))
     folds = [held] if held is not None else _folds(campaign.point_test, len(campaign.tests), seed)
@@ -90,8 +99,8 @@ def refine(
         names = _names(loads, train)
         ordinary = clone(base).fit(loads.take(train), mu[train], names)
         fitted = clone(refined).fit(loads.take(train), mu[train], names)
-        before[fold] = ordinary.predict(loads.take(fold))
-        after[fold] = fitted.predict(loads.take(fold))
+        before[fold] = ordinary.predict(loads.take(fold)) + _faults_share(ordinary, loads.take(fold))
+        after[fold] = fitted.predict(loads.take(fold)) + _faults_share(fitted, loads.take(fold))
     if held is None:
         fitted = clone(refined).fit(loads, mu, _names(loads, np.ones(len(mu), dtype=bool)))
     by = (
@@ -106,6 +115,7 @@ def refine(
         entry: dict[str, Any] = {
             "added": [e.name for e in added],
             "judged_by": by,
+            "corrects_data": [e.name for e in added if e.kind == "fault"],
             "before": error_measures(mu[seen], before[seen], groups),
             "after": error_measures(mu[seen], after[seen], groups),
         }
@@ -132,7 +142,34 @@ def history_text(history: Sequence[Mapping[str, Any]]) -> str:
             f"MAE {before['mae']:.5f} -> {after['mae']:.5f}   ({entry['judged_by']})"
             + ("" if after["rmse"] < before["rmse"] else "  NO BETTER")
         )
+        faults = entry.get("corrects_data", [])
+        if faults:
+            lines.append(
+                f"     {' and '.join(faults)}: correct{'s' if len(faults) == 1 else ''} the data the model is fitted to and judged by; "
+                "not in its predictions, not in exported files"
+            )
     return "\n".join(lines) + "\n"
+
+
+def _faults_share(model: Any, loads: TriboLoads) -> FloatArray:
+    """Return what the faults of the data that a fitted model knows add to measured mu, shape (n,)."""
+    share = np.zeros(len(loads))
+    known = zip(
+        getattr(model, "effects_", []), getattr(model, "shapes_", []), getattr(model, "amplitudes_", [])
+    )
+    for effect, shape, amplitudes in known:
+        if effect.kind != "fault":
+            continue
+        campaign = campaign_of(loads, share, loads.test_id)
+        for name in effect.metadata:
+            values = loads.context_column(name)
+            if values is not None:
+                campaign.system[name] = as_numbers(values, model.levels_.get(name, ()), np.nan)[:, None]
+        columns = evaluate_points(effect, campaign, model.predict(loads), shape)
+        share = share + sum(
+            a * np.broadcast_to(c, (len(loads), 1))[:, 0] for a, c in zip(amplitudes.values(), columns)
+        )
+    return share
 
 
 def _names(loads: TriboLoads, rows: np.ndarray) -> Any:

@@ -10,7 +10,9 @@ from .scan import Fit
 from .structure import Misfit, Structure
 
 #: Family-wise level at which an effect counts as present.
-LEVEL = 0.025
+LEVEL = 0.05
+#: The same for a second effect, sought beside the first one's loads freed as curves.
+SECOND_LEVEL = 0.0125
 #: Least share of the squared error (floor included) that an effect must carry: smaller ones are within the
 #: errors of a twin's loads and of no use to a model.
 LEAST_SHARE = 0.015

@@ -8,6 +8,7 @@ from importlib.metadata import entry_points
 from ..loads import InputError, unknown_name
 from .base import Amplitude, Effect, Memory, Shape
 from .batch import Batch
+from .declaration import declaration_fault
 from .flash_temperature import FlashTemperature
 from .force_zero import ForceZero
 from .pressure_power import PressurePower
@@ -53,7 +54,7 @@ _OWN: tuple[type[Effect], ...] = (
 def load_catalogue() -> dict[str, type[Effect]]:
     """Return the own effects and those of installed plug-ins by name.
 
-    A plug-in that cannot be used (import error, not an `Effect`, name already taken) is left out with a
+    A plug-in that cannot be used (import error, not an `Effect`, incomplete, name already taken) is left out with a
     warning that names it.
     """
     catalogue: dict[str, type[Effect]] = {effect.name: effect for effect in _OWN}
@@ -63,11 +64,13 @@ def load_catalogue() -> dict[str, type[Effect]]:
         except Exception as error:
             warnings.warn(f"effect plug-in {entry.name!r} ({entry.value}) is left out: {error}", stacklevel=2)
             continue
-        if not (isinstance(effect, type) and issubclass(effect, Effect) and hasattr(effect, "name")):
+        if not (isinstance(effect, type) and issubclass(effect, Effect)):
             warnings.warn(
                 f"effect plug-in {entry.name!r} ({entry.value}) is left out: not an Effect class",
                 stacklevel=2,
             )
+        elif fault := declaration_fault(effect):
+            warnings.warn(f"effect plug-in {entry.name!r} ({entry.value}) is left out: {fault}", stacklevel=2)
         elif effect.name in catalogue:
             warnings.warn(
                 f"effect plug-in {entry.name!r} ({entry.value}) is left out: the name {effect.name!r} is taken",
@@ -88,12 +91,14 @@ def make_effect(effect: str | Effect | type[Effect]) -> Effect:
     Raises
     ------
     InputError
-        A name that the catalogue does not hold, or something that is no effect.
+        A name that the catalogue does not hold, something that is no effect, or an effect whose declaration is incomplete.
     """
-    if isinstance(effect, Effect):
-        return effect
-    if isinstance(effect, type) and issubclass(effect, Effect):
-        return effect()
+    own = effect if isinstance(effect, type) else type(effect)
+    if issubclass(own, Effect):
+        fault = declaration_fault(own)
+        if fault:
+            raise InputError(f"effect {own.__name__}: {fault}")
+        return effect if isinstance(effect, Effect) else own()
     if not isinstance(effect, str):
         raise InputError(f"effect {effect!r}: allowed is a name of the catalogue, or an Effect")
     if effect not in CATALOGUE:

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..loads import InputError, unknown_name
+from ..loads import LOAD_NAMES, InputError, unknown_name
 from ..ops import LoadColumns, Ops, Value
 from ..variables import StateVariable
 
@@ -154,6 +154,8 @@ class Effect:
     metadata: ClassVar[tuple[str, ...]] = ()
     #: Units of these columns.
     metadata_units: ClassVar[tuple[str, ...]] = ()
+    #: Loads without which the effect is not what it is; those of `driver` where it is None.
+    needs: ClassVar[tuple[str, ...] | None] = None
     #: Names and units of internal states; each obeys an ODE that `rate` gives.
     states: ClassVar[tuple[tuple[str, str], ...]] = ()
     #: Whether the evolution of the states depends on the shape parameters (if not, it is computed once).
@@ -188,6 +190,11 @@ class Effect:
     def needs_state(self) -> bool:
         """Whether the effect remembers (needs time and test of every point)."""
         return bool(self.states)
+
+    @property
+    def needed_loads(self) -> tuple[str, ...]:
+        """Loads that have to vary for the effect to be told from others."""
+        return tuple(n for n in (self.driver if self.needs is None else self.needs) if n in LOAD_NAMES)
 
     @property
     def needs_metadata(self) -> bool:

@@ -24,6 +24,7 @@ class RateState(Effect):
         "after every change of speed: a jump that decays over a fixed distance; first contact after rest"
     )
     driver = ("v_rel", "sd")
+    needs = ("v_rel",)
     amplitudes = (
         Amplitude("a", "1", "direct effect of speed", 1, 0.004),
         Amplitude("b", "1", "effect of the age of the contact (below 0 in some clays)", 0, 0.006),

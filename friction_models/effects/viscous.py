@@ -24,6 +24,7 @@ class Viscous(Effect):
     citation = "Hersey: The laws of lubrication of horizontal journal bearings (1914); viscosity-temperature law after Reynolds (1886)"
     where_it_shows = "high speed while the contact is still cold"
     driver = ("v_rel", "T", "sigma_n")
+    needs = ("v_rel",)
     amplitudes = (Amplitude("k_v", "1", "viscous friction at v_0, s_0 and 20 degC", 1, 0.02),)
     shapes = (
         Shape("v_0", "mm/s", "reference speed", 1e-9, 1e5, 500.0, follows="v_rel", span=(1.0, 1.0), points=1),

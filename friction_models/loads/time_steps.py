@@ -24,15 +24,32 @@ def time_steps(loads: TriboLoads, point_starts: Sequence[int] | np.ndarray) -> F
 
 #: A gap of time in a test is a rest when it is so much longer than the sliding, and so long at least [s].
 REST_FACTOR, LEAST_REST = 5.0, 0.1
+#: Steps from which on a test shows how long its points usually take.
+LEAST_STEPS = 3
 
 
 def rests(loads: TriboLoads, dt: FloatArray) -> FloatArray:
     """Return how much of each time step the contact stood still before it slid on [s].
 
     Points stand at equal distances, so a rest shows as time that the distance to the last point at the speed of this
-    one does not need. Points that do not move at all are left as they are: their speed says it.
+    one does not need. Points that do not move at all are left as they are: their speed says it. A rest is an exception:
+    where most points of a test take longer than their speed says, the speed is not theirs (a set value), and only
+    what is still longer counts.
     """
     way = np.diff(loads.sd, prepend=loads.sd[:1])
     sliding = np.maximum(way, 0.0) / np.maximum(loads.v_rel, 1e-9)
     rest = (way > 0.0) & (loads.v_rel > 0.0) & (dt > REST_FACTOR * sliding) & (dt - sliding > LEAST_REST)
+    if rest.any():
+        rest &= dt > REST_FACTOR * _usual(loads, dt, sliding) * sliding
     return np.where(rest, dt - sliding, 0.0)
+
+
+def _usual(loads: TriboLoads, dt: FloatArray, sliding: FloatArray) -> FloatArray:
+    """Return by what factor the quicker points of each test take longer than their speed says, at least 1."""
+    factor = np.ones(len(dt))
+    for part in loads.segments():
+        moved = (sliding[part] > 0.0) & (dt[part] > 0.0)
+        if int(moved.sum()) >= LEAST_STEPS:
+            times = dt[part][moved] / sliding[part][moved]
+            factor[part] = max(float(np.quantile(times, 0.25, method="lower")), 1.0)
+    return factor

@@ -63,7 +63,7 @@ def named_model(name: str, parameters: Iterable[str] = ()) -> Any:
 
 
 def any_model(name: str) -> Any:
-    """Return what `--model` names: a model folder, a friction FMU, a number (constant mu) or a family.
+    """Return what `--model` names: a model folder, a friction FMU, an ONNX file, a number (constant mu) or a family.
 
     Raises
     ------
@@ -75,6 +75,10 @@ def any_model(name: str) -> Any:
         from fmus import FmuModel
 
         return FmuModel(path)
+    if path.suffix == ".onnx":
+        from friction_models.onnx_model import OnnxModel
+
+        return OnnxModel(path)
     if path.is_dir():
         from friction_models import load_model
 
@@ -87,18 +91,21 @@ def any_model(name: str) -> Any:
     if "/" in name or "\\" in name or path.suffix:
         from friction_models.loads import InputError
 
-        raise InputError(f"{name}: no such model; allowed: a model folder, an .fmu file or a model family")
+        raise InputError(
+            f"{name}: no such model; allowed: a model folder, an .fmu or .onnx file or a model family"
+        )
     return named_model(name)
 
 
 def fitted_model(name: str) -> Any:
     """Return the model behind a name, which must be able to predict."""
-    model = any_model(name)
-    if not model.is_fitted:
+    model = None if Path(name).suffix == ".onnx" else any_model(name)
+    if model is None or not model.is_fitted:
         from friction_models.loads import InputError
 
         raise InputError(
-            f"{name}: the name of a family, not a trained model; allowed: a model folder, an .fmu file or a number"
+            f"{name}: {'an ONNX file' if model is None else 'the name of a family, not a trained model'}; "
+            "allowed: a model folder, an .fmu file or a number"
         )
     return model
 

@@ -1,0 +1,104 @@
+"""Metadata of tests as columns of numbers, also where the table of tests is not complete."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ..loads import FloatArray, TriboLoads
+
+#: Share of the tests that may lack a metadata value.
+MOST_EMPTY = 0.5
+#: Columns in which an empty cell says something.
+NOT_METADATA = ("role", "F_r_zero", "F_r_zero_end")
+
+
+def about_table(loads: TriboLoads) -> list[str]:
+    """Return a warning about a table of tests that says nothing about the tests of the points."""
+    table = loads.context
+    if table is None or loads.test_id is None:
+        return []
+    if table.index.name != "test_id" and not table.index.isin(loads.test_id).any():
+        shown = ", ".join(map(str, table.columns[:6]))
+        return [f"the table of tests has no column test_id (it has {shown}): its metadata are not used"]
+    names = np.unique(loads.test_id)
+    known = np.isin(names, table.index.astype(str))
+    if not known.any():
+        return [
+            f"no test of the table of tests is in the data (there {str(table.index[0])!r}, here {names[0]!r}): its metadata are not used"
+        ]
+    return []
+
+
+def _enough(values: pd.Series) -> bool:
+    """Return whether metadata is recorded for most tests, so that the usual value may stand for the others."""
+    return bool(values.isna().mean() <= MOST_EMPTY)
+
+
+def _usual(values: pd.Series) -> Any:
+    """Return the value that stands for tests without one: the median of numbers, the commonest text."""
+    numbers = pd.to_numeric(values, errors="coerce")
+    if bool(numbers[values.notna()].isna().any()):
+        return values.dropna().astype(str).mode().iloc[0]
+    return float(numbers.median())
+
+
+def recorded(loads: TriboLoads, name: str) -> str:
+    """Return what to know of a metadata column: tests without it, and what stands for them; empty where all have it."""
+    table = loads.context
+    if table is None or loads.test_id is None or name not in table.columns:
+        return f"the test table has no {name}"
+    values = table[name].reindex(np.unique(loads.test_id).tolist())
+    without = int(values.isna().sum())
+    if not without:
+        return ""
+    if not _enough(values):
+        return f"{name} is recorded for {len(values) - without} of {len(values)} tests"
+    usual = _usual(values)
+    shown = f"the commonest, {usual!r}" if isinstance(usual, str) else f"the median, {usual:g}"
+    return f"{name} is not recorded for {without} of {len(values)} tests: they count with {shown}"
+
+
+def with_all_metadata(loads: TriboLoads, names: Sequence[str]) -> TriboLoads:
+    """Return the loads with the usual value of metadata for the few tests that lack it, as `diagnose` takes it.
+
+    Parameters
+    ----------
+    loads : TriboLoads
+    names : sequence of str
+        Columns of the table of tests.
+    """
+    table = loads.context
+    if table is None or loads.test_id is None or table.index.name != "test_id":
+        return loads
+    tests = np.unique(loads.test_id)
+    full = table.reindex(table.index.union(pd.Index(tests, name="test_id"), sort=False))
+    for name in dict.fromkeys(names):
+        if (
+            name in table.columns
+            and full[name].reindex(tests).isna().any()
+            and _enough(full[name].reindex(tests))
+        ):
+            full[name] = full[name].fillna(_usual(full[name].reindex(tests)))
+    return replace(loads, context=full)
+
+
+def metadata_columns(loads: TriboLoads) -> dict[str, FloatArray]:
+    """Return metadata as number columns; texts become their place in alphabetical order."""
+    columns: dict[str, FloatArray] = {}
+    if loads.context is None or loads.test_id is None:
+        return columns
+    filled = with_all_metadata(loads, [c for c in loads.context.columns if str(c) not in NOT_METADATA])
+    for name in map(str, loads.context.columns):
+        values = filled.context_column(name)
+        if values is None or bool(pd.isna(values).any()):
+            continue
+        numbers = pd.to_numeric(pd.Series(values), errors="coerce").to_numpy(dtype=float)
+        if np.isnan(numbers).any():
+            numbers = pd.Categorical(pd.Series(values).astype(str)).codes.astype(float)
+        columns[name] = numbers[:, None]
+    return columns

@@ -1,0 +1,59 @@
+"""Whether an effect says everything about itself that the rest relies on; users write effects, too."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .base import Amplitude, Effect, Shape
+
+TEXTS = ("name", "title", "equation", "latex", "citation", "where_it_shows")
+KINDS = ("physics", "system", "fault")
+
+
+def declaration_fault(effect: type[Effect]) -> str | None:
+    """Return what is missing or wrong in the declaration of an effect, None where it is complete.
+
+    Parameters
+    ----------
+    effect : type of Effect
+    """
+    for text in TEXTS:
+        value = getattr(effect, text, None)
+        if not isinstance(value, str) or not value:
+            return f"{text} = {value!r:.40}; allowed: a text"
+    faults = (
+        _tuple_of(effect, "driver", str, least=1),
+        _tuple_of(effect, "amplitudes", Amplitude, least=1),
+        _tuple_of(effect, "shapes", Shape),
+        _tuple_of(effect, "metadata", str),
+        _tuple_of(effect, "metadata_units", str),
+        _tuple_of(effect, "needs", str) if effect.needs is not None else None,
+        _tuple_of(effect, "states", tuple),
+    )
+    fault = next((f for f in faults if f), None)
+    if fault:
+        return fault
+    if effect.kind not in KINDS:
+        return f"kind = {effect.kind!r:.40}; allowed: {', '.join(KINDS)}"
+    if len(effect.metadata) != len(effect.metadata_units):
+        return f"{len(effect.metadata)} metadata and {len(effect.metadata_units)} metadata_units; allowed: one unit each"
+    names = [a.name for a in effect.amplitudes] + [s.name for s in effect.shapes]
+    twice = next((n for n in names if names.count(n) > 1), None)
+    if twice is not None:
+        return f"parameter {twice!r} stands twice; allowed: once"
+    if any(len(s) != 2 or not all(isinstance(part, str) for part in s) for s in effect.states):
+        return f"states = {effect.states!r:.60}; allowed: pairs of name and unit"
+    if effect.basis is Effect.basis:
+        return "basis is not written; allowed: a method that returns one column an amplitude"
+    moves = effect.rate is not Effect.rate or effect.advance is not Effect.advance
+    if effect.states and not moves:
+        return "states without rate or advance; allowed: one of them"
+    return None
+
+
+def _tuple_of(effect: type[Effect], name: str, kind: type, least: int = 0) -> str | None:
+    value: Any = getattr(effect, name, None)
+    if not isinstance(value, tuple) or len(value) < least or not all(isinstance(v, kind) for v in value):
+        some = f"at least {least} " if least else ""
+        return f"{name} = {value!r:.60}; allowed: a tuple of {some}{kind.__name__}"
+    return None

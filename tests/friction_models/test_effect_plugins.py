@@ -1,0 +1,113 @@
+"""Effects that users write: incomplete ones and ones that fail cost a warning, not the diagnosis."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from friction_models import effects
+from friction_models.discovery import diagnose, refine
+from friction_models.effects import CATALOGUE, Amplitude, Effect, Shape, load_catalogue, make_effect
+from friction_models.effects.declaration import declaration_fault
+from friction_models.loads import InputError
+from tests.benchmarks.discovery_campaigns import campaign
+
+
+class Squeal(Effect):
+    """A complete effect; the tests below break it."""
+
+    name = "squeal"
+    title = "a wave along the distance"
+    equation = "mu += c sin(2 pi sd/18)"
+    latex = "c"
+    citation = "none"
+    where_it_shows = "along the distance"
+    driver = ("sd",)
+    amplitudes = (Amplitude("c", "1", "height", 0, 0.01),)
+
+    def basis(self, x: Any, L: Any, p: Any, memory: Any) -> tuple[Any, ...]:
+        return (np.sin(L.sd * 2 * np.pi / 18.0),)
+
+
+class OnlyName(Effect):
+    name = "only_name"
+
+
+class Entry:
+    """Stands for an entry point."""
+
+    name, value = "theirs", "package:Theirs"
+
+    def __init__(self, effect: Any) -> None:
+        self.effect = effect
+
+    def load(self) -> Any:
+        return self.effect
+
+
+def broken(**parts: Any) -> type[Effect]:
+    return type("Broken", (Squeal,), parts)
+
+
+def test_the_catalogue_declares_everything() -> None:
+    assert [declaration_fault(e) for e in CATALOGUE.values()] == [None] * len(CATALOGUE)
+    assert declaration_fault(Squeal) is None
+
+
+@pytest.mark.parametrize(
+    ("effect", "said"),
+    [
+        (OnlyName, "title = None"),
+        (broken(driver=()), "driver"),
+        (broken(driver="sd"), "driver = 'sd'"),
+        (broken(amplitudes=()), "amplitudes"),
+        (broken(shapes=(Shape("c", "1", "m", 0.0, 1.0, 0.5),)), "'c' stands twice"),
+        (broken(kind="magic"), "kind = 'magic'"),
+        (broken(metadata=("Ra",)), "metadata_units"),
+        (broken(states=(("age", "s"),)), "states without rate"),
+        (broken(basis=Effect.basis), "basis is not written"),
+    ],
+)
+def test_an_incomplete_effect_is_left_out_with_a_warning(
+    effect: type[Effect], said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(effects, "entry_points", lambda group: [Entry(effect), Entry(Squeal)])
+    with pytest.warns(UserWarning, match="'theirs'.*is left out: ") as seen:
+        catalogue = load_catalogue()
+    assert said in str(seen[0].message)
+    assert set(catalogue) == set(CATALOGUE) | {"squeal"} and catalogue["squeal"] is Squeal
+    with pytest.raises(InputError, match="allowed"):
+        make_effect(effect)
+
+
+def test_an_effect_that_fails_is_not_tested_and_the_others_are() -> None:
+    points, tests, _ = campaign("wear_out", seed=21, strength=1.2, thin=60, extra=0)
+
+    def fails(*given: Any) -> Any:
+        raise RuntimeError("oops")
+
+    def not_finite(self: Any, x: Any, L: Any, p: Any, memory: Any) -> Any:
+        return (np.full_like(L.sd, np.nan),)
+
+    def wrong_shape(self: Any, x: Any, L: Any, p: Any, memory: Any) -> Any:
+        return (np.ones((3, 7)),)
+
+    theirs = [
+        broken(name="raises", basis=fails)(),
+        broken(name="nan", basis=not_finite)(),
+        broken(name="shape", basis=wrong_shape)(),
+        broken(name="two", basis=lambda *given: (1.0, 2.0))(),
+        broken(name="state", states=(("age", "s"),), advance=fails)(),
+        broken(name="grids", grids=fails)(),
+    ]
+    answer = diagnose(points, tests, catalogue=["wear_out", *theirs])
+    assert answer.effects == ["wear_out"] and [r["effect"] for r in answer.ranking] == ["wear_out"]
+    for effect in theirs:
+        assert any(
+            w.startswith(f"{effect.name} was not tested: effect {effect.name!r}") for w in answer.warnings
+        )
+    assert any("RuntimeError: oops" in w for w in answer.warnings)
+    with pytest.raises(InputError, match="effect 'raises': basis fails"):
+        refine(points, tests, add=[theirs[0]])
