@@ -193,7 +193,8 @@ class _Kept:
         self.name = name
         self.model = model
         # An FMU does that itself; memory needs distance and speed as they are.
-        self.domain = None if _is_fmu(model) or getattr(model, "states", ()) else known_domain(model)
+        left_alone = _is_fmu(model) or bool(getattr(model, "states", None))
+        self.domain = None if left_alone else known_domain(model)
         self.values: FloatArray = np.empty(0)
 
     def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:

@@ -57,7 +57,7 @@ def _lead(tests: TestsComparison | None, forces: ForcesComparison | None) -> str
     if tests is not None:
         parts.append(f"{tests.result.tests} tests, {tests.result.points} points")
     if forces is not None:
-        parts.append(f"{len(forces.names)} press levels")
+        parts.append(f"{len(forces.names)} press level{'s' if len(forces.names) != 1 else ''}")
     return "; ".join(parts) + ". Intervals and probabilities count whole tests and levels, not points."
 
 
