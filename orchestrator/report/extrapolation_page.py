@@ -43,7 +43,7 @@ def extrapolation_page(values: Mapping[str, Any]) -> str:
             "mu",
             "Friction that was reached",
             figure(
-                "mu", _mu(runs), "From the 5th to the 95th percentile of mu in the contact (bar), median (dot) and the extremes (line, cut where it leaves the chart).",
+                "mu", _mu(runs), "From the 5th to the 95th percentile of mu in the contact (bar), median (dot) and the extremes (line); cut where they leave the chart.",
                 "Range of mu in the forming runs by model, training data and rule.",
             ),
         )  # fmt: skip
@@ -169,7 +169,8 @@ def _mu(runs: list[Any]) -> Any:
     dress(chart, 360)
     chart.update_layout(margin_t=66)
     chart.update_xaxes(zeroline=False)
-    top = 1.3 * max(0.1, *(r["mu"]["p95"] for r in runs))
+    # A model that runs away must not flatten all others.
+    top = min(0.3, 1.3 * max(0.1, *(r["mu"]["p95"] for r in runs)))
     chart.update_yaxes(range=[0, top])
     chart.update_yaxes(title_text="mu in the contact", row=1, col=1)
     return chart
