@@ -1,6 +1,6 @@
-"""Contact points that have not touched anything yet: what a friction FMU is fed there.
+"""Contact points without pressure: what a friction FMU is fed there.
 
-A marker before its first contact has no pressure and no sliding velocity. A law such as mu = a p^-n has no value
+A marker before its first contact has neither pressure nor sliding velocity. A law such as mu = a p^-n has no value
 there, although nothing depends on it. Our own FMUs move such loads to the border of their trained domain; others
 get loads that every law answers.
 """

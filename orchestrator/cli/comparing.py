@@ -116,6 +116,9 @@ def _compare_forces(study: PressStudy, ran: PressResults, seed: int) -> ForcesCo
     if study.synthetic:
         say("synthetic press curves")
     say(result.report())
+    lubricants = sorted({level.lubricant for level in study.press.levels})
+    if len(lubricants) > 1:
+        say(f"levels of {', '.join(lubricants)} count together: a model of one lubricant is judged by all")
     return result
 
 
@@ -146,6 +149,8 @@ def _entries(models: list[str], names: Path | None) -> dict[str, Any]:
     for key, entry in read_names(names).items():
         meant = [key] if key in aliases else [n for n, several in aliases.items() if key in several]
         if not meant:
+            if not aliases:
+                raise InputError(f"{names}: there is no FMU among the models; allowed: with one at least")
             known = dict.fromkeys(alias for several in aliases.values() for alias in several)
             raise unknown_name("FMU of --models", key, known, str(names))
         if len(meant) > 1:
