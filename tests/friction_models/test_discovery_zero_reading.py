@@ -19,9 +19,9 @@ def with_reading(hidden: str, newton: float | None) -> Diagnosis:
     points, tests, _ = campaign(hidden, seed=60, strength=2.0, thin=8)
     table = tests.copy()
     if newton is not None:
-        table[AREA], table[AFTER] = AREA_MM2, np.nan
+        table[AREA] = AREA_MM2
         table[BEFORE] = np.random.default_rng(0).normal(0.0, 40.0, len(table))
-        table.loc[0, AFTER] = table.loc[0, BEFORE] + newton
+        table[AFTER] = np.where(np.arange(len(table)) == 0, table[BEFORE] + newton, np.nan)
     return diagnose(points, table)
 
 
@@ -67,7 +67,7 @@ def test_what_a_table_says_about_the_zero() -> None:
     points, tests, _ = campaign("pressure_power", seed=60, strength=2.0, thin=20)
     after = np.where(np.arange(len(tests)) == 0, 950.0, np.nan)
     assert read_zero(prepare(points, tests.assign(**{AFTER: after})), 1e-4) is None  # no area
-    table = tests.assign(**{AFTER: after, AREA: AREA_MM2})
+    table = tests.assign(**{AFTER: after, AREA: np.full(len(tests), AREA_MM2)})
     bare = read_zero(prepare(points, table), 1e-4)
     assert bare is not None and bare.high == pytest.approx(5.0)
     before = np.where(np.arange(len(tests)) == 0, 760.0, 20.0)
