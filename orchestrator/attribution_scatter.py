@@ -61,7 +61,7 @@ class Scatter:
         own = repeats(levels, notes) + waves
         S = own + drifts @ drifts.T
         drift = np.sqrt(np.sum(drifts**2, axis=1))
-        return cls(S, np.linalg.cholesky(S), np.sqrt(np.diag(own)), drift)
+        return cls(S, np.asarray(np.linalg.cholesky(S), dtype=np.float64), np.sqrt(np.diag(own)), drift)
 
     def whitened(self, forces: Sequence[FloatArray]) -> FloatArray:
         """Return the forces of all levels as independent numbers of variance one."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cache
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -188,14 +189,15 @@ def _solved(kind: str, T: float, speed: float, mesh: float, truth: Truth) -> tup
     elif truth.cause == "billet_temperature":
         own["T_billet"] = 20.0 + truth.strength
     elif truth.cause == "heat_transfer":
-        own["htc"] = float(HeatInput.__dataclass_fields__["htc"].default) * (1.0 + truth.strength)
+        own["htc"] = signature(HeatInput).parameters["htc"].default * (1.0 + truth.strength)
     solver = _SOLVERS[kind](speed=speed, T_tool=T, material=steel, mesh_size=_size(kind, mesh), **own)
     effect = HIDDEN.get(truth.cause)
 
     def friction(loads: FloatArray, t: float) -> FloatArray:
         if effect is None:
             return np.full(len(loads), mu)
-        given = LawInput(*loads[:, :5].T, work=np.zeros(len(loads)), context={})
+        v_rel, T, sigma_n, sd, psi = loads[:, :5].T
+        given = LawInput(v_rel, T, sigma_n, sd, psi, np.zeros(len(loads)), {})
         parameters = {**effect.parameters, "A": effect.parameters["A"] * truth.strength}
         return np.asarray(mu + effect.contribution(given, parameters))
 
