@@ -273,7 +273,10 @@ def _data(curves: LearningCurves) -> str:
         for lubricant, f in curves.facts.items()
         for model, c in f["thinning"].items()
     ]
-    return table(heads, rows, numeric=range(1, 9)) + table(
+    shown = table(heads, rows, numeric=range(1, 9))
+    if not thinned:
+        return shown
+    return shown + table(
         ["lubricant", "model", "every point", "thinned"],
         thinned,
         numeric=(2, 3),
@@ -286,11 +289,15 @@ def _how(study: LearningCurveStudy) -> list[str]:
     return [
         f"Each of the {plan.repeats} repeats puts the training tests into a random order; its training set of n tests is the first n. "
         "Models and data collections see the same sets.",
-        f"Time-series models learn from every {plan.thin}th point of a test (neighbours say the same, see the table above); the judge "
-        "has every point.",
+        (
+            "Time-series models learn from every point of a test."
+            if plan.thin == 1
+            else f"Time-series models learn from every {plan.thin}th point of a test (neighbours say the same, see the table above); "
+            "the judge has every point."
+        ),
         "Average-based data has one point a test: means over the distance slid, friction as mean force over mean force.",
         "ffnn: hidden layers and weight decay by grid search with 5-fold cross-validation over whole tests, once for each size "
-        "and data set on thinned series; then one model of four networks for each repeat. Folds, grid and repeats are trained "
+        f"and data set on thinned series (every {plan.thin * plan.search_thin}th point); then one model of four networks for each repeat. Folds, grid and repeats are trained "
         f"together, {plan.steps} steps each whatever the size. gradient_boosting: fewest points a leaf in the same way.",
         "linear, polynomial and power_law have nothing to search and are those of `tribofmu train`.",
         "The curve is the 0.95 percentile over the repeats. The tests needed are where it falls below the limit for good, a power law "

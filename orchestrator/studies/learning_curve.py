@@ -83,8 +83,8 @@ class LearningCurvePlan:
     sizes: tuple[int, ...] = SIZES
     repeats: int = 10
     models: tuple[str, ...] = ADVANCED
-    thin: int = 5
-    search_thin: int = 5
+    thin: int = 1
+    search_thin: int = 25
     steps: int = 3200
     parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     grids: Grids = field(default_factory=lambda: GRIDS)
@@ -97,7 +97,14 @@ class LearningCurvePlan:
     def quick(cls, seed: int = 0) -> LearningCurvePlan:
         """Return a size that only shows the way: fewer tests, three sizes, three repeats, small grids."""
         return cls(
-            sizes=(3, 9, 27), repeats=3, thin=10, steps=600, grids=QUICK_GRIDS, tests=QUICK_PLAN, seed=seed
+            sizes=(3, 9, 27),
+            repeats=3,
+            thin=10,
+            search_thin=5,
+            steps=600,
+            grids=QUICK_GRIDS,
+            tests=QUICK_PLAN,
+            seed=seed,
         )
 
     def to_dict(self) -> dict[str, Any]:

@@ -65,14 +65,14 @@ def facts(
     """Describe the data, and show what it costs to learn from every so many points only.
 
     `inputs`: ``models`` and ``parameters`` (fitted to all training tests with every point and with every
-    ``thin``-th), ``seed``.
+    ``thin``-th, where that is another choice), ``seed``.
     """
     (result,) = needs.values()
     whole, thinned = (Collection.of(result, SERIES, thin) for thin in (1, int(inputs["thin"])))
     judge = whole.judge
     means = judge.groupby("test_id")["mu"].transform("mean")
     costs = {}
-    for name in inputs["models"]:
+    for name in inputs["models"] if int(inputs["thin"]) > 1 else ():
         errors = []
         for data in (whole, thinned):
             model = _model(name, inputs, len(data.training), int(inputs["seed"]))
