@@ -128,7 +128,6 @@ def _again(
             whole = max(_evidence(second).values(), default=0.0)
             leads = _lead(first, hidden, rival), _lead(second, hidden, rival)
             outcome["observed_t"] = separated(*leads, whole).t
-            outcome["growth"] = separated(*leads, whole).noise
         found.append(outcome)
     return found
 
@@ -166,7 +165,7 @@ def summary(results: Sequence[dict[str, Any]]) -> Section:
     promised = [r for r in runs if r["expected_t"] >= ENOUGH]
     for kind in dict.fromkeys(r["protocol"] for r in promised):
         own = [r for r in promised if r["protocol"] == kind]
-        ratio = [r["growth"] / r["expected_t"] for r in own if "growth" in r]
+        ratio = [r["observed_t"] / r["expected_t"] for r in own if "observed_t" in r]
         kinds.rows.append((kind, len(own), *_share(own), f"{np.median(ratio):.2f}" if ratio else ""))
     kinds.rows.append(("all", len(promised), *_share(promised), ""))
     each = Table(
