@@ -34,13 +34,13 @@ def demo(
 
 def report(
     folder: Annotated[
-        Path, typer.Argument(help="Run folder, folder of predicted tests, or folder of the demo.")
+        Path, typer.Argument(help="Run folder, folder of a study, of predicted tests, or of the demo.")
     ],
     out: Annotated[
         Path | None, typer.Option("-o", "--out", help="HTML file (default: report.html in the folder).")
     ] = None,
 ) -> None:
-    """Write a self-contained HTML report (works offline) of a run, of predicted tests or of a demo."""
+    """Write a self-contained HTML report (works offline) of a run, a study, predicted tests or a demo."""
     from ..report import write_report
 
     say(f"report written: {write_report(folder, out)}")

@@ -44,7 +44,7 @@ def test_a_run_report_is_self_contained(tiny: dict[str, Path], tmp_path: Path) -
 
 
 def test_a_folder_that_is_neither_run_nor_demo(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="neither a run folder"):
+    with pytest.raises(InputError, match="neither a folder of a run or a study"):
         write_report(tmp_path)
     (tmp_path / "demo.json").write_text("{}")
     with pytest.raises(InputError, match="not a complete demo folder"):
