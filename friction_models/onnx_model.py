@@ -51,6 +51,8 @@ class OnnxModel:
         No such file, too large, not ONNX, external data, or inputs and outputs of another kind.
     """
 
+    family = "onnx"
+
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
         content = read_onnx(self.path)

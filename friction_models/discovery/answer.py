@@ -18,7 +18,7 @@ from .next_tests import propose
 from .scan import Fit
 from .significance import stays_first
 from .summaries import averages, base_residual, binned_bias, unrecorded_factor, weighted_rms, worst_tests
-from .unseen_loads import doubts
+from .unseen_loads import EITHER, doubts
 from .verdict import LEVEL, Evidence
 from .wording import FEW_TESTS, sentence
 
@@ -65,7 +65,10 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
     named = verdict in NAMED
     names = [f.name for f in chosen] if named else []
     moved = np.sum([found.change(f) for f in chosen], axis=0) if names else np.zeros(len(residual))
-    level = level_of(found, chosen if named else []) if base.fixed else Level()
+    # beside a linear shift of the model there is no level of its own: the shift holds it
+    level = (
+        level_of(found, chosen if named else []) if base.fixed and found.columns.shape[1] == 1 else Level()
+    )
     if level.off and verdict == "nothing_missing":
         judged.verdict = verdict = "unknown_structure"
     # what a model leaves that is fitted as users fit it, or that is taken as it is
@@ -75,6 +78,9 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
     )
     most, doubted = doubts(campaign, verdict, chosen if named else [])
     confidence = min(_confidence(campaign, judged, level), most)
+    factor = unrecorded_factor(campaign, residual - moved)
+    if factor is not None and verdict == "nothing_missing":
+        confidence = min(confidence, EITHER)  # what sets the two groups apart is missing
     where = list(evidence.structure.where) if verdict == "unknown_structure" and evidence.unexplained else []
     warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
     if level.off:
@@ -95,7 +101,7 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
         warnings += inseparable
     return Diagnosis(
         verdict=verdict,
-        sentence=sentence(verdict, base, evidence, chosen, confidence, campaign, where),
+        sentence=sentence(verdict, base, evidence, chosen, confidence, campaign, where, factor),
         effects=names,
         confidence=round(float(confidence), 3),
         confusion_set=evidence.confusion_set if names else [],
@@ -122,7 +128,7 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
         },
         where=where,
         worst_tests=worst_tests(campaign, usual),
-        unrecorded_factor=unrecorded_factor(campaign, residual - moved),
+        unrecorded_factor=factor,
         next_tests=proposals,
         warnings=warnings,
         model=base.name,

@@ -22,8 +22,9 @@ def sentence(
     confidence: float,
     campaign: Campaign,
     where: Sequence[Mapping[str, Any]] = (),
+    factor: Mapping[str, Any] | None = None,
 ) -> str:
-    """Return the verdict as a user reads it; `where` holds the structure that is left."""
+    """Return the verdict as a user reads it; `where` holds the structure that is left, `factor` two groups of tests."""
     model = f"the {base.name} model"
     sure = f"(confidence {confidence:.2f}"
     if not evidence.found.floor.known:
@@ -59,4 +60,9 @@ def sentence(
         if evidence.found.floor.known:
             short = "hardly show the scatter between tests: 10 would be better"
         return f"nothing can be seen to be missing from {model}, but {some} {short} (confidence {confidence:.2f})."
+    if factor is not None:
+        return (
+            f"no effect in the catalogue is missing from {model}, but the tests fall into two groups {factor['gap']:.4f} apart "
+            f"({len(factor['group'])} and {factor['others']} tests): a factor that is not recorded may set them apart {sure}."
+        )
     return f"nothing is missing from {model}: its residual is at the noise floor {sure}."

@@ -166,3 +166,12 @@ def test_a_model_with_an_effect_of_another_package_says_so() -> None:
         InputError, match=r"effect 'squeal' is not in the catalogue.*entry point tribofmu\.effects"
     ):
         type(model).from_parts(content, arrays)
+
+
+def test_two_groups_of_tests_are_in_the_sentence() -> None:
+    points, tests, _ = campaign(None, seed=22, thin=30, extra=0)
+    high = points["test_id"].isin(tests["test_id"].sample(30, random_state=0))
+    answer = diagnose(points.assign(mu=points["mu"] + 0.04 * high))
+    assert answer.unrecorded_factor is not None and answer.verdict == "nothing_missing"
+    assert answer.confidence <= 0.5
+    assert "two groups 0.04" in answer.sentence and "(30 and 51 tests)" in answer.sentence
