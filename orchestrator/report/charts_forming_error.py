@@ -46,7 +46,7 @@ def error_bars(errors: FormingErrors, quantity: str, measure: str) -> Any:
     names = [group_title(*group).replace(", ", "<br>") for group in groups(errors)]
     shade = colours(errors)
     for friction in errors.frictions:
-        values, bars = [], []
+        values, bars = list[float | None](), list[float]()
         for lubricant, process in groups(errors):
             found = errors.summary(friction.label, lubricant, process)
             level = getattr(found, quantity) if found is not None else None
@@ -54,7 +54,11 @@ def error_bars(errors: FormingErrors, quantity: str, measure: str) -> Any:
             bars.append(0.0 if level is None else 100 * getattr(level, f"{measure}_std"))
         chart.add_bar(
             x=names, y=values, name=friction.label, marker={"color": shade[friction.label]},
-            error_y={"type": "data", "array": bars, "color": INK, "thickness": 1.1, "width": 3},
+            # No bar of an error reaches below zero, which an error cannot be.
+            error_y={
+                "type": "data", "array": bars, "arrayminus": [min(b, v or 0.0) for b, v in zip(bars, values)],
+                "symmetric": False, "color": INK, "thickness": 1.1, "width": 3,
+            },
             hovertemplate=f"{friction.label} %{{y:.1f}} %<extra></extra>",
         )  # fmt: skip
     dress(chart, 380)
@@ -88,7 +92,7 @@ def level_map(errors: FormingErrors, quantity: str) -> Any:
         cells = [[signed.get((lubricant, process, law, r.level)) for r in levels] for law in laws]
         chart.add_heatmap(
             x=[f"{r.T_tool:g} °C<br>{r.speed:g}" for r in levels], y=laws, z=cells,
-            text=[["" if c is None else f"{c:+.0f}" for c in row] for row in cells], texttemplate="%{text}",
+            text=[["" if c is None else f"{c:+.1f}".replace("-0.0", "0.0") for c in row] for row in cells], texttemplate="%{text}",
             textfont={"size": 11}, zmin=-top, zmax=top, colorscale=_SIGNED, showscale=False, xgap=1, ygap=1,
             hovertemplate="%{y}, %{x}: %{z:+.1f} %<extra></extra>",
             row=k // columns + 1, col=k % columns + 1,
@@ -118,10 +122,14 @@ def absolute_bars(errors: FormingErrors, quantity: str) -> Any:
                 for r in errors.of_group(friction.label, lubricant, process)
             }
             there = [level for level in names if level in runs]
+            scatter = [runs[level].ae_std for level in there]
             chart.add_bar(
                 x=[names[level] for level in there], y=[runs[level].ae for level in there], name=friction.label,
                 legendgroup=friction.label, showlegend=row == 1, marker_color=shade[friction.label], row=row, col=1,
-                error_y={"type": "data", "array": [runs[level].ae_std for level in there], "color": INK, "thickness": 0.9, "width": 2},
+                error_y={
+                    "type": "data", "array": scatter, "arrayminus": [min(s, runs[level].ae) for s, level in zip(scatter, there)],
+                    "symmetric": False, "color": INK, "thickness": 0.9, "width": 2,
+                },
                 hovertemplate=f"{friction.label} %{{y:.2f}}<extra></extra>",
             )  # fmt: skip
     dress(chart, 90 + 230 * len(parts))

@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..campaign_store import JobResult
-from ..studies import forming_error_files
 from ..studies.forming_error import FormingErrorStudy
 from ..studies.forming_error_result import TAU_OVER_K, FormingErrors, held_out
-from ..studies.forming_error_rows import Change
+from ..studies.forming_error_words import beside_paper, differs, findings, headline, percent
 from .charts_forming_error import (
     absolute_bars,
     error_bars,
@@ -23,13 +22,6 @@ from .charts_measurements import parity_chart
 from .markup import bullets, escape, paragraph, table
 from .page import Page, figure
 
-#: Change of the error of the maximum force, and of its standard deviation, against constant friction.
-PAPER_CHANGES = {"ffnn": (-0.58, -0.71), "polynomial": (-0.52, -0.84), "linear": (-0.52, -0.68)}
-#: MARE of the maximum force with constant friction and its standard deviation, each with its uncertainty.
-PAPER_CONSTANT = "13 ± 4 %", "19 ± 20 %"
-#: Run time added by friction.
-PAPER_TIMES = {"linear": "+18 %", "polynomial": "+18 %", "ffnn": "+61 %"}
-
 
 def forming_error_page(
     study: FormingErrorStudy,
@@ -38,7 +30,7 @@ def forming_error_page(
     results: Mapping[str, JobResult],
 ) -> str:
     """Return the HTML of the study; `results` hold models and measurements, where they are there."""
-    page = Page(_headline(errors), "tribofmu study forming-error", _lead(study, errors), errors.synthetic)
+    page = Page(headline(errors), "tribofmu study forming-error", _lead(study, errors), errors.synthetic)
     shown = figures(
         ("force over stroke, measured and simulated", "Force over stroke"),
         ("absolute errors by level", "Level by level, in kN and J"),
@@ -49,7 +41,14 @@ def forming_error_page(
         ("run time of the friction models", "Run time of friction"),
         ("predicted against measured mu", "Models and where they were asked"),
     )
-    page.add("paper", "Beside the paper", _beside_paper(errors), bullets(_differs(study, errors)), shown)
+    page.add("findings", "Findings", bullets(findings(errors)))
+    page.add(
+        "paper",
+        "Beside the paper",
+        table(["quantity", "paper", "here"], beside_paper(errors), numeric=(1, 2)),
+        bullets(differs(study, errors)),
+        shown,
+    )
     page.add("mare", "Error of the maximum force", *_bars(errors, "max_force", "maximum force"))
     page.add("work", "Error of the forming work", *_bars(errors, "work", "forming work"))
     page.add("levels", "Level by level", *_maps(errors))
@@ -72,29 +71,6 @@ def forming_error_page(
     )
 
 
-def percent(value: float, std: float) -> str:
-    """Return a share and its uncertainty in percent."""
-    return forming_error_files.percent(value, std).replace("+-", "±")
-
-
-def _headline(errors: FormingErrors) -> str:
-    changes = [c for c in errors.changes() if not c.constant] or errors.changes()
-    if not changes:
-        return "Forming error of friction models"
-    best = min(changes, key=lambda c: c.mare)
-    parts = [_against(best, best.constant or "the mean of all constants")]
-    # The mean hides how good the better constant is by itself.
-    alone = [c for c in errors.changes() if c.constant and c.friction == best.friction]
-    if not best.constant and alone:
-        hardest = max(alone, key=lambda c: c.mare)
-        parts.append(_against(hardest, f"{hardest.constant} alone"))
-    return f"Error of the maximum force: {best.friction} is {', '.join(parts)}"
-
-
-def _against(change: Change, what: str) -> str:
-    return f"{abs(100 * change.mare):.0f} % {'below' if change.mare < 0 else 'above'} {what}"
-
-
 def figures(*rows: tuple[str, str]) -> str:
     """Return the table of what the paper's figures show and where it is in a report."""
     return table(
@@ -114,74 +90,6 @@ def _lead(study: FormingErrorStudy, errors: FormingErrors) -> str:
         f"({lubricants}; forward rod extrusion and backward cup extrusion, tool temperature by speed), each against "
         f"{repeats} strokes of the press. Friction comes from an FMU in every run, one increment behind the forming FMU.{missing}"
     )
-
-
-def _beside_paper(errors: FormingErrors) -> str:
-    rows: list[tuple[str, str, str]] = []
-    constants = [f.label for f in errors.frictions if f.constant]
-    for label in constants:
-        summary = errors.summary(label)
-        if summary is not None:
-            force = summary.max_force
-            rows.append(
-                (
-                    f"MARE of the maximum force, {label}",
-                    PAPER_CONSTANT[0],
-                    percent(force.mare, force.mare_std),
-                )
-            )
-            rows.append((f"its standard deviation over the levels, {label}", PAPER_CONSTANT[1], percent(force.spread, force.spread_std)))  # fmt: skip
-    for change in errors.changes():
-        single = bool(change.constant) and len(constants) > 1
-        paper = PAPER_CHANGES.get(change.friction)
-        against = f"against {change.constant}" if change.constant else "against the mean of both constants"
-        for name, number, ours in (
-            ("MARE", 0, _change(change.mare, change.mare_std)),
-            ("standard deviation", 1, _change(change.spread, change.spread_std)),
-        ):
-            said = "not named" if paper is None else f"{100 * paper[number]:+.0f} %"
-            if single:
-                said = "not by constant"
-            rows.append((f"{change.friction}: change of the {name} {against}", said, ours))
-    for friction in errors.frictions:
-        summary = errors.summary(friction.label)
-        if summary is not None and not friction.constant:
-            said = PAPER_TIMES.get(friction.label, "not named")
-            rows.append(
-                (
-                    f"{friction.label}: run time added by friction",
-                    said,
-                    f"+{100 * summary.friction_share:.2f} %",
-                )
-            )
-    highest = max((r.tau_over_k for r in errors.runs), default=0.0)
-    rows.append(("highest friction stress over shear yield stress", "below 60 %", f"{100 * highest:.0f} %"))
-    return table(["quantity", "paper", "here"], rows, numeric=(1, 2))
-
-
-def _change(value: float | None, std: float | None) -> str:
-    if value is None or std is None:
-        return "-"
-    return f"{100 * value:+.0f} ± {100 * std:.0f} %"
-
-
-def _differs(study: FormingErrorStudy, errors: FormingErrors) -> list[str]:
-    """What is not as in the paper."""
-    points = []
-    if study.virtual:
-        points += [
-            "Measurements are those of a virtual laboratory with laws of its own for the two lubricants, so the size of an error says "
-            "how well a model follows those laws, not the paper's lubricants.",
-            "The virtual press forms with the same solver at a finer mesh, other flow stress, heat transfer and give of the press; solver "
-            "errors that press and simulation share do not show.",
-        ]
-    points += [
-        "The paper's dies, press curves and factor levels are not at hand: geometry is a declared choice, and of the nine levels only "
-        "20, 50 and 100 °C and 5 mm/s are the paper's.",
-        "The paper names linear, polynomial and ffnn; the other two families here are our choice.",
-        "Simulations are axisymmetric with 2D elements; the paper's are of other size, so shares of the run time compare only roughly.",
-    ]
-    return points
 
 
 def _bars(errors: FormingErrors, quantity: str, words: str) -> list[str]:
@@ -210,10 +118,11 @@ def _summary_table(errors: FormingErrors, quantity: str) -> str:
             else "all"
         )
         rows.append(
-            (where, summary.friction, level.levels, percent(level.mare, level.mare_std), percent(level.spread, level.spread_std),
+            (where, summary.friction, summary.levels, percent(level.mare, level.mare_std),
+             percent(level.spread, level.spread_std) if level.levels > 1 else "-",
              percent(summary.work.mare, summary.work.mare_std))
         )  # fmt: skip
-    headings = ["levels of", "friction", "number", "MARE", "standard deviation", "MARE of the work"]
+    headings = ["of", "friction", "over", "MARE", "standard deviation", "MARE of the work"]
     return f"<details><summary>All numbers</summary>{table(headings, rows, numeric=(2, 3, 4, 5))}</details>"
 
 
@@ -328,7 +237,13 @@ def _how(study: FormingErrorStudy, manifest: Mapping[str, Any]) -> str:
         if study.virtual
         else "the user's tests and press curves"
     )
-    strokes = ", ".join(f"{name} {stroke:g} mm" for name, stroke in plan.strokes.items())
+    travel: dict[str, list[float]] = {}
+    for item in study.levels:
+        travel.setdefault(item.level.process, []).append(item.level.stroke)
+    strokes = ", ".join(
+        f"{name} {' to '.join(dict.fromkeys(f'{s:g}' for s in (min(all_), max(all_))))} mm"
+        for name, all_ in travel.items()
+    )
     return bullets(
         [
             f"Measurements: {source}.",

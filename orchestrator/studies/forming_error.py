@@ -214,7 +214,10 @@ class FormingErrorStudy:
             }
             for item in self.levels
         ]
-        return {**self.plan.to_dict(), "synthetic": self.synthetic(results), "levels": levels}
+        plan = self.plan.to_dict()
+        if not self.virtual:  # what only the virtual laboratory has
+            plan = {k: v for k, v in plan.items() if k not in ("tests", "repeats", "strokes_mm")}
+        return {**plan, "synthetic": self.synthetic(results), "levels": levels}
 
 
 def run_name(item: StudyLevel, friction: Friction) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 
 from friction_models.loads import atomic_path, write_json, write_text
 
+from ..metrics import LevelSummary
 from .forming_error_result import FormingErrors
 
 #: Processes as readers know them.
@@ -41,7 +42,7 @@ def table(errors: FormingErrors) -> str:
         this = (s.lubricant or "all lubricants", PROCESS_TITLES.get(s.process or "", "all processes"))
         if this != group:
             group = this
-            head = f"{this[1]}, {this[0]} ({s.max_force.levels} levels)"
+            head = f"{this[1]}, {this[0]} ({s.levels})"
             lines += [
                 "",
                 head,
@@ -49,7 +50,7 @@ def table(errors: FormingErrors) -> str:
             ]
         cells = [
             percent(s.max_force.mare, s.max_force.mare_std),
-            percent(s.max_force.spread, s.max_force.spread_std),
+            spread(s.max_force),
             percent(s.work.mare, s.work.mare_std),
         ]
         lines.append(
@@ -58,8 +59,16 @@ def table(errors: FormingErrors) -> str:
             + f"{s.tau_over_k:8.2f}{100 * s.friction_share:13.2f} %"
         )
     if errors.missing:
-        lines += ["", f"{errors.missing} runs are missing; see failed.json"]
+        lines += [
+            "",
+            f"{errors.missing} runs are missing, see failed.json; errors are over levels that all laws have",
+        ]
     return "\n".join(lines)
+
+
+def spread(summary: LevelSummary) -> str:
+    """Return the standard deviation over levels in percent; a single level has none."""
+    return percent(summary.spread, summary.spread_std) if summary.levels > 1 else "-"
 
 
 def percent(value: float, std: float) -> str:

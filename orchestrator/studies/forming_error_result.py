@@ -37,6 +37,8 @@ class FormingErrors:
         Pairs of level and friction that were run and measured.
     missing : int
         Pairs without a result.
+    planned : tuple of (str, str, str)
+        Lubricant, process and name of every level of the study, with results or without.
     models : tuple of dict
         Trained models: lubricant, family, mae_test, points, tests.
     """
@@ -45,6 +47,7 @@ class FormingErrors:
     frictions: tuple[Friction, ...]
     runs: tuple[RunError, ...]
     missing: int
+    planned: tuple[tuple[str, str, str], ...]
     models: tuple[dict[str, Any], ...]
 
     @classmethod
@@ -85,7 +88,8 @@ class FormingErrors:
             for family in study.plan.models
             if (found := results.get(model_name(lubricant, family))) is not None
         ]
-        return cls(study.synthetic(results), study.frictions, tuple(runs), missing, tuple(models))
+        planned = tuple((item.lubricant, item.level.process, item.level.name) for item in study.levels)
+        return cls(study.synthetic(results), study.frictions, tuple(runs), missing, planned, tuple(models))
 
     def of_group(
         self, friction: str, lubricant: str | None = ALL, process: str | None = ALL
@@ -109,20 +113,39 @@ class FormingErrors:
         """Processes in their order."""
         return list(dict.fromkeys(run.process for run in self.runs))
 
+    def common(self, lubricant: str | None = ALL, process: str | None = ALL) -> set[tuple[str, str]]:
+        """Return lubricant and name of the levels of a group that every friction law with a run in the group has.
+
+        Where runs are missing, laws are compared over these only: a law without its worst level would look better.
+        """
+        sets = [
+            {(run.lubricant, run.level) for run in runs}
+            for friction in self.frictions
+            if (runs := self.of_group(friction.label, lubricant, process))
+        ]
+        return set.intersection(*sets) if sets else set()
+
     def summary(
         self, friction: str, lubricant: str | None = ALL, process: str | None = ALL
     ) -> Summary | None:
-        """Sum up a friction law over a group of levels; None where nothing was run."""
+        """Sum up a friction law over the `common` levels of a group; None where there is none.
+
+        tau/k and run times are those of all its runs.
+        """
+        common = self.common(lubricant, process)
         runs = self.of_group(friction, lubricant, process)
-        if not runs:
+        judged = [run for run in runs if (run.lubricant, run.level) in common]
+        if not judged:
             return None
         shares = [run.friction_share for run in runs]
+        planned = [p for p in self.planned if lubricant in (ALL, p[0]) and process in (ALL, p[1])]
         return Summary(
             lubricant,
             process,
             friction,
-            LevelSummary.of([run.force.max_force for run in runs]),
-            LevelSummary.of([run.force.work for run in runs]),
+            len(planned),
+            LevelSummary.of([run.force.max_force for run in judged]),
+            LevelSummary.of([run.force.work for run in judged]),
             max(run.tau_over_k for run in runs),
             float(np.mean(shares)),
             max(shares),
@@ -183,6 +206,7 @@ class FormingErrors:
             "synthetic": self.synthetic,
             "frictions": [f.label for f in self.frictions],
             "missing_runs": self.missing,
+            "levels": len(self.planned),
             "models": list(self.models),
             "summaries": [s.to_dict() for s in self.summaries()],
             "changes": [c.to_dict() for c in self.changes()],

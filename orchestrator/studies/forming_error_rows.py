@@ -78,16 +78,24 @@ class RunError:
 
 @dataclass(frozen=True)
 class Summary:
-    """One friction law over all levels of a group."""
+    """One friction law over the levels of a group; of `planned` levels those that every friction law has."""
 
     lubricant: str | None
     process: str | None
     friction: str
+    planned: int
     max_force: LevelSummary
     work: LevelSummary
     tau_over_k: float
     friction_share: float
     friction_share_max: float
+
+    @property
+    def levels(self) -> str:
+        """Number of levels in words: ``"9 levels"``, or ``"8 of 9 levels"`` where runs are missing."""
+        count = self.max_force.levels
+        few = "" if count == self.planned else f"{count} of "
+        return f"{few}{self.planned} level{'s' if self.planned != 1 else ''}"
 
     def to_dict(self) -> dict[str, Any]:
         """Return one row of numbers."""
@@ -95,6 +103,7 @@ class Summary:
             "lubricant": self.lubricant or "all",
             "process": self.process or "all",
             "friction": self.friction,
+            "levels_planned": self.planned,
             **{f"max_force_{k}": v for k, v in self.max_force.to_dict().items()},
             **{f"work_{k}": v for k, v in self.work.to_dict().items() if k != "levels"},
             "max_tau_over_k": self.tau_over_k,

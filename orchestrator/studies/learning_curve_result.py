@@ -250,11 +250,11 @@ class LearningCurves:
                 if series is None or average is None or series.sizes != average.sizes:
                     continue
                 limit = accuracy or above * min(series.lowest[0], average.lowest[0])
-                shares = share_fewer(series.sizes, series.parts, average.parts, limit)
+                fewer, more = share_fewer(series.sizes, series.parts, average.parts, limit)
                 own = needed_with_interval(average.sizes, average.averages, limit)
                 needed = series.needed(limit), average.needed(limit), own
                 judged = len(series.sizes) > 1 and series.parts.shape[2] >= FEWEST
-                found.append(Comparison(lubricant, model, limit, *needed, *shares, judged))
+                found.append(Comparison(lubricant, model, limit, *needed, fewer, more, judged))
         return found
 
     def to_dict(self) -> dict[str, Any]:

@@ -169,7 +169,17 @@ def test_missing_runs_and_the_page(study: FormingErrorStudy) -> None:
     del results[lost]
     errors = FormingErrors.of(study, results)
     assert errors.missing == 1
-    assert "1 runs are missing" in table(errors)
+    text = table(errors)
+    assert (
+        "1 runs are missing" in text
+        and "(1 of 2 levels)" in text
+        and "all lubricants (7 of 8 levels)" in text
+    )
+    # No law looks better because the level of another is missing: all are judged over the same ones.
+    whole = FormingErrors.of(study, made_up_results(study))
+    assert {s.max_force.levels for s in whole.summaries()} == {2, 8}
+    assert {s.max_force.levels for s in errors.summaries()} == {1, 2, 7}
+    assert len({s.levels for s in errors.summaries() if (s.lubricant, s.process) == ("oil", "fre")}) == 1
     manifest = {
         "versions": {"tribofmu": "0", "python": "3"},
         "jobs": {},
@@ -183,6 +193,9 @@ def test_missing_runs_and_the_page(study: FormingErrorStudy) -> None:
         "+18 %",
         "8 of 31 runs reach 60 % or more somewhere (constant 0.08)",
         "1 pairs have no result",
+        "levels that any of them lacks are left out",
+        "25 % in forward rod extrusion and 25 % in backward cup extrusion have loads outside the trained domain",
+        "polynomial (11.9 %) are no better than constant 0.04 (10.0 %)",
         "every run is below 1 %",
     ):
         assert text in page
@@ -265,7 +278,7 @@ def test_the_command_on_data_of_ones_own(
     assert run([*words, "--dry-run"]) == 0
     assert "5 jobs: 0 kept, 5 to do" in capsys.readouterr().out
     assert run(words) == 0
-    assert "backward cup extrusion, oil (1 levels)" in capsys.readouterr().out
+    assert "backward cup extrusion, oil (1 level)" in capsys.readouterr().out
     content = json.loads((out / "forming-error.json").read_text(encoding="utf-8"))
     rows = list(csv.DictReader((out / "runs.csv").open(encoding="utf-8")))
     assert len(rows) == len(content["runs"]) == 2
