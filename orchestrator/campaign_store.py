@@ -15,7 +15,9 @@ from typing import Any
 
 from friction_models.loads import InputError, write_json
 
-#: Every result folder holds this file; its presence says that the result is complete.
+from .fmu_files import file_hash
+
+#: Every result folder holds this file, which names all others with their hashes.
 RESULT = "result.json"
 #: A larger result is none: the largest of the studies here take 4 MB.
 MAX_BYTES = 64_000_000
@@ -89,18 +91,22 @@ class Store:
         self.folder = folder.resolve()
 
     def load(self, key: str, name: str) -> JobResult | None:
-        """Return the kept result of a key under a job's name; None where there is none that can be read."""
+        """Return the kept result of a key under a job's name; None where there is none, or not all of it as it was."""
         place = self.folder / key
         try:
             content = read_object(place / RESULT, MAX_BYTES)
             values, seconds = dict(content["values"]), float(content["seconds"])
-        except (InputError, ValueError, KeyError, TypeError):
+            if not _whole(place, dict(content.get("files", {}))):
+                return None
+        except (InputError, OSError, ValueError, KeyError, TypeError):
             return None
         return JobResult(name, values, place, seconds)
 
     def keep(self, key: str, work: Path, content: dict[str, Any]) -> None:
         """Put the folder `work` in its place as the result of a key; one that is there already stays."""
-        write_json(work / RESULT, content)
+        files = {p.relative_to(work).as_posix(): p for p in sorted(work.rglob("*")) if p.is_file()}
+        hashes = {name: [p.stat().st_size, file_hash(p)] for name, p in files.items()}
+        write_json(work / RESULT, {**content, "files": hashes})
         place = self.folder / key
         if place.exists() and self.load(key, "") is None:
             shutil.rmtree(place)  # damaged
@@ -134,9 +140,21 @@ class Store:
             try:
                 yield work
             finally:
-                shutil.rmtree(work, ignore_errors=True)
+                for left in self.folder.glob(f"{work.name}*"):
+                    shutil.rmtree(left, ignore_errors=True)
         finally:
             os.close(lock)
+
+
+def _whole(place: Path, files: dict[str, Any]) -> bool:
+    """Return whether the files of a result are what they were: a power cut, or a full disk, may have cut them short."""
+    for name, (size, sha256) in files.items():
+        file = (place / name).resolve()
+        if not (file.is_relative_to(place) and file.is_file() and file.stat().st_size == size):
+            return False
+        if file_hash(file) != sha256:
+            return False
+    return True
 
 
 def _locked(handle: int) -> bool:

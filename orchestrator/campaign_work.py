@@ -36,7 +36,7 @@ class Order:
     needs : dict of str to str
         Names and hashes of the jobs whose results it gets.
     store, work : str
-        Folder of the results, and of work in hand.
+        Folder of the results, and one in it that is there while the campaign runs.
     code : tuple of str
         Packages whose sources count.
     stamp : dict
@@ -105,7 +105,8 @@ def _do(order: Order) -> None:
             )
         needs[name] = result
     files = {name: Path(path) for name, path in order.files.items()}
-    work = Path(tempfile.mkdtemp(prefix=f"{order.key[:12]}-", dir=order.work))
+    # Beside the place of the result, so that relative paths in its files hold after the renaming.
+    work = Path(tempfile.mkdtemp(prefix=f"{Path(order.work).name}-{order.key[:12]}-", dir=store.folder))
     work.chmod(0o755)
     function = resolve(order.function)
     with _alone():

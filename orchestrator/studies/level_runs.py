@@ -177,6 +177,7 @@ def run_level(
     values = summary(run)
     if inputs["keep"] != "run":
         shutil.rmtree(folder / RUN)
+        forming_file(inputs, folder).unlink()
     return values
 
 
@@ -188,8 +189,13 @@ def friction_file(files: Mapping[str, Path], needs: Mapping[str, JobResult]) -> 
     return result.file("fmu")
 
 
+def forming_file(inputs: Mapping[str, Any], folder: Path) -> Path:
+    """Return where the forming FMU of a run lies: beside the run folder, so that it can be simulated again."""
+    return folder / f"{inputs['level']['process']}.fmu"
+
+
 def simulate_level(inputs: Mapping[str, Any], friction: Path, folder: Path) -> Run:
-    """Form the level of `inputs` (see `level_job`) into a run folder and return the run.
+    """Form the level of `inputs` (see `level_job`) into a run folder, with the forming FMU beside it; return the run.
 
     Raises
     ------
@@ -204,7 +210,7 @@ def simulate_level(inputs: Mapping[str, Any], friction: Path, folder: Path) -> R
     from ..processes import extrusion_system
 
     level = Level(**inputs["level"])
-    forming = folder.parent / f"{level.process}.fmu"
+    forming = forming_file(inputs, folder.parent)
     pack_forming(forming, process=level.process, **level.numbers)
     label = str(inputs.get("label", ""))
     system = extrusion_system(
@@ -221,11 +227,8 @@ def simulate_level(inputs: Mapping[str, Any], friction: Path, folder: Path) -> R
     )
     if not _has(describe(friction), "domain_distance"):
         system.record = [name for name in system.record or [] if name != "friction.domain_distance"]
-    try:
-        tolerance = float(inputs.get("tolerance", TOLERANCE))
-        return Master(system, mode=str(inputs["mode"]), tolerance=tolerance).run(folder)
-    finally:
-        forming.unlink()
+    tolerance = float(inputs.get("tolerance", TOLERANCE))
+    return Master(system, mode=str(inputs["mode"]), tolerance=tolerance).run(folder)
 
 
 def summary(run: Run) -> dict[str, Any]:

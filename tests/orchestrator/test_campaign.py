@@ -16,6 +16,7 @@ import pytest
 
 from friction_models.loads import InputError
 from orchestrator.campaign import Campaign, Job, JobResult
+from orchestrator.campaign_keys import path_digest
 from orchestrator.errors import SimulationError
 
 HERE = "tests.orchestrator.campaign_jobs"
@@ -82,6 +83,24 @@ def test_results_are_kept_and_only_what_changed_is_computed(tmp_path: Path) -> N
     damaged = results["other"].folder / "result.json"
     damaged.write_text("{", encoding="utf-8")
     assert totals(campaign(1).run(jobs=1))["other"] == first["other"]
+
+    second = totals(campaign(1).run(jobs=1))
+    for spoil in (
+        lambda file: file.write_bytes(file.read_bytes()[:60]),
+        lambda file: file.write_bytes(bytes(file.stat().st_size)),  # as long as it was, and empty
+        lambda file: file.unlink(),
+    ):
+        drawn = results["other"].folder / "drawn.npy"
+        whole = drawn.read_bytes()
+        spoil(drawn)
+        assert campaign(1).dry_run().to_do == 1
+        assert totals(campaign(1).run(jobs=1)) == second
+        assert drawn.read_bytes() == whole
+    # A list of files that leads out of the folder makes no result.
+    content = json.loads(damaged.read_text(encoding="utf-8"))
+    content["files"] = {"../../../data.txt": [3, path_digest(data)]}
+    damaged.write_text(json.dumps(content), encoding="utf-8")
+    assert campaign(1).dry_run().to_do == 1
 
 
 def test_a_failed_job_is_reported_and_stops_only_what_needs_it(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from forming.press import PressCurves, PressLevel
-from orchestrator import Run
+from orchestrator import Run, System
 from orchestrator.press_study import PressStudy
 
 
@@ -36,4 +36,11 @@ def test_rods_and_cups_in_one_folder(tmp_path: Path) -> None:
     found = json.loads((tmp_path / "runs" / "runs.json").read_text(encoding="utf-8"))
     run = Run.load(tmp_path / "runs" / found["bce, low"])
     assert run.synthetic and run.name == "bce_5mms_20C, low"
+    # The run can be simulated again from where it lies.
+    system = System.load(tmp_path / "runs" / found["bce, low"] / "system.yaml")
+    assert {system.fmu_path(name).resolve().name for name in system.components} == {
+        "friction-1.fmu",
+        "bce.fmu",
+    }
+    assert all(system.fmu_path(name).is_file() for name in system.components)
     assert run.force_curve().force.max() == pytest.approx(run["forming.force"].max())
