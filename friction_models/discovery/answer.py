@@ -134,6 +134,7 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
         model=base.name,
         bias=binned_bias(campaign, usual, usual - moved if names else None),
         parameters={f.name: _parameters(f) for f in chosen} if named else {},
+        named={f.name: f.prepared.candidate.effect for f in chosen} if named else {},
         threshold=float(np.quantile(found.null, 1.0 - LEVEL)),
         averages=averages(campaign, usual, usual - moved, chosen if names else ()),
     )

@@ -7,6 +7,8 @@ from typing import Any
 
 import pandas as pd
 
+from ..effects.base import Effect
+
 VERDICTS = ("explained", "ambiguous", "unknown_structure", "nothing_missing", "data_problem", "out_of_domain")
 
 
@@ -51,6 +53,8 @@ class Diagnosis:
         effects are named also ``after`` and ``after_interval`` with them.
     parameters : dict
         Fitted parameters of the effects named, with units.
+    named : dict of str to Effect
+        The effects named, also those that a user handed over.
     synthetic : bool
         Whether the data says of itself that it is synthetic (``data.attrs["synthetic"]``).
     threshold : float
@@ -77,6 +81,7 @@ class Diagnosis:
     model: str = ""
     bias: list[dict[str, Any]] = field(default_factory=list)
     parameters: dict[str, dict[str, Any]] = field(default_factory=dict)
+    named: dict[str, Effect] = field(default_factory=dict, repr=False)
     synthetic: bool = False
     threshold: float = float("nan")
     averages: pd.DataFrame = field(default_factory=pd.DataFrame, repr=False)

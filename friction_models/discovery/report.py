@@ -151,9 +151,10 @@ def _worst(d: Diagnosis) -> list[str]:
 
 def _response(d: Diagnosis) -> list[str]:
     lines: list[str] = []
-    for effect, entry in d.parameters.items():
+    for name, entry in d.parameters.items():
+        effect = d.named[name]
         told, values = meanings(effect), entry["values"]
-        lines.append(f"{effect}: {entry['equation']}")
+        lines.append(f"{name}: {entry['equation']}")
         lines.append("  " + ", ".join(f"{k} = {_with(v)}" for k, v in values.items()))
         numbers = {k: float(v["value"]) for k, v in values.items()}
         for driver in told["driver"]:

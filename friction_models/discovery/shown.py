@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..effects import make_effect
-from ..effects.base import Memory
-from ..loads import LOADS, FloatArray, InputError
+from ..effects.base import Effect, Memory
+from ..loads import LOADS, FloatArray
 from ..ops import LoadColumns
 from .candidates import OPS
 from .diagnosis import Diagnosis
@@ -96,14 +95,13 @@ def load_map(averages: pd.DataFrame, cells: int = 10, pair: tuple[str, str] | No
 
 
 def effect_curve(
-    name: str, values: Mapping[str, float], averages: pd.DataFrame, driver: str
+    effect: Effect, values: Mapping[str, float], averages: pd.DataFrame, driver: str
 ) -> tuple[FloatArray, FloatArray] | None:
     """Return an effect's share of mu over one load, the others at their median; None for effects with memory.
 
     Parameters
     ----------
-    name : str
-        Effect of the catalogue.
+    effect : Effect
     values : mapping
         Its amplitudes and shape parameters.
     averages : pandas.DataFrame
@@ -114,12 +112,8 @@ def effect_curve(
     Returns
     -------
     tuple of ndarray, shape (n,)
-        Load and share of mu; None where the effect remembers, needs metadata, or is not in the catalogue.
+        Load and share of mu; None where the effect remembers or needs metadata.
     """
-    try:
-        effect = make_effect(name)
-    except InputError:
-        return None  # a user's effect that was handed over as an object
     if effect.states or effect.metadata or driver not in averages.columns or driver not in _names():
         return None
     low, high = averages[driver].min(), averages[driver].max()
@@ -148,12 +142,8 @@ def _names() -> tuple[str, ...]:
     return tuple(q.name for q in LOADS)
 
 
-def meanings(name: str) -> dict[str, Any]:
+def meanings(effect: Effect) -> dict[str, Any]:
     """Return what an effect says of itself: ``title``, ``where``, ``citation``, ``driver``, meaning by parameter."""
-    try:
-        effect = make_effect(name)
-    except InputError:
-        return {"title": name, "where": "", "citation": "", "driver": (), "parameters": {}}
     return {
         "title": effect.title,
         "where": effect.where_it_shows,

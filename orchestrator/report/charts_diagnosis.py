@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
-from friction_models.discovery.shown import LoadMap, effect_curve, meanings, with_unit
+from friction_models.discovery import Diagnosis
+from friction_models.discovery.shown import LoadMap, effect_curve, with_unit
 
+from .markup import escape
 from .theme import AFTER, CONSTANT, dress
 
 #: From too much friction in the model (blue) over nothing to too little (red); safe for colour-blind readers.
@@ -47,11 +48,14 @@ def map_chart(found: LoadMap, parts: Sequence[tuple[str, str]]) -> Any:
     return chart
 
 
-def effect_chart(averages: pd.DataFrame, parameters: Mapping[str, Mapping[str, Any]]) -> Any:
+def effect_chart(found: Diagnosis) -> Any:
     """Return the share of mu of each effect over each of its drivers: dots in the tests, a line by its formula."""
     from plotly.subplots import make_subplots
 
-    panels = [(name, d) for name in parameters for d in meanings(name)["driver"] if d in averages.columns]
+    averages, parameters = found.averages, found.parameters
+    panels = [
+        (name, d) for name, effect in found.named.items() for d in effect.driver if d in averages.columns
+    ]
     if not panels:
         return None
     chart = make_subplots(rows=1, cols=len(panels), horizontal_spacing=0.3 / (len(panels) + 2))
@@ -62,15 +66,15 @@ def effect_chart(averages: pd.DataFrame, parameters: Mapping[str, Mapping[str, A
         chart.add_scatter(
             x=averages[driver][::step], y=averages[f"effect {name}"][::step], mode="markers", name="in the tests",
             marker={"size": 4, "color": CONSTANT, "opacity": 0.5}, legendgroup="dots", showlegend=column == 1,
-            row=1, col=column, hovertemplate=f"{driver} %{{x:.4g}}<br>%{{y:+.4f}}<extra>{name}</extra>",
+            row=1, col=column, hovertemplate=f"{driver} %{{x:.4g}}<br>%{{y:+.4f}}<extra>{escape(name)}</extra>",
         )  # fmt: skip
-        curve = effect_curve(name, values, averages, driver)
+        curve = effect_curve(found.named[name], values, averages, driver)
         if curve is not None:
             chart.add_scatter(
                 x=curve[0], y=curve[1], mode="lines", name="by its formula, other loads at their median",
                 line={"color": AFTER, "width": 2.6}, legendgroup="line", showlegend=column == 1, row=1, col=column,
-                hovertemplate=f"{driver} %{{x:.4g}}<br>%{{y:+.4f}}<extra>{name}</extra>",
+                hovertemplate=f"{driver} %{{x:.4g}}<br>%{{y:+.4f}}<extra>{escape(name)}</extra>",
             )  # fmt: skip
         chart.update_xaxes(title_text=label, row=1, col=column)
-        chart.update_yaxes(title_text=f"{name}: share of mu", row=1, col=column)
+        chart.update_yaxes(title_text=f"{escape(name)}: share of mu", row=1, col=column)
     return dress(chart, 330)

@@ -146,7 +146,7 @@ def _worst(found: Diagnosis, averages: pd.DataFrame, predicted: Mapping[str, Any
 
 def _response(found: Diagnosis) -> str:
     parts = []
-    chart = effect_chart(found.averages, found.parameters)
+    chart = effect_chart(found)
     if chart is not None:
         parts.append(
             figure(
@@ -158,7 +158,7 @@ def _response(found: Diagnosis) -> str:
             )
         )
     for name, entry in found.parameters.items():
-        told = meanings(name)
+        told = meanings(found.named[name])
         title = f"{name}: {told['title']}" if told["title"] != name else name
         parts.append(f"<h3>{escape(title)}</h3><p><code>{escape(entry['equation'])}</code></p>")
         rows = [

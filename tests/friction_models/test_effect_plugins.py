@@ -12,6 +12,7 @@ from friction_models.discovery import diagnose, refine
 from friction_models.effects import CATALOGUE, Amplitude, Effect, Shape, load_catalogue, make_effect
 from friction_models.effects.declaration import declaration_fault
 from friction_models.loads import InputError
+from orchestrator.report.diagnosis_page import diagnosis_page
 from tests.benchmarks.discovery_campaigns import campaign
 
 
@@ -111,3 +112,13 @@ def test_an_effect_that_fails_is_not_tested_and_the_others_are() -> None:
     assert any("RuntimeError: oops" in w for w in answer.warnings)
     with pytest.raises(InputError, match="effect 'raises': basis fails"):
         refine(points, tests, add=[theirs[0]])
+
+
+def test_an_effect_handed_over_is_shown_like_those_of_the_catalogue() -> None:
+    points, tests, _ = campaign(None, seed=22, thin=60, extra=0)
+    waves = points.assign(mu=points["mu"] + 0.01 * np.sin(points["sd"] * 2 * np.pi / 18.0))
+    answer = diagnose(waves, tests, catalogue=["wear_out", Squeal()])
+    assert answer.effects == ["squeal"]
+    assert "share of mu" in answer.report()
+    page = diagnosis_page(answer, "linear")
+    assert "Source: none" in page and "squeal: share of mu" in page
