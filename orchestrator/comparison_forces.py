@@ -32,6 +32,8 @@ class ForcesComparison:
     synthetic : bool
     failed : sequence of FailedRun
         Runs without a result; their models are not compared.
+    lubricants : sequence of str
+        Of the levels.
     """
 
     results: Sequence[LevelsComparison]
@@ -39,6 +41,7 @@ class ForcesComparison:
     names: Sequence[str]
     synthetic: bool = False
     failed: Sequence[FailedRun] = ()
+    lubricants: Sequence[str] = ()
 
     @classmethod
     def of(
@@ -48,6 +51,7 @@ class ForcesComparison:
         synthetic: bool = False,
         seed: int = 0,
         failed: Sequence[FailedRun] = (),
+        lubricants: Sequence[str] = (),
     ) -> ForcesComparison:
         """Order models that ran on the same levels."""
         orders = {}
@@ -64,7 +68,7 @@ class ForcesComparison:
                 {r.label: d for r, d in zip(results, draws)},
                 len(names),
             )
-        return cls(results, orders, list(names), synthetic, failed)
+        return cls(results, orders, list(names), synthetic, failed, list(lubricants))
 
     def to_dict(self) -> dict[str, Any]:
         """Return JSON-able data: the models' numbers, and the orders."""
@@ -74,11 +78,18 @@ class ForcesComparison:
             "ranking": self.orders["max_force"].names,
             "orders": {quantity: order.to_dict() for quantity, order in self.orders.items()},
             "levels": list(self.names),
+            "lubricants": list(self.lubricants),
+            "remarks": self.remarks(),
             "failed": [run.to_dict() for run in self.failed],
         }
 
-    def missing(self) -> list[str]:
-        """Return a sentence for each model that is not compared."""
+    def remarks(self) -> list[str]:
+        """Return a sentence for levels of several lubricants, and for each model that is not compared."""
+        several = len(self.lubricants) > 1
+        mixed = f"levels of {', '.join(self.lubricants)} count together: a model of one lubricant is judged by all"
+        return [*([mixed] if several else []), *self._missing()]
+
+    def _missing(self) -> list[str]:
         found: dict[str, list[FailedRun]] = {}
         for run in self.failed:
             found.setdefault(run.model, []).append(run)
@@ -94,5 +105,5 @@ class ForcesComparison:
             shown = ", ".join(f"{n} ({100 * order.best[n]:.0f} %)" for n in order.names)
             lines.append(f"by {QUANTITIES[quantity]}, probability of being the best: {shown}")
             lines += order.sentences("levels")
-        lines += self.missing()
+        lines += self.remarks()
         return "\n".join(lines)

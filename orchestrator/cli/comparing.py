@@ -112,13 +112,11 @@ def _compare_forces(study: PressStudy, ran: PressResults, seed: int) -> ForcesCo
     if not ran.models:
         return None
     levels = [Path(level.file).stem for level in study.press.levels]
-    result = ForcesComparison.of(ran.models, levels, study.synthetic, seed, ran.failed)
+    lubricants = sorted({level.lubricant for level in study.press.levels})
+    result = ForcesComparison.of(ran.models, levels, study.synthetic, seed, ran.failed, lubricants)
     if study.synthetic:
         say("synthetic press curves")
     say(result.report())
-    lubricants = sorted({level.lubricant for level in study.press.levels})
-    if len(lubricants) > 1:
-        say(f"levels of {', '.join(lubricants)} count together: a model of one lubricant is judged by all")
     return result
 
 
@@ -172,6 +170,7 @@ def _label(name: str, names: list[str]) -> str:
 
 def add_commands(app: typer.Typer) -> None:
     """Register the command of this file."""
-    app.command(epilog="Example: tribofmu compare --models models/linear models/ffnn 0.08 --data data")(
-        compare
-    )
+    app.command(
+        epilog="Examples: tribofmu compare --models models/linear models/ffnn 0.08 --data data; with an FMU of others, formed at every "
+        "level of a press: tribofmu compare --models models/linear supplier.fmu --names names.yaml --press press"
+    )(compare)

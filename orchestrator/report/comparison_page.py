@@ -130,7 +130,7 @@ def _add_forces(page: Page, c: ForcesComparison) -> None:
             ["model", "MARE max force [%]", "over levels [%]", "MARE work [%]", "over levels [%]", "best by force [%]", "best by work [%]"],
             rows, numeric=range(1, 7), caption="MARE: mean absolute relative error over the levels, +- from the scatter of the repeats.",
         ),
-        bullets(c.missing()),
+        bullets(c.remarks()),
         *(_order_html(order, "levels", f"MARE of the {QUANTITIES[q]}") for q, order in c.orders.items()),
     )  # fmt: skip
     page.add(

@@ -124,6 +124,16 @@ def forces(levels: int, shares: dict[str, float]) -> ForcesComparison:
     return ForcesComparison.of(results, names, synthetic=True)
 
 
+def test_levels_of_several_lubricants_are_said() -> None:
+    one = forces(7, {"a": 1.0, "b": 1.1})
+    assert one.remarks() == [] and "count together" not in comparison_page(None, one)
+    both = replace(one, lubricants=["mos2", "polymer"])
+    said = "levels of mos2, polymer count together"
+    assert said in both.report() and said in comparison_page(None, both)
+    content = both.to_dict()
+    assert content["lubricants"] == ["mos2", "polymer"] and said in content["remarks"][0]
+
+
 def test_order_on_press_levels_knows_the_scatter_of_the_repeats() -> None:
     c = forces(9, {"good": 1.0, "alike": 1.0005, "bad": 1.08})
     assert c.orders["max_force"].names[-1] == "bad" and c.orders["work"].best["bad"] == 0.0
