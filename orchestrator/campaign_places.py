@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from abc import ABC, abstractmethod
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
@@ -115,6 +116,8 @@ class Cluster(Place):
             raise InputError(
                 f"--scheduler {address}: not an address; allowed: tcp://HOST:PORT of a dask scheduler"
             )
+        # What goes wrong is said in one sentence, not by tracebacks of the package beside it.
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)
         try:
             self._client: Any = Client(address, timeout="10s")
         except (OSError, ValueError, TimeoutError) as error:

@@ -101,7 +101,7 @@ def _form(study: PressStudy, models: list[str], entries: dict[str, Any], runs: P
         foreign = foreign_names(name, entries.get(name)) if Path(name).suffix == ".fmu" else None
         if foreign is not None:
             called[label] = foreign.to_dict()
-    with progress("runs") as tick:
+    with progress("runs", says_time=True) as tick:
         return study.compare(named, runs, progress=tick, names=called)
 
 

@@ -31,8 +31,8 @@ def keeping(what: Callable[[], str]) -> Iterator[None]:
 
 
 @contextmanager
-def progress(title: str) -> Iterator[Tick]:
-    """Show a progress bar on stderr (plain lines where stderr is no terminal)."""
+def progress(title: str, says_time: bool = False) -> Iterator[Tick]:
+    """Show a progress bar on stderr (plain lines where stderr is no terminal); `says_time`: its texts hold the time left."""
     if not sys.stderr.isatty():
         with _plain(title) as tick:
             yield tick
@@ -45,7 +45,7 @@ def progress(title: str) -> Iterator[Tick]:
         BarColumn(),
         TextColumn("{task.completed:.0f}/{task.total:.0f}"),
         TimeElapsedColumn(),
-        TimeRemainingColumn(),
+        *([] if says_time else [TimeRemainingColumn()]),
         TextColumn("[dim]{task.fields[what]}"),
         console=Console(stderr=True),
     )

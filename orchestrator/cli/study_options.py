@@ -57,7 +57,7 @@ def run_campaign(
     def kept() -> str:
         return f"the finished jobs are kept in {campaign.folder}; the same command goes on from there"
 
-    with keeping(kept), progress(title) as tick:
+    with keeping(kept), progress(title, says_time=True) as tick:
         results = campaign.run(jobs, scheduler, tick)
     for failure in list(campaign.failed.values())[:SHOWN]:
         typer.echo(f"failed: {failure.job.name}: {failure.error}", err=True)

@@ -14,6 +14,7 @@ def add_commands(app: typer.Typer) -> None:
         help="The paper's studies: resumable, on all cores or on a cluster.",
         no_args_is_help=True,
         rich_markup_mode="rich",
+        epilog="Example: tribofmu study learning-curve --quick -o studies/learning-curve",
     )
     for module in (study_learning, study_forming, study_coupling):
         module.add_commands(studies)

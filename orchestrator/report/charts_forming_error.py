@@ -142,8 +142,8 @@ def absolute_bars(errors: FormingErrors, quantity: str) -> Any:
 _SIGNED = [[0.0, "#3b7fb5"], [0.5, "#ffffff"], [1.0, "#d9772f"]]
 
 
-def force_charts(errors: FormingErrors, lubricant: str, process: str) -> Any:
-    """Return force over stroke of every friction law against the press, a panel a level."""
+def force_charts(errors: FormingErrors, lubricant: str, process: str, difference: bool = False) -> Any:
+    """Return force over stroke of every friction law and of the press, a panel a level; or what differs from the press."""
     from plotly.subplots import make_subplots
 
     levels = _levels(errors, lubricant, process)
@@ -161,7 +161,8 @@ def force_charts(errors: FormingErrors, lubricant: str, process: str) -> Any:
         at = _thin(len(press.stroke))
         x = press.stroke[at].round(2)
         quiet = {"mode": "lines", "line": {"width": 0}, "hoverinfo": "skip", "showlegend": False}
-        low, high = press.measured - press.measured_std, press.measured + press.measured_std
+        middle = press.measured * (not difference)
+        low, high = middle - press.measured_std, middle + press.measured_std
         chart.add_scatter(x=x, y=low[at].round(2), legendgroup="press", **quiet, **place)
         chart.add_scatter(
             x=x,
@@ -173,28 +174,29 @@ def force_charts(errors: FormingErrors, lubricant: str, process: str) -> Any:
             **place,
         )
         chart.add_scatter(
-            x=x, y=press.measured[at].round(2), name="press, mean and scatter", legendgroup="press", showlegend=k == 0,
+            x=x, y=middle[at].round(2), name="press, mean and scatter", legendgroup="press", showlegend=k == 0,
             mode="lines", line={"color": PRESS, "width": 2.4}, hovertemplate="press %{y:.0f} kN<extra></extra>", **place,
         )  # fmt: skip
         for friction in errors.frictions:
             for run in errors.of_group(friction.label, lubricant, process):
                 if run.level == shown.level:
                     at = _thin(len(run.force.stroke))
+                    force = run.force.simulated - run.force.measured * difference
                     line = {
                         "color": shade[friction.label],
                         "width": 1.4,
                         "dash": "dash" if friction.constant else "solid",
                     }
                     chart.add_scatter(
-                        x=run.force.stroke[at].round(2), y=run.force.simulated[at].round(2), name=friction.label,
+                        x=run.force.stroke[at].round(2), y=force[at].round(2), name=friction.label,
                         legendgroup=friction.label, showlegend=k == 0, mode="lines", line=line,
                         hovertemplate=f"{friction.label} %{{y:.0f}} kN<extra></extra>", **place,
                     )  # fmt: skip
     dress(chart, 100 + 215 * rows)
     chart.update_layout(margin_t=76)
     chart.update_xaxes(title_text="stroke [mm]", row=rows)
-    chart.update_yaxes(rangemode="tozero")
-    chart.update_yaxes(title_text="force [kN]", col=1)
+    chart.update_yaxes(rangemode="normal" if difference else "tozero")
+    chart.update_yaxes(title_text="difference [kN]" if difference else "force [kN]", col=1)
     return chart
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..runs import versions
 from .markup import bullets, escape, paragraph, table
-from .page import Page, figure
+from .page import Page, figure, footer
 from .palette import COLORS, looks
 from .theme import dress
 
@@ -58,7 +58,12 @@ def extrapolation_page(values: Mapping[str, Any]) -> str:
         if r["failed"]
     ]
     page.add("failed", "Runs that broke off", bullets(failed) if failed else paragraph("None."))
-    return page.render(f"tribofmu {escape(versions()['tribofmu'])}")
+    origin = (
+        "The friction models learned from synthetic measurements."
+        if values["synthetic"]
+        else "The friction models learned from the user's measurements."
+    )
+    return page.render(footer(versions(), origin))
 
 
 def _title(values: Mapping[str, Any]) -> str:

@@ -20,7 +20,7 @@ from .charts_forming_error import (
 )
 from .charts_measurements import parity_chart
 from .markup import bullets, escape, paragraph, table
-from .page import Page, figure
+from .page import Page, figure, footer
 
 
 def forming_error_page(
@@ -58,7 +58,6 @@ def forming_error_page(
     page.add("tau", "Friction stress and shear yield stress", *_tau(errors))
     page.add("models", "Models and where they were asked", *_models(study, errors, results))
     page.add("how", "How it was computed", _how(study, manifest))
-    versions = manifest["versions"]
     origin = "Tests and press curves are the user's."
     if study.virtual:
         origin = (
@@ -66,9 +65,7 @@ def forming_error_page(
         )
     elif errors.synthetic:
         origin += " They say of themselves that they are synthetic, in part or all."
-    return page.render(
-        f"tribofmu {escape(versions['tribofmu'])}, Python {escape(versions['python'])}. {origin}"
-    )
+    return page.render(footer(manifest["versions"], origin))
 
 
 def figures(*rows: tuple[str, str]) -> str:
@@ -148,7 +145,13 @@ def _curves(errors: FormingErrors) -> list[str]:
             f"{title[0].upper()}{title[1:]}: mean of the press with one standard deviation, constant friction dashed.",
             f"Force over stroke at every level, {title}",
         )
-        parts.append(f"<h3>{escape(title)}</h3>{chart}")
+        apart = figure(
+            f"difference-{lubricant}-{process}",
+            force_charts(errors, lubricant, process, difference=True),
+            "Simulated minus the mean of the press.",
+            f"Difference of the force from the press over stroke at every level, {title}",
+        )
+        parts.append(f"<h3>{escape(title)}</h3>{chart}{apart}")
     return parts
 
 

@@ -15,7 +15,7 @@ from ..studies.measurements import data_name, load_measurements
 from .charts_measurements import load_space_chart, series_chart
 from .forming_error_page import figures
 from .markup import bullets, escape, paragraph, table
-from .page import Page, figure
+from .page import Page, figure, footer
 from .palette import looks
 from .theme import CONSTANT, SOFT, dress
 
@@ -88,7 +88,6 @@ def learning_curve_page(
     )
     page.add("data", "Data", _data(curves))
     page.add("how", "How it was computed", bullets(_how(study)), _search(curves))
-    versions = manifest["versions"]
     if curves.virtual:
         origin = (
             "Every measurement in this report is synthetic: made by the virtual laboratory, not measured."
@@ -97,9 +96,7 @@ def learning_curve_page(
         origin = "The data is the user's and says of itself that it is synthetic."
     else:
         origin = "The measurements are the user's."
-    return page.render(
-        f"tribofmu {escape(versions['tribofmu'])}, Python {escape(versions['python'])}. {origin}"
-    )
+    return page.render(footer(manifest["versions"], origin))
 
 
 def _lead(curves: LearningCurves) -> str:

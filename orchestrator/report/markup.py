@@ -6,6 +6,9 @@ import html
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+#: Tables of this many columns are set smaller, with headings of several lines, so that they fit the page.
+WIDE = 8
+
 
 def escape(text: object) -> str:
     """Return `text` safe for HTML content and attributes."""
@@ -36,7 +39,7 @@ def table(
         )
         lines.append(f"<tr{kind}>{cells}</tr>")
     title = f"<caption>{escape(caption)}</caption>" if caption else ""
-    kind = ' class="narrow"' if narrow else ""
+    kind = ' class="narrow"' if narrow else ' class="wide"' if len(headings) >= WIDE else ""
     return f'<div class="scroll"><table{kind}>{title}<thead><tr>{head}</tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.resources import files
 from typing import Any
@@ -71,6 +72,11 @@ class Page:
 </body>
 </html>
 """
+
+
+def footer(versions: Mapping[str, str], origin: str) -> str:
+    """Return the foot of a study's page: versions, and where the measurements come from."""
+    return f"tribofmu {escape(versions['tribofmu'])}, Python {escape(versions['python'])}. {escape(origin)}"
 
 
 def figure(name: str, chart: Any, caption: str, description: str) -> str:

@@ -200,7 +200,7 @@ def test_missing_runs_and_the_page(study: FormingErrorStudy) -> None:
     ):
         assert text in page
     assert "synthetic data" not in page
-    assert page.count("<figure>") == 6 + 4 + 2 + 2
+    assert page.count("<figure>") == 6 + 2 * 4 + 2 + 2
 
 
 def test_the_plan_of_the_paper() -> None:
