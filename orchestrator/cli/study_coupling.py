@@ -30,10 +30,15 @@ Data = Annotated[
 ]
 Model = Annotated[
     list[str] | None,
-    typer.Option("--model", help="Family of friction models; repeatable. Default: those of the study."),
+    typer.Option(
+        "--model",
+        help="Family of friction models: linear, polynomial, power_law, gradient_boosting or ffnn; repeatable. Default: "
+        "those of the study.",
+    ),
 ]
 Process = Annotated[
-    list[str] | None, typer.Option("--process", help="Forming process; repeatable. Default: fre and bce.")
+    list[str] | None,
+    typer.Option("--process", help="Forming process, fre or bce; repeatable. Default: both."),
 ]
 Stroke = Annotated[
     float | None,

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from friction_models.loads import InputError, unknown_name
 
 from ..errors import SimulationError
-from .level_runs import RUN, SECONDS_A_MM, Level, friction_file, simulate_level, summary
+from .level_runs import RUN, SECONDS_A_MM, Level, friction_file, level_inputs, simulate_level, summary
 from .models import ADVANCED
 
 if TYPE_CHECKING:
@@ -54,14 +53,7 @@ def coupled_job(
     """
     from ..campaign import Job
 
-    inputs = {
-        "level": asdict(level) | {"parameters": dict(level.parameters)},
-        "mode": mode,
-        "step": step,
-        "start": dict(start or {}),
-        "label": label,
-        "tolerance": TOLERANCE,
-    }
+    inputs = level_inputs(level, mode, step, start) | {"label": label, "tolerance": TOLERANCE}
     # The cost by millimetre is that of steps of 0.1 mm; the solver makes small ones of its own within a long one.
     cost = SECONDS_A_MM.get(level.process, 0.25) * level.stroke * max(0.5, min(2.0, 0.1 / step))
     return Job(

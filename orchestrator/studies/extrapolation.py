@@ -9,22 +9,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-import numpy as np
-import numpy.typing as npt
+from typing import TYPE_CHECKING, Any
 
 from friction_models.domain import Domain
-from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, InputError
+from friction_models.loads import LOADS, FloatArray, InputError
 
+from .contact import Contact, exceedance, reference_areas, spread
 from .coupled import check_names, chosen_level, coupled_job, run_of
 from .measurements import FULL_PLAN, QUICK_PLAN, data_jobs, data_name
 from .models import ADVANCED, load_data, model_job
 
 if TYPE_CHECKING:
     from ..campaign import Job, JobResult
-    from ..runs import Run
-    from .level_runs import Level
 
 DATA_KINDS = ("all", "reduced")
 #: Value of the FMU's parameter ``clamp_to_domain``.
@@ -202,66 +198,6 @@ def reduce(
     }
 
 
-def reference_areas(level: Level) -> FloatArray:
-    """Return the area that every marker stands for on the undeformed billet [mm2], in the order of the run.
-
-    It reaches half way to the neighbouring markers and all around the axis (2 pi r ds). Markers are dense where the
-    tools work on the billet, so these areas differ by a factor of a hundred and more. Times its surface expansion,
-    which the solver takes over the same neighbours, it is the area that a marker stands for now.
-    """
-    from forming.processes import PROCESSES
-
-    solver: Any = PROCESSES[level.process]
-    process = solver(**level.numbers)
-    process.start()
-    between = process.simulation.state.markers.reference_area
-    return np.asarray(0.5 * np.concatenate([between[:1], between[:-1] + between[1:], between[-1:]]))
-
-
-class Contact(NamedTuple):
-    """Every marker in contact at every step of a run, n in all.
-
-    Attributes
-    ----------
-    loads : ndarray, shape (n, 5)
-    mu : ndarray, shape (n,)
-        The answer of the friction model to them.
-    area : ndarray, shape (n,)
-        Area that the marker stands for [mm2]. Steps take the same time, so its sums are shares of contact and time.
-    work : ndarray, shape (n,)
-        Friction work on that area during the step [J].
-    """
-
-    loads: FloatArray
-    mu: FloatArray
-    area: FloatArray
-    work: FloatArray
-
-    def share(self, where: npt.NDArray[np.bool_]) -> dict[str, float]:
-        """Return the share of contact area and of friction work that a mask picks."""
-        total = float(self.work.sum())
-        return {
-            "share": float(self.area[where].sum() / self.area.sum()),
-            "work": float(self.work[where].sum()) / total if total > 0.0 else 0.0,
-        }
-
-    @classmethod
-    def of(cls, run: Run, areas: FloatArray) -> Contact:
-        """Return the contact of a run whose markers stand for `reference_areas` on the undeformed billet."""
-        table = [np.atleast_2d(run[f"forming.{name}"].T).T for name in LOAD_NAMES]
-        answer = np.atleast_2d(run["friction.mu"].T).T
-        # What a step publishes is answered by the mu of the next one; the last row has no answer.
-        touching = (np.atleast_2d(run["forming.active"].T).T > 0.5)[:-1]
-        loads = np.column_stack([column[:-1][touching] for column in table])
-        mu = answer[1:][touching]
-        first, seconds = (
-            np.broadcast_to(a, touching.shape)[touching] for a in (areas, np.diff(run.time)[:, None])
-        )
-        v_rel, _, sigma_n, _, psi = loads.T
-        area = first * psi
-        return cls(loads, mu, area, 1e-3 * mu * sigma_n * v_rel * area * seconds)
-
-
 def _numbers(result: JobResult | None, domain: Domain, areas: FloatArray) -> dict[str, Any]:
     if result is None:
         return {"failed": "not run"}
@@ -287,47 +223,13 @@ def _numbers(result: JobResult | None, domain: Domain, areas: FloatArray) -> dic
         "friction_work_J": float(contact.work.sum()),
         "outside": outside["share"],
         "outside_work": outside["work"],
-        "distance": _spread(distance[beyond], contact.area[beyond]),
-        "mu": {"low": float(contact.mu.min()), **_spread(contact.mu, contact.area)},
+        "distance": spread(distance[beyond], contact.area[beyond]),
+        "mu": {"low": float(contact.mu.min()), **spread(contact.mu, contact.area)},
         "mu_zero": contact.share(contact.mu <= 0.0)["share"],
-        "loads": [_exceedance(k, contact, domain) for k in range(len(LOADS))],
+        "loads": [exceedance(k, contact, domain) for k in range(len(LOADS))],
     }
     row["mu"]["high"] = row["mu"].pop("largest")
     return row
-
-
-def _exceedance(k: int, contact: Contact, domain: Domain) -> dict[str, Any]:
-    """Return how much of the contact exceeds the trained range of one load, and by how much."""
-    low, high, scale = domain.lower[k], domain.upper[k], float(domain.scale[k])
-    values = contact.loads[:, k]
-    sides = {}
-    for name, over in (("below", low - values), ("above", values - high)):
-        out = over > 0.0
-        spread = _spread(over[out], contact.area[out])
-        sides[name] = {
-            **contact.share(out),
-            "median": spread["median"],
-            "largest": spread["largest"],
-            "median_ranges": spread["median"] / scale,
-        }
-    return {
-        "load": LOAD_NAMES[k],
-        "unit": LOADS[k].unit,
-        "trained": [low, high],
-        "reached": [float(values.min()), float(values.max())],
-        **sides,
-    }
-
-
-def _spread(values: FloatArray, area: FloatArray) -> dict[str, float]:
-    """Return percentiles over the contact area, and the largest value."""
-    if not len(values):
-        return {"p5": 0.0, "median": 0.0, "p95": 0.0, "largest": 0.0}
-    order = np.argsort(values)
-    below = np.cumsum(area[order])
-    places = np.searchsorted(below, np.array([0.05, 0.5, 0.95]) * below[-1])
-    p5, median, p95 = values[order][np.minimum(places, len(values) - 1)].tolist()
-    return {"p5": p5, "median": median, "p95": p95, "largest": float(values.max())}
 
 
 def _pairs(runs: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

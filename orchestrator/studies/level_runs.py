@@ -75,9 +75,11 @@ class Level:
         if "T_billet_degC" in info:
             values["T_billet"] = info["T_billet_degC"]
         whole = cls(level.process, level.T_tool, level.speed, 0.0, values)
-        return cls(
-            level.process, level.T_tool, level.speed, min(stroke, recorded, whole.farthest(step)), values
-        )
+        try:
+            farthest = whole.farthest(step)
+        except InputError as error:
+            raise InputError(f"press level {level.file}: {error}") from None
+        return cls(level.process, level.T_tool, level.speed, min(stroke, recorded, farthest), values)
 
     @property
     def name(self) -> str:
@@ -142,13 +144,7 @@ def level_job(
     from ..campaign import Job
     from ..processes import STEP
 
-    inputs = {
-        "level": asdict(level) | {"parameters": dict(level.parameters)},
-        "mode": mode,
-        "step": STEP if step is None else step,
-        "start": dict(start or {}),
-        "keep": keep,
-    }
+    inputs = level_inputs(level, mode, STEP if step is None else step, start) | {"keep": keep}
     if tolerance is not None:
         inputs["tolerance"] = tolerance
     if names is not None:
@@ -159,6 +155,16 @@ def level_job(
     needs = (friction,) if isinstance(friction, str) else ()
     seconds = 1.0 + SECONDS_A_MM.get(level.process, 0.25) * level.stroke
     return Job(name, f"{__name__}:run_level", inputs, files, needs, seconds)
+
+
+def level_inputs(level: Level, mode: str, step: float, start: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return what every job that forms a level gets: level, mode, step [mm] and start values of the friction FMU."""
+    return {
+        "level": asdict(level) | {"parameters": dict(level.parameters)},
+        "mode": mode,
+        "step": step,
+        "start": dict(start or {}),
+    }
 
 
 def run_level(

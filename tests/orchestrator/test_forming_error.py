@@ -311,5 +311,6 @@ def test_a_level_goes_as_far_as_record_and_process_allow() -> None:
         ({"process": {"mesh_size": "fine"}}, "mesh_size"),
         ({"T_billet_degC": "cold"}, "T_billet"),
     ):
-        with pytest.raises(InputError, match=words):
+        with pytest.raises(InputError, match=words) as refused:
             Level.of(record, info, 20.0, 0.1)
+        assert isinstance(info.get("process"), list) or str(refused.value).startswith("press level x.csv: ")

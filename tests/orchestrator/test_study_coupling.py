@@ -288,6 +288,9 @@ def test_a_model_is_trained_on_some_tests_and_packed(tmp_path: Path, monkeypatch
 
 def test_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name in ("lag", "extrapolation"):
+        assert command(["study", name, "--help"]) == 0
+        said = capsys.readouterr().out
+        assert all(family in said for family in models.ADVANCED)
         assert command(["study", name, "--quick", "--dry-run", "-o", str(tmp_path / name)]) == 0
         assert "jobs" in capsys.readouterr().out
     assert command(["study", "lag", "--dry-run", "--process", "fra", "-o", str(tmp_path / "x")]) == 2

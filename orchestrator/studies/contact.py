@@ -1,0 +1,109 @@
+"""The contact of a forming run, marker by marker: areas, friction work, and how much of it exceeds a trained domain."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from friction_models.domain import Domain
+from friction_models.loads import LOAD_NAMES, LOADS, FloatArray
+
+if TYPE_CHECKING:
+    from ..runs import Run
+    from .level_runs import Level
+
+
+def reference_areas(level: Level) -> FloatArray:
+    """Return the area that every marker stands for on the undeformed billet [mm2], in the order of the run.
+
+    It reaches half way to the neighbouring markers and all around the axis (2 pi r ds). Markers are dense where the
+    tools work on the billet, so these areas differ by a factor of a hundred and more. Times its surface expansion,
+    which the solver takes over the same neighbours, it is the area that a marker stands for now.
+    """
+    from forming.processes import PROCESSES
+
+    solver: Any = PROCESSES[level.process]
+    process = solver(**level.numbers)
+    process.start()
+    between = process.simulation.state.markers.reference_area
+    return np.asarray(0.5 * np.concatenate([between[:1], between[:-1] + between[1:], between[-1:]]))
+
+
+class Contact(NamedTuple):
+    """Every marker in contact at every step of a run, n in all.
+
+    Attributes
+    ----------
+    loads : ndarray, shape (n, 5)
+    mu : ndarray, shape (n,)
+        The answer of the friction model to them.
+    area : ndarray, shape (n,)
+        Area that the marker stands for [mm2]. Steps take the same time, so its sums are shares of contact and time.
+    work : ndarray, shape (n,)
+        Friction work on that area during the step [J].
+    """
+
+    loads: FloatArray
+    mu: FloatArray
+    area: FloatArray
+    work: FloatArray
+
+    def share(self, where: npt.NDArray[np.bool_]) -> dict[str, float]:
+        """Return the share of contact area and of friction work that a mask picks."""
+        total = float(self.work.sum())
+        return {
+            "share": float(self.area[where].sum() / self.area.sum()),
+            "work": float(self.work[where].sum()) / total if total > 0.0 else 0.0,
+        }
+
+    @classmethod
+    def of(cls, run: Run, areas: FloatArray) -> Contact:
+        """Return the contact of a run whose markers stand for `reference_areas` on the undeformed billet."""
+        table = [np.atleast_2d(run[f"forming.{name}"].T).T for name in LOAD_NAMES]
+        answer = np.atleast_2d(run["friction.mu"].T).T
+        # What a step publishes is answered by the mu of the next one; the last row has no answer.
+        touching = (np.atleast_2d(run["forming.active"].T).T > 0.5)[:-1]
+        loads = np.column_stack([column[:-1][touching] for column in table])
+        mu = answer[1:][touching]
+        first, seconds = (
+            np.broadcast_to(a, touching.shape)[touching] for a in (areas, np.diff(run.time)[:, None])
+        )
+        v_rel, _, sigma_n, _, psi = loads.T
+        area = first * psi
+        return cls(loads, mu, area, 1e-3 * mu * sigma_n * v_rel * area * seconds)
+
+
+def exceedance(k: int, contact: Contact, domain: Domain) -> dict[str, Any]:
+    """Return how much of the contact exceeds the trained range of one load, and by how much."""
+    low, high, scale = domain.lower[k], domain.upper[k], float(domain.scale[k])
+    values = contact.loads[:, k]
+    sides = {}
+    for name, over in (("below", low - values), ("above", values - high)):
+        out = over > 0.0
+        beyond = spread(over[out], contact.area[out])
+        sides[name] = {
+            **contact.share(out),
+            "median": beyond["median"],
+            "largest": beyond["largest"],
+            "median_ranges": beyond["median"] / scale,
+        }
+    return {
+        "load": LOAD_NAMES[k],
+        "unit": LOADS[k].unit,
+        "trained": [low, high],
+        "reached": [float(values.min()), float(values.max())],
+        **sides,
+    }
+
+
+def spread(values: FloatArray, area: FloatArray) -> dict[str, float]:
+    """Return percentiles over the contact area, and the largest value."""
+    if not len(values):
+        return {"p5": 0.0, "median": 0.0, "p95": 0.0, "largest": 0.0}
+    order = np.argsort(values)
+    below = np.cumsum(area[order])
+    places = np.searchsorted(below, np.array([0.05, 0.5, 0.95]) * below[-1])
+    p5, median, p95 = values[order][np.minimum(places, len(values) - 1)].tolist()
+    return {"p5": p5, "median": median, "p95": p95, "largest": float(values.max())}
