@@ -117,7 +117,8 @@ class Cluster(Place):
                 f"--scheduler {address}: not an address; allowed: tcp://HOST:PORT of a dask scheduler"
             )
         # What goes wrong is said in one sentence, not by tracebacks of the package beside it.
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        for name in ("distributed", "distributed.client"):  # each has a level of its own
+            logging.getLogger(name).setLevel(logging.CRITICAL)
         try:
             self._client: Any = Client(address, timeout="10s")
         except (OSError, ValueError, TimeoutError) as error:

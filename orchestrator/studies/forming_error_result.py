@@ -76,6 +76,7 @@ class FormingErrors:
                         compare_force(curve, measured, friction.label),
                         float(max(values["tau_over_k"])),
                         None if outside is None else float(outside["share"]),
+                        None if outside is None else float(outside["median_distance"]),
                         values["timing"],
                     )
                 )

@@ -28,7 +28,9 @@ class RunError:
     tau_over_k : float
         Highest friction stress over shear yield stress.
     outside : float or None
-        Share of the contact outside the trained domain.
+        Share of the markers in contact outside the trained domain.
+    distance : float or None
+        Median distance of these from it, in trained ranges.
     timing : mapping
         Seconds in friction, forming, master.
     """
@@ -42,6 +44,7 @@ class RunError:
     force: ForceComparison
     tau_over_k: float
     outside: float | None
+    distance: float | None
     timing: Mapping[str, float] = field(repr=False)
 
     @property
@@ -72,6 +75,7 @@ class RunError:
             "rms_kN": self.force.rms,
             "max_tau_over_k": self.tau_over_k,
             "outside_domain": self.outside,
+            "median_distance": self.distance,
             "friction_time_share": self.friction_share,
         }
 

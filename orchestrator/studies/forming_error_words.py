@@ -121,20 +121,19 @@ def _hardest(errors: FormingErrors) -> list[str]:
 def _outside(errors: FormingErrors) -> list[str]:
     parts = []
     for process in errors.processes:
-        shares = [
-            run.outside
-            for label in _trained(errors)
-            for run in errors.of_group(label, None, process)
-            if run.outside is not None
-        ]
-        if shares:
-            parts.append(f"{100 * np.mean(shares):.0f} % in {PROCESS_TITLES.get(process, process)}")
+        runs = [run for label in _trained(errors) for run in errors.of_group(label, None, process)]
+        found = [(r.outside, r.distance) for r in runs if r.outside is not None and r.distance is not None]
+        if found:
+            share, distance = np.mean(found, axis=0)
+            parts.append(
+                f"{100 * share:.0f} % in {PROCESS_TITLES.get(process, process)} (median distance {distance:.2f} trained ranges)"
+            )
     if not parts:
         return []
     return [
-        f"Of the markers in contact, {' and '.join(parts)} have loads outside the trained domain, if only a little in one of the "
-        "five, and are clamped to it: there a model answers for the nearest loads that were tested. Errors of the trained models are in "
-        "part those of the plan of tests. `study extrapolation` says how far outside, and what clamping does."
+        f"Of the markers in contact, {' and '.join(parts)} have loads outside the trained domain, each in one of the five at "
+        "least, and are clamped to it: there a model answers for the nearest loads that were tested. `study extrapolation` says "
+        "what clamping does."
     ]
 
 
