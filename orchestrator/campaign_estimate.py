@@ -37,7 +37,7 @@ class DryRun:
         twins = f", {same} the same as others" if same else ""
         return (
             f"{self.jobs} jobs: {self.kept} kept, {self.to_do} to do{twins}, "
-            f"about {duration(self.seconds)} on {self.processes} processes"
+            f"about {duration(self.seconds)} on {self.processes} processes of this machine"
         )
 
 
