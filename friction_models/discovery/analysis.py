@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,10 +21,6 @@ from .unseen_loads import lacking, varied_first
 #: Standard deviations from the rest of its test beyond which a bin is an outlier.
 OUTLYING = 8.0
 MOST_OUTLIERS = 0.02
-#: From so many tests on the mean of the noise floor follows interactions and metadata.
-MANY_TESTS = 30
-#: Metadata of so many values at most are levels.
-FEW_VALUES = 6
 
 
 @dataclass
@@ -105,31 +100,12 @@ def flexible_mean(campaign: Campaign, base: FloatArray) -> FloatArray:
     columns = [base]
     if tests >= 8:
         columns.append(np.column_stack([z, z**2]))
-    if tests >= MANY_TESTS:
+    if tests >= 30:
         columns.append(polynomial_columns(campaign, 2))
     if tests >= 60:
         columns.append(np.column_stack([np.maximum(z - q, 0.0) ** 2 for q in (-0.8, 0.8)]))
     within = campaign.distance[:, None] / max(float(campaign.distance.max()), 1e-300)
     columns.append(np.column_stack([within, np.sqrt(within), np.exp(-within / 0.03), np.exp(-within / 0.1)]))
-    return np.column_stack(columns)
-
-
-def metadata_mean(campaign: Campaign, candidates: Sequence[Candidate]) -> FloatArray:
-    """Return columns of a mean that follows the metadata which drive the candidates, shape (n, k).
-
-    Without them what such an effect does to whole tests would count as scatter between tests. A column of few values
-    gets a level for each, another one a straight and a bent part; few tests get none.
-    """
-    columns = [np.empty((len(campaign.mu), 0))]
-    names = dict.fromkeys(m for c in candidates for m in c.effect.metadata if m in campaign.system)
-    for name in names if len(campaign.tests) >= MANY_TESTS else ():
-        values = campaign.system[name][:, 0]
-        known = np.unique(values)
-        if len(known) <= FEW_VALUES:
-            columns.append((values[:, None] == known[1:]).astype(np.float64))
-        else:
-            z = (values - values.mean()) / values.std()
-            columns.append(np.column_stack([z, z**2]))
     return np.column_stack(columns)
 
 
@@ -193,9 +169,7 @@ def search(
     columns = campaign.average(base.columns)
     if terms is not None:
         columns = np.column_stack([columns, terms])
-    mean = campaign.average(
-        np.column_stack([flexible_mean(campaign, base.columns), metadata_mean(campaign, candidates)])
-    )
+    mean = campaign.average(flexible_mean(campaign, base.columns))
     extra = [e for e in (terms, also_in_mean) if e is not None]
     mean = np.column_stack([mean, *extra])
     floor = estimate(campaign, layout, y, mean, start)

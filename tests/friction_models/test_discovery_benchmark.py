@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from friction_models.discovery import diagnose
 from friction_models.effects import CATALOGUE
 from tests.benchmarks.discovery import Sizes, chain, oracle, study
 from tests.benchmarks.discovery.form_sets import SETS
@@ -162,13 +161,3 @@ def test_one_case_of_each_kind_runs() -> None:
     assert single["after"] < single["before"] and single["removed"] > 0.3
     null = study.run_case(study.Case("null", (), 49_002, "curved noise"))
     assert null["verdict"] == "nothing_missing" and "removed" not in null
-
-
-def test_what_metadata_do_to_whole_tests_is_no_scatter() -> None:
-    """A strong error of the twin's heating, of which a linear law leaves what follows the tool temperature."""
-    for seed, noise in ((200_094, 1.0), (200_114, 0.6)):
-        made = campaign(seed, ("twin_heating",), noise=noise, forms="second", lacking=True)
-        train = made.tests["test_id"][made.tests["role"] == "train"]
-        found = diagnose(made.points[made.points["test_id"].isin(train)], made.tests)
-        assert found.verdict != "nothing_missing"
-        assert found.noise_floor["test"] < 2.0 * SCATTER * noise
