@@ -10,7 +10,7 @@ import numpy as np
 from ..loads import FloatArray
 from .analysis import Round
 from .base_law import BaseLaw
-from .binning import Campaign
+from .binning import FEW_TESTS, Campaign
 from .diagnosis import Diagnosis
 from .identifiability import limits
 from .level import Level, level_of
@@ -20,7 +20,7 @@ from .significance import stays_first
 from .summaries import averages, base_residual, binned_bias, unrecorded_factor, weighted_rms, worst_tests
 from .unseen_loads import EITHER, doubts
 from .verdict import LEVEL, Evidence
-from .wording import FEW_TESTS, sentence
+from .wording import sentence
 
 #: A noise floor of this share of mu hides everything.
 BLURRED = 0.5
@@ -53,8 +53,13 @@ def _confidence(campaign: Campaign, judged: Judged, level: Level) -> float:
     else:
         sure = 0.9
     few = verdict == "nothing_missing" and len(campaign.tests) < FEW_TESTS
-    blurred = verdict == "nothing_missing" and found.floor.total > BLURRED * float(np.mean(campaign.mu))
+    blurred = verdict == "nothing_missing" and _blurred(campaign, found)
     return min(sure, 0.5) if few or blurred or not found.floor.known else sure
+
+
+def _blurred(campaign: Campaign, found: Round) -> bool:
+    """Return whether the noise hides everything."""
+    return found.floor.total > BLURRED * float(np.mean(campaign.mu))
 
 
 def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) -> Diagnosis:
@@ -86,7 +91,7 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
     if level.off:
         where += [level.entry(campaign)] if verdict == "unknown_structure" else []
         warnings.append(level.text(f"the {base.name} model"))
-    if floor.total > BLURRED * float(np.mean(campaign.mu)):
+    if _blurred(campaign, found):
         warnings.append(
             f"the noise floor ({floor.total:.3g}) is more than half of mu itself ({np.mean(campaign.mu):.3g}): look for outliers "
             "and faulty tests first, little else can be seen in such data"

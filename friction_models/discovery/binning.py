@@ -18,6 +18,7 @@ MOST_POINTS = 150_000
 LEAST_COPY = 3  # points: fewer agree by chance where values are rounded
 SAME_VALUE = 1e-4  # of the range of a column: no two tests agree so well in every point
 SPIKE = 0.005  # least distance in mu of a point from its neighbours that counts as a spike
+FEW_TESTS = 6  # with fewer their scatter is so poorly known that "nothing is missing" is not said
 FINENESS = 1.7  # exponent of the bin edges: the first bin covers about 0.7 % of the distance
 
 
@@ -252,7 +253,7 @@ def _remarks(campaign: Campaign, absent: set[str]) -> list[str]:
         )
     if tests == 1:
         warnings.append("one test: the scatter between tests cannot be estimated; nothing here is confirmed")
-    elif tests < 6:
+    elif tests < FEW_TESTS:
         warnings.append(f"only {tests} tests: the scatter between tests is poorly known")
     for name in LOAD_NAMES:
         if name not in absent and not campaign.varies(name):

@@ -13,7 +13,7 @@ from ..loads import LOAD_NAMES
 from .analysis import Round
 from .binning import Campaign
 from .scan import Fit
-from .verdict import LEAST_SHARE, STRUCTURE_LEVEL
+from .verdict import LEAST_SHARE, STRUCTURE_LEVEL, error_share
 
 
 @dataclass(frozen=True)
@@ -38,8 +38,7 @@ class Level:
     @property
     def off(self) -> bool:
         """Whether it is significant, and large enough beside the noise floor to matter."""
-        share = self.value**2 / max(self.value**2 + self.floor**2, 1e-300)
-        return self.p_value < STRUCTURE_LEVEL and share > LEAST_SHARE
+        return self.p_value < STRUCTURE_LEVEL and error_share(self.value, self.floor) > LEAST_SHARE
 
     def entry(self, campaign: Campaign) -> dict[str, Any]:
         """Return it as a place where structure is left: all of the tested loads, none of which drives it."""
@@ -48,12 +47,11 @@ class Level:
             if campaign.varies(name):
                 values = getattr(campaign.loads, name)
                 region[name] = [float(values.min()), float(values.max())]
-        share = self.value**2 / max(self.value**2 + self.floor**2, 1e-300)
         return {
             "variables": [],
             "region": region,
             "shape": f"constant offset {self.value:+.4f}",
-            "share": float(share),
+            "share": error_share(self.value, self.floor),
         }
 
     def text(self, model: str) -> str:

@@ -30,7 +30,8 @@ from .scan import Fit
 from .significance import stays_first
 from .structure import Misfit, Structure, find_structure, own_misfit
 from .summaries import weighted_rms
-from .verdict import LEAST_SHARE, LEVEL, SECOND_LEVEL, Evidence, decide
+from .unseen_loads import AS_GOOD
+from .verdict import LEAST_SHARE, LEVEL, SECOND_LEVEL, Evidence, decide, error_share
 from .zero_reading import judge_zero
 
 #: Averages that must be left beside the numbers of the base.
@@ -39,8 +40,6 @@ SPARE = 3
 MOST_SPIKES = 0.04
 #: A winner that comes first again less often than this has its follower as a rival.
 SURE = 0.5
-#: An effect that gains this share of the best is as good a lead.
-SIMILAR = 0.5
 #: Bends of the curves along the loads of the first effect while a second one is sought.
 FREED = 8
 #: A second effect must carry this share of the squared contribution of both.
@@ -178,7 +177,7 @@ def _columns(fit: Fit) -> FloatArray:
 def _share(campaign: Campaign, found: Round, fit: Fit) -> float:
     """Return the share of the squared error that a fit carries, the floor included."""
     rms = weighted_rms(found.change(fit), campaign.count)
-    return float(rms**2 / max(rms**2 + found.floor.total**2, 1e-300))
+    return error_share(rms, found.floor.total)
 
 
 def _weigh(
@@ -217,7 +216,7 @@ def _large_ones_first(campaign: Campaign, found: Round) -> None:
     an effect that sets the level of tests.
     """
     for fit in found.ranking[:4]:
-        if fit.gain < SIMILAR * found.ranking[0].gain or found.p_value(fit) >= LEVEL:
+        if fit.gain < AS_GOOD * found.ranking[0].gain or found.p_value(fit) >= LEVEL:
             return
         if _share(campaign, found, fit) > LEAST_SHARE:
             rest = [f for f in found.ranking if f is not fit]
@@ -227,7 +226,7 @@ def _large_ones_first(campaign: Campaign, found: Round) -> None:
 
 
 def _part(structure: Structure, found: Round) -> float:
-    return float(structure.rms**2 / max(structure.rms**2 + found.floor.total**2, 1e-300))
+    return error_share(structure.rms, found.floor.total)
 
 
 def _second_effect(

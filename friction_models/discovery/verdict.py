@@ -31,6 +31,11 @@ BESIDE = 0.25
 STRUCTURE_LEVEL = 0.01
 
 
+def error_share(rms: float, floor: float) -> float:
+    """Return the share of the squared error, noise floor included, that a part of this rms carries."""
+    return float(rms**2 / max(rms**2 + floor**2, 1e-300))
+
+
 @dataclass(frozen=True)
 class Evidence:
     """What the verdict is drawn from.

@@ -6,12 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .base_law import BaseLaw
-from .binning import Campaign
+from .binning import FEW_TESTS, Campaign
 from .scan import Fit
 from .verdict import Evidence
-
-#: With fewer tests their scatter is so poorly known that "nothing is missing" is not said.
-FEW_TESTS = 6
 
 
 def sentence(
