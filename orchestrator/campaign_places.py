@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
+import math
+import time
 from abc import ABC, abstractmethod
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
@@ -15,15 +18,22 @@ from friction_models.loads import InputError
 from .campaign_work import Order, execute
 
 Outcome = dict[str, str]
+#: How long a cluster is waited for [s], and how often it is asked for its workers [s].
+PATIENCE, ASK_AGAIN = 30.0, 5.0
 
 
 class Place(ABC):
     """Takes orders and gives futures of their outcomes."""
 
-    #: Orders that may be in hand at a time.
-    capacity: int
-    #: Orders that are worked on at a time, for estimates.
-    workers: int
+    @property
+    @abstractmethod
+    def workers(self) -> int:
+        """Orders that are worked on at a time, for estimates."""
+
+    @property
+    def capacity(self) -> int:
+        """Orders that may be in hand at a time."""
+        return self.workers
 
     @abstractmethod
     def submit(self, order: Order) -> Future[Outcome]:
@@ -50,9 +60,13 @@ class Local(Place):
     """Processes of this machine, a pool for each: when one is killed, the others do not notice."""
 
     def __init__(self, jobs: int) -> None:
-        self.capacity = self.workers = jobs
+        self._jobs = jobs
         self._idle: list[Workers] = []
         self._busy: dict[Future[Outcome], Workers] = {}
+
+    @property
+    def workers(self) -> int:
+        return self._jobs
 
     def submit(self, order: Order) -> Future[Outcome]:
         for future in [f for f in self._busy if f.done()]:
@@ -82,7 +96,9 @@ class Local(Place):
 class Here(Place):
     """This process."""
 
-    capacity = workers = 1
+    @property
+    def workers(self) -> int:
+        return 1
 
     def submit(self, order: Order) -> Future[Outcome]:
         future: Future[Outcome] = Future()
@@ -99,13 +115,22 @@ class Here(Place):
 class Cluster(Place):
     """A dask.distributed cluster; it repeats by itself what a killed worker had in hand.
 
+    Workers may come and go while it is in use.
+
+    Parameters
+    ----------
+    address : str
+        ``tcp://host:port`` or ``tls://host:port`` of its scheduler.
+    patience : float
+        How long scheduler and first worker are waited for [s]: the job script of a queue starts all at once.
+
     Raises
     ------
     InputError
-        The package is not installed, the address is none, nobody answers, or no worker is there.
+        The package is not installed, the address is none, nobody answers, or no worker comes.
     """
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, patience: float = PATIENCE) -> None:
         try:
             from distributed import Client
         except ImportError:
@@ -120,19 +145,34 @@ class Cluster(Place):
         for name in ("distributed", "distributed.client"):  # each has a level of its own
             logging.getLogger(name).setLevel(logging.CRITICAL)
         try:
-            self._client: Any = Client(address, timeout="10s")
+            self._client: Any = Client(address, timeout=patience)
         except (OSError, ValueError, TimeoutError) as error:
             reason = " ".join(str(error).split())[:200]
             raise InputError(f"--scheduler {address}: no scheduler answers there ({reason})") from None
-        self._executor = self._client.get_executor()
-        self.workers = sum(self._client.ncores().values())
-        if not self.workers:
+        try:
+            self._client.wait_for_workers(1, timeout=patience)
+        except TimeoutError:
             self._client.close()
             raise InputError(
-                f"--scheduler {address}: it has no workers yet; start some: dask worker {address} --nthreads 1"
-            )
+                f"--scheduler {address}: it has no workers; start some: dask worker {address} --nthreads 1"
+            ) from None
+        self._executor = self._client.get_executor()
+        self._workers, self._asked = 1, -math.inf
+
+    @property
+    def workers(self) -> int:
+        now = time.monotonic()
+        if now > self._asked + ASK_AGAIN:
+            self._asked = now
+            # With none left, dask keeps what it has for workers to come. A scheduler that is gone shows in the futures.
+            with contextlib.suppress(OSError):
+                self._workers = sum(self._client.ncores().values()) or 1
+        return self._workers
+
+    @property
+    def capacity(self) -> int:
         # One waits at each worker, so that none is idle while the next order travels.
-        self.capacity = 2 * self.workers
+        return 2 * self.workers
 
     def submit(self, order: Order) -> Future[Outcome]:
         future: Future[Outcome] = self._executor.submit(execute, order)

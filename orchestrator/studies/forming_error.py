@@ -74,6 +74,11 @@ class Plan:
             seed=seed,
         )
 
+    def frictions(self) -> tuple[Friction, ...]:
+        """Return the friction laws: constants, then trained models."""
+        constants = [Friction(f"constant {mu:g}", "constant", True) for mu in self.constants]
+        return (*constants, *(Friction(family, family, False) for family in self.models))
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
         return {
@@ -153,16 +158,14 @@ class FormingErrorStudy:
                 f"{given} without {other}: models of one lubricant cannot be judged by press curves of another; "
                 "allowed: both, or neither (the virtual laboratory then supplies both, labelled synthetic)"
             )
-        jobs: list[Job] = []
         if data and press:
             plan = replace(plan, lubricants=tuple(data))
-            levels = own_levels(press, plan.lubricants, plan.strokes)
+            levels, jobs = own_levels(press, plan.lubricants, plan.strokes)
         else:
             levels, jobs = virtual_levels(
                 plan.lubricants, plan.conditions, plan.strokes, plan.repeats, plan.seed
             )
-        frictions = [Friction(f"constant {mu:g}", "constant", True) for mu in plan.constants]
-        frictions += [Friction(family, family, False) for family in plan.models]
+        frictions = plan.frictions()
         measuring = data_jobs(data, plan.lubricants, plan.tests, plan.seed)
         constants = [constant_job(mu) for mu in plan.constants]
         models = {
@@ -185,7 +188,12 @@ class FormingErrorStudy:
             *jobs,
             *runs,
         ]
-        return cls(plan, not press, tuple(frictions), tuple(levels), tuple(every))
+        return cls(plan, not press, frictions, tuple(levels), tuple(every))
+
+    @classmethod
+    def kept(cls, plan: Plan, levels: Sequence[StudyLevel], virtual: bool) -> FormingErrorStudy:
+        """Return the study without its jobs, to find results by."""
+        return cls(plan, virtual, plan.frictions(), tuple(levels), ())
 
     def campaign(self, folder: Path) -> Campaign:
         """Return the campaign in a folder."""

@@ -28,8 +28,7 @@ def study_page(folder: Path) -> str | None:
     Raises
     ------
     InputError
-        An unknown study, files that are missing, too large, damaged or of another version, results of one's own
-        press curves, which are not in the folder.
+        An unknown study, files that are missing, too large, damaged or of another version.
     """
     manifest = read_object(folder / "manifest.json", MAX_BYTES)
     settings = manifest.get("settings")
@@ -95,31 +94,31 @@ def _forming_error(folder: Path, manifest: Mapping[str, Any]) -> str:
     from ..report.forming_error_page import forming_error_page
     from .forming_error import FormingErrorStudy, Plan
     from .forming_error_result import FormingErrors
+    from .level_runs import Level
+    from .press_levels import StudyLevel, press_name
 
     settings = manifest["settings"]
-    if any("press_sha256" in level for level in settings["levels"]):
-        raise InputError(
-            f"{folder}: the press curves of this study lie elsewhere; allowed: `tribofmu study forming-error` with the "
-            "same --data and --press again (it computes nothing twice)"
-        )
-    conditions = []
-    for level in settings["levels"]:
-        found = _LEVEL.fullmatch(str(level["level"]))
-        if found is None:
-            raise ValueError(f"level {level['level']!r:.60}")
-        conditions.append((float(found[3]), float(found[2])))
-    plan = replace(
-        Plan.full(int(settings["seed"])),
+    virtual = "tests" in settings  # what only the virtual laboratory has
+    results = _results(folder, manifest, _starting(manifest["jobs"], "run-", "press-", "model-", "data-"))
+    levels = []
+    for found in settings["levels"]:
+        named = _LEVEL.fullmatch(str(found["level"]))
+        if named is None:
+            raise ValueError(f"level {found['level']!r:.60}")
+        level = Level(named[1], float(named[3]), float(named[2]), float(found["stroke_mm"]))
+        job = press_name(str(found["lubricant"]), level)
+        synthetic = virtual or (job in results and bool(results[job].values["synthetic"]))
+        levels.append(StudyLevel(str(found["lubricant"]), level, job, synthetic=synthetic))
+    plan = Plan(
         models=tuple(map(str, settings["models"])),
         constants=tuple(map(float, settings["constants"])),
-        conditions=tuple(dict.fromkeys(conditions)),
-        strokes={str(k): float(v) for k, v in settings["strokes_mm"].items()},
+        conditions=tuple(dict.fromkeys((item.level.T_tool, item.level.speed) for item in levels)),
         lubricants=tuple(map(str, settings["lubricants"])),
-        tests=str(settings["tests"]),
-        repeats=int(settings["repeats"]),
+        seed=int(settings["seed"]),
     )
-    study = FormingErrorStudy.of(plan)
-    results = _results(folder, manifest, _starting(manifest["jobs"], "run-", "press-", "model-", "data-"))
+    if virtual:
+        plan = replace(plan, tests=str(settings["tests"]), repeats=int(settings["repeats"]))
+    study = FormingErrorStudy.kept(plan, levels, virtual)
     return forming_error_page(study, FormingErrors.of(study, results), manifest, results)
 
 

@@ -1,7 +1,8 @@
-"""Press levels of a study: curves of the virtual press as jobs, or one's own folders of press curves."""
+"""Press levels of a study: curves of the virtual press, or copies of one's own, each level a job."""
 
 from __future__ import annotations
 
+import shutil
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -32,25 +33,23 @@ class StudyLevel:
     level : Level
         What a forming run needs.
     job : str
-        Name of the job that presses it; empty for one's own curves.
+        Name of the job that presses it, or copies one's own curves.
     file : Path or None
-        CSV of one's own curves.
+        CSV of one's own curves, where they came from.
     synthetic : bool
         Whether a virtual press made the curves, now or before.
     """
 
     lubricant: str
     level: Level
-    job: str = ""
+    job: str
     file: Path | None = None
     synthetic: bool = False
 
     def measured(self, results: Mapping[str, JobResult]) -> PressCurve | None:
-        """Return the measured curves; None where the job that presses them failed."""
+        """Return the measured curves; None where their job failed."""
         from ..forces import read_press_curve
 
-        if self.file is not None:
-            return read_press_curve(self.file)
         result = results.get(self.job)
         return None if result is None else read_press_curve(result.file("file"))
 
@@ -85,7 +84,7 @@ def virtual_levels(
         for process, stroke in strokes.items():
             for T_tool, speed in conditions:
                 level = Level(process, T_tool, speed, stroke, parameters)
-                name = f"press-{lubricant}-{level.name}"
+                name = press_name(lubricant, level)
                 levels.append(StudyLevel(lubricant, level, name, synthetic=True))
                 inputs = {
                     "lubricant": lubricant,
@@ -128,6 +127,21 @@ def press_level(
     return {"file": f"{CURVES}/{curves.levels[0].file}", "synthetic": True}
 
 
+def copied_level(
+    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
+) -> dict[str, Any]:
+    """Keep a copy of one's own press curves, so that the folder of the study is whole; the function of `own_levels`."""
+    (file,) = files.values()
+    (folder / CURVES).mkdir()
+    shutil.copyfile(file, folder / CURVES / "level.csv")
+    return {"file": f"{CURVES}/level.csv", "synthetic": bool(inputs["synthetic"])}
+
+
+def press_name(lubricant: str, level: Level) -> str:
+    """Return the name of the job that gives the curves of a level."""
+    return f"press-{lubricant}-{level.name}"
+
+
 def chosen_press(texts: Iterable[str] | None) -> list[tuple[str, Path]]:
     """Read what ``--press`` names, ``LUBRICANT=FOLDER`` or a folder; the name is empty where levels.csv gives it.
 
@@ -148,8 +162,8 @@ def chosen_press(texts: Iterable[str] | None) -> list[tuple[str, Path]]:
 
 def own_levels(
     folders: Iterable[tuple[str, Path]], lubricants: Sequence[str], strokes: Mapping[str, float]
-) -> list[StudyLevel]:
-    """Return the levels of one's own press curves.
+) -> tuple[list[StudyLevel], list[Job]]:
+    """Return the levels of one's own press curves and the jobs that copy them.
 
     Parameters
     ----------
@@ -167,9 +181,11 @@ def own_levels(
     """
     from forming.press import PressCurves
 
+    from ..campaign import Job
     from ..processes import STEP
 
     levels: list[StudyLevel] = []
+    jobs: list[Job] = []
     for named, folder in folders:
         press = PressCurves.read(folder)
         inside = list(dict.fromkeys(each.lubricant for each in press.levels))
@@ -182,9 +198,10 @@ def own_levels(
             if lubricant not in lubricants:
                 raise unknown_name("lubricant", lubricant, lubricants, f"--press {folder}: none of --data")
             level = Level.of(each, press.info, strokes[each.process], STEP)
-            levels.append(
-                StudyLevel(lubricant, level, file=Path(folder) / each.file, synthetic=each.synthetic)
-            )
+            name, file = press_name(lubricant, level), Path(folder) / each.file
+            levels.append(StudyLevel(lubricant, level, name, file, each.synthetic))
+            given = {"synthetic": each.synthetic}
+            jobs.append(Job(name, f"{__name__}:copied_level", given, {"curves": file}, seconds=0.1))
     seen = [(item.lubricant, item.level.name) for item in levels]
     for lubricant, name in seen:
         if seen.count((lubricant, name)) > 1:
@@ -194,4 +211,4 @@ def own_levels(
             raise InputError(
                 f"--press: no curves of {lubricant}; allowed: press curves of each lubricant in --data"
             )
-    return levels
+    return levels, jobs

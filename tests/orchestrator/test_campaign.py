@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ import pytest
 from friction_models.loads import InputError
 from orchestrator.campaign import Campaign, Job, JobResult
 from orchestrator.campaign_keys import path_digest
+from orchestrator.campaign_places import Cluster
 from orchestrator.errors import SimulationError
 
 HERE = "tests.orchestrator.campaign_jobs"
@@ -221,6 +223,25 @@ def test_a_cluster_gives_the_same_numbers(tmp_path: Path) -> None:
         assert list(campaign.failed) == ["bad"]
         assert "speed = -1" in campaign.failed["bad"].error
     assert campaign.manifest(results)["jobs"] == one["jobs"]
+
+
+def test_a_cluster_is_waited_for_and_may_grow(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    distributed = pytest.importorskip("distributed", reason="extra [cluster] is not installed")
+    monkeypatch.setattr("orchestrator.campaign_places.ASK_AGAIN", 0.0)
+    options = {"n_workers": 0, "threads_per_worker": 1, "processes": False, "protocol": "tcp"}
+    with distributed.LocalCluster(**options, dashboard_address=None) as cluster:
+        address = cluster.scheduler_address
+        with pytest.raises(InputError, match=f"{address}: it has no workers; start some: dask worker"):
+            Cluster(address, patience=0.3)
+        late = threading.Timer(0.5, cluster.scale, (1,))
+        late.start()
+        with Cluster(address) as place:
+            assert (place.workers, place.capacity) == (1, 2)
+            cluster.scale(3)
+            cluster.wait_for_workers(3)
+            assert (place.workers, place.capacity) == (3, 6)
+    with pytest.raises(InputError, match="no scheduler answers there"):
+        Cluster(address, patience=0.3)
 
 
 def test_what_cannot_be_a_campaign_is_refused(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -84,6 +85,8 @@ def made_up_results(study: FormingErrorStudy) -> dict[str, JobResult]:
     timing = {"friction": 0.001, "forming": 0.9, "master": 0.1}
     found = {}
     for item in study.levels:
+        assert item.file is not None
+        found[item.job] = JobResult(item.job, {"file": item.file.name}, item.file.parent, 0.1)
         for friction in study.frictions:
             values: dict[str, Any] = {
                 "stroke": stroke.tolist(),
@@ -276,7 +279,7 @@ def test_the_command_on_data_of_ones_own(
         str(out),
     ]
     assert run([*words, "--dry-run"]) == 0
-    assert "5 jobs: 0 kept, 5 to do" in capsys.readouterr().out
+    assert "6 jobs: 0 kept, 6 to do" in capsys.readouterr().out
     assert run(words) == 0
     assert "backward cup extrusion, oil (1 level)" in capsys.readouterr().out
     content = json.loads((out / "forming-error.json").read_text(encoding="utf-8"))
@@ -288,10 +291,18 @@ def test_the_command_on_data_of_ones_own(
     assert force["constant 0.04"] < force["linear"]
     assert all(0.0 < float(row["friction_time_share"]) < 1.0 for row in rows)
     manifest = json.loads((out / "manifest.json").read_text(encoding="utf-8"))
-    assert len(manifest["jobs"]) == 5 and manifest["settings"]["levels"][0]["press_sha256"]
+    assert len(manifest["jobs"]) == 6 and manifest["settings"]["levels"][0]["press_sha256"]
     assert "Friction stress" in (out / "report.html").read_text(encoding="utf-8")
     assert run([*words, "--dry-run"]) == 0
-    assert "5 kept, 0 to do" in capsys.readouterr().out
+    assert "6 kept, 0 to do" in capsys.readouterr().out
+    # The folder is whole: without data and press curves it still gives the same page, wherever it lies.
+    shutil.rmtree(data)
+    shutil.rmtree(press)
+    page = (out / "report.html").read_text(encoding="utf-8")
+    copy = tmp_path / "copy"
+    out.rename(copy)
+    assert run(["report", str(copy)]) == 0
+    assert (copy / "report.html").read_text(encoding="utf-8") == page
 
 
 def test_a_level_goes_as_far_as_record_and_process_allow() -> None:
