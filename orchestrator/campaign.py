@@ -108,13 +108,29 @@ class Campaign:
             self._report_failures()
         return {name: results[name] for name in self.jobs if name in results}
 
-    def dry_run(self, jobs: int | None = None) -> DryRun:
-        """Count the jobs (all, kept, to do) and estimate the time, from kept results where there are any."""
+    def dry_run(self, jobs: int | None = None, scheduler: str | None = None) -> DryRun:
+        """Count the jobs (all, kept, to do) and estimate the time, from kept results where there are any.
+
+        Parameters
+        ----------
+        jobs, scheduler
+            As for `run`; a cluster counts with the workers that it has now.
+
+        Raises
+        ------
+        InputError
+            Less than one process, a scheduler that does not answer.
+        """
         kept = self._kept()
         clock = Clock(self.jobs.values(), kept)
         count = process_count(jobs)
+        if scheduler is not None:
+            with Cluster(scheduler) as place:
+                count = place.workers
         todo = self._unique(name for name in self.jobs if name not in kept)
-        return DryRun(len(self.jobs), len(kept), len(todo), clock.left(todo, count), count)
+        return DryRun(
+            len(self.jobs), len(kept), len(todo), clock.left(todo, count), count, scheduler is not None
+        )
 
     def check(self) -> None:
         """Raise when a job of the last run failed.

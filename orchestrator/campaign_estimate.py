@@ -23,6 +23,8 @@ class DryRun:
         Estimate of the time that takes.
     processes : int
         Number of processes the estimate is for.
+    cluster : bool
+        Whether they are those of a cluster, now.
     """
 
     jobs: int
@@ -30,14 +32,16 @@ class DryRun:
     to_do: int
     seconds: float
     processes: int
+    cluster: bool = False
 
     def report(self) -> str:
         """Return one line of text."""
         same = self.jobs - self.kept - self.to_do
         twins = f", {same} the same as others" if same else ""
+        where = "the cluster" if self.cluster else "this machine"
         return (
             f"{self.jobs} jobs: {self.kept} kept, {self.to_do} to do{twins}, "
-            f"about {duration(self.seconds)} on {self.processes} processes of this machine"
+            f"about {duration(self.seconds)} on {self.processes} processes of {where}"
         )
 
 

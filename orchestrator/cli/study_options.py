@@ -51,7 +51,7 @@ def run_campaign(
     Jobs that failed are listed on stderr; call `Campaign.check` when everything else is written.
     """
     if dry_run:
-        say(f"{title}: {campaign.dry_run(jobs).report()}")
+        say(f"{title}: {campaign.dry_run(jobs, scheduler).report()}")
         return None
 
     def kept() -> str:

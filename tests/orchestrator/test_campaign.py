@@ -240,6 +240,8 @@ def test_a_cluster_is_waited_for_and_may_grow(tmp_path: Path, monkeypatch: pytes
             cluster.scale(3)
             cluster.wait_for_workers(3)
             assert (place.workers, place.capacity) == (3, 6)
+        planned = Campaign(tmp_path, chain(tmp_path / "log"), CODE).dry_run(scheduler=address)
+        assert "6 to do" in planned.report() and "on 3 processes of the cluster" in planned.report()
     with pytest.raises(InputError, match="no scheduler answers there"):
         Cluster(address, patience=0.3)
 
