@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -142,6 +142,33 @@ def read_names(path: Path) -> dict[str, dict[str, Any]]:
                 f"{path}: {str(fmu)[:60]!r} is no mapping; allowed: variables by load, mu and set"
             )
     return {str(fmu): dict(entry) for fmu, entry in content.items()}
+
+
+def entries_by_model(models: Sequence[str], names: Path) -> dict[str, dict[str, Any]]:
+    """Return the entries of a file of names by the models of a command line.
+
+    Raises
+    ------
+    InputError
+        What `read_names` refuses, an entry for no FMU among the models or for several, two for one.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    aliases = {n: (n, Path(n).name, Path(n).stem) for n in models if Path(n).suffix == ".fmu"}
+    for key, entry in read_names(names).items():
+        meant = [key] if key in aliases else [n for n, several in aliases.items() if key in several]
+        if not meant:
+            if not aliases:
+                raise InputError(f"{names}: there is no FMU among the models; allowed: with one at least")
+            known = dict.fromkeys(alias for several in aliases.values() for alias in several)
+            raise unknown_name("FMU among the models", key, known, str(names))
+        if len(meant) > 1:
+            raise InputError(
+                f"{names}: {key!r} may be {' or '.join(meant)}; allowed: the path as on the command line"
+            )
+        if meant[0] in found:
+            raise InputError(f"{names}: {meant[0]} has two entries; allowed: one for each FMU")
+        found[meant[0]] = entry
+    return found
 
 
 def _named(value: Any, load: str, where: str) -> tuple[str, str]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .console import progress, say, write_result
-from .options import Json, Tests, fitted_model, read_data
+from .options import Json, Names, Tests, fitted_model, named_entries, read_data
 
 if TYPE_CHECKING:
     from ..comparison import TestsComparison
@@ -30,10 +30,7 @@ def compare(
         Path | None,
         typer.Option("--press", help="Folder of press curves: every model forms every level."),
     ] = None,
-    names: Annotated[
-        Path | None,
-        typer.Option(help="YAML file: which variables of FMUs that others made take the loads and give mu."),
-    ] = None,
+    names: Names = None,
     runs: Annotated[Path | None, typer.Option(help="For press curves: keep the run folders here.")] = None,
     json: Json = None,
     report: Annotated[Path | None, typer.Option(help="Also write an HTML report.")] = None,
@@ -50,7 +47,7 @@ def compare(
         raise InputError(f"--tests {tests}: there are press curves only; allowed: with a data set of points")
     if press is None and runs is not None:
         raise InputError(f"--runs {runs}: there are no press curves; allowed: with --press")
-    entries = _entries(models, names)
+    entries = named_entries(models, names)
     study = None if press is None else _opened(press)
     on_tests = None if data is None else _compare_tests(models, entries, data, tests, seed)
     ran = None if study is None else _form(study, models, entries, runs)
@@ -86,7 +83,7 @@ def _compare_tests(
 ) -> TestsComparison:
     from ..comparison import compare_on_tests
 
-    named = {_label(name, models): _model(name, entries.get(name)) for name in models}
+    named = {_label(name, models): fitted_model(name, entries) for name in models}
     result = compare_on_tests(named, read_data(data, tests), seed)
     say(result.report())
     return result
@@ -118,47 +115,6 @@ def _compare_forces(study: PressStudy, ran: PressResults, seed: int) -> ForcesCo
         say("synthetic press curves")
     say(result.report())
     return result
-
-
-def _model(name: str, entry: Any) -> Any:
-    if Path(name).suffix == ".fmu":
-        from ..foreign_friction import friction_model
-
-        return friction_model(name, entry)
-    return fitted_model(name)
-
-
-def _entries(models: list[str], names: Path | None) -> dict[str, Any]:
-    """Return the entries of the file of names by model.
-
-    Raises
-    ------
-    InputError
-        What `read_names` refuses, an entry for no FMU of the comparison or for several, two for one.
-    """
-    if names is None:
-        return {}
-    from friction_models.loads import InputError, unknown_name
-
-    from ..friction_names import read_names
-
-    found: dict[str, Any] = {}
-    aliases = {n: (n, Path(n).name, Path(n).stem) for n in models if Path(n).suffix == ".fmu"}
-    for key, entry in read_names(names).items():
-        meant = [key] if key in aliases else [n for n, several in aliases.items() if key in several]
-        if not meant:
-            if not aliases:
-                raise InputError(f"{names}: there is no FMU among the models; allowed: with one at least")
-            known = dict.fromkeys(alias for several in aliases.values() for alias in several)
-            raise unknown_name("FMU of --models", key, known, str(names))
-        if len(meant) > 1:
-            raise InputError(
-                f"{names}: {key!r} may be {' or '.join(meant)}; allowed: the path as on the command line"
-            )
-        if meant[0] in found:
-            raise InputError(f"{names}: {meant[0]} has two entries; allowed: one for each FMU")
-        found[meant[0]] = entry
-    return found
 
 
 def _label(name: str, names: list[str]) -> str:

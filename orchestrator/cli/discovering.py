@@ -9,7 +9,7 @@ import typer
 
 from .console import say, write_result
 from .modelling import Interval, add_interval
-from .options import Json, OutFolder, Tests, any_model, read_data
+from .options import Json, Names, OutFolder, Tests, any_model, named_entries, read_data
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -36,11 +36,12 @@ def diagnose(
     plan: Annotated[
         Path | None, typer.Option(help="Also write the proposed tests as a plan (CSV, one row a test).")
     ] = None,
+    names: Names = None,
 ) -> None:
     """Say which physical effect the model is missing: or that nothing is, or that the data cannot tell."""
     from friction_models.discovery import diagnose as search
 
-    friction = any_model(model)
+    friction = any_model(model, named_entries([model], names))
     dataset, absent = read_campaigns(data, tests)
     part = dataset.select("train")  # tests that are held out stay unseen
     result = search(part.points.drop(columns=absent), part.tests, model=friction, seed=seed)

@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .console import say, write_result
-from .options import Data, Json, OutFile, OutFolder, Tests, fitted_model, named_model, read_data
+from .options import (
+    Data,
+    Json,
+    Names,
+    OutFile,
+    OutFolder,
+    Tests,
+    fitted_model,
+    named_entries,
+    named_model,
+    read_data,
+)
 
 if TYPE_CHECKING:
     from friction_models.loads import DataSet
@@ -84,11 +95,12 @@ def evaluate(
     tests: Tests = None,
     json: Json = None,
     level: Level = None,
+    names: Names = None,
 ) -> None:
     """Show the errors of a model: overall, by role (train, test) and test by test; and what its interval holds."""
     from friction_models import evaluate as measure
 
-    friction = fitted_model(model)
+    friction = fitted_model(model, named_entries([model], names))
     dataset = read_data(data, tests)
     _refuse_level(friction, model, level)
     result = measure(friction, dataset, name=model)
@@ -109,6 +121,7 @@ def predict(
     out: OutFile,
     tests: Tests = None,
     level: Level = None,
+    names: Names = None,
 ) -> None:
     """Write the points with the column `mu_model` and, from a model with a prediction interval, `mu_low` and `mu_high`.
 
@@ -118,7 +131,7 @@ def predict(
 
     if out.suffix not in {".csv", ".parquet"}:
         raise InputError(f"{out}: suffix {out.suffix!r}, allowed: .csv, .parquet")
-    friction = fitted_model(model)
+    friction = fitted_model(model, named_entries([model], names))
     _refuse_level(friction, model, level)
     dataset = read_data(data, tests, need_mu=False)
     frame = dataset.points.assign(mu_model=friction.predict_frame(dataset.points, dataset.tests))

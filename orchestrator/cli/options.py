@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -22,6 +22,12 @@ Tests = Annotated[
 OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder to write.")]
 OutFile = Annotated[Path, typer.Option("-o", "--out", help="File to write.")]
 Json = Annotated[Path | None, typer.Option("--json", help="Also write the result to this JSON file.")]
+Names = Annotated[
+    Path | None,
+    typer.Option(
+        "--names", help="YAML file: which variables of FMUs that others made take the loads and give mu."
+    ),
+]
 Swap = Annotated[
     list[str] | None, typer.Option("--swap", help="Run another FMU in a component: friction=FILE.fmu.")
 ]
@@ -62,8 +68,23 @@ def named_model(name: str, parameters: Iterable[str] = ()) -> Any:
     return make_model(name, **key_values(parameters))
 
 
-def any_model(name: str) -> Any:
+def named_entries(models: Sequence[str], names: Path | None) -> dict[str, dict[str, Any]]:
+    """Return what the file behind `--names` says of each model."""
+    if names is None:
+        return {}
+    from ..friction_names import entries_by_model
+
+    return entries_by_model(models, names)
+
+
+def any_model(name: str, entries: Mapping[str, Any] | None = None) -> Any:
     """Return what `--model` names: a model folder, a friction FMU, an ONNX file, a number (constant mu) or a family.
+
+    Parameters
+    ----------
+    name : str
+    entries : mapping, optional
+        What `named_entries` returned.
 
     Raises
     ------
@@ -72,9 +93,9 @@ def any_model(name: str) -> Any:
     """
     path = Path(name)
     if path.suffix == ".fmu":
-        from fmus import FmuModel
+        from ..foreign_friction import friction_model
 
-        return FmuModel(path)
+        return friction_model(path, (entries or {}).get(name))
     if path.suffix == ".onnx":
         from friction_models.onnx_model import OnnxModel
 
@@ -97,9 +118,9 @@ def any_model(name: str) -> Any:
     return named_model(name)
 
 
-def fitted_model(name: str) -> Any:
-    """Return the model behind a name, which must be able to predict."""
-    model = None if Path(name).suffix == ".onnx" else any_model(name)
+def fitted_model(name: str, entries: Mapping[str, Any] | None = None) -> Any:
+    """Return the model behind a name as `any_model` does; it must be able to predict."""
+    model = None if Path(name).suffix == ".onnx" else any_model(name, entries)
     if model is None or not model.is_fitted:
         from friction_models.loads import InputError
 

@@ -13,13 +13,13 @@ import pytest
 
 from friction_models.domain import Domain
 from friction_models.loads import DataSet, FloatArray, InputError
-from orchestrator.cli.comparing import _entries
 from orchestrator.cli.console import _plain
 from orchestrator.cli.main import run
 from orchestrator.comparison import FEWEST_UNITS, compare_on_tests, known_domain, resampled_errors
 from orchestrator.comparison_forces import ForcesComparison
 from orchestrator.errors import SimulationError
 from orchestrator.forces import ForceCurve, LevelsComparison, PressCurve, compare_force
+from orchestrator.friction_names import entries_by_model
 from orchestrator.press_study import FailedRun, PressResults
 from orchestrator.report.comparison_page import comparison_page
 
@@ -183,7 +183,7 @@ def test_an_entry_of_names_belongs_to_one_fmu(tmp_path: Path) -> None:
     names = tmp_path / "names.yaml"
     models = ["a/law.fmu", "b/law.fmu", "0.08", "c/other.fmu"]
     names.write_text("a/law.fmu: {mu: cof}\nother: {mu: friction}\n")
-    assert _entries(models, names) == {"a/law.fmu": {"mu": "cof"}, "c/other.fmu": {"mu": "friction"}}
+    assert entries_by_model(models, names) == {"a/law.fmu": {"mu": "cof"}, "c/other.fmu": {"mu": "friction"}}
     for text, pattern in (
         ("law.fmu: {mu: cof}", "'law.fmu' may be a/law.fmu or b/law.fmu"),
         ("other: {mu: x}\nother.fmu: {mu: y}", "c/other.fmu has two entries"),
@@ -191,7 +191,7 @@ def test_an_entry_of_names_belongs_to_one_fmu(tmp_path: Path) -> None:
     ):
         names.write_text(text)
         with pytest.raises(InputError, match=pattern):
-            _entries(models, names)
+            entries_by_model(models, names)
 
 
 def test_mu_that_cannot_be_one_and_text_from_users_on_the_page() -> None:

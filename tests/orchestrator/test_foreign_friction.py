@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
+import yaml
 
-from friction_models.loads import LOAD_NAMES, InputError, TriboLoads
+from friction_models.loads import LOAD_NAMES, DataSet, InputError, TriboLoads
 from orchestrator import Master
+from orchestrator.cli.main import run
 from orchestrator.fmu_files import describe
 from orchestrator.fmu_variables import Variable
 from orchestrator.foreign_friction import ForeignFmu, friction_model
@@ -210,3 +214,44 @@ def test_points_without_contact_get_loads_that_every_law_answers() -> None:
     assert back is not None
     back.apply(mu, outputs)
     assert mu[0] == 0.0 and np.isnan(mu[1])  # where there is contact, the error stays an error
+
+
+def test_commands_take_an_fmu_of_others(
+    fmus: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rng = np.random.default_rng(4)
+    tests, n = 24, 40
+    level = {
+        name: np.repeat(rng.uniform(*limits, tests), n)
+        for name, limits in (("v_rel", (5.0, 200.0)), ("T", (20.0, 200.0)), ("sigma_n", (300.0, 1500.0)))
+    }
+    points = pd.DataFrame(
+        {
+            "test_id": np.repeat([f"t{k}" for k in range(tests)], n),
+            "t": np.tile(np.arange(n) * 0.05, tests),
+            **level,
+            "sd": np.tile(np.linspace(0.0, 40.0, n), tests),
+            "psi": np.repeat(rng.uniform(1.0, 3.0, tests), n),
+        }
+    )
+    mu = law(*(points[name].to_numpy() for name in ("v_rel", "T", "sigma_n")))
+    points["mu"] = mu + np.repeat(rng.normal(0.0, 5e-4, tests), n) + rng.normal(0.0, 5e-4, n * tests)
+    roles = pd.DataFrame({"test_id": [f"t{k}" for k in range(tests)], "role": "train"})
+    DataSet(points, roles, {}).save(tmp_path / "data")
+    names = tmp_path / "names.yaml"
+    names.write_text(yaml.safe_dump({fmus["late"].name: ENTRY}), encoding="utf-8")
+    fmu, data = str(fmus["late"]), str(tmp_path / "data")
+    given = ["--data", data, "--names", str(names)]
+    assert run(["predict", fmu, *given, "-o", str(tmp_path / "p.csv")]) == 0
+    predicted = pd.read_csv(tmp_path / "p.csv")
+    # Its answer follows the loads by one step; within a test they hardly change, between two tests they do.
+    same = predicted["t"] > 0.0
+    assert np.abs(predicted["mu_model"] - mu)[same].max() < 1e-9
+    assert run(["evaluate", fmu, *given, "--json", str(tmp_path / "e.json")]) == 0
+    assert run(["diagnose", "--model", fmu, *given, "--json", str(tmp_path / "d.json")]) == 0
+    assert json.loads((tmp_path / "d.json").read_text(encoding="utf-8"))["verdict"] == "nothing_missing"
+    capsys.readouterr()
+    assert run(["predict", fmu, "--data", data, "-o", str(tmp_path / "p.csv")]) == 2
+    assert "--names FILE.yaml says which takes which load" in capsys.readouterr().err
+    assert run(["predict", "0.08", *given, "-o", str(tmp_path / "p.csv")]) == 2
+    assert "no FMU among the models" in capsys.readouterr().err
