@@ -171,7 +171,7 @@ def pack_twin(
         Unknown target or parameter, or a geometry that cannot be; no compiler.
     """
     from forming.material import as_material
-    from forming.upsetting import PunchGeometry
+    from forming.punch_geometry import PunchGeometry
     from sct_twin.process import SctProcess
 
     units = {

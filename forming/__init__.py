@@ -14,7 +14,7 @@ _EXPORTS = {
     "PowerLaw": "material",
     "FlowTable": "material",
     "steel_16MnCr5": "material",
-    "PunchGeometry": "upsetting",
+    "PunchGeometry": "punch_geometry",
     "UpsettingResult": "upsetting",
     "upset": "upsetting",
     "ForwardRodExtrusion": "fre",

@@ -16,7 +16,8 @@ from friction_models.loads import InputError, atomic_path, unknown_name
 
 from .fe.body import nodal_shear_yield
 from .fe.shape import FloatArray, gauss_volumes
-from .fe.simulation import Simulation, surface_loads
+from .fe.simulation import Simulation
+from .fe.tractions import surface_loads
 from .tooling import polylines
 
 Floats = npt.NDArray[np.float32]

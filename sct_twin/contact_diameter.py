@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from forming.upsetting import PunchGeometry
+from forming.punch_geometry import PunchGeometry
 from friction_models.loads import FloatArray, InputError
 
 from .record import SctRecord

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from forming.material import Material, as_material
-from forming.upsetting import PunchGeometry
+from forming.punch_geometry import PunchGeometry
 from friction_models.loads import LOAD_NAMES, InputError
 
 from .contact_temperature import SlidingContact, ThermalBody, ThermalSettings

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from forming.material import Material
-from forming.upsetting import PunchGeometry, UpsettingResult, upset
+from forming.punch_geometry import PunchGeometry
+from forming.upsetting import UpsettingResult, upset
 from friction_models.loads import FloatArray, InputError
 
 from .contact_temperature import SlidingContact, ThermalSettings

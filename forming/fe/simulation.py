@@ -6,30 +6,25 @@ import copy
 from collections.abc import Callable
 
 import numpy as np
-from scipy.spatial import QhullError
 
 from ..material import Material
 from ..tooling import Tool
 from .body import Body
-from .contact import FACING
 from .energy import Loading
-from .heat_exchange import HeatExchange, exchange_heat, keep_heat
+from .heat_exchange import HeatExchange, exchange_heat
 from .increment import Attempt, Settings, Step, StepError, Workspace, solve_increment
 from .markers import SurfaceLoads, SurfaceMarkers
 from .mesh_kernels import qualities
-from .mesher import MeshError
 from .polyline import SizeField, first_crossing
-from .resample import mesh_inside, resample, surface_chain
-from .shape import FloatArray, IntArray, gauss_volumes
+from .remesh import remesh
+from .shape import FloatArray, gauss_volumes
 from .state import SCALES, OldMesh, Record, RemeshPolicy, State, StepControl
 from .threads import one_blas_thread
-from .transfer import transfer
+from .tractions import bore_pressure, surface_loads
 
 #: Share of the missing expansion that a tool makes up for in one increment. The workpiece pushes back up to
 #: three times as hard as the tool, which limits a stable share to 0.5.
 EXPANSION_RELAXATION = 0.3
-#: Least share of a nodal area that a contact is taken to have, where its force becomes a traction.
-LEAST_SHARE = 0.25
 #: Steepest rise of the force that the spring of punch and press foresees [N/mm].
 STEEPEST = 3e6
 
@@ -372,98 +367,11 @@ class Simulation:
 
     def remesh(self, trial: int = 0) -> bool:
         """Replace the mesh over the same body, at scale ``SCALES[trial]`` or finer; return whether it worked."""
+        state = self.state
         if self.size is None:
             return False
-        state, body = self.state, self.state.body
         size = self.size(state.stroke - state.compression)
-        old_surface = body.surface
-        for k in range(trial, len(SCALES)):
-
-            def scaled(points: FloatArray, scale: float = SCALES[k]) -> FloatArray:
-                return scale * size(points)
-
-            try:
-                surface = resample(old_surface, scaled, state.tools, state.tables)
-                mesh = mesh_inside(surface.points, scaled)
-                break
-            except (MeshError, QhullError, ValueError, IndexError):
-                continue
-        else:
+        if not remesh(state, size, self.material, self.heat is not None, trial):
             return False
-        gauss = np.concatenate([body.stress, body.strain[:, :, None], body.rate[:, :, None]], axis=2)
-        nodal = np.column_stack([body.T, body.velocity])
-        gauss, nodal = transfer(body.x, body.quads, gauss, nodal, mesh.x, mesh.quads)
-        state.old_mesh = OldMesh(body, state.tables, state.markers.position.copy(), state.strain_at_remesh, k)
-        state.markers.move_to(old_surface, surface.old_arc)
-        state.body = Body(
-            mesh.x,
-            mesh.quads,
-            surface_chain(mesh, surface.points),
-            np.ascontiguousarray(gauss[:, :, :4]),
-            np.maximum(gauss[:, :, 4], 0.0),
-            np.maximum(gauss[:, :, 5], 0.0),
-            np.ascontiguousarray(nodal[:, 0]),
-            np.ascontiguousarray(nodal[:, 1:]),
-        )
-        state.body.velocity[state.body.axis, 0] = 0.0
-        if self.heat is not None:
-            state.body.T = keep_heat(body, state.body, self.material)
-        state.strain_at_remesh = state.body.strain.copy()
-        state.tables = None
-        state.since_remesh = 0
-        state.remeshes += 1
         self._space = Workspace(state.body)
         return True
-
-
-def bore_pressure(table: FloatArray, weights: FloatArray, spread: float = 0.0) -> float:
-    """Return the mean contact pressure of a tool over its contact area seen in radial direction [MPa].
-
-    A short contact is carried by the tool around it: the force counts over an area of at least `spread`.
-    """
-    area = np.where(table[:, 0] > 0.0, np.abs(table[:, 4]) * weights, 0.0)
-    total = max(float(area.sum()), spread)
-    return float(area @ table[:, 0]) / total if total > 0.0 else 0.0
-
-
-def along_contact(values: FloatArray, weights: FloatArray, tool: IntArray) -> FloatArray:
-    """Return values of the surface nodes averaged with their neighbours under the same tool (1 : 2 : 1, by area).
-
-    Node-wise contact pressures alternate from node to node by some percent around the traction that they
-    stand for; the average takes that away and keeps the resultant force to 0.1 %.
-
-    Parameters
-    ----------
-    tool : ndarray of int, shape (n,)
-        Which tool the node touches; -1: none.
-    """
-    joined = ((tool[1:] == tool[:-1]) & (tool[1:] >= 0)).astype(np.float64)
-    sums = []
-    for quantity in (values * weights, weights):
-        flow = 0.25 * joined * np.diff(quantity)
-        sums.append(quantity + np.append(flow, 0.0) - np.append(0.0, flow))
-    return np.where(tool >= 0, sums[0] / np.maximum(sums[1], 1e-300), values)
-
-
-def surface_loads(
-    surface: FloatArray, tables: list[FloatArray], tools: list[Tool], weights: FloatArray
-) -> SurfaceLoads:
-    """Join the contact tables: at each node the tool that presses hardest counts.
-
-    Nodal forces become tractions over the part of the nodal areas `weights` that faces the tool; at the edge of a
-    contact the rest belongs to the free side. The pressure is averaged along the contact.
-    """
-    pressures = np.array([table[:, 0] for table in tables])
-    hardest = pressures.argmax(axis=0)
-    nodes = np.arange(pressures.shape[1])
-    joined = np.array(tables)[hardest, nodes]
-    temperatures = np.array([tool.surface_temperature(surface) for tool in tools])
-    share = np.maximum(joined[:, FACING], LEAST_SHARE)
-    pressure = np.maximum(joined[:, 0], 0.0) / share
-    return SurfaceLoads(
-        pressure=along_contact(pressure, weights * share, np.where(pressure > 0.0, hardest, -1)),
-        shear=joined[:, 1] / share,
-        slip=joined[:, 2],
-        tool_T=temperatures[hardest, nodes],
-        active=joined[:, 0] > 0.0,
-    )

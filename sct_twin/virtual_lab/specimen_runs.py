@@ -13,7 +13,8 @@ import numpy as np
 
 import forming
 from forming.pool import map_unordered
-from forming.upsetting import PunchGeometry, UpsettingResult
+from forming.punch_geometry import PunchGeometry
+from forming.upsetting import UpsettingResult
 from friction_models.loads import atomic_path
 
 from ..upsetting import robust_upset

@@ -8,8 +8,9 @@ from scipy.special import erfc
 
 from forming.fe.mesher import grid_mesh
 from forming.fe.thermal import heat_step
+from forming.punch_geometry import PunchGeometry
 from forming.ring import Upsetting
-from forming.upsetting import PunchGeometry, upset
+from forming.upsetting import upset
 from forming.verification import CASES, ring
 from forming.verification.table import text_table
 

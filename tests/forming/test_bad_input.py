@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
+from forming.punch_geometry import PunchGeometry
 from forming.ring import RingCompression, Upsetting
-from forming.upsetting import PunchGeometry, upset
+from forming.upsetting import upset
 from friction_models.loads import InputError
 
 PROCESSES = (ForwardRodExtrusion, BackwardCupExtrusion, Upsetting, RingCompression)

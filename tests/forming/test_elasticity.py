@@ -7,7 +7,7 @@ import pytest
 
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
 from forming.elasticity import Elasticity, bore_flexibility
-from forming.fe.simulation import bore_pressure
+from forming.fe.tractions import bore_pressure
 from friction_models.loads import InputError
 
 COARSE = {"mesh_size": 0.6, "n_points": 40, "tool_heating": False}

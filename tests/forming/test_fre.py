@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from forming import ForwardRodExtrusion
 from forming.fe.mesher import MeshError
-from forming.fe.simulation import along_contact
+from forming.fe.tractions import along_contact
 from forming.tooling import ExtrusionDie
 from friction_models.loads import InputError, TriboLoads
 

@@ -15,7 +15,7 @@ from forming.fe.mesher import grid_mesh, quad_mesh
 from forming.fe.polyline import arc_length, enclosed_volume
 from forming.fe.resample import mesh_inside, resample
 from forming.fe.shape import gauss_volumes
-from forming.fe.simulation import surface_loads
+from forming.fe.tractions import surface_loads
 from forming.fe.transfer import transfer
 from forming.ring import Upsetting
 from forming.tooling import plate

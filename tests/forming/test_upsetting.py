@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from forming.upsetting import PunchGeometry, upset
+from forming.punch_geometry import PunchGeometry
+from forming.upsetting import upset
 from friction_models.loads import InputError
 
 

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from forming.material import Material, steel_16MnCr5
-from forming.upsetting import PunchGeometry
+from forming.punch_geometry import PunchGeometry
 from friction_models.loads import InputError
 from sct_twin import RawCampaign, SctRecord, SctTwin
 from sct_twin.contact_diameter import growth, read_at_diameter
