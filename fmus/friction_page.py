@@ -73,8 +73,7 @@ def _head(source: FrictionSource) -> str:
     text = f'<p class="soft">Coefficient of friction from {len(LOADS)} local loads. Family: {escape(source.family)}.'
     if isinstance(source.card.get("description"), str):
         text += f" {escape(source.card['description'])}"
-    data = source.card.get("data")
-    if isinstance(data, dict) and data.get("synthetic"):
+    if source.synthetic:
         text += ' <span class="badge">trained on synthetic data</span>'
     text += "</p>"
     return text + (f"<pre>{escape(source.formula)}</pre>" if source.formula else "")

@@ -58,11 +58,14 @@ def friction_description(
     for load, (lower, upper) in interface.domain.items():
         annotations[f"domain_{load}"] = f"{lower!r} {upper!r}"
     common, co_simulation, model_exchange = _capabilities(fmi, native)
+    origin = ", trained on synthetic data" if source.synthetic else ""
     return Description(
         model_name=f"friction {source.name}",
         identifier=identifier(f"friction_{source.family}"),
         guid=guid,
-        text=f"Coefficient of friction from {len(LOADS)} loads: {source.formula or source.name}"[:400],
+        text=f"Coefficient of friction from {len(LOADS)} loads{origin}: {source.formula or source.name}"[
+            :400
+        ],
         variables=variables3(interface, ode) if fmi == "3.0" else interface.variables(native and ode),
         co_simulation=common | co_simulation,
         model_exchange=common | model_exchange if native and both else None,

@@ -93,7 +93,8 @@ def pack_forming(
     if process not in PROCESSES:
         raise unknown_name("forming process", process, PROCESSES)
     solver: Any = PROCESSES[process]
-    _check_names(solver, kwargs)
+    beside = [p.name for p in inspect.signature(pack_forming).parameters.values() if p.kind is p.KEYWORD_ONLY]
+    _check_names(solver, kwargs, f"forming process {process!r}", beside=beside)
     made = solver(**kwargs)
     if stroke is None:
         stroke = min(_STROKE, made.max_stroke)
@@ -186,7 +187,7 @@ def pack_twin(
         "tip_height": "mm",
         "t_wait": "s",
     }
-    _check_names(SctProcess, kwargs, without=("thermal",))
+    _check_names(SctProcess, kwargs, "twin", without=("thermal",))
     values = {name: _value(SctProcess, kwargs, name) for name in (*units, "T_tool", "T_specimen")}
     for name, value in values.items():
         if not isinstance(value, (int, float)) and not (name == "T_specimen" and value is None):
@@ -256,11 +257,18 @@ def _meanings(solver: Any) -> dict[str, str]:
     return found
 
 
-def _check_names(solver: Any, kwargs: Mapping[str, Any], without: Sequence[str] = ()) -> None:
+def _check_names(
+    solver: Any,
+    kwargs: Mapping[str, Any],
+    what: str,
+    without: Sequence[str] = (),
+    beside: Sequence[str] = (),
+) -> None:
+    """Refuse unknown parameters of `what`; options of the packing itself (`beside`) are allowed names, too."""
     allowed = [p for p in _parameters(solver) if p not in without]
     for name in kwargs:
         if name not in allowed:
-            raise unknown_name(f"parameter of {solver.__name__}", name, allowed)
+            raise unknown_name(f"parameter of the {what}", name, [*beside, *allowed])
 
 
 def _value(solver: Any, kwargs: Mapping[str, Any], name: str) -> Any:

@@ -77,6 +77,12 @@ class FrictionSource:
         return FrictionInterface(nodes, dict(self.domain), self.states, self.system, level)
 
     @property
+    def synthetic(self) -> bool:
+        """Whether the card says that the model was trained on synthetic data."""
+        data = self.card.get("data")
+        return isinstance(data, dict) and bool(data.get("synthetic"))
+
+    @property
     def labels(self) -> dict[str, tuple[str, ...]]:
         """Labels of the numbers 0, 1, 2 ... of the system variables that are text in the metadata of tests."""
         return {p.name: p.labels for p in self.system if p.labels}

@@ -17,6 +17,13 @@ from .material_base import Material
 
 SHIPPED = Path(__file__).parent / "materials"
 MAX_BYTES = 1024 * 1024
+#: What metals and tool materials have; a value beyond is most often in another unit.
+METALS = {
+    "density": (500.0, 25_000.0),
+    "elasticity.E": (1e3, 2e6),
+    "conductivity": (0.5, 3000.0),
+    "heat_capacity": (50.0, 20_000.0),
+}
 
 
 def _number(value: Any) -> Any:
@@ -163,6 +170,18 @@ class MaterialFile(_Part):
         InputError
             Values that cannot be.
         """
+        for name, unit, values in (
+            ("density", "kg/m3", [self.density]),
+            ("elasticity.E", "MPa", [self.elasticity.E]),
+            ("conductivity", "W/(m K)", _values(self.conductivity)),
+            ("heat_capacity", "J/(kg K)", _values(self.heat_capacity)),
+        ):
+            low, high = METALS[name]
+            for value in values:
+                if not low <= value <= high:
+                    raise InputError(
+                        f"{where}: {name} = {value:g} {unit}; allowed: {low:g} to {high:g} {unit} (any metal or tool ceramic)"
+                    )
         common: dict[str, Any] = {
             "name": self.name,
             "source": self.source,
@@ -205,6 +224,10 @@ def _build(curve: Any, common: dict[str, Any]) -> Material:
     return PowerLaw(**law, **common)
 
 
+def _values(value: float | _OverT) -> list[float]:
+    return [value] if isinstance(value, float) else value.value
+
+
 def _property(value: float | _OverT, where: str) -> Any:
     if isinstance(value, float):
         return value
@@ -222,6 +245,8 @@ def shipped() -> list[str]:
 
 def read_material(source: str | os.PathLike[str]) -> Material:
     """Read a shipped material by name, or a YAML file; see `forming.material.load`."""
+    if not isinstance(source, (str, os.PathLike)):
+        raise unknown_name("material", str(source), [*shipped(), "the path of a .yaml file"])
     if isinstance(source, str) and source in shipped():
         file = SHIPPED / f"{source}.yaml"
     else:
@@ -254,7 +279,10 @@ def material_from_content(content: object, where: str = "material") -> Material:
     try:
         read = MaterialFile.model_validate(content)
     except ValidationError as error:
-        raise InputError(f"{where}: {_sentence(error.errors()[0])}") from None
+        found = error.errors()
+        # A misspelt key is missing under its right name, too: it is named first.
+        first = next((item for item in found if item["type"] == "extra_forbidden"), found[0])
+        raise InputError(f"{where}: {_sentence(first)}") from None
     return read.material(where)
 
 

@@ -94,3 +94,11 @@ class Domain:
     def clamp(self, loads: npt.ArrayLike) -> FloatArray:
         """Return points of shape (n, 5), moved to the nearest point of the box."""
         return np.clip(np.asarray(loads, dtype=np.float64), self.lower, self.upper)
+
+
+def known_domain(model: Any) -> Domain | None:
+    """Return the trained domain of a model, None where it has none (a constant, an FMU that does not say)."""
+    domain = getattr(model, "domain", None)
+    if not isinstance(domain, Domain) or domain == Domain.physical():
+        return None
+    return domain

@@ -12,6 +12,9 @@ import numpy.typing as npt
 from .intervals import PredictionInterval
 from .loads import DataSet, FloatArray
 
+#: Points of a test share its offset. Tests that happen to agree would speak for any number of observations.
+MOST_A_TEST = 3.0
+
 
 def coverage_measures(
     mu: FloatArray, low: FloatArray, high: FloatArray, groups: npt.NDArray[np.str_], level: float
@@ -23,7 +26,7 @@ def coverage_measures(
     dict
         `expected` (the level); `share` (mean over tests of the share of points within), with its own interval of 95 %
         `share_low`, `share_high`: Wilson's, for as many independent observations as the scatter
-        between the tests speaks for, at least their number; `points` (share of all points), `worst_test` (smallest share of
+        between the tests speaks for, at least one and at most `MOST_A_TEST` a test; `points` (share of all points), `worst_test` (smallest share of
         a test), `tests`, `mean_width`.
     """
     inside = ((mu >= low) & (mu <= high)).astype(np.float64)
@@ -31,9 +34,10 @@ def coverage_measures(
     shares = np.bincount(test, weights=inside) / np.bincount(test)
     tests, share = len(shares), float(shares.mean())
     independent = float(tests)
-    if tests > 1 and 0.0 < share < 1.0:
+    if tests > 1:
         variance = float(shares.var(ddof=1)) / tests
-        independent = min(max(share * (1.0 - share) / max(variance, 1e-300), tests), float(len(mu)))
+        spoken_for = share * (1.0 - share) / variance if variance > 0.0 else math.inf
+        independent *= min(max(spoken_for / tests, 1.0), MOST_A_TEST)
     below, above = wilson(share, independent)
     return {
         "expected": float(level),

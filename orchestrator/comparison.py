@@ -11,15 +11,14 @@ import numpy as np
 import pandas as pd
 
 from friction_models.discovery.binning import prepare
-from friction_models.discovery.comparison import FEWEST_TESTS, Comparison, compare
-from friction_models.domain import Domain
+from friction_models.discovery.comparison import FEWEST_TESTS, SAME, Comparison, compare
+from friction_models.domain import known_domain
 from friction_models.loads import LOAD_NAMES, DataSet, FloatArray, InputError, TriboLoads
+from friction_models.training.measures import range_warning
 
 #: Resampled sets of tests, and how sure an order has to be.
 REPLICATES = 4000
 SURE = 0.95
-#: Errors that differ by less than this share of theirs count as equal.
-SAME = 1e-4
 #: With fewer tests or levels than this no two models are told apart, as none is clearly ahead.
 FEWEST_UNITS = FEWEST_TESTS
 
@@ -166,10 +165,10 @@ class TestsComparison:
         """Return a sentence for each model whose mu cannot be one."""
         found = []
         for name in self.order.names:
-            low, high = float(self.predicted[name].min()), float(self.predicted[name].max())
-            if low < 0.0 or high > 1.0:
+            warning = range_warning(self.predicted[name])
+            if warning:
                 hint = "; are its units right (--names)?" if _is_fmu(self.models[name]) else ""
-                found.append(f"{name}: mu from {low:.3g} to {high:.3g}, outside 0 to 1{hint}")
+                found.append(f"{name}: {warning}{hint}")
         return found
 
     def report(self) -> str:
@@ -252,14 +251,6 @@ def compare_on_tests(models: Mapping[str, Any], data: DataSet, seed: int = 0) ->
     return TestsComparison(
         result, order, outside, campaign.loads, campaign.mu, predicted, models, bool(data.synthetic)
     )
-
-
-def known_domain(model: Any) -> Domain | None:
-    """Return the trained domain of a model, None where it has none (a constant, an FMU that does not say)."""
-    domain = getattr(model, "domain", None)
-    if not isinstance(domain, Domain) or domain == Domain.physical():
-        return None
-    return domain
 
 
 def _is_fmu(model: Any) -> bool:

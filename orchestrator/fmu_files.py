@@ -7,6 +7,7 @@ everything before that: paths that leave the folder, archives that swell, XML th
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import re
 from collections.abc import Iterable, Mapping
@@ -19,6 +20,8 @@ from friction_models.loads import LOADS, MU, InputError, unknown_name
 from .fmu_variables import Variable, expand, sizing_parameter
 
 VERSIONS = ("2.0", "3.0")
+#: Where a friction FMU holds its model card, and how large a card may be.
+CARD, MAX_CARD_BYTES = "documentation/card.json", 4_000_000
 
 
 @dataclass(frozen=True)
@@ -121,6 +124,19 @@ class FmuDescription:
             name in self.variables and self.variables[name].causality == causality
             for name, causality in wanted
         )
+
+    @property
+    def synthetic(self) -> bool:
+        """Whether the FMU says of itself (in its model card) that it was trained on synthetic data."""
+        from fmus.archive import read_archive, read_member
+
+        if CARD not in read_archive(self.path):
+            return False
+        try:
+            data = json.loads(read_member(self.path, CARD, MAX_CARD_BYTES))["data"]
+            return bool(data["synthetic"])
+        except (InputError, ValueError, KeyError, TypeError, RecursionError):
+            return False  # a card of others
 
     @property
     def sha256(self) -> str:

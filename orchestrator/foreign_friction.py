@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +14,13 @@ import numpy as np
 from fmus import FmuModel
 from fmus.archive import read_archive
 from fmus.running import FmuError, RunningFmu
+from fmus.source import parse_source
 from fmus.unpacked import UnpackedFmu
 from friction_models.domain import Domain
-from friction_models.loads import LOAD_NAMES, FloatArray, InputError
+from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, InputError
 
 from .fmu_files import describe
-from .friction_names import FrictionNames
+from .friction_names import FrictionNames, entries_by_model
 
 #: Two ordinary contact states that differ in all loads: an FMU that answers both alike at once may answer after a step.
 _PROBES = ((5.0, 50.0, 500.0, 2.0, 1.1), (200.0, 150.0, 1500.0, 20.0, 3.0))
@@ -53,6 +56,52 @@ def friction_model(path: str | os.PathLike[str], entry: Mapping[str, Any] | None
         if model.source is not None:
             return model
     return ForeignFmu(path, FrictionNames.of(describe(path), entry or {}))
+
+
+@dataclass(frozen=True)
+class GivenNames:
+    """What a file of names says of the models of a command line.
+
+    Attributes
+    ----------
+    file : Path or None
+        None where there is no such file.
+    entries : mapping
+        By model (`friction_names.entries_by_model`).
+    """
+
+    file: Path | None = None
+    entries: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, models: Sequence[str], file: Path | None) -> GivenNames:
+        """Read the file, if there is one.
+
+        Raises
+        ------
+        InputError
+            What `entries_by_model` refuses.
+        """
+        return cls() if file is None else cls(file, entries_by_model(models, file))
+
+    def open(self, model: str) -> FmuModel:
+        """Return the friction FMU of that name as `friction_model` does; errors in an entry name the file."""
+        with self._blamed(model):
+            return friction_model(model, self.entries.get(model))
+
+    def foreign(self, model: str) -> FrictionNames | None:
+        """Return what `foreign_names` returns; errors in an entry name the file."""
+        with self._blamed(model):
+            return foreign_names(model, self.entries.get(model))
+
+    @contextmanager
+    def _blamed(self, model: str) -> Iterator[None]:
+        try:
+            yield
+        except InputError as error:
+            if model not in self.entries:
+                raise
+            raise InputError(f"{self.file}: {error}") from None
 
 
 def foreign_names(
@@ -98,6 +147,7 @@ class ForeignFmu(FmuModel):
         self.names = names
         self.source = None
         self._fmu = UnpackedFmu(self.path)
+        self._domain = _recorded_domain(self._fmu.folder / MODEL)
         self._outputs = self._fmu.elements(names.mu)
         self._bounds = [[], []]
         variables = {load: self._fmu.elements(name) for load, (name, _) in names.loads.items()}
@@ -131,8 +181,18 @@ class ForeignFmu(FmuModel):
 
     @property
     def domain(self) -> Domain:
-        """The physical limits: another generator does not say what the model was trained on."""
-        return Domain.physical()
+        """The trained domain where the FMU holds a model of ours; another generator does not say: the physical limits."""
+        return self._domain
+
+    def remark(self) -> str:
+        """Return which loads do not enter and which inputs stay as they are; empty where all loads enter."""
+        missing = [load for load in LOAD_NAMES if load not in self.names.loads]
+        if not missing:
+            return ""
+        inputs = {n for n, v in self._fmu.variables.items() if v.causality == "input"}
+        free = [f"{n} stays at {v}" for n, v in self.names.start.items() if n in inputs]
+        verb = "does" if len(missing) == 1 else "do"
+        return "; ".join([f"{self.path}: {', '.join(missing)} {verb} not enter it", *free])
 
     def _answers_late(self) -> bool:
         """Return whether mu follows the loads only after a step."""
@@ -189,3 +249,13 @@ class ForeignFmu(FmuModel):
     def _write(self, fmu: RunningFmu, rows: FloatArray) -> None:
         values = rows[:, self._columns] * self._factors + self._offsets
         fmu.set_real(self._inputs, values.T.ravel())
+
+
+def _recorded_domain(model: Path) -> Domain:
+    """Return the trained domain that an ONNX file in an FMU records; the physical limits without one."""
+    try:
+        recorded = parse_source(model.read_bytes(), str(model)).domain if model.is_file() else {}
+    except InputError:
+        recorded = {}  # a file of another kind
+    limits = [recorded.get(q.name, (q.lower, q.upper)) for q in LOADS]
+    return Domain(tuple(low for low, _ in limits), tuple(high for _, high in limits))

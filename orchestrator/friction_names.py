@@ -15,6 +15,15 @@ from .fmu_files import FmuDescription
 
 #: A file of names is a page of text.
 _MAX_BYTES = 200_000
+#: Python types of the values that a variable of an FMU may be set to, where it is no floating-point number.
+_VALUES: dict[str, tuple[tuple[type, ...], str]] = {
+    "Boolean": ((bool,), "true or false"),
+    "Integer": ((int,), "a whole number"),
+    "Enumeration": ((int,), "a whole number"),
+    "String": ((str,), "a text"),
+}
+#: What the entry of a load may hold.
+_KEYS = ("variable", "unit")
 
 
 @dataclass(frozen=True)
@@ -78,6 +87,8 @@ class FrictionNames:
         for key in entry:
             if key not in (*LOAD_NAMES, MU.name, "set"):
                 raise unknown_name("key", str(key), (*LOAD_NAMES, MU.name, "set"), where)
+        from fmus.user_onnx.units import conversion
+
         loads: dict[str, tuple[str, str]] = {}
         lengths: set[int] = set()
         for load in LOADS:
@@ -95,17 +106,12 @@ class FrictionNames:
                     f"{where}: {name!r} takes {twice[0]!r} and {load.name!r}; allowed: a variable of its own for each load"
                 )
             declared = "" if elements[0].unit == "-" else elements[0].unit
-            if unit and declared and unit != declared:
+            factors = [conversion(load.name, u, where) for u in (unit, declared) if u]
+            if len(set(factors)) > 1:
                 raise InputError(
                     f"{where}: {name!r} is in {declared!r}, not in {unit!r}; allowed: {declared!r}"
                 )
-            unit = unit or declared
-            if unit == load.unit:
-                unit = ""
-            if unit:
-                from fmus.user_onnx.units import conversion
-
-                conversion(load.name, unit, where)
+            unit = "" if not factors or factors[0] == (1.0, 0.0) else declared or unit
             loads[load.name] = (name, unit)
             lengths.add(len(elements))
         name, unit = _named(entry.get(MU.name, MU.name), MU.name, where)
@@ -130,7 +136,8 @@ def read_names(path: Path) -> dict[str, dict[str, Any]]:
         No such file, too large, not YAML, or not a mapping of mappings.
     """
     if not path.is_file():
-        raise InputError(f"{path}: no such file")
+        what = "is a folder; allowed: a YAML file" if path.is_dir() else "no such file"
+        raise InputError(f"{path}: {what}")
     if path.stat().st_size > _MAX_BYTES:
         raise InputError(f"{path}: {path.stat().st_size} bytes; allowed: at most {_MAX_BYTES}")
     content = read_yaml(path)
@@ -174,12 +181,12 @@ def entries_by_model(models: Sequence[str], names: Path) -> dict[str, dict[str, 
 def _named(value: Any, load: str, where: str) -> tuple[str, str]:
     if isinstance(value, str) and value.strip():
         return value.strip(), ""
-    if (
-        isinstance(value, dict)
-        and isinstance(value.get("variable"), str)
-        and set(value) <= {"variable", "unit"}
-    ):
-        return value["variable"].strip(), str(value.get("unit", "")).strip()
+    if isinstance(value, dict):
+        for key in value:
+            if key not in _KEYS:
+                raise unknown_name("key", str(key), _KEYS, f"{where}: {load}")
+        if isinstance(value.get("variable"), str):
+            return value["variable"].strip(), str(value.get("unit", "")).strip()
     raise InputError(
         f"{where}: {load}: {str(value)[:60]!r}, allowed: a variable, or {{variable: ..., unit: ...}}"
     )
@@ -193,16 +200,20 @@ def _start(description: FmuDescription, given: Any, used: set[str]) -> dict[str,
             f"{where}: set: {str(given)[:60]!r}, allowed: values of inputs and parameters by name"
         )
     start: dict[str, Any] = {}
+    free = [
+        name
+        for name, elements in description.arrays.items()
+        if elements[0].causality in {"input", "parameter"} and name not in used
+    ]
     for key, value in given.items():
-        elements = description.resolve(str(key), "input or parameter")
-        if elements[0].causality not in {"input", "parameter"} or str(key) in used:
-            raise InputError(
-                f"{where}: set: {key!r} is no free input or parameter; allowed: one that no load feeds"
-            )
-        if not isinstance(value, bool | int | float | str):
-            raise InputError(
-                f"{where}: set: {key!r} = {str(value)[:60]!r}, allowed: a number, true, false or a text"
-            )
+        if str(key) not in free:
+            raise unknown_name("free input or parameter", str(key), free, f"{where}: set")
+        kind = description.arrays[str(key)][0].type
+        types, allowed = _VALUES.get(kind, ((int, float), "a finite number"))
+        if not isinstance(value, types) or (isinstance(value, bool) and bool not in types):
+            raise InputError(f"{where}: set: {key!r} = {str(value)[:60]!r}, allowed: {allowed}")
+        if isinstance(value, float) and not math.isfinite(value):
+            raise InputError(f"{where}: set: {key!r} = {value!r}, allowed: {allowed}")
         start[str(key)] = value
     for base, elements in description.arrays.items():
         first = elements[0]

@@ -174,6 +174,7 @@ def write_run(
             "model": description.raw.modelName,
             "guid": description.raw.guid,
             "generator": description.raw.generationTool or "",
+            "synthetic": description.synthetic,
             "start": dict(system.components[name].start),
             "instances": wiring.points.get(name, 1),
         }
@@ -181,7 +182,7 @@ def write_run(
     }
     manifest: dict[str, Any] = {
         "name": system.name,
-        "synthetic": system.synthetic,
+        "synthetic": system.synthetic or any(part["synthetic"] for part in files.values()),
         "mode": master.mode,
         "communication_step": system.communication_step,
         "stop_time": system.stop_time,

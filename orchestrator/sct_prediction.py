@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from friction_models.loads import LOAD_NAMES, FloatArray, InputError, TriboLoads, atomic_path, write_json
+from friction_models.loads import LOAD_NAMES, MU, FloatArray, InputError, TriboLoads, atomic_path, write_json
 
+from .friction_names import FrictionNames
 from .jobs import RunProgress, RunTask, run_all
 from .runs import Run
 from .sct_schedule import SctSchedule
@@ -39,10 +40,18 @@ class SctPrediction:
         What drove it, and the measurement where there is one.
     run : Run
         The co-simulation: `friction.mu`, the five loads `twin.T` ..., the inputs `inputs.F_n` ...
+    output : str
+        What mu is called in the friction FMU.
     """
 
     schedule: SctSchedule
     run: Run
+    output: str = MU.name
+
+    @property
+    def mu(self) -> FloatArray:
+        """Coefficient of friction of every step."""
+        return self.run[f"friction.{self.output}"][1:]
 
     def frame(self) -> pd.DataFrame:
         """Return one row a step: `test_id, t`, the five loads and `mu_model`.
@@ -54,7 +63,7 @@ class SctPrediction:
         columns: dict[str, Any] = {"test_id": self.schedule.test_id, "t": run.time[1:]}
         # A step begins with the loads of the step before: mu and the loads it belongs to stand in one row.
         columns |= {name: run[f"twin.{name}"][:-1] for name in LOAD_NAMES}
-        columns["mu_model"] = run["friction.mu"][1:]
+        columns["mu_model"] = self.mu
         measured = self.schedule.measured
         for name, column in (("mu", "mu"), ("T_measured", "T")):
             if measured is not None and column in measured:
@@ -99,10 +108,10 @@ class SctPrediction:
             }
         return result
 
-    def outside_domain(self) -> float:
-        """Return the share of steps outside the loads that the friction model was trained on; 0 if it does not say."""
+    def outside_domain(self) -> float | None:
+        """Return the share of steps outside the loads that the friction model was trained on; None if it does not say."""
         distance = self.run.values.get("friction.domain_distance")
-        return 0.0 if distance is None else float(np.mean(distance[1:] > 0.0))
+        return None if distance is None else float(np.mean(distance[1:] > 0.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,8 +123,8 @@ class SctPredictions:
 
     @property
     def synthetic(self) -> bool:
-        """Whether a test comes from a virtual laboratory."""
-        return any(test.schedule.synthetic for test in self.tests)
+        """Whether a test comes from a virtual laboratory, or the friction model learned from one."""
+        return any(test.run.synthetic for test in self.tests)
 
     def summary(self) -> dict[str, float] | None:
         """Return errors over all measured points (`mu_rms, mu_mae, T_rms`) and `tests`; None without measurements."""
@@ -144,7 +153,7 @@ class SctPredictions:
                 "test_id": test.schedule.test_id,
                 "run": test.run.folder.name,
                 "errors": test.errors(),
-                "mu_mean": float(test.run["friction.mu"][1:].mean()),
+                "mu_mean": float(test.mu.mean()),
                 "T_mean": float(test.run["twin.T"][1:].mean()),
                 "outside_domain": test.outside_domain(),
             }
@@ -155,14 +164,14 @@ class SctPredictions:
     def table(self) -> str:
         """Return the tests as text, one line each, and the errors over all of them."""
         lines = [
-            f"friction: {self.label}" + ("  (synthetic tests)" if self.synthetic else ""),
+            f"friction: {self.label}" + ("  (synthetic data)" if self.synthetic else ""),
             f"{'test':16}{'mean mu':>18}{'RMS':>9}{'MAE':>9}{'mean T [degC]':>20}{'RMS [K]':>9}{'outside':>9}",
             f"{'':16}{'measured':>9}{'model':>9}{'':18}{'measured':>10}{'model':>10}{'':9}{'domain':>9}",
         ]
         for test in self.tests:
             e = test.errors()
             run = test.run
-            mu, T = float(run["friction.mu"][1:].mean()), float(run["twin.T"][1:].mean())
+            mu, T = float(test.mu.mean()), float(run["twin.T"][1:].mean())
             if e is None:
                 cells = f"{'-':>9}{mu:9.4f}{'-':>9}{'-':>9}{'-':>10}{T:10.1f}{'-':>9}"
             else:
@@ -172,7 +181,9 @@ class SctPredictions:
                     if "T_rms" in e
                     else f"{'-':>10}{T:10.1f}{'-':>9}"
                 )
-            lines.append(f"{test.schedule.test_id[:15]:16}{cells}{100 * test.outside_domain():8.0f}%")
+            outside = test.outside_domain()
+            share = "-" if outside is None else f"{100 * outside:.0f}%"
+            lines.append(f"{test.schedule.test_id[:15]:16}{cells}{share:>9}")
         total = self.summary()
         if total is not None:
             text = f"over {total['tests']:.0f} tests: mu RMS {total['mu_rms']:.4f}, MAE {total['mu_mae']:.4f}"
@@ -196,6 +207,7 @@ def predict_sct(
     *,
     twin: Mapping[str, Any] | None = None,
     label: str | None = None,
+    names: FrictionNames | None = None,
     jobs: int | None = None,
     progress: RunProgress | None = None,
 ) -> SctPredictions:
@@ -215,6 +227,8 @@ def predict_sct(
         the test table says about specimen and punch goes before them.
     label : str, optional
         Name of the friction model; that of the file by default.
+    names : FrictionNames, optional
+        Variables of an FMU that others made; those of the contract by default.
     jobs : int, optional
         Processes; all cores by default.
     progress : callable, optional
@@ -231,15 +245,16 @@ def predict_sct(
         raise InputError("predict_sct: no tests given; allowed: at least one")
     place = Path(out)
     name = label or Path(friction).stem
+    output = MU.name if names is None else names.mu
     tasks = [
         RunTask(
-            sct_system(friction, schedule, place / "fmus", twin=twin, label=name),
+            sct_system(friction, schedule, place / "fmus", twin=twin, label=name, names=names),
             place / "runs" / schedule.test_id,
         )
         for schedule in schedules
     ]
     runs = run_all(tasks, jobs, progress)
-    found = SctPredictions(name, [SctPrediction(s, run) for s, run in zip(schedules, runs)])
+    found = SctPredictions(name, [SctPrediction(s, run, output) for s, run in zip(schedules, runs)])
     found.save(place)
     return found
 
@@ -251,12 +266,13 @@ def sct_system(
     *,
     twin: Mapping[str, Any] | None = None,
     label: str | None = None,
+    names: FrictionNames | None = None,
 ) -> System:
     """Return the system of one test: source of signals, friction FMU, twin FMU with the test's geometry.
 
     Parameters
     ----------
-    friction, twin, label
+    friction, twin, label, names
         As in `predict_sct`.
     schedule : SctSchedule
         What drives the test.
@@ -267,6 +283,7 @@ def sct_system(
     from fmus.signal_fmu import pack_signals
 
     fmus.mkdir(parents=True, exist_ok=True)
+    called = names or FrictionNames()
     fastest = float(schedule.v_slide.max())
     steps = int(np.clip(np.ceil(schedule.duration * fastest / STEP), 1, MOST_STEPS))
     step = schedule.duration / steps
@@ -304,14 +321,14 @@ def sct_system(
                 "inputs": {"fmu": str(signals.resolve())},
                 "friction": {
                     "fmu": str(Path(friction).resolve()),
-                    "start": _system_values(friction, schedule),
+                    "start": _system_values(friction, schedule) if names is None else dict(names.start),
                 },
                 "twin": {"fmu": str(twin_fmu.resolve()), "start": start},
             },
             "connections": [
                 *(f"inputs.{name} -> twin.{name}" for name in ("F_n", "v_slide", "T_tool")),
-                *(f"twin.{load} -> friction.{load}" for load in LOAD_NAMES),
-                "friction.mu -> twin.mu",
+                *(f"twin.{load} -> friction.{target}" for load, target in called.targets()),
+                f"friction.{called.mu} -> twin.mu",
             ],
             "order": ["inputs", "friction", "twin"],
             "synthetic": schedule.synthetic,

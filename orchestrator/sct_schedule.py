@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,6 +14,7 @@ import pandas as pd
 
 from friction_models.loads import DataSet, FloatArray, InputError, missing_column, unknown_name
 from friction_models.loads.dataset import read_table
+from sct_twin.process import F_MAX_LIMITS
 from sct_twin.raw_campaign import check_test_id
 
 #: Columns of a test table that are parameters of the twin.
@@ -72,6 +74,11 @@ class SctSchedule:
                 raise InputError(
                     f"{where}: {name} = {float(values[row])!r} {unit} in row {row}, allowed: {low:g} to {high:g} {unit}"
                 )
+        low, high = F_MAX_LIMITS
+        if not low <= float(self.F_n.max()) <= high:
+            raise InputError(
+                f"{where}: F_n is {float(self.F_n.max()):g} N at its highest, allowed: {low:g} to {high:g} N (is it in N?)"
+            )
         if not (np.diff(self.edges) > 0.0).all():
             raise InputError(f"{where}: the times must increase")
         if self.distance < 0.5:
@@ -211,7 +218,8 @@ class SctSchedule:
             raise InputError(f"{path}: {len(frame)} rows, allowed: at least 2")
         means = {name: 0.5 * (values[1:] + values[:-1]) for name, values in columns.items()}
         edges = columns["t"] - columns["t"][0]
-        return cls(str(row["test_id"]), edges, means["F_n"], means["v_slide"], means["T_tool"], dict(row))
+        with _named(path):
+            return cls(str(row["test_id"]), edges, means["F_n"], means["v_slide"], means["T_tool"], dict(row))
 
 
 def held_out_schedules(data: DataSet, only: list[str] | None = None) -> list[SctSchedule]:
@@ -256,7 +264,17 @@ def planned_schedules(path: str | os.PathLike[str]) -> list[SctSchedule]:
         raise missing_column("test_id", frame.columns, str(path))
     synthetic = "synthetic" in frame.columns and bool(frame["synthetic"].astype(str).eq("True").any())
     rows = [{str(k): v for k, v in row.items()} for row in frame.to_dict("records")]
-    return [SctSchedule.from_plan(row, synthetic) for row in rows]
+    with _named(path):
+        return [SctSchedule.from_plan(row, synthetic) for row in rows]
+
+
+@contextmanager
+def _named(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Let an error name the file."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 def _number(row: Mapping[str, Any], name: str) -> float | None:

@@ -181,7 +181,7 @@ class Wiring:
             names = [part.strip() for part in connection.split("->")]
             return [
                 f"connection {connection!r}: {names[0]} has {len(sources)} elements, {names[1]} has {len(targets)}; "
-                f"allowed: equal numbers (a friction FMU is packed with --nodes {len(sources) if source != 'friction' else len(targets)})"
+                f"allowed: equal numbers (a friction FMU is packed with --nodes {max(len(sources), len(targets))}; one for a single point takes each_point: true)"
             ]
         factor, offset = 1.0, 0.0
         parts = split_connection(connection)

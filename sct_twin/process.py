@@ -18,6 +18,8 @@ from .upsetting import SPEED, WOBBLE, ContactState, Upsetting, known_upset, run_
 LOADED = 1e3
 #: Change of the tool temperature before sliding that starts the contact anew [K].
 TOUCHED = 0.5
+#: Highest normal force of a test that the twin computes [N].
+F_MAX_LIMITS = (1e3, 5e6)
 
 
 class ContactLoads(NamedTuple):
@@ -106,8 +108,9 @@ class SctProcess:
         thermal: ThermalSettings | None = None,
         t_wait: float = 0.0,
     ) -> None:
-        if not (math.isfinite(F_max) and 1e3 <= F_max <= 5e6):
-            raise InputError(f"SCT process: F_max = {F_max!r} N; allowed: 1e3 to 5e6 N")
+        low, high = F_MAX_LIMITS
+        if not (math.isfinite(F_max) and low <= F_max <= high):
+            raise InputError(f"SCT process: F_max = {F_max!r} N; allowed: {low:g} to {high:g} N")
         if not (math.isfinite(speed) and speed > 0.0):
             raise InputError(f"SCT process: speed = {speed!r} mm/s; allowed: a finite number above 0")
         if not (math.isfinite(t_wait) and 0.0 <= t_wait <= 1e5):

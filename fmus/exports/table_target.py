@@ -47,6 +47,8 @@ class FrictionTable:
         Wanted largest error; measured largest and root-mean-square error of multilinear interpolation.
     left_out : dict of str to float
         How much mu changes at most over the trained range of each load that is held.
+    trained : dict of str to (float, float)
+        Trained range of the loads, where it is recorded.
     full : bool
         Whether the grid ended at the largest allowed number of rows.
     """
@@ -59,12 +61,24 @@ class FrictionTable:
     largest: float
     rms: float
     left_out: dict[str, float]
+    trained: dict[str, tuple[float, float]]
     full: bool
 
     @property
     def met(self) -> bool:
         """Whether the measured error is below the tolerance."""
         return self.largest <= self.tolerance
+
+    def held(self) -> list[str]:
+        """Return a sentence for each load that is held: where, and how much mu changes over its trained range."""
+        found = []
+        for name, value in self.fixed.items():
+            text = f"{name} is held at {value:g} {QUANTITIES[name].unit}"
+            low, high = self.trained.get(name, (value, value))
+            if not low <= value <= high:
+                text += f", OUTSIDE its trained range {low:g} to {high:g}"
+            found.append(f"{text}; over its trained range mu changes by up to {self.left_out[name]:.2e}")
+        return found
 
     def summary(self) -> str:
         """Return one sentence about size and error."""
@@ -162,6 +176,7 @@ def tabulate(
         largest=largest,
         rms=rms,
         left_out=left_out,
+        trained=dict(source.domain),
         full=grid.full,
     )
 
@@ -175,11 +190,7 @@ def table_files(source: FrictionSource, **given: Any) -> dict[str, str | bytes]:
             f"  {n:8} {QUANTITIES[n].unit:5} {len(x):4} lines, {x[0]:g} to {x[-1]:g}"
             for n, x in table.axes.items()
         ),
-        "FIXED": "\n".join(
-            f"  {n:8} {QUANTITIES[n].unit:5} {v:g}; over its trained range mu changes by up to {table.left_out[n]:.2e}"
-            for n, v in table.fixed.items()
-        )
-        or "  none",
+        "FIXED": "\n".join(f"  {line}" for line in table.held()) or "  none",
         "SYSTEM_VALUES": "\n".join(f"  {n} = {v:g}" for n, v in table.system.items()) or "  none",
         "MEMORY": (
             "THIS MODEL HAS MEMORY, which a table cannot have: mu is that of a fresh contact point."
@@ -190,6 +201,7 @@ def table_files(source: FrictionSource, **given: Any) -> dict[str, str | bytes]:
     report = {
         "axes": {n: x.tolist() for n, x in table.axes.items()},
         "fixed": table.fixed,
+        "held": table.held(),
         "largest change of mu over the trained range of a fixed load": table.left_out,
         "system": table.system,
         "rows": int(table.mu.size),

@@ -15,6 +15,8 @@ from .binning import Campaign, prepare
 REPLICATES = 1000
 #: With fewer tests resampling says little, and no model is clearly ahead.
 FEWEST_TESTS = 6
+#: Errors that differ by less than this share of theirs count as equal.
+SAME = 1e-4
 
 
 @dataclass(frozen=True)
@@ -97,8 +99,10 @@ class Comparison:
         if len(self.ranking) == 1:
             head = f"{best}: RMSE {self.errors[best].rmse:.5f} on {self.tests} tests"
         else:
-            how = "clearly ahead of" if self.clear else "ahead, but not clearly, of"
-            head = f"{best} is {how} {self.ranking[1]} on {self.tests} tests ({self.points} points)"
+            how = "is clearly ahead of" if self.clear else "is ahead, but not clearly, of"
+            if self.errors[self.ranking[1]].rmse - self.errors[best].rmse <= SAME * self.errors[best].rmse:
+                how = "has the same error as"
+            head = f"{best} {how} {self.ranking[1]} on {self.tests} tests ({self.points} points)"
         width = max(len(n) for n in self.ranking)
         lines = [
             head,

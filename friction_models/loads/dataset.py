@@ -194,11 +194,7 @@ class DataSet:
                 raise missing_points(source)
             if table is None and (source / "tests.csv").is_file():
                 table = source / "tests.csv"
-            if (source / "dataset.json").is_file():
-                try:
-                    info = json.loads((source / "dataset.json").read_text(encoding="utf-8"))
-                except ValueError as error:
-                    raise InputError(f"{source / 'dataset.json'}: not JSON ({error})") from None
+            info = read_info(source)
         else:
             points_file = source
         points = read_points(points_file, need_mu)
@@ -260,3 +256,23 @@ def missing_points(folder: Path) -> InputError:
             f"{folder}: raw records and no points.csv; 'tribofmu twin {folder} -o DATA' makes a data set of them"
         )
     return InputError(f"{folder}: no points.csv in this folder; a data set holds points.csv and tests.csv")
+
+
+def read_info(folder: Path) -> dict[str, Any]:
+    """Return the content of `dataset.json` in a folder, empty where there is none.
+
+    Raises
+    ------
+    InputError
+        Not JSON, or no JSON object.
+    """
+    file = folder / "dataset.json"
+    if not file.is_file():
+        return {}
+    try:
+        info = json.loads(file.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{file}: not JSON ({error})") from None
+    if not isinstance(info, dict):
+        raise InputError(f"{file}: holds {type(info).__name__}; allowed: a JSON object")
+    return info

@@ -11,14 +11,23 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from .errors import InputError
+
 
 @contextmanager
 def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a temporary file path beside `target`; rename it onto `target` when the block succeeds.
 
     On an error, or an interrupt, the temporary file is removed and `target` stays as it was.
+
+    Raises
+    ------
+    InputError
+        `target` is a folder.
     """
     final = Path(target)
+    if final.is_dir():
+        raise InputError(f"{final}: is a folder; allowed: a file")
     final.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(prefix=f".{final.name}.", suffix=final.suffix, dir=final.parent)
     os.close(handle)

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import pandas as pd
 
+from ..domain import known_domain
 from ..loads import LOAD_NAMES, MU, DataSet, FloatArray, InputError, check_column, missing_column
-from .measures import error_measures
+from .measures import error_measures, range_warning
 
 if TYPE_CHECKING:
     from ..base import FrictionModel
@@ -35,20 +36,23 @@ class Evaluation:
         Name of the model.
     overall : dict
         Measures over all points (`error_measures`), `outside_domain` (share of points outside the trained
-        domain) and `tests_within_accuracy` (share of tests with an MAE below 0.01).
+        domain; None for a model that has none or does not say) and `tests_within_accuracy` (share of tests with an MAE below 0.01).
     roles : dict of dict
         The same by role (``train``, ``test``); empty where no role is recorded.
     per_test : pandas.DataFrame
         One row a test, worst first: `test_id, role, points, mae, rmse, bias, max_error, outside_domain`.
     synthetic : bool or None
         Whether the data is labelled synthetic.
+    warning : str
+        That predicted mu leaves 0 to 1; or empty.
     """
 
     model: str
-    overall: dict[str, float]
-    roles: dict[str, dict[str, float]]
+    overall: dict[str, Any]
+    roles: dict[str, dict[str, Any]]
     per_test: pd.DataFrame = field(repr=False)
     synthetic: bool | None = None
+    warning: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """Return a JSON-able dict: `model, synthetic, overall, roles, per_test`."""
@@ -71,13 +75,14 @@ class Evaluation:
         for name, m in {**self.roles, "all": self.overall}.items():
             lines.append(
                 f"{name:12s}{m['mae']:9.5f}{m['rmse']:9.5f}{m['bias']:+10.5f}{m['max_error']:9.4f}"
-                f"{m['tests']:7d}{m['points']:8d}{m['tests_within_accuracy']:13.0%}{m['outside_domain']:16.1%}"
+                f"{m['tests']:7d}{m['points']:8d}{m['tests_within_accuracy']:13.0%}{_share(m['outside_domain']):>16}"
             )
         lines += ["", f"Worst tests{'':9s}{'role':8s}{'MAE':>9s}{'bias':>10s}"]
         for row in self.per_test.head(WORST_SHOWN).to_dict(orient="records"):
             lines.append(
                 f"  {row['test_id']:17s} {row['role'] or '':8s}{row['mae']:9.5f}{row['bias']:+10.5f}"
             )
+        lines += ["", self.warning] if self.warning else []
         return "\n".join(lines) + "\n"
 
 
@@ -119,16 +124,19 @@ def evaluate(
     predicted = np.asarray(model.predict_frame(data, tests), dtype=np.float64)
     if predicted.shape != mu.shape or not np.isfinite(predicted).all():
         raise InputError(f"evaluate: the model gives {predicted.shape} values, not {mu.shape} finite ones")
-    domain = getattr(model, "domain", None)
+    domain = known_domain(model)
     loads = data[list(LOAD_NAMES)].to_numpy(dtype=np.float64)
-    outside = np.zeros(len(mu), bool) if domain is None else ~domain.contains(loads)
+    outside = None if domain is None else ~domain.contains(loads)
     table = _per_test(mu, predicted, outside, ids, _roles(tests))
     roles = {}
     for role in sorted({r for r in table["role"] if r}, key=lambda r: (r != "train", r)):
         own = np.isin(ids, table.loc[table["role"] == role, "test_id"].to_numpy().astype(str))
-        roles[role] = _measures(mu[own], predicted[own], outside[own], ids[own], table)
+        roles[role] = _measures(
+            mu[own], predicted[own], None if outside is None else outside[own], ids[own], table
+        )
     overall = _measures(mu, predicted, outside, ids, table)
-    return Evaluation(name or str(getattr(model, "name", "model")), overall, roles, table, synthetic)
+    label = name or str(getattr(model, "name", "model"))
+    return Evaluation(label, overall, roles, table, synthetic, range_warning(predicted))
 
 
 def train(model: FrictionModel, data: DataSet) -> Evaluation:
@@ -158,27 +166,32 @@ def _roles(tests: pd.DataFrame | None) -> dict[str, str]:
 
 
 def _measures(
-    mu: FloatArray, predicted: FloatArray, outside: FloatArray, ids: np.ndarray, table: pd.DataFrame
-) -> dict[str, float]:
+    mu: FloatArray, predicted: FloatArray, outside: np.ndarray | None, ids: np.ndarray, table: pd.DataFrame
+) -> dict[str, Any]:
     own = table[table["test_id"].isin(np.unique(ids))]
     return error_measures(mu, predicted, ids) | {
-        "outside_domain": float(np.mean(outside)),
+        "outside_domain": None if outside is None else float(np.mean(outside)),
         "tests_within_accuracy": float(np.mean(own["mae"].to_numpy() < TRIBOMETER_ACCURACY)),
     }
 
 
 def _per_test(
-    mu: FloatArray, predicted: FloatArray, outside: FloatArray, ids: np.ndarray, roles: dict[str, str]
+    mu: FloatArray, predicted: FloatArray, outside: np.ndarray | None, ids: np.ndarray, roles: dict[str, str]
 ) -> pd.DataFrame:
     rows: list[dict[str, Any]] = []
     for test in dict.fromkeys(ids.tolist()):
         own = ids == test
         m = error_measures(mu[own], predicted[own])
         facts = {k: m[k] for k in ("points", "mae", "rmse", "bias", "max_error")}
-        share = float(np.mean(outside[own]))
+        share = None if outside is None else float(np.mean(outside[own]))
         rows.append({"test_id": test, "role": roles.get(test), **facts, "outside_domain": share})
     rows.sort(key=lambda row: (-row["mae"], row["test_id"]))
     table = pd.DataFrame(rows)
-    # As objects, so that a test without a role has None and not NaN, which JSON lacks.
-    table["role"] = pd.Series([row["role"] for row in rows], dtype=object)
+    # As objects, so that a test without a role or a known domain has None and not NaN, which JSON lacks.
+    for column in ("role", "outside_domain"):
+        table[column] = pd.Series([row[column] for row in rows], dtype=object)
     return table
+
+
+def _share(value: float | None) -> str:
+    return "not known" if value is None else f"{value:.1%}"

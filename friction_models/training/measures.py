@@ -33,3 +33,9 @@ def error_measures(
         measures["tests"] = len(counts)
         measures["mae_worst_test"] = float(np.max(np.bincount(test, weights=np.abs(error)) / counts))
     return measures
+
+
+def range_warning(predicted: FloatArray) -> str:
+    """Return a sentence where predicted mu leaves 0 to 1, or an empty text."""
+    low, high = float(predicted.min()), float(predicted.max())
+    return "" if low >= 0.0 and high <= 1.0 else f"mu from {low:.3g} to {high:.3g}, outside 0 to 1"

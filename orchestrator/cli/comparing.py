@@ -8,18 +8,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .console import progress, say, write_result
-from .options import Json, Names, Tests, fitted_model, named_entries, read_data
+from .options import Json, Names, Tests, fitted_model, given_names, read_data
 
 if TYPE_CHECKING:
     from ..comparison import TestsComparison
     from ..comparison_forces import ForcesComparison
+    from ..foreign_friction import GivenNames
     from ..press_study import PressResults, PressStudy
 
 
 def compare(
     models: Annotated[
         list[str],
-        typer.Option("--models", help="Model folders, .fmu files or numbers (constant mu), one or more."),
+        typer.Option(
+            "--models", help="Model folders, .fmu or .onnx files or numbers (constant mu), one or more."
+        ),
     ],
     data: Annotated[
         Path | None,
@@ -47,10 +50,10 @@ def compare(
         raise InputError(f"--tests {tests}: there are press curves only; allowed: with a data set of points")
     if press is None and runs is not None:
         raise InputError(f"--runs {runs}: there are no press curves; allowed: with --press")
-    entries = named_entries(models, names)
+    given = given_names(models, names)
     study = None if press is None else _opened(press)
-    on_tests = None if data is None else _compare_tests(models, entries, data, tests, seed)
-    ran = None if study is None else _form(study, models, entries, runs)
+    on_tests = None if data is None else _compare_tests(models, given, data, tests, seed)
+    ran = None if study is None else _form(study, models, given, runs)
     on_press = None if study is None or ran is None else _compare_forces(study, ran, seed)
     if json is not None:
         content: dict[str, Any] = {}
@@ -79,23 +82,21 @@ def _opened(press: Path) -> PressStudy:
 
 
 def _compare_tests(
-    models: list[str], entries: dict[str, Any], data: Path, tests: Path | None, seed: int
+    models: list[str], names: GivenNames, data: Path, tests: Path | None, seed: int
 ) -> TestsComparison:
     from ..comparison import compare_on_tests
 
-    named = {_label(name, models): fitted_model(name, entries) for name in models}
+    named = {_label(name, models): fitted_model(name, names) for name in models}
     result = compare_on_tests(named, read_data(data, tests), seed)
     say(result.report())
     return result
 
 
-def _form(study: PressStudy, models: list[str], entries: dict[str, Any], runs: Path | None) -> PressResults:
-    from ..foreign_friction import foreign_names
-
+def _form(study: PressStudy, models: list[str], names: GivenNames, runs: Path | None) -> PressResults:
     named = {_label(name, models): name for name in models}
     called = {}
     for label, name in named.items():
-        foreign = foreign_names(name, entries.get(name)) if Path(name).suffix == ".fmu" else None
+        foreign = names.foreign(name) if Path(name).suffix == ".fmu" else None
         if foreign is not None:
             called[label] = foreign.to_dict()
     with progress("runs", says_time=True) as tick:

@@ -76,7 +76,8 @@ def coverage(
             say("no plan written: no test is proposed")
         else:
             write_plan(plan, [row for p in found.proposals for row in p["plan"]], "cover")
-            say(f"written: {plan} (run it: tribofmu lab --plan {plan} ...)")
+            lab = f" (in the virtual laboratory: tribofmu lab --plan {plan} ...)" if dataset.synthetic else ""
+            say(f"written: {plan}{lab}")
     if report is not None:
         from ..report.coverage_page import coverage_page
 

@@ -9,7 +9,7 @@ import typer
 
 from .console import say, write_result
 from .modelling import Interval, add_interval
-from .options import Json, Names, OutFolder, Tests, any_model, named_entries, read_data
+from .options import Json, Names, OutFolder, Tests, any_model, given_names, read_data
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,7 +28,9 @@ Campaigns = Annotated[
 
 def diagnose(
     data: Campaigns,
-    model: Annotated[str, typer.Option(help="Model folder, .fmu file or name of a family.")],
+    model: Annotated[
+        str, typer.Option(help="Model folder, .fmu or .onnx file, number (constant mu) or name of a family.")
+    ],
     tests: Tests = None,
     seed: Annotated[int, typer.Option(help="Seed of the bootstrap.")] = 0,
     json: Json = None,
@@ -41,7 +43,7 @@ def diagnose(
     """Say which physical effect the model is missing: or that nothing is, or that the data cannot tell."""
     from friction_models.discovery import diagnose as search
 
-    friction = any_model(model, named_entries([model], names))
+    friction = any_model(model, given_names([model], names))
     dataset, absent = read_campaigns(data, tests)
     part = dataset.select("train")  # tests that are held out stay unseen
     result = search(part.points.drop(columns=absent), part.tests, model=friction, seed=seed)
@@ -97,9 +99,9 @@ def refine(
 
     for name in add:
         make_effect(name)
-    friction = any_model(model)
     if Path(model).suffix == ".fmu":
         raise InputError(f"{model}: an FMU is a fixed law; allowed: a model folder or the name of a family")
+    friction = any_model(model)
     dataset, _ = read_campaigns(data, tests)
     better = improve(dataset.points, dataset.tests, model=friction, add=add, force=force)
     if friction.is_fitted:
@@ -170,7 +172,7 @@ def read_some_loads(data: Path, tests: Path | None) -> tuple[DataSet, list[str]]
         What `DataSet.load` refuses, other than missing loads; no load at all.
     """
     from friction_models.loads import LOADS, DataSet
-    from friction_models.loads.dataset import check_points, read_table
+    from friction_models.loads.dataset import check_points, read_info, read_table
 
     file = data
     if data.is_dir():
@@ -195,7 +197,7 @@ def read_some_loads(data: Path, tests: Path | None) -> tuple[DataSet, list[str]]
         if "test_id" not in frame.columns:
             raise missing_column("test_id", frame.columns, str(listed))
         frame["test_id"] = frame["test_id"].astype(str)
-    return DataSet(points, frame, {}), names
+    return DataSet(points, frame, read_info(data)), names
 
 
 def constants(points: pd.DataFrame, names: list[str]) -> pd.DataFrame:

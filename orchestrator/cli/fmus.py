@@ -90,6 +90,8 @@ def pack(
     options = {"target": chosen, "nodes": nodes, "fmi": fmi, "platforms": wanted, **values}
     if interval:
         options["interval"] = True
+    if boundary and not (ssp or out.suffix == ".ssp"):
+        raise InputError("--boundary: belongs to an archive; allowed: with --ssp or a file .ssp")
     if ssp or out.suffix == ".ssp":
         path = fmus.pack_ssp(source, out, boundary=boundary, **options)
     else:
@@ -98,7 +100,8 @@ def pack(
     if source.note:
         say(source.note)
     if chosen == "table":
-        say(json.loads((path / "table.json").read_text(encoding="utf-8"))["summary"])
+        table = json.loads((path / "table.json").read_text(encoding="utf-8"))
+        say("\n".join([table["summary"], *table["held"]]))
 
 
 def export(

@@ -16,7 +16,7 @@ from .options import (
     OutFolder,
     Tests,
     fitted_model,
-    named_entries,
+    given_names,
     named_model,
     read_data,
 )
@@ -90,7 +90,9 @@ def add_interval(model: Any, dataset: DataSet, level: float = 0.95) -> str:
 
 
 def evaluate(
-    model: Annotated[str, typer.Argument(help="Model folder, .fmu file, or a number for constant mu.")],
+    model: Annotated[
+        str, typer.Argument(help="Model folder, .fmu or .onnx file, or a number for constant mu.")
+    ],
     data: Data,
     tests: Tests = None,
     json: Json = None,
@@ -100,7 +102,7 @@ def evaluate(
     """Show the errors of a model: overall, by role (train, test) and test by test; and what its interval holds."""
     from friction_models import evaluate as measure
 
-    friction = fitted_model(model, named_entries([model], names))
+    friction = fitted_model(model, given_names([model], names))
     dataset = read_data(data, tests)
     _refuse_level(friction, model, level)
     result = measure(friction, dataset, name=model)
@@ -116,7 +118,9 @@ def evaluate(
 
 
 def predict(
-    model: Annotated[str, typer.Argument(help="Model folder, .fmu file, or a number for constant mu.")],
+    model: Annotated[
+        str, typer.Argument(help="Model folder, .fmu or .onnx file, or a number for constant mu.")
+    ],
     data: Data,
     out: OutFile,
     tests: Tests = None,
@@ -128,10 +132,11 @@ def predict(
     The output is CSV or Parquet, by its suffix.
     """
     from friction_models.loads import InputError, atomic_path
+    from friction_models.training.measures import range_warning
 
     if out.suffix not in {".csv", ".parquet"}:
         raise InputError(f"{out}: suffix {out.suffix!r}, allowed: .csv, .parquet")
-    friction = fitted_model(model, named_entries([model], names))
+    friction = fitted_model(model, given_names([model], names))
     _refuse_level(friction, model, level)
     dataset = read_data(data, tests, need_mu=False)
     frame = dataset.points.assign(mu_model=friction.predict_frame(dataset.points, dataset.tests))
@@ -144,6 +149,8 @@ def predict(
         else:
             frame.to_parquet(temporary, index=False)
     say(f"written: {out} ({len(frame)} points)")
+    if warning := range_warning(frame["mu_model"].to_numpy()):
+        say(warning)
 
 
 def has_interval(model: Any) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,6 +11,7 @@ import typer
 if TYPE_CHECKING:
     from friction_models.loads import DataSet
 
+    from ..foreign_friction import GivenNames
     from ..system import System
 
 Data = Annotated[
@@ -68,23 +69,21 @@ def named_model(name: str, parameters: Iterable[str] = ()) -> Any:
     return make_model(name, **key_values(parameters))
 
 
-def named_entries(models: Sequence[str], names: Path | None) -> dict[str, dict[str, Any]]:
-    """Return what the file behind `--names` says of each model."""
-    if names is None:
-        return {}
-    from ..friction_names import entries_by_model
+def given_names(models: Sequence[str], names: Path | None) -> GivenNames:
+    """Return what the file behind `--names` says of the models."""
+    from ..foreign_friction import GivenNames
 
-    return entries_by_model(models, names)
+    return GivenNames.read(models, names)
 
 
-def any_model(name: str, entries: Mapping[str, Any] | None = None) -> Any:
+def any_model(name: str, names: GivenNames | None = None) -> Any:
     """Return what `--model` names: a model folder, a friction FMU, an ONNX file, a number (constant mu) or a family.
 
     Parameters
     ----------
     name : str
-    entries : mapping, optional
-        What `named_entries` returned.
+    names : GivenNames, optional
+        What `given_names` returned.
 
     Raises
     ------
@@ -93,9 +92,12 @@ def any_model(name: str, entries: Mapping[str, Any] | None = None) -> Any:
     """
     path = Path(name)
     if path.suffix == ".fmu":
-        from ..foreign_friction import friction_model
+        from ..foreign_friction import ForeignFmu, GivenNames
 
-        return friction_model(path, (entries or {}).get(name))
+        model = (names or GivenNames()).open(name)
+        if isinstance(model, ForeignFmu) and model.remark():
+            typer.echo(f"note: {model.remark()}", err=True)
+        return model
     if path.suffix == ".onnx":
         from friction_models.onnx_model import OnnxModel
 
@@ -113,20 +115,28 @@ def any_model(name: str, entries: Mapping[str, Any] | None = None) -> Any:
         from friction_models.loads import InputError
 
         raise InputError(
-            f"{name}: no such model; allowed: a model folder, an .fmu or .onnx file or a model family"
+            f"{name}: no such model; allowed: a model folder, an .fmu or .onnx file, a number or a model family{_near(path)}"
         )
     return named_model(name)
 
 
-def fitted_model(name: str, entries: Mapping[str, Any] | None = None) -> Any:
+def _near(path: Path) -> str:
+    """Return a question for the nearest name beside a path that is not there."""
+    from friction_models.loads import nearest
+
+    beside = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
+    hint = nearest(path.name, beside)
+    return f"; did you mean {str(path.parent / hint)!r}?" if hint else ""
+
+
+def fitted_model(name: str, names: GivenNames | None = None) -> Any:
     """Return the model behind a name as `any_model` does; it must be able to predict."""
-    model = None if Path(name).suffix == ".onnx" else any_model(name, entries)
-    if model is None or not model.is_fitted:
+    model = any_model(name, names)
+    if not getattr(model, "is_fitted", True):
         from friction_models.loads import InputError
 
         raise InputError(
-            f"{name}: {'an ONNX file' if model is None else 'the name of a family, not a trained model'}; "
-            "allowed: a model folder, an .fmu file or a number"
+            f"{name}: the name of a family, not a trained model; allowed: a model folder, an .fmu or .onnx file, or a number"
         )
     return model
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .console import keeping, progress, say, write_result
-from .options import Jobs, Json, OutFolder, Tests, as_number, key_values, read_data
+from .options import Jobs, Json, Names, OutFolder, Tests, as_number, given_names, key_values, read_data
 
 if TYPE_CHECKING:
     from ..sct_schedule import SctSchedule
@@ -32,12 +32,12 @@ def predict_sct(
     plan: Annotated[
         Path | None,
         typer.Option(
-            help="Table of tests that nobody ran: test_id, F_set [N], v_set [mm/s], sd_set [mm], T_tool [degC], bore, tip ..."
+            help="Table of tests that nobody ran: test_id, F_set (N), v_set (mm/s), sd_set (mm), T_tool (degC), bore, tip ..."
         ),
     ] = None,
     inputs: Annotated[
         Path | None,
-        typer.Option(help="Table of one test over time: t [s], F_n [N], v_slide [mm/s], T_tool [degC]."),
+        typer.Option(help="Table of one test over time: t (s), F_n (N), v_slide (mm/s), T_tool (degC)."),
     ] = None,
     parameters: Annotated[
         list[str] | None,
@@ -47,6 +47,7 @@ def predict_sct(
     ] = None,
     jobs: Jobs = None,
     json: Json = None,
+    names: Names = None,
 ) -> None:
     """Predict compression tests that were not run: the friction FMU and the twin FMU in a closed loop.
 
@@ -63,10 +64,10 @@ def predict_sct(
             twin[key] = name
     schedules = _schedules(data, tests, only, plan, inputs, twin)
     label = Path(friction).stem if as_number(friction) is None else f"constant {friction}"
-    (out / "fmus").mkdir(parents=True, exist_ok=True)
+    called = given_names([friction], names).foreign(friction) if Path(friction).suffix == ".fmu" else None
     fmu = friction_fmu(friction, out / "fmus" / "friction.fmu", nodes=1)
     with progress("closed loop") as tick, keeping(lambda: f"finished tests are kept in {out}"):
-        found = predict(fmu, schedules, out, twin=twin, label=label, jobs=jobs, progress=tick)
+        found = predict(fmu, schedules, out, twin=twin, label=label, names=called, jobs=jobs, progress=tick)
     say(found.table())
     say(f"written: {out} (predicted.csv, prediction.json, runs/ with a folder a test)")
     if json is not None:

@@ -27,10 +27,15 @@ def write_report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | N
     Raises
     ------
     InputError
-        None of these, or files of it are missing.
+        None of these, or files of it are missing; `out` is no HTML file.
     """
     place = Path(folder)
     target = Path(out) if out is not None else place / "report.html"
+    if target.suffix.lower() not in {".html", ".htm"}:
+        raise InputError(f"{target}: suffix {target.suffix!r}; allowed: .html, .htm")
+    if not place.is_dir():
+        what = "is a file" if place.exists() else "no such folder"
+        raise InputError(f"{place}: {what}; allowed: the folder of a run, a study, predicted tests or a demo")
     if (place / "demo.json").is_file():
         from .demo_page import demo_page
 
@@ -49,9 +54,11 @@ def write_report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | N
         from forming.result_files import load_result
 
         return write_text(target, report_page(*load_result(place)))
+    inside = sorted(p.parent.name for p in place.glob("*/manifest.json"))
+    hint = f"; inside is {place / inside[0]}" if inside else ""
     raise InputError(
         f"{place}: neither a folder of a run or a study (manifest.json) nor one of the demo (demo.json), of predicted tests "
-        "(prediction.json) or of a forming result (forming.json); allowed: one of them"
+        f"(prediction.json) or of a forming result (forming.json); allowed: one of them{hint}"
     )
 
 

@@ -103,7 +103,7 @@ def _table(rows: list[dict[str, Any]], total: dict[str, float] | None) -> str:
                 _shown(e.get("T_measured"), 0),
                 _shown(e.get("T_predicted", row["T_mean"]), 0),
                 _shown(e.get("T_rms"), 1),
-                f"{100 * row['outside_domain']:.0f} %",
+                "not known" if row["outside_domain"] is None else f"{100 * row['outside_domain']:.0f} %",
             )
         )
     if total is not None:

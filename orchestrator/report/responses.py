@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from friction_models.domain import known_domain
 from friction_models.loads import LOADS, FloatArray
 
-from ..comparison import known_domain
 from .markup import escape
 from .theme import LINE, dress
 

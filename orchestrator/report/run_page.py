@@ -82,23 +82,17 @@ def _fields(run: Run) -> str:
 
 
 def _contact(run: Run) -> str:
-    """Median and range of mu and of each load over the active points, along the run."""
+    """Median and range of mu and of each load over the active points, along the run; a single point as it is."""
     from plotly.subplots import make_subplots
 
-    component = next(
-        (
-            label.rpartition(".")[0]
-            for label, values in run.values.items()
-            if label.endswith(".sigma_n") and values.ndim == 2
-        ),
-        None,
-    )
+    component = next((label.rpartition(".")[0] for label in run.values if label.endswith(".sigma_n")), None)
     if component is None:
         return ""
-    active = run.values.get(f"{component}.active")
-    mask = run[f"{component}.sigma_n"] > 0.0 if active is None else active > 0.5
-    mu = next((v for label, v in run.values.items() if label.endswith(".mu") and v.shape == mask.shape), None)
-    shown: list[tuple[Any, Any]] = [(q, run.values.get(f"{component}.{q.name}")) for q in LOADS] + [(MU, mu)]
+    columns = {label: v if v.ndim == 2 else v[:, None] for label, v in run.values.items()}
+    active = columns.get(f"{component}.active")
+    mask = columns[f"{component}.sigma_n"] > 0.0 if active is None else active > 0.5
+    mu = next((v for label, v in columns.items() if label.endswith(".mu") and v.shape == mask.shape), None)
+    shown: list[tuple[Any, Any]] = [(q, columns.get(f"{component}.{q.name}")) for q in LOADS] + [(MU, mu)]
     shown = [(q, v) for q, v in shown if v is not None]
     titles = [f"{q.name}" + (f" [{q.unit}]" if q.unit != "1" else "") for q, _ in shown]
     chart = make_subplots(rows=2, cols=3, subplot_titles=titles, shared_xaxes=True, vertical_spacing=0.13)
@@ -119,10 +113,10 @@ def _contact(run: Run) -> str:
         )  # fmt: skip
     dress(chart, 520, legend=False)
     chart.update_xaxes(title_text="time [s]", row=2)
-    return figure(
-        "contact", chart, "Median (line) and 5 to 95 % range (band) over the contact points that touch the tool.",
-        "Loads and friction in the contact over time.",
-    )  # fmt: skip
+    caption = "Median (line) and 5 to 95 % range (band) over the contact points that touch the tool."
+    if mask.shape[1] == 1:
+        caption = "Loads and coefficient of friction of the contact."
+    return figure("contact", chart, caption, "Loads and friction in the contact over time.")
 
 
 def _manifest(run: Run) -> str:

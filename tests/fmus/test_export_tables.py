@@ -68,6 +68,8 @@ def test_table_says_when_the_tolerance_is_not_met_and_what_it_leaves_out() -> No
     small = tabulate(polynomial, tolerance=1e-6, max_rows=40)
     assert not small.met and small.mu.size <= 40 and "NOT met: max_rows is reached" in small.summary()
     assert small.left_out["sd"] > 1e-3
+    outside = tabulate(polynomial, tolerance=1e-2, fixed={"sd": 9e3})
+    assert outside.held()[0].startswith("sd is held at 9000 mm, OUTSIDE its trained range")
     full = tabulate(polynomial, axes=LOAD_NAMES, points={"sd": 4}, limits={"psi": (2.0, 9.0)}, fixed={})
     assert full.mu.shape[3] == 4 and full.axes["psi"][[0, -1]].tolist() == [2.0, 9.0] and full.left_out == {}
     typed = tabulate(polynomial, axes="T, sigma_n", tolerance="1e-3", max_rows=100.0)  # type: ignore[arg-type]

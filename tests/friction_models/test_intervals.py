@@ -79,6 +79,17 @@ def test_new_tests_lie_within_as_often_as_the_level_says(family: type[FrictionMo
     assert 0.76 <= np.mean(narrow) <= (0.88 if train > 19 else 0.93)
 
 
+def test_a_better_coverage_is_never_less_sure() -> None:
+    groups = np.repeat([f"t{k}" for k in range(10)], 100)
+    lows = []
+    for missed in (40, 10, 1, 0):
+        mu = np.zeros(1000)
+        mu[:missed] = 1.0
+        measures = coverage_measures(mu, mu * 0.0 - 0.5, mu * 0.0 + 0.5, groups, 0.95)
+        lows.append(measures["share_low"])
+    assert lows == sorted(lows) and lows[-1] == pytest.approx(wilson(1.0, 30)[0])
+
+
 def test_points_taken_as_independent_would_promise_too_much() -> None:
     naive, ours = [], []
     for seed in range(6):

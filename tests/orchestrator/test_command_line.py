@@ -160,6 +160,10 @@ def test_misspelt_names_get_the_nearest(refused: Check, place: Path, tmp_path: P
         "pack", place / "linear", "--target", "nativ", "-o", tmp_path / "f.fmu"
     )
     assert "no such model" in refused("evaluate", tmp_path / "gone", "--data", data)
+    assert f"did you mean '{place / 'linear'}'" in refused("evaluate", place / "linar", "--data", data)
+    assert "did you mean 'process'" in refused(
+        "pack", "forming", "--set", "proces=ring", "-o", tmp_path / "f.fmu"
+    )
     assert "name of a family" in refused("evaluate", "linear", "--data", data)
 
 
@@ -221,6 +225,19 @@ def test_train_evaluate_predict(place: Path, tmp_path: Path, capsys: pytest.Capt
     table = pd.read_csv(tmp_path / "out.csv")
     assert len(table) == len(pd.read_parquet(tmp_path / "out.parquet")) == 180
     assert (table["mu_model"] - table["mu"]).abs().mean() < 0.01
+
+
+def test_synthetic_data_that_lack_a_load_stay_synthetic(
+    place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = DataSet.load(place / "data")
+    DataSet(data.points, data.tests, {"synthetic": True}).save(tmp_path / "less")
+    points_file = tmp_path / "less" / "points.csv"
+    pd.read_csv(points_file, skiprows=[1]).drop(columns="psi").to_csv(points_file, index=False)
+    words = ["diagnose", "--data", str(tmp_path / "less"), "--model", "linear"]
+    assert run([*words, "--json", str(tmp_path / "found.json")]) == 0
+    assert "synthetic" in capsys.readouterr().out
+    assert json.loads((tmp_path / "found.json").read_text())["synthetic"] is True
 
 
 def test_interrupts_say_what_was_kept(capsys: pytest.CaptureFixture[str]) -> None:

@@ -141,14 +141,18 @@ def test_a_system_that_converts_units_is_no_archive(fmus: dict[str, Path], tmp_p
     [
         ({"mu": "coff"}, "did you mean 'cof'"),
         ({"sigma": "p"}, "did you mean 'sigma_n'"),
-        ({"T": {"variable": "theta", "unit": "MPa"}}, "'theta' is in 'K', not in 'MPa'"),
+        ({"T": {"variable": "theta", "unit": "MPa"}}, "unknown unit of 'T' 'MPa'; allowed: K, degC"),
+        ({"T": {"variable": "theta", "unit": "degC"}}, "'theta' is in 'K', not in 'degC'"),
+        ({"T": {"variable": "theta", "units": "K"}}, "T: unknown key 'units'.*did you mean 'unit'"),
         ({"psi": {"variable": "room"}}, "unit of 'psi'"),
         ({"T": "cof"}, "causality 'output', allowed: input"),
         ({"T": 3}, "allowed: a variable, or"),
         ({"sd": "slip"}, "'slip' takes 'v_rel' and 'sd'"),
         ({"set": {"gian": 1.0}}, "did you mean 'gain'"),
-        ({"set": {"p": 1.0}}, "'p' is no free input or parameter"),
-        ({"set": {"gain": [1.0]}}, "allowed: a number, true, false or a text"),
+        ({"set": {"p": 1.0}}, "set: unknown free input or parameter 'p'; allowed: gain, room"),
+        ({"set": {"gain": [1.0]}}, "'gain' = .*allowed: a finite number"),
+        ({"set": {"gain": "fast"}}, "'gain' = 'fast', allowed: a finite number"),
+        ({"set": {"gain": True}}, "'gain' = 'True', allowed: a finite number"),
     ],
 )
 def test_bad_names(fmus: dict[str, Path], change: dict[str, object], pattern: str) -> None:
@@ -248,9 +252,18 @@ def test_commands_take_an_fmu_of_others(
     same = predicted["t"] > 0.0
     assert np.abs(predicted["mu_model"] - mu)[same].max() < 1e-9
     assert run(["evaluate", fmu, *given, "--json", str(tmp_path / "e.json")]) == 0
+    assert json.loads((tmp_path / "e.json").read_text(encoding="utf-8"))["overall"]["outside_domain"] is None
+    said = capsys.readouterr()
+    # The loads that the law has no input for are named, and so is its free input.
+    assert "not known" in said.out and "sd, psi do not enter it; room stays at" in said.err
     assert run(["diagnose", "--model", fmu, *given, "--json", str(tmp_path / "d.json")]) == 0
     assert json.loads((tmp_path / "d.json").read_text(encoding="utf-8"))["verdict"] == "nothing_missing"
     capsys.readouterr()
+    names.write_text(yaml.safe_dump({fmus["late"].name: ENTRY | {"mu": "coff"}}), encoding="utf-8")
+    assert run(["evaluate", fmu, *given]) == 2
+    assert f"{names}: late.fmu: unknown output for 'mu' 'coff'" in capsys.readouterr().err
+    names.write_text(yaml.safe_dump({fmus["late"].name: ENTRY | {"set": {"gain": 30.0}}}), encoding="utf-8")
+    assert run(["evaluate", fmu, *given]) == 0 and "outside 0 to 1" in capsys.readouterr().out
     assert run(["predict", fmu, "--data", data, "-o", str(tmp_path / "p.csv")]) == 2
     assert "--names FILE.yaml says which takes which load" in capsys.readouterr().err
     assert run(["predict", "0.08", *given, "-o", str(tmp_path / "p.csv")]) == 2

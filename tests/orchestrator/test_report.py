@@ -16,7 +16,7 @@ from friction_models.discovery import diagnose
 from friction_models.discovery.refinement import history_text
 from friction_models.discovery.shown import load_map
 from friction_models.discovery.summaries import load_bins
-from friction_models.loads import DataSet, InputError
+from friction_models.loads import DataSet, InputError, write_text
 from orchestrator import Master, System
 from orchestrator.report import write_diagnosis_report, write_report
 from orchestrator.report.markup import Change, escape, p_value, table
@@ -46,6 +46,20 @@ def test_a_run_report_is_self_contained(tiny: dict[str, Path], tmp_path: Path) -
 def test_a_folder_that_is_neither_run_nor_demo(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="neither a folder of a run or a study"):
         write_report(tmp_path)
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "manifest.json").write_text("{}")
+    with pytest.raises(InputError, match=f"inside is {tmp_path / 'run'}"):
+        write_report(tmp_path)
+    for folder, out, words in (
+        ("none", None, "none: no such folder"),
+        ("run/manifest.json", tmp_path / "x.html", "manifest.json: is a file; allowed: the folder"),
+        ("run", tmp_path / "run.pdf", "suffix '.pdf'; allowed: .html, .htm"),
+    ):
+        with pytest.raises(InputError, match=words):
+            write_report(tmp_path / folder, out)
+    (tmp_path / "x.html").mkdir()
+    with pytest.raises(InputError, match=r"x\.html: is a folder; allowed: a file"):
+        write_text(tmp_path / "x.html", "")
     (tmp_path / "demo.json").write_text("{}")
     with pytest.raises(InputError, match="not a complete demo folder"):
         write_report(tmp_path)

@@ -13,11 +13,14 @@ from fmus import pack
 from friction_models import ConstantFriction
 from friction_models.loads import DataSet, InputError
 from orchestrator.cli.predicting_sct import add_commands
+from orchestrator.fmu_files import describe
+from orchestrator.friction_names import FrictionNames
 from orchestrator.report import write_report
 from orchestrator.sct_prediction import SctPrediction, predict_sct, sct_system
 from orchestrator.sct_schedule import SctSchedule, held_out_schedules, planned_schedules
 from sct_twin.process import SctProcess
 from tests.fmus.memory_models import AGE_0, B, C, D, K, R, ageing_bytes
+from tests.orchestrator.native_fmus import Real, native_fmu
 
 RA = 0.6
 PLAN: dict[str, Any] = {
@@ -53,6 +56,8 @@ def test_constant_friction_gives_what_the_process_gives_when_driven_alike(planne
     schedule, run = planned.schedule, planned.run
     assert planned.errors() is None
     assert (run["friction.mu"] == 0.08).all()
+    html = write_report(run.folder).read_text(encoding="utf-8")
+    assert "Loads and coefficient of friction of the contact." in html
     assert run["twin.sd"][-1] == pytest.approx(PLAN["sd_set"], rel=1e-9)
     assert run["inputs.v_slide"][1] < 5.0  # the plate starts from rest
     process = SctProcess(F_max=PLAN["F_set"], T_tool=60.0, speed=float(schedule.v_slide.max()))
@@ -181,3 +186,26 @@ def test_the_command(constant: Path, tmp_path: Path, capsys: pytest.CaptureFixtu
     assert isinstance(both.exception, InputError)
     assert "0 of --data, --plan and --inputs given" in str(both.exception)
     assert not (tmp_path / "out2").exists()
+
+
+def test_an_fmu_of_others_runs_in_the_loop(tmp_path: Path) -> None:
+    fmu = native_fmu(
+        tmp_path / "theirs.fmu",
+        [Real("theta", "input", 300.0, "K"), Real("p", "input", 1e8, "Pa"), Real("cof", "output")],
+        outputs="V(cof) = 0.05 + 1e-4 * (V(theta) - 273.15) + 1e-12 * V(p);",
+    )
+    names = FrictionNames.of(describe(fmu), {"T": "theta", "sigma_n": "p", "mu": "cof"})
+    schedule = SctSchedule.from_plan(PLAN)
+    found = predict_sct(fmu, [schedule], tmp_path / "out", names=names, jobs=1)
+    frame = found.frame()
+    expected = 0.05 + 1e-4 * frame["T"] + 1e-6 * frame["sigma_n"]
+    np.testing.assert_allclose(frame["mu_model"], expected, rtol=1e-9)
+    assert found.tests[0].outside_domain() is None
+    assert "not known" in write_report(tmp_path / "out").read_text(encoding="utf-8")
+
+
+def test_a_force_in_another_unit_is_named_with_its_file(tmp_path: Path) -> None:
+    table = pd.DataFrame({"t": [0.0, 0.5, 1.0], "F_n": [90.0, 90.0, 90.0], "v_slide": [10.0, 10.0, 10.0]})
+    table.to_csv(tmp_path / "kilo.csv", index=False)
+    with pytest.raises(InputError, match=r"kilo\.csv: test k: F_n is 90 N at its highest, allowed: 1000 to"):
+        SctSchedule.from_file(tmp_path / "kilo.csv", {"test_id": "k", "T_tool": 20.0})
