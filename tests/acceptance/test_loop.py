@@ -110,6 +110,7 @@ def test_refine_lets_the_error_fall_on_unseen_tests(home: Path, tribofmu: Tribof
     data = home / "data"
     tribofmu("refine", "--data", data, "--model", home / "linear", "--add", HIDDEN, "-o", home / "better")
     tribofmu("evaluate", home / "better", "--data", data, "--json", home / "better.json")
+    assert read(home / "better" / "card.json")["data"]["synthetic"] is True  # type: ignore[index]
     errors = {m: read(home / f"{m}.json")["roles"]["test"] for m in ("linear", "better")}  # type: ignore[index]
     assert errors["better"]["rmse"] < errors["linear"]["rmse"]
     assert errors["better"]["mae"] < errors["linear"]["mae"]
