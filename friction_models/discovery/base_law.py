@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from itertools import combinations_with_replacement
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ class BaseLaw:
     Attributes
     ----------
     name : str
-        Family, for the report.
+        Family, or file of a fixed law, for the report.
     columns : ndarray, shape (n, p)
         Terms on all points whose coefficients are fitted together with every candidate effect.
     offset : ndarray, shape (n,)
@@ -111,8 +112,9 @@ def base_law(model: Any, campaign: Campaign, seed: int = 0) -> BaseLaw:
         raise InputError(
             f"model {model!r:.80}: predict gave {offset.shape} values, allowed: one finite value a point"
         )
-    name = getattr(model, "family", type(model).__name__)
-    return BaseLaw(str(name), polynomial_columns(campaign, 0), offset, fixed=True, model=model)
+    file = getattr(model, "path", None)  # an FMU, an ONNX file
+    name = file.name if isinstance(file, Path) else str(getattr(model, "family", type(model).__name__))
+    return BaseLaw(name, polynomial_columns(campaign, 0), offset, fixed=True, model=model)
 
 
 def _fixed_prediction(model: Any, campaign: Campaign) -> FloatArray:
