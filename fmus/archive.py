@@ -70,7 +70,8 @@ def read_members(path: str | os.PathLike[str]) -> dict[str, zipfile.ZipInfo]:
     """
     file = Path(path)
     if not file.is_file():
-        raise InputError(f"{file}: no such FMU")
+        what = "is a folder; allowed: an FMU file" if file.is_dir() else "no such FMU"
+        raise InputError(f"{file}: {what}")
     try:
         _check_table(file)
         with zipfile.ZipFile(file) as archive:
