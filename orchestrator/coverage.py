@@ -191,7 +191,10 @@ class Coverage:
             f"{' with '.join(p.names):<58}{100 * p.area:13.1f} %{100 * p.work:13.1f} %" for p in worst[:6]
         ] or ["none"]
         if self.proposals:
-            lines += ["", "Tests that would cover more (share of the process that each adds)"]
+            lines += [
+                "",
+                "Tests that would cover more (what each adds: mean of its shares of contact area and friction work)",
+            ]
             for p in self.proposals:
                 s, c = p["setpoints"], p["covers"]
                 what = ", ".join(f"{' with '.join(x['loads'])} {100 * x['share']:.1f} %" for x in c)

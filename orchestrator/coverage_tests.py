@@ -23,6 +23,8 @@ WORTH = 0.005
 MOST_TESTS = 5
 #: Specimen shapes that are told apart.
 MOST_SHAPES = 6
+#: Tests of about the same speed that say how a test starts.
+ALIKE = 3
 #: Settings that are tried for a test.
 MOST_CANDIDATES = 400
 
@@ -91,12 +93,17 @@ class Response:
         Constant and slope over the set pressure for each of them.
     heating : Heating
         How much warmer than the tool the contact gets.
+    speeds, motions : ndarray, shapes (n,) and (n, len(ALONG))
+        Highest speed of each test [mm/s], and the speed along it as a share of that: how much of the start of the plate
+        the tests show.
     """
 
     shapes: FloatArray
     pressure: FloatArray
     expansion: FloatArray
     heating: Heating
+    speeds: FloatArray
+    motions: FloatArray
 
     @classmethod
     def learn(cls, points: pd.DataFrame, tests: pd.DataFrame | None) -> Response:
@@ -125,7 +132,11 @@ class Response:
         rise = points["T"].to_numpy(dtype=float) - tool
         sigma, v, sd = (points[n].to_numpy(dtype=float) for n in ("sigma_n", "v_rel", "sd"))
         heating = Heating.learn(sigma, v, sd, rise)
-        return cls(shapes, np.array(lines[0]), np.array(lines[1]), heating)
+        motions = [
+            _motion(test["sd"].to_numpy(dtype=float), test["v_rel"].to_numpy(dtype=float)) for _, test in by
+        ]
+        fastest = by["v_rel"].max().to_numpy(dtype=float)
+        return cls(shapes, np.array(lines[0]), np.array(lines[1]), heating, fastest, np.array(motions))
 
     def loads(self, s: Mapping[str, float]) -> FloatArray:
         """Return the loads along a test with these settings, shape (k, 5)."""
@@ -136,9 +147,17 @@ class Response:
             for table in (self.pressure, self.expansion)
         )
         sigma, psi = max(sigma, 1.0), max(psi, 0.05)
-        v = s["v_set"] * np.minimum(1.0, 0.3 + 0.7 * np.arange(len(sd)))  # the plate is set in motion first
+        # A fast test shows more of the start than a slow one.
+        alike = np.argsort(np.abs(np.log(np.maximum(self.speeds, 1e-9) / s["v_set"])), kind="stable")[:ALIKE]
+        v = s["v_set"] * np.median(self.motions[alike], axis=0)
         rise = self.heating.rise(np.full(len(sd), sigma), v, sd)
         return np.column_stack([v, s["T_tool"] + rise, np.full(len(sd), sigma), sd, np.full(len(sd), psi)])
+
+
+def _motion(sd: FloatArray, v: FloatArray) -> FloatArray:
+    """Return the speed at `ALONG` shares of the distance of a test, as a share of its highest speed."""
+    order = np.argsort(sd, kind="stable")
+    return np.interp(ALONG * max(float(sd.max()), 1e-9), sd[order], v[order]) / max(float(v.max()), 1e-9)
 
 
 def _line(x: FloatArray, y: FloatArray) -> list[float]:
@@ -168,8 +187,10 @@ def propose_tests(
     candidates = _candidates(rig, response, asked, history.present)
     clouds = [response.loads(c) for c in candidates]
     tested, present = coverage.tested, history.present
-    everything = _inside(regions_of(np.vstack([tested, *clouds]), present), asked)
-    coverage.beyond_rig = _unreachable(asked, everything, work, np.vstack([tested, *clouds]), present)
+    # Of all states, as the shares of the tables are: a part must not be larger than the whole.
+    reached = np.vstack([tested, *clouds])
+    everything = _inside(regions_of(reached, present), history.loads)
+    coverage.beyond_rig = _unreachable(history.loads, everything, history.work, reached, present)
     weight = 0.5 * (area + work)
     covered = _inside(regions_of(tested, present), asked)
     for _ in range(MOST_TESTS):
@@ -181,11 +202,11 @@ def propose_tests(
             gain = float(np.mean((now & ~covered) @ weight))
             if gain > best + 1e-9:
                 best, chosen, inside = gain, k, now
-        newly = weight @ (inside & ~covered).T if chosen >= 0 else np.zeros(1)
-        if float(np.max(newly)) < WORTH:
-            break
         names = list(corners)
-        gains = sorted(zip(newly.tolist(), names, strict=True), reverse=True)
+        added = _shown(names, inside, covered, weight)
+        if max(added) < WORTH:
+            break
+        gains = sorted(zip(added, names, strict=True), reverse=True)
         coverage.proposals.append(
             {
                 "setpoints": dict(candidates[chosen]),
@@ -199,6 +220,20 @@ def propose_tests(
         covered = covered | inside
     if not coverage.proposals:
         coverage.notes.append("no single test within the limits of the rig covers noticeably more")
+
+
+def _shown(
+    names: list[tuple[str, ...]], inside: np.ndarray, covered: np.ndarray, weight: FloatArray
+) -> list[float]:
+    """Return what a test adds by load and pair; a state counts for a pair where each load alone was covered, as in the table."""
+    alone = {name[0]: covered[k] for k, name in enumerate(names) if len(name) == 1}
+    added = []
+    for k, name in enumerate(names):
+        new = inside[k] & ~covered[k]
+        for load in name if len(name) > 1 else ():
+            new = new & alone[load]
+        added.append(float(weight @ new))
+    return added
 
 
 def _candidates(

@@ -131,7 +131,8 @@ class Phases:
         Raises
         ------
         InputError
-            The phase channel is missing, a phase does not occur, or sliding comes before upsetting.
+            The phase channel is missing, a phase does not occur or goes beyond the record, or sliding comes before
+            upsetting.
         """
         if self.channel is None:
             key = t
@@ -142,6 +143,11 @@ class Phases:
         found: dict[str, tuple[int, int]] = {}
         for name in ("upsetting", "sliding"):
             low, high = getattr(self, name)
+            if self.channel is None and not (t[0] <= low and high <= t[-1]):
+                raise InputError(
+                    f"{table.source}: phases: {name} is [{low:g}, {high:g}] s, the record goes from {t[0]:g} to {t[-1]:g} s; "
+                    "allowed: times of the record"
+                )
             rows = np.flatnonzero((key >= low) & (key <= high))
             if not len(rows):
                 what = f"column {self.channel!r} is {low:g}" if self.channel else f"{low:g} to {high:g} s"

@@ -82,6 +82,7 @@ def coverage_page(coverage: Coverage, label: str) -> str:
                     for p in coverage.proposals
                 ],
                 numeric=range(1, 5),
+                caption="What each test adds: mean of its shares of contact area and friction work.",
             ),
         )
     if coverage.beyond_rig:

@@ -77,6 +77,7 @@ ATTACKS = [
     Attack("compare", "names", "yaml", "--models {fmu} --data {data} --names {bad}"),
     Attack("evaluate", "names", "yaml", "{fmu} --data {data} --names {bad}"),
     Attack("predict", "names", "yaml", "{fmu} --data {data} --names {bad} -o {out}.csv"),
+    Attack("predict-sct", "names", "yaml", "{fmu} --data {data} --names {bad} -o {out}"),
     Attack("diagnose", "names", "yaml", "--model {fmu} --data {data} --names {bad}"),
     Attack("compare", "press", "folder", "--models 0.1 --press {bad}", ("levels.csv", "press.json")),
     Attack("diagnose", "data", "csv", "--data {bad} --model linear"),
