@@ -18,6 +18,7 @@ from friction_models.loads import (
     Quantity,
     atomic_folder,
     check_column,
+    check_units,
     header_units,
     missing_column,
     unknown_name,
@@ -125,11 +126,18 @@ class PressCurves:
         table = folder / "levels.csv"
         if not table.is_file():
             raise InputError(f"{folder}: no levels.csv; allowed: a folder of press curves")
-        frame, _ = _table(table)
+        frame, units = _table(table)
+        check_units(units, str(table))
         for column in LEVEL_COLUMNS:
             if column not in frame.columns:
                 raise missing_column(column, frame.columns, str(table))
         numbers = {q.name: check_column(frame[q.name].to_numpy(), q, str(table)) for q in _LEVEL_LIMITS}
+        twice = frame.duplicated(["file"])
+        if twice.any():
+            row = int(np.argmax(twice))
+            raise InputError(
+                f"{table}: row {row}: file {frame['file'].iloc[row]!r} stands above already; allowed: a file for each level"
+            )
         levels = []
         for row, entry in enumerate(frame.to_dict("records")):
             process = str(entry["process"]).strip().lower()
@@ -219,7 +227,16 @@ def _table(file: Path) -> tuple[pd.DataFrame, dict[str, str]]:
     if file.stat().st_size > MAX_BYTES:
         raise InputError(f"{file}: {file.stat().st_size} bytes; allowed: at most {MAX_BYTES}")
     try:
-        frame = pd.read_csv(file, low_memory=False, skipinitialspace=True)
+        # Semicolons, as spreadsheets of some languages write them, or commas.
+        with file.open(encoding="utf-8", errors="replace") as stream:
+            separator = ";" if ";" in stream.readline(10_000) else ","
+        frame = pd.read_csv(
+            file,
+            sep=separator,
+            decimal="," if separator == ";" else ".",
+            low_memory=False,
+            skipinitialspace=True,
+        )
     except pd.errors.EmptyDataError:
         raise InputError(f"{file}: the file is empty; allowed: a header and rows") from None
     except (ValueError, OSError) as error:

@@ -108,7 +108,7 @@ def _ejection(ejection: EjectionResult) -> str:
     note = "" if ejection.status == "ok" else f'<p class="note">{escape(ejection.message)}</p>'
     return (
         f"<h2>{'Ejection' if ejection.how == 'ejector' else 'Stripping'}</h2>{note}\n<p>Largest force of the "
-        f"{'ejector' if ejection.how == 'ejector' else 'punch'} {ejection.max_force:.1f} kN; work "
+        f"{'ejector' if ejection.how == 'ejector' else 'punch'} {ejection.max_force:.1f} kN (averaged over 0.5 mm; the curve is as computed); work "
         f'{ejection.total_work:.1f} J. A negative force drives the tool: the workpiece springs back.</p>\n<div class="charts">'
         f"{''.join(charts)}</div>\n{table}"
     )

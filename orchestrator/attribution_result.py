@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+#: What is named and still leaves this many times the scatter is not all that is missing.
+LEFT = 2.0
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -90,6 +93,14 @@ class Attribution:
             text += f"; beside it {' or '.join(self.second)}"
         return f"Attribution, not proof: {text}."
 
+    @property
+    def left(self) -> str:
+        """A sentence where what is named leaves far more than the scatter; or empty."""
+        times = self.deviation["after"] / max(self.deviation["scatter"], 1e-9)
+        if not self.confusion_set or times < LEFT:
+            return ""
+        return f"What is named leaves {times:.1f} times the scatter: something else is missing, too."
+
     def to_dict(self) -> dict[str, Any]:
         """Return what ``attribute --json`` writes."""
         return {
@@ -115,6 +126,7 @@ class Attribution:
             f"Deviation of the force (rms): {d['before']:.2f} kN, with what is named {d['after']:.2f} kN; "
             f"scatter to expect {d['scatter']:.2f} kN"
         )
+        lines += [self.left] if self.left else []
         if d["mesh"] > 0.0:
             lines.append(
                 f"Not judged: the part that looks like the difference of two meshes, up to about {d['mesh']:.2f} kN (rms)"
@@ -129,7 +141,7 @@ class Attribution:
                 f"{n + ' ' if n else ''}{v:+.3g} [{v - 1.96 * e:+.3g}, {v + 1.96 * e:+.3g}]{' ' + u if u != '1' else ''}"
                 for n, v, e, u in f.values
             )
-            lines.append(f"  {f.cause:<22}{f.kind:<13} gain {f.gain:9.1f}   p {f.p_value:.3f}   {values}")
+            lines.append(f"  {f.cause:<22}{f.kind:<13} gain {f.gain:9.1f}   p {_p(f.p_value)}   {values}")
         if self.groups:
             lines += ["", "Not to be told apart by these curves, whatever the truth"]
             lines += [f"  {', '.join(g)}" for g in self.groups]
@@ -140,3 +152,7 @@ class Attribution:
             *self.warnings,
         ]
         return "\n".join([*lines, "", "Note", *(f"  - {n}" for n in notes)]) + "\n"
+
+
+def _p(value: float) -> str:
+    return "< 0.001" if value < 5e-4 else f"{value:.3f}"

@@ -48,7 +48,9 @@ class Order:
     units: int
 
     @classmethod
-    def of(cls, errors: Mapping[str, float], draws: Mapping[str, FloatArray], units: int) -> Order:
+    def of(
+        cls, errors: Mapping[str, float], draws: Mapping[str, FloatArray], units: int, same: float = SAME
+    ) -> Order:
         """Order models by an error.
 
         Parameters
@@ -59,19 +61,21 @@ class Order:
             The same in every resampled set, all models in the same sets.
         units : int
             What was resampled: number of tests or levels.
+        same : float
+            Errors that differ by less than this share of theirs count as equal.
         """
         names = sorted(errors, key=lambda n: errors[n])
         table = np.array([draws[n] for n in names])
         # The same law in two files differs by rounding and by what the solver resolves, which decides nothing.
-        places = 1 + (table[:, None, :] > (1.0 + SAME) * table[None, :, :]).sum(axis=1)
-        first = (table <= (1.0 + SAME) * table.min(axis=0)).astype(float)
+        places = 1 + (table[:, None, :] > (1.0 + same) * table[None, :, :]).sum(axis=1)
+        first = (table <= (1.0 + same) * table.min(axis=0)).astype(float)
         best = (first / first.sum(axis=0)).mean(axis=1)
         low, high = np.quantile(places, [0.025, 0.975], axis=1, method="nearest")
         pairs = []
         tail = 0.5 * (1.0 - SURE)
         for i, j in combinations(range(len(names)), 2):
             change = table[j] - table[i]
-            same = SAME * float(np.max(table[[i, j]]))
+            resolved = same * float(np.max(table[[i, j]]))
             interval = np.quantile(change, [tail, 1.0 - tail]).tolist()
             pairs.append(
                 {
@@ -79,8 +83,10 @@ class Order:
                     "worse": names[j],
                     "difference": errors[names[j]] - errors[names[i]],
                     "interval": interval,
-                    "probability": float(np.mean(change > same) + 0.5 * np.mean(np.abs(change) <= same)),
-                    "apart": bool(interval[0] > same and units >= FEWEST_UNITS),
+                    "probability": float(
+                        np.mean(change > resolved) + 0.5 * np.mean(np.abs(change) <= resolved)
+                    ),
+                    "apart": bool(interval[0] > resolved and units >= FEWEST_UNITS),
                 }
             )
         ranks = {n: (int(a), int(b)) for n, a, b in zip(names, low, high)}

@@ -13,6 +13,9 @@ from .forces import LevelsComparison, levels_table
 from .metrics import ScalarError
 from .press_study import FailedRun
 
+#: Errors that differ by less than this share of theirs count as equal: the same law fed in another way (one instance a
+#: point, values before the first contact) takes other increments, and differs by about half of that.
+RESOLVED = 5e-3
 #: What models are ordered by, and how it is called.
 QUANTITIES = {"max_force": "maximum force", "work": "forming work"}
 
@@ -67,6 +70,7 @@ class ForcesComparison:
                 {r.label: getattr(r, quantity).mare for r in results},
                 {r.label: d for r, d in zip(results, draws)},
                 len(names),
+                RESOLVED,
             )
         return cls(results, orders, list(names), synthetic, failed, list(lubricants))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -45,17 +45,24 @@ def friction_model(path: str | os.PathLike[str], entry: Mapping[str, Any] | None
         Not an FMU, or one whose variables are neither those of the contract nor named by `entry`.
     """
     if entry is None:
-        try:
+        with _hinted():
             model = FmuModel(path)
-        except InputError as error:
-            if "variable" not in str(error):
-                raise
-            raise InputError(
-                f"{error}; for an FMU with other variables --names FILE.yaml says which takes which load"
-            ) from None
         if model.source is not None:
             return model
     return ForeignFmu(path, FrictionNames.of(describe(path), entry or {}))
+
+
+@contextmanager
+def _hinted() -> Iterator[None]:
+    """Let an error about variables say what helps."""
+    try:
+        yield
+    except InputError as error:
+        if not any(word in str(error) for word in ("variable", "output for")):
+            raise
+        raise InputError(
+            f"{error}; for an FMU with other variables --names FILE.yaml says which takes which load"
+        ) from None
 
 
 @dataclass(frozen=True)
@@ -117,7 +124,8 @@ def foreign_names(
     described = describe(path)
     if entry is None and MODEL in read_archive(path):
         return None
-    return FrictionNames.of(described, entry or {})
+    with _hinted() if entry is None else nullcontext():
+        return FrictionNames.of(described, entry or {})
 
 
 class ForeignFmu(FmuModel):

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from friction_models.loads import DataSet, FloatArray, InputError, missing_column, unknown_name
-from friction_models.loads.dataset import read_table
+from friction_models.loads.dataset import read_table, says_synthetic
 from sct_twin.process import F_MAX_LIMITS
 from sct_twin.raw_campaign import check_test_id
 
@@ -204,7 +204,12 @@ class SctSchedule:
             if name not in frame.columns:
                 raise missing_column(name, frame.columns, str(path))
         if "T_tool" not in frame.columns:
-            frame["T_tool"] = _needed(row, "T_tool", str(path))
+            given = _number(row, "T_tool")
+            if given is None:
+                raise InputError(
+                    f"{path}: no column 'T_tool'; allowed: such a column, or one value for the test (--set T_tool=20)"
+                )
+            frame["T_tool"] = given
         columns = {}
         for name in ("t", "F_n", "v_slide", "T_tool"):
             values = pd.to_numeric(frame[name], errors="coerce").to_numpy(dtype=np.float64)
@@ -262,7 +267,7 @@ def planned_schedules(path: str | os.PathLike[str]) -> list[SctSchedule]:
     frame = read_table(path)
     if "test_id" not in frame.columns:
         raise missing_column("test_id", frame.columns, str(path))
-    synthetic = "synthetic" in frame.columns and bool(frame["synthetic"].astype(str).eq("True").any())
+    synthetic = says_synthetic(frame)
     rows = [{str(k): v for k, v in row.items()} for row in frame.to_dict("records")]
     with _named(path):
         return [SctSchedule.from_plan(row, synthetic) for row in rows]

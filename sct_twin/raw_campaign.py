@@ -12,7 +12,7 @@ from typing import Any
 import pandas as pd
 
 from friction_models.loads import InputError, unknown_name, write_json
-from friction_models.loads.dataset import read_table
+from friction_models.loads.dataset import read_table, says_synthetic
 
 from .channel_map import ChannelMap
 from .readers import read_csv
@@ -70,7 +70,7 @@ class RawCampaign:
     @property
     def synthetic(self) -> bool:
         """Whether the records come from a virtual laboratory."""
-        return bool(self.info.get("synthetic", False))
+        return bool(self.info.get("synthetic", False)) or says_synthetic(self.tests)
 
     @property
     def moving_mass(self) -> float:

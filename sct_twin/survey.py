@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from friction_models.loads import InputError
+from friction_models.loads.dataset import says_synthetic
 
 from .channel_map import ChannelMap
 from .measurement_files import measurement_files, passed_over
@@ -139,6 +140,8 @@ def survey(
     result = Survey(info={"synthetic": False})
     if home is not None and (home / "campaign.json").is_file():
         result.info = read_json(home / "campaign.json")
+    if table is not None and says_synthetic(table):
+        result.info["synthetic"] = True
     if mapping.moving_mass is not None:
         result.info["moving_mass_kg"] = mapping.moving_mass
     mass = float(result.info.get("moving_mass_kg") or 0.0)

@@ -1,6 +1,16 @@
 """The loads contract and the data sets that keep it; imports no other part of the project."""
 
-from .contract import LOAD_NAMES, LOADS, MU, POINT_COLUMNS, POINT_UNITS, QUANTITIES, TIME, Quantity
+from .contract import (
+    LOAD_NAMES,
+    LOADS,
+    MU,
+    POINT_COLUMNS,
+    POINT_UNITS,
+    QUANTITIES,
+    TIME,
+    Quantity,
+    check_units,
+)
 from .dataset import DataSet, header_units, read_points
 from .errors import InputError, nearest, unknown_name
 from .files import atomic_folder, atomic_path, write_json, write_text
@@ -22,6 +32,7 @@ __all__ = [
     "atomic_folder",
     "atomic_path",
     "check_column",
+    "check_units",
     "header_units",
     "missing_column",
     "nearest",

@@ -6,7 +6,10 @@ Every array, file, ONNX graph and FMU of the project derives names, units and li
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+
+from .errors import InputError
 
 
 @dataclass(frozen=True)
@@ -50,4 +53,43 @@ LOAD_NAMES: tuple[str, ...] = tuple(q.name for q in LOADS)
 POINT_COLUMNS: tuple[str, ...] = ("test_id", TIME.name, *LOAD_NAMES, MU.name)
 #: Units of these columns; `test_id` has none.
 POINT_UNITS: dict[str, str] = {q.name: q.unit for q in (TIME, *LOADS, MU)}
+#: Units of what tests are set to, in plans, test tables and tables of press levels.
+SETTING_UNITS: dict[str, str] = {
+    **dict.fromkeys(("T_tool", "T_specimen"), "degC"),
+    **dict.fromkeys(("sigma_set", "sigma_end", "sigma_levels"), "MPa"),
+    **dict.fromkeys(("v_set", "v_levels", "v_slide", "speed"), "mm/s"),
+    **dict.fromkeys(
+        ("sd_set", "hold_at", "bore", "tip", "tip_height", "specimen_diameter", "specimen_height"), "mm"
+    ),
+    **dict.fromkeys(("hold", "ramp", "t_wait", "zero_reading", "t_upsetting", "t_sliding", "t_end"), "s"),
+    **dict.fromkeys(("F_set", "F_n"), "N"),
+    **dict.fromkeys(("psi_set",), "1"),
+}
+#: Other spellings of these units.
+_SPELLINGS = {
+    "°C": "degC",
+    "C": "degC",
+    "℃": "degC",
+    "-": "1",
+    "N/mm2": "MPa",
+    "N/mm^2": "MPa",
+    "N/mm²": "MPa",
+    "sec": "s",
+}
+
+
+def check_units(units: Mapping[str, str], where: str) -> None:
+    """Refuse units of a table's columns that are not those of the contract; a column of another name may have any.
+
+    Raises
+    ------
+    InputError
+        Names the column, its unit and the one that is allowed.
+    """
+    for name, unit in units.items():
+        expected = POINT_UNITS.get(name, SETTING_UNITS.get(name))
+        if expected is not None and unit and _SPELLINGS.get(unit, unit) != expected:
+            raise InputError(f"{where}: column {name!r} has unit {unit!r}, allowed: {expected!r}")
+
+
 QUANTITIES: dict[str, Quantity] = {q.name: q for q in (TIME, *LOADS, MU)}

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .contract import LOADS, MU, POINT_COLUMNS, POINT_UNITS, QUANTITIES
+from .contract import LOADS, MU, POINT_COLUMNS, POINT_UNITS, QUANTITIES, check_units
 from .errors import InputError
 from .files import atomic_folder, write_json
 from .tribo_loads import TriboLoads, check_column, missing_column
@@ -63,11 +63,7 @@ def read_table(path: str | os.PathLike[str]) -> pd.DataFrame:
         raise InputError(f"{file}: not a readable table ({str(error).splitlines()[0]})") from None
     if frame.columns.empty or frame.empty:
         raise InputError(f"{file}: the table has no rows")
-    units = {**row_units, **header_units(frame, str(file))}
-    for name, unit in units.items():
-        expected = POINT_UNITS.get(name)
-        if expected is not None and unit not in {expected, "-" if expected == "1" else expected, ""}:
-            raise InputError(f"{file}: column {name!r} has unit {unit!r}, allowed: {expected!r}")
+    check_units({**row_units, **header_units(frame, str(file))}, str(file))
     return frame
 
 
@@ -207,6 +203,8 @@ class DataSet:
             if frame["test_id"].duplicated().any():
                 twice = frame["test_id"][frame["test_id"].duplicated()].iloc[0]
                 raise InputError(f"{table}: test_id {twice!r} stands in two rows; allowed: one row a test")
+            if says_synthetic(frame):
+                info["synthetic"] = True
         return cls(points, frame, info)
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
@@ -256,6 +254,15 @@ def missing_points(folder: Path) -> InputError:
             f"{folder}: raw records and no points.csv; 'tribofmu twin {folder} -o DATA' makes a data set of them"
         )
     return InputError(f"{folder}: no points.csv in this folder; a data set holds points.csv and tests.csv")
+
+
+def says_synthetic(tests: pd.DataFrame) -> bool:
+    """Return whether a test table says of any of its tests that it is synthetic."""
+    if "synthetic" not in tests.columns:
+        return False
+    return bool(
+        tests["synthetic"].astype(str).str.strip().str.lower().isin(["true", "1", "1.0", "yes"]).any()
+    )
 
 
 def read_info(folder: Path) -> dict[str, Any]:

@@ -172,7 +172,7 @@ def read_some_loads(data: Path, tests: Path | None) -> tuple[DataSet, list[str]]
         What `DataSet.load` refuses, other than missing loads; no load at all.
     """
     from friction_models.loads import LOADS, DataSet
-    from friction_models.loads.dataset import check_points, read_info, read_table
+    from friction_models.loads.dataset import check_points, read_info, read_table, says_synthetic
 
     file = data
     if data.is_dir():
@@ -197,7 +197,10 @@ def read_some_loads(data: Path, tests: Path | None) -> tuple[DataSet, list[str]]
         if "test_id" not in frame.columns:
             raise missing_column("test_id", frame.columns, str(listed))
         frame["test_id"] = frame["test_id"].astype(str)
-    return DataSet(points, frame, read_info(data)), names
+    info = read_info(data)
+    if frame is not None and says_synthetic(frame):
+        info["synthetic"] = True
+    return DataSet(points, frame, info), names
 
 
 def constants(points: pd.DataFrame, names: list[str]) -> pd.DataFrame:

@@ -41,7 +41,7 @@ def attribution_page(found: Attribution, label: str) -> str:
     page.add(
         "verdict",
         "What the curves point to",
-        paragraph(found.sentence),
+        paragraph(" ".join([found.sentence, found.left])),
         table(["deviation of the force", "RMS [kN]"], rows, numeric=(1,), narrow=True),
         '<p class="note">An attribution is not a proof: another cause with the same fingerprint would look the same. Effects of '
         "friction are found on tribometer data (<code>tribofmu diagnose</code>); force curves confirm them.</p>",

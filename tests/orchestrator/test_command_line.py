@@ -238,6 +238,13 @@ def test_synthetic_data_that_lack_a_load_stay_synthetic(
     assert run([*words, "--json", str(tmp_path / "found.json")]) == 0
     assert "synthetic" in capsys.readouterr().out
     assert json.loads((tmp_path / "found.json").read_text())["synthetic"] is True
+    # So do data whose test table alone says so.
+    (tmp_path / "less" / "dataset.json").unlink()
+    table = tmp_path / "less" / "tests.csv"
+    pd.read_csv(table).assign(synthetic=True).to_csv(table, index=False)
+    assert run(words) == 0 and "synthetic" in capsys.readouterr().out
+    DataSet(data.points, data.tests.assign(synthetic=True), {}).save(tmp_path / "more")
+    assert DataSet.load(tmp_path / "more").synthetic
 
 
 def test_interrupts_say_what_was_kept(capsys: pytest.CaptureFixture[str]) -> None:
@@ -277,3 +284,23 @@ def test_a_solver_that_refuses_a_value_is_heard(capsys: pytest.CaptureFixture[st
     assert run(["simulate", str(tmp_path / "fre.yaml"), "-o", str(tmp_path / "run")]) == 1
     said = capsys.readouterr().err.strip()
     assert said.endswith("half_angle = 89.0 degrees; allowed: 10 to 80 degrees")
+
+
+def test_settings_in_other_units_are_refused(refused: Check, tmp_path: Path) -> None:
+    plan = tmp_path / "plan.csv"
+    plan.write_text("sigma_set [MPa],v_set [mm/s],T_tool [K]\n1000,50,293.15\n")
+    said = refused("lab", "--plan", plan, "-o", tmp_path / "campaign")
+    assert f"{plan}: column 'T_tool' has unit 'K', allowed: 'degC'" in said
+    press = tmp_path / "press"
+    press.mkdir()
+    (press / "a.csv").write_text("stroke [mm],force [kN]\n0,0\n1,10\n")
+    (press / "levels.csv").write_text(
+        "process,T_tool [°C],speed [m/s],lubricant,file\nfre,20,0.005,oil,a.csv\n", encoding="utf-8"
+    )
+    said = refused("compare", "--models", "0.08", "--press", press)
+    assert "column 'speed' has unit 'm/s', allowed: 'mm/s'" in said
+    (press / "levels.csv").write_text(
+        "process;T_tool;speed;lubricant;file\nfre;20,5;5;oil;a.csv\nfre;20,5;5;oil;a.csv\n", encoding="utf-8"
+    )
+    said = refused("compare", "--models", "0.08", "--press", press)
+    assert "row 1: file 'a.csv' stands above already" in said
