@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,30 +38,54 @@ def write_report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | N
     if not place.is_dir():
         what = "is a file" if place.exists() else "no such folder"
         raise InputError(f"{place}: {what}; allowed: the folder of a run, a study, predicted tests or a demo")
-    if (place / "demo.json").is_file():
-        from .demo_page import demo_page
-
-        return write_text(target, demo_page(place))
-    if (place / "manifest.json").is_file():
-        from ..studies.kept import study_page
-        from .run_page import run_page
-
-        return write_text(target, study_page(place) or run_page(place))
-    if (place / "prediction.json").is_file():
-        from .prediction_page import prediction_page
-
-        return write_text(target, prediction_page(place))
-    if (place / "forming.json").is_file():
-        from forming.report import report_page
-        from forming.result_files import load_result
-
-        return write_text(target, report_page(*load_result(place)))
+    with _of_this_version(place):
+        page = _page(place)
+    if page is not None:
+        return write_text(target, page)
     inside = sorted(p.parent.name for p in place.glob("*/manifest.json"))
     hint = f"; inside is {place / inside[0]}" if inside else ""
     raise InputError(
         f"{place}: neither a folder of a run or a study (manifest.json) nor one of the demo (demo.json), of predicted tests "
         f"(prediction.json) or of a forming result (forming.json); allowed: one of them{hint}"
     )
+
+
+def _page(place: Path) -> str | None:
+    """Return the page of a folder; None where it is none of those that have one."""
+    if (place / "demo.json").is_file():
+        from .demo_page import demo_page
+
+        return demo_page(place)
+    if (place / "manifest.json").is_file():
+        from ..studies.kept import study_page
+        from .run_page import run_page
+
+        return study_page(place) or run_page(place)
+    if (place / "prediction.json").is_file():
+        from .prediction_page import prediction_page
+
+        return prediction_page(place)
+    if (place / "forming.json").is_file():
+        from forming.report import report_page
+        from forming.result_files import load_result
+
+        return report_page(*load_result(place))
+    return None
+
+
+@contextmanager
+def _of_this_version(place: Path) -> Iterator[None]:
+    """Call what is missing in the files of a folder, or is of another type, by its name."""
+    try:
+        yield
+    except InputError:
+        raise
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
+        said = " ".join(f"{type(error).__name__}: {error}".split())[:150]
+        raise InputError(
+            f"{place}: its files are damaged or of another version ({said}); allowed: what this version wrote; run the "
+            "command that made it again"
+        ) from error
 
 
 def write_diagnosis_report(

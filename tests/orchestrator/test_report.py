@@ -41,6 +41,11 @@ def test_a_run_report_is_self_contained(tiny: dict[str, Path], tmp_path: Path) -
     assert "&lt;b&gt;tiny&lt;/b&gt; &amp; co" in html and "<b>tiny" not in html
     assert re.search(r"<html lang=\"en\">", html) and "aria-label" in html
     assert (tmp_path / "run" / "report.html").is_file()
+    manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
+    del manifest["versions"]
+    (tmp_path / "run" / "manifest.json").write_text(json.dumps(manifest))
+    with pytest.raises(InputError, match=r"damaged or of another version \(KeyError: 'versions'\)"):
+        write_report(tmp_path / "run")
 
 
 def test_a_folder_that_is_neither_run_nor_demo(tmp_path: Path) -> None:
