@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import tempfile
 from dataclasses import dataclass, field
@@ -13,6 +12,7 @@ import pandas as pd
 
 from friction_models.loads import InputError, unknown_name, write_json
 from friction_models.loads.dataset import read_table, says_synthetic
+from friction_models.loads.files import read_json
 
 from .channel_map import ChannelMap
 from .readers import read_csv
@@ -108,17 +108,6 @@ class RawCampaign:
         """
         metadata = self.metadata(test_id)
         return ChannelMap().record(read_csv(self.raw_file(test_id)), test_id, metadata)
-
-
-def read_json(path: Path) -> dict[str, Any]:
-    """Read a JSON object, or say what is wrong with the file."""
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, OSError) as error:
-        raise InputError(f"{path}: not readable JSON ({error})") from None
-    if not isinstance(content, dict):
-        raise InputError(f"{path}: holds {type(content).__name__}, allowed: a JSON object")
-    return content
 
 
 def read_tests(path: Path) -> pd.DataFrame:

@@ -13,11 +13,12 @@ import pandas as pd
 
 from friction_models.loads import InputError
 from friction_models.loads.dataset import says_synthetic
+from friction_models.loads.files import read_json
 
 from .channel_map import ChannelMap
 from .measurement_files import measurement_files, passed_over
 from .quality import quality_row, repeats
-from .raw_campaign import check_test_id, read_json, read_tests
+from .raw_campaign import check_test_id, read_tests
 from .readers import RawTable, read_file
 from .record import SctRecord
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import os
 import re
 from dataclasses import dataclass, field
@@ -15,7 +14,7 @@ import pandas as pd
 
 from .contract import LOADS, MU, POINT_COLUMNS, POINT_UNITS, QUANTITIES, check_units
 from .errors import InputError
-from .files import atomic_folder, write_json
+from .files import atomic_folder, read_json, write_json
 from .tribo_loads import TriboLoads, check_column, missing_column
 
 #: Largest table that is read; larger files are refused instead of filling the memory.
@@ -274,12 +273,4 @@ def read_info(folder: Path) -> dict[str, Any]:
         Not JSON, or no JSON object.
     """
     file = folder / "dataset.json"
-    if not file.is_file():
-        return {}
-    try:
-        info = json.loads(file.read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{file}: not JSON ({error})") from None
-    if not isinstance(info, dict):
-        raise InputError(f"{file}: holds {type(info).__name__}; allowed: a JSON object")
-    return info
+    return read_json(file) if file.is_file() else {}
