@@ -58,12 +58,11 @@ def friction_description(
     for load, (lower, upper) in interface.domain.items():
         annotations[f"domain_{load}"] = f"{lower!r} {upper!r}"
     common, co_simulation, model_exchange = _capabilities(fmi, native)
-    origin = ", trained on synthetic data" if source.synthetic else ""
     return Description(
         model_name=f"friction {source.name}",
         identifier=identifier(f"friction_{source.family}"),
         guid=guid,
-        text=f"Coefficient of friction from {len(LOADS)} loads{origin}: {source.formula or source.name}"[
+        text=f"Coefficient of friction from {len(LOADS)} loads{source.origin}: {source.formula or source.name}"[
             :400
         ],
         variables=variables3(interface, ode) if fmi == "3.0" else interface.variables(native and ode),

@@ -63,9 +63,7 @@ class FmuModel:
     @property
     def domain(self) -> Domain:
         """The trained domain that the FMU's ONNX model records; the physical limits without one."""
-        recorded = self.source.domain if self.source is not None else {}
-        limits = [recorded.get(q.name, (q.lower, q.upper)) for q in LOADS]
-        return Domain(tuple(a for a, _ in limits), tuple(b for _, b in limits))
+        return self.source.box if self.source is not None else Domain.physical()
 
     def formula_text(self) -> str:
         """Return the law as the packed model states it, or the name of the FMU."""

@@ -9,8 +9,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from friction_models.domain import Domain
 from friction_models.intervals import MARGIN, check_level
-from friction_models.loads import LOAD_NAMES, FloatArray, InputError, TriboLoads, unknown_name
+from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, InputError, TriboLoads, unknown_name
+from friction_models.model_card import trained_on_synthetic
 from friction_models.variables import as_numbers
 
 from .interface import FrictionInterface, Parameter, State
@@ -79,8 +81,18 @@ class FrictionSource:
     @property
     def synthetic(self) -> bool:
         """Whether the card says that the model was trained on synthetic data."""
-        data = self.card.get("data")
-        return isinstance(data, dict) and bool(data.get("synthetic"))
+        return trained_on_synthetic(self.card)
+
+    @property
+    def origin(self) -> str:
+        """What a title or description adds on the training data: nothing, or that they are synthetic."""
+        return ", trained on synthetic data" if self.synthetic else ""
+
+    @property
+    def box(self) -> Domain:
+        """The trained domain; the physical limits where none is recorded."""
+        limits = [self.domain.get(q.name, (q.lower, q.upper)) for q in LOADS]
+        return Domain(tuple(low for low, _ in limits), tuple(high for _, high in limits))
 
     @property
     def labels(self) -> dict[str, tuple[str, ...]]:

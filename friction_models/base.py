@@ -184,7 +184,11 @@ class FrictionModel(Calibrated, BaseEstimator):
         if "mu" not in data.columns:
             raise missing_column("mu", data.columns)
         self.fit(TriboLoads.from_frame(data, tests), data["mu"].to_numpy())
-        self.training_["data"] |= data_facts(dict(data.attrs) if info is None else info)
+        return self.record_data(data.attrs if info is None else info)
+
+    def record_data(self, info: Mapping[Any, Any]) -> Self:
+        """Let the card say where the data come from that the model is fitted to; `info` as for `fit_frame`."""
+        self.training_["data"] |= data_facts(info)
         return self
 
     def predict(self, loads: LoadsLike) -> FloatArray:

@@ -33,6 +33,12 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version()} | {k: v for k, v in found.items() if v is not None}
 
 
+def trained_on_synthetic(card: Any) -> bool:
+    """Return whether a card, of ours or of others, says that its model was trained on synthetic data."""
+    data = card.get("data") if isinstance(card, Mapping) else None
+    return isinstance(data, Mapping) and bool(data.get("synthetic"))
+
+
 def build_card(model: FrictionModel) -> dict[str, Any]:
     """Return the card of a fitted model as a JSON-able dict."""
     model.require_fitted()

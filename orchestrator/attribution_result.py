@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from friction_models.discovery.wording import p_text
+
 #: What is named and still leaves this many times the scatter is not all that is missing.
 LEFT = 2.0
 
@@ -141,7 +143,7 @@ class Attribution:
                 f"{n + ' ' if n else ''}{v:+.3g} [{v - 1.96 * e:+.3g}, {v + 1.96 * e:+.3g}]{' ' + u if u != '1' else ''}"
                 for n, v, e, u in f.values
             )
-            lines.append(f"  {f.cause:<22}{f.kind:<13} gain {f.gain:9.1f}   p {_p(f.p_value)}   {values}")
+            lines.append(f"  {f.cause:<22}{f.kind:<13} gain {f.gain:9.1f}   p {p_text(f.p_value)}   {values}")
         if self.groups:
             lines += ["", "Not to be told apart by these curves, whatever the truth"]
             lines += [f"  {', '.join(g)}" for g in self.groups]
@@ -152,7 +154,3 @@ class Attribution:
             *self.warnings,
         ]
         return "\n".join([*lines, "", "Note", *(f"  - {n}" for n in notes)]) + "\n"
-
-
-def _p(value: float) -> str:
-    return "< 0.001" if value < 5e-4 else f"{value:.3f}"

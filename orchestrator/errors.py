@@ -2,13 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
 
 from friction_models.loads import InputError
 
 
 class SimulationError(RuntimeError):
     """A component failed while the system ran; the message names component, time and cause."""
+
+
+@contextmanager
+def of_this_version(place: Path, allowed: str) -> Iterator[None]:
+    """Call what is missing in the files of a folder, or is of another type, by its name; `allowed` says what helps."""
+    try:
+        yield
+    except InputError:
+        raise
+    except (
+        KeyError,
+        TypeError,
+        ValueError,
+        IndexError,
+        AttributeError,
+        OverflowError,
+        StopIteration,
+    ) as error:
+        said = " ".join(f"{type(error).__name__}: {error}".split())[:150]
+        raise InputError(
+            f"{place}: its files are damaged or of another version ({said}); allowed: {allowed}"
+        ) from error
 
 
 def collected(where: str, problems: Sequence[str]) -> InputError:

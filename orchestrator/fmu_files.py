@@ -128,15 +128,13 @@ class FmuDescription:
     @property
     def synthetic(self) -> bool:
         """Whether the FMU says of itself (in its model card) that it was trained on synthetic data."""
-        from fmus.archive import read_archive, read_member
+        from fmus.archive import read_member
+        from friction_models.model_card import trained_on_synthetic
 
-        if CARD not in read_archive(self.path):
-            return False
         try:
-            data = json.loads(read_member(self.path, CARD, MAX_CARD_BYTES))["data"]
-            return bool(data["synthetic"])
-        except (InputError, ValueError, KeyError, TypeError, RecursionError):
-            return False  # a card of others
+            return trained_on_synthetic(json.loads(read_member(self.path, CARD, MAX_CARD_BYTES)))
+        except (InputError, ValueError, RecursionError):
+            return False  # no card, or one of others
 
     @property
     def sha256(self) -> str:

@@ -17,7 +17,7 @@ from fmus.running import FmuError, RunningFmu
 from fmus.source import parse_source
 from fmus.unpacked import UnpackedFmu
 from friction_models.domain import Domain
-from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, InputError
+from friction_models.loads import LOAD_NAMES, FloatArray, InputError
 
 from .fmu_files import describe
 from .friction_names import FrictionNames, entries_by_model
@@ -262,8 +262,7 @@ class ForeignFmu(FmuModel):
 def _recorded_domain(model: Path) -> Domain:
     """Return the trained domain that an ONNX file in an FMU records; the physical limits without one."""
     try:
-        recorded = parse_source(model.read_bytes(), str(model)).domain if model.is_file() else {}
+        source = parse_source(model.read_bytes(), str(model)) if model.is_file() else None
     except InputError:
-        recorded = {}  # a file of another kind
-    limits = [recorded.get(q.name, (q.lower, q.upper)) for q in LOADS]
-    return Domain(tuple(low for low, _ in limits), tuple(high for _, high in limits))
+        source = None  # a file of another kind
+    return Domain.physical() if source is None else source.box

@@ -189,15 +189,14 @@ def description(source: FrictionSource) -> dict[str, str]:
     def rows(entries: Sequence[str]) -> str:
         return "\n".join(f"  {e}" for e in entries) or "  none"
 
-    origin = ", trained on synthetic data" if source.synthetic else ""
     loads = []
     for q in LOADS:
         trained = source.domain.get(q.name)
         shown = f"trained on {trained[0]:g} to {trained[1]:g}" if trained else "trained range not recorded"
         loads.append(f"{q.name:8} {q.unit:5} {q.meaning}; {shown}")
     return {
-        "TITLE": one_line(f"Friction model {source.name} ({source.family}){origin}"),
-        "SHORT_TITLE": one_line(f"Friction model {source.name}")[: 66 - len(origin)] + origin,
+        "TITLE": one_line(f"Friction model {source.name} ({source.family}){source.origin}"),
+        "SHORT_TITLE": one_line(f"Friction model {source.name}")[: 66 - len(source.origin)] + source.origin,
         "FORMULA": one_line(source.formula or source.name),
         "VERSION": package_version("tribofmu") or "0",
         "LOAD_ROWS": rows(loads),

@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from ..base import data_facts
 from ..effects import make_effect
 from ..effects.base import Effect
 from ..loads import FloatArray, InputError, TriboLoads
@@ -89,7 +88,7 @@ def refine(
     held = _held_out(loads)
     if not added:
         rows = ~held if held is not None else np.ones(len(mu), dtype=bool)
-        return _labelled(clone(base).fit(loads.take(rows), mu[rows], _names(loads, rows)), data)
+        return clone(base).fit(loads.take(rows), mu[rows], _names(loads, rows)).record_data(data.attrs)
     refined = ComposedFriction(clone(inner), [*present, *added])
     history = list(getattr(base, "error_history_", []))
     folds = [held] if held is not None else _folds(campaign.point_test, len(campaign.tests), seed)
@@ -128,7 +127,7 @@ def refine(
         history.append(entry)
         fitted.record_errors("held_out" if held is not None else "cross_validated", entry["after"])
     fitted.error_history_ = history
-    return _labelled(fitted, data)
+    return fitted.record_data(data.attrs)
 
 
 def history_text(history: Sequence[Mapping[str, Any]]) -> str:
@@ -171,12 +170,6 @@ def _faults_share(model: Any, loads: TriboLoads) -> FloatArray:
             a * np.broadcast_to(c, (len(loads), 1))[:, 0] for a, c in zip(amplitudes.values(), columns)
         )
     return share
-
-
-def _labelled(model: Any, data: pd.DataFrame) -> Any:
-    """Let the card of a fitted model say where its data come from, as `FrictionModel.fit_frame` does."""
-    model.training_["data"] |= data_facts(dict(data.attrs))
-    return model
 
 
 def _names(loads: TriboLoads, rows: np.ndarray) -> Any:

@@ -18,6 +18,7 @@ from .shown import (
     where_text,
     with_unit,
 )
+from .wording import p_text
 
 #: Cells of the map along each load, and places of a response curve.
 CELLS = 6
@@ -122,7 +123,7 @@ def _evidence(d: Diagnosis) -> list[str]:
         f"Ranked evidence (gain: drop of the whitened squared error less 2 per parameter{needed}; p: family-wise)",
         "(evidence: the gain where the form of the effect may be somewhat wrong)",
         *(
-            f"  {r['effect']:<22} evidence {r['evidence']:9.1f}   gain {r['gain']:9.1f}   p {'< 0.001' if r['p_value'] < 5e-4 else format(r['p_value'], '.3f')}"
+            f"  {r['effect']:<22} evidence {r['evidence']:9.1f}   gain {r['gain']:9.1f}   p {p_text(r['p_value'])}"
             for r in d.ranking[:6]
         ),
     ]

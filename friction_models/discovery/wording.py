@@ -11,6 +11,13 @@ from .scan import Fit
 from .verdict import Evidence
 
 
+def p_text(value: float | None) -> str:
+    """Return a p-value as one writes it."""
+    if value is None:
+        return "-"
+    return "< 0.001" if value < 0.001 else f"{value:.3f}"
+
+
 def sentence(
     verdict: str,
     base: BaseLaw,

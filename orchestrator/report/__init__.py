@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from friction_models.loads import InputError, write_text
+
+from ..errors import of_this_version
 
 if TYPE_CHECKING:
     from friction_models.discovery import Diagnosis
@@ -38,7 +38,7 @@ def write_report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | N
     if not place.is_dir():
         what = "is a file" if place.exists() else "no such folder"
         raise InputError(f"{place}: {what}; allowed: the folder of a run, a study, predicted tests or a demo")
-    with _of_this_version(place):
+    with of_this_version(place, "what this version wrote; run the command that made it again"):
         page = _page(place)
     if page is not None:
         return write_text(target, page)
@@ -71,21 +71,6 @@ def _page(place: Path) -> str | None:
 
         return report_page(*load_result(place))
     return None
-
-
-@contextmanager
-def _of_this_version(place: Path) -> Iterator[None]:
-    """Call what is missing in the files of a folder, or is of another type, by its name."""
-    try:
-        yield
-    except InputError:
-        raise
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
-        said = " ".join(f"{type(error).__name__}: {error}".split())[:150]
-        raise InputError(
-            f"{place}: its files are damaged or of another version ({said}); allowed: what this version wrote; run the "
-            "command that made it again"
-        ) from error
 
 
 def write_diagnosis_report(

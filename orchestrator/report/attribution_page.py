@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from friction_models.discovery.wording import p_text
+
 from ..attribution_result import Attribution, Fit
 from ..runs import versions
-from .markup import bullets, escape, p_value, paragraph, table
+from .markup import bullets, escape, paragraph, table
 from .page import Page, figure
 from .theme import AFTER, BEFORE, CONSTANT, OTHER, PRESS_BAND, dress
 
@@ -97,7 +99,7 @@ def _causes(found: Attribution) -> str:
             if fit.cause in found.second
             else ""
         )
-        rows.append((fit.cause, fit.title, _strength(fit), f"{fit.gain:.1f}", p_value(fit.p_value), named))
+        rows.append((fit.cause, fit.title, _strength(fit), f"{fit.gain:.1f}", p_text(fit.p_value), named))
         classes.append("after" if named == "first" else "")
     return table(
         ["cause", "meaning", "strength (95 % interval)", "gain", "family-wise p", ""],

@@ -7,9 +7,10 @@ from typing import Any
 
 from friction_models.discovery.shown import setpoints_text, where_text
 from friction_models.discovery.verdict import LEVEL
+from friction_models.discovery.wording import p_text
 
 from .charts_evidence import budget_chart, ranking_chart
-from .markup import bullets, escape, p_value, paragraph, table
+from .markup import bullets, escape, paragraph, table
 from .page import figure
 
 MEANINGS = {
@@ -99,7 +100,7 @@ def ranking_html(diagnosis: Mapping[str, Any], threshold: float | None = None) -
                     r["effect"],
                     f"{float(r['evidence']):.1f}",
                     f"{float(r['gain']):.1f}",
-                    p_value(r["p_value"]),
+                    p_text(r["p_value"]),
                     "named"
                     if r["effect"] in chosen
                     else "not told apart"

@@ -87,13 +87,6 @@ def cards(changes: Iterable[Change]) -> str:
     return f'<div class="cards">{"".join(c.card() for c in changes)}</div>'
 
 
-def p_value(value: float | None) -> str:
-    """Return a p-value as one writes it."""
-    if value is None:
-        return "-"
-    return "< 0.001" if value < 0.001 else f"{value:.3f}"
-
-
 def paragraph(text: str, kind: str = "") -> str:
     """Return a paragraph of plain text."""
     return f'<p class="{kind}">{escape(text)}</p>' if kind else f"<p>{escape(text)}</p>"

@@ -11,6 +11,7 @@ from typing import Any
 from friction_models.loads import InputError, unknown_name
 
 from ..campaign_store import JobResult, Store, read_object
+from ..errors import of_this_version
 
 #: File of each study that holds all its numbers.
 NUMBERS = {name: f"{name}.json" for name in ("learning-curve", "forming-error", "lag", "extrapolation")}
@@ -37,24 +38,9 @@ def study_page(folder: Path) -> str | None:
     name = str(settings["study"])
     if name not in NUMBERS:
         raise unknown_name("study", name, NUMBERS, str(folder / "manifest.json"))
-    try:
+    helps = f"what `tribofmu study {name}` wrote; the same command computes only what is missing"
+    with of_this_version(folder, helps):
         return _PAGES[name](folder, manifest)
-    except InputError:
-        raise
-    except (
-        KeyError,
-        TypeError,
-        ValueError,
-        IndexError,
-        AttributeError,
-        OverflowError,
-        StopIteration,
-    ) as error:
-        said = " ".join(f"{type(error).__name__}: {error}".split())[:150]
-        raise InputError(
-            f"{folder}: the files of the study are damaged or of another version ({said}); allowed: what "
-            f"`tribofmu study {name}` wrote; the same command computes only what is missing"
-        ) from None
 
 
 def _lag(folder: Path, manifest: Mapping[str, Any]) -> str:

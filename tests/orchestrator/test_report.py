@@ -16,10 +16,11 @@ from friction_models.discovery import diagnose
 from friction_models.discovery.refinement import history_text
 from friction_models.discovery.shown import load_map
 from friction_models.discovery.summaries import load_bins
+from friction_models.discovery.wording import p_text
 from friction_models.loads import DataSet, InputError, write_text
 from orchestrator import Master, System
 from orchestrator.report import write_diagnosis_report, write_report
-from orchestrator.report.markup import Change, escape, p_value, table
+from orchestrator.report.markup import Change, escape, table
 from orchestrator.report.residuals import binned_residual
 from tests.benchmarks.discovery_campaigns import campaign
 from tests.orchestrator.tiny_fmus import system_content
@@ -103,7 +104,7 @@ def test_markup_is_escaped() -> None:
     html = table(["<a>"], [("x & y", "<script>")], numeric=(1,))
     assert "<script>" not in html and "x &amp; y" in html and 'class="n"' in html
     assert escape('"') == "&quot;"
-    assert (p_value(0.0001), p_value(0.0123), p_value(None)) == ("< 0.001", "0.012", "-")
+    assert (p_text(0.0001), p_text(0.0123), p_text(None)) == ("< 0.001", "0.012", "-")
 
 
 SHAPE = {"shape": lambda r, g: (r.v - 200) * (r.psi - 1.4), "strength": 1.2}
