@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import re
@@ -242,9 +243,28 @@ def unpack_members(path: str | os.PathLike[str], folder: str | os.PathLike[str])
                 # zipfile stops at the declared size, the sum of which is bounded, and compares checksums.
                 with archive.open(member) as source, place.open("xb") as written:
                     shutil.copyfileobj(source, written, 1024**2)
-    except Exception as error:  # BadZipFile, zlib.error, OSError: the archive is damaged, or the disk full
+    except Exception as error:  # BadZipFile, zlib.error, OSError and others are not one family
+        if isinstance(error, OSError) and error.errno == errno.ENOSPC:
+            raise OSError(error.errno, error.strerror, str(target)) from None
         raise InputError(f"{path}: the archive cannot be unpacked ({_first(error)})") from None
     return target
+
+
+def check_content(path: str | os.PathLike[str]) -> None:
+    """Read every member of an archive that `read_members` has accepted, against its checksum.
+
+    Raises
+    ------
+    InputError
+        A damaged member.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            damaged = archive.testzip()
+    except Exception as error:  # zlib.error, OSError, EOFError and others are not one family
+        raise InputError(f"{path}: the archive cannot be unpacked ({_first(error)})") from None
+    if damaged is not None:
+        raise InputError(f"{path}: member {damaged!r} is damaged and cannot be unpacked")
 
 
 def _check_table(file: Path) -> None:

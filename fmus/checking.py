@@ -7,10 +7,11 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
+
+from forming.child import python_command
 
 from .archive import read_archive, read_description
 from .check_report import OUTCOMES, CheckReport, Finding
@@ -23,8 +24,6 @@ TIME_LIMIT = 600.0
 MEMORY_LIMIT = 8 * 1024**3
 #: Most output of the second process that is read [bytes], and findings that are kept.
 _TAIL, _MAX_FINDINGS = 4000, 2000
-# The second process sees the modules that this one sees, and starts in a folder of its own.
-_START = "import json, sys; sys.path[:] = json.loads(sys.argv.pop(1)); from fmus.trial import main; main()"
 
 
 def check(
@@ -81,8 +80,7 @@ def _second_process(
     file: Path, result: Path, folder: str, limit: float, memory: int
 ) -> tuple[int | None, str]:
     """Run the trials; return the exit code, None after the time limit, and the last line of errors."""
-    paths = json.dumps([p or os.getcwd() for p in sys.path])
-    command = [sys.executable, "-c", _START, paths, str(file.resolve()), str(result), str(memory)]
+    command = python_command("fmus.trial", str(file.resolve()), str(result), str(memory))
     place = Path(folder) / "run"
     place.mkdir()
     # Output goes to a file: a child of the FMU that outlives it would keep a pipe open.

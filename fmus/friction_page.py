@@ -13,6 +13,7 @@ from .interface import FrictionInterface, bounds
 from .native.platforms import PLATFORMS
 from .response_curves import legend, response_curves, short
 from .source import FrictionSource
+from .time_constants import fastest_time_constant, hint
 
 _SYSTEMS = {"linux": "Linux", "windows": "Windows", "darwin": "macOS"}
 _MACHINES = {"x86_64": "x86-64", "aarch64": "ARM 64"}
@@ -106,7 +107,7 @@ def _range(lower: float | None, upper: float | None) -> str:
 
 
 def _variables(source: FrictionSource, interface: FrictionInterface, fmi: str) -> str:
-    several = {"2.0": "[1] ...", "3.0": "[n]"}[fmi] if fmi == "3.0" or interface.nodes > 1 else ""
+    several = {"2.0": "[1] ...", "3.0": "[n]"}[fmi] if interface.sized else ""
 
     def name(text: str, array: bool = True) -> str:
         return f"<code>{escape(text)}{several if array else ''}</code>"
@@ -119,7 +120,9 @@ def _variables(source: FrictionSource, interface: FrictionInterface, fmi: str) -
     rows = []
     for q in LOADS:
         lower, upper = interface.domain.get(q.name, (None, None))
-        trained = _range(lower, upper) or "not recorded"
+        trained = _range(lower, upper) or (
+            "not measured, no influence" if q.name in source.absent else "not recorded"
+        )
         rows.append(row(name(q.name), "input", q.unit, q.meaning, _number(interface.start(q)), trained))
     rows.append(row(name(MU.name), "output", MU.unit, MU.meaning + ", never negative"))
     rows.append(
@@ -142,7 +145,7 @@ def _variables(source: FrictionSource, interface: FrictionInterface, fmi: str) -
         rows.append(row(name(p.name, False), "parameter", p.unit, p.description, _number(p.start), trained))
     clamp = "whether loads outside the trained domain are moved to its border before mu is evaluated"
     rows.append(row(name("clamp_to_domain", False), "parameter", "", clamp, "true"))
-    if fmi == "3.0":
+    if fmi == "3.0" and interface.sized:
         points = "number of contact points, the length of the arrays"
         rows.append(row(name("n", False), "structural parameter", "", points, str(interface.nodes)))
     return _section(
@@ -162,7 +165,10 @@ def _use(source: FrictionSource, interface: FrictionInterface, target: str, fmi:
             "over the step. Give every material point its own instance or array element, and keep it. A point with "
             "<code>sigma_n</code> = 0 is without contact and keeps its memory."
         )
-    if fmi == "3.0":
+        fastest = fastest_time_constant(source) if target == "native" else None
+        if fastest is not None:
+            points.append(f"In model exchange the simulator's solver integrates the memory: {hint(fastest)}.")
+    if fmi == "3.0" and interface.sized:
         points.append(
             "Arrays have the length <code>n</code>, which is set in configuration mode before initialization; with "
             "<code>n</code> = 1 the FMU is used like a scalar one."

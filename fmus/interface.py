@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from friction_models.loads import LOADS, MU, Quantity
+from friction_models.loads import Quantity
 
 #: Exponents of the SI base units, factor and offset: value_SI = factor * value + offset.
 UNITS: dict[str, dict[str, float]] = {
@@ -31,6 +31,15 @@ UNITS: dict[str, dict[str, float]] = {
     "kW/(m2 K)": {"kg": 1, "s": -3, "K": -1, "factor": 1e3},
 }
 
+#: Ranges of the loads in the reference plan of the tests, used where no trained domain is recorded.
+USUAL = {
+    "v_rel": (5.0, 500.0),
+    "T": (20.0, 300.0),
+    "sigma_n": (500.0, 2750.0),
+    "sd": (0.0, 60.0),
+    "psi": (1.0, 20.0),
+}
+
 
 def unit_base(name: str) -> dict[str, float] | None:
     """Return the entry of `UNITS` of a unit, or of a known unit per second (``x/s``); None when it is unknown."""
@@ -53,7 +62,7 @@ class Variable:
     name : str
         Structured name, ``mu`` or ``mu[3]``.
     reference : int
-        Value reference; in FMI 2.0 Real and Boolean variables are numbered separately.
+        Value reference; no two variables of an FMU share one, whatever their types.
     causality, variability, initial : str
         As in the standard; `initial` may be empty.
     type : str
@@ -69,7 +78,7 @@ class Variable:
     initial_depends : tuple of str or None
         For outputs: what the initial value depends on; None means `depends`.
     nominal : float or None
-        Size that a continuous state is expected to have.
+        Size that the value is expected to have.
     derivative : str
         Name of the state whose derivative this is.
     array : bool
@@ -156,10 +165,22 @@ class State:
 class FrictionInterface:
     """What a friction FMU shows: the five loads in, `mu` out, at `nodes` contact points.
 
-    Value references of the Real variables of FMI 2.0 run through the names in groups of `nodes`: the five
-    loads, `mu`, `domain_distance`, then the states; then the system variables, one each; then the
-    derivatives of the states, in groups again; last, where `interval` is the level of a prediction
-    interval, the groups `mu_low` and `mu_high`. FMI 3.0 is in `interface3`.
+    Its variables are in `friction_variables`.
+
+    Attributes
+    ----------
+    nodes : int
+        Contact points; where the simulator sets their number, its default.
+    domain : dict
+        Load name to (lower, upper) of the trained domain; empty when none is recorded.
+    states, system : tuple
+        Memory of a point, and system variables.
+    interval : float or None
+        Level of the prediction interval that is shown, None without one.
+    arrays : bool
+        FMI 3.0: whether one point is an array of length `n`, too, which the simulator can set.
+    absent : tuple of str
+        Loads that were not measured in training: inputs without influence.
     """
 
     nodes: int = 1
@@ -167,6 +188,13 @@ class FrictionInterface:
     states: tuple[State, ...] = ()
     system: tuple[Parameter, ...] = ()
     interval: float | None = None
+    arrays: bool = False
+    absent: tuple[str, ...] = ()
+
+    @property
+    def sized(self) -> bool:
+        """Whether the quantities of FMI 3.0 are arrays whose length is the structural parameter `n`."""
+        return self.arrays or self.nodes > 1
 
     def names(self, name: str) -> list[str]:
         """Return the variable names of one quantity: ``[mu]``, or ``[mu[1], mu[2], ...]``."""
@@ -176,139 +204,6 @@ class FrictionInterface:
         """Return the start value of a load: its nominal value, moved into the trained domain."""
         lower, upper = self.domain.get(load.name, (load.lower, load.upper))
         return min(max(load.nominal, lower), upper)
-
-    def variables(self, ode: bool = False) -> list[Variable]:
-        """Return all variables of FMI 2.0 in file order; with `ode` the states are continuous states."""
-        result: list[Variable] = []
-        reference = 0
-
-        def group(name: str, causality: str, unit: str, **more: object) -> None:
-            nonlocal reference
-            for i, full in enumerate(self.names(name)):
-                extra = {k: v(i) if callable(v) else v for k, v in more.items()}
-                result.append(Variable(full, reference, causality, unit=unit, **extra))  # type: ignore[arg-type]
-                reference += 1
-
-        columns = [self.names(q.name) for q in LOADS]
-        states = [self.names(s.name) for s in self.states]
-        parameters = tuple(p.name for p in self.system)
-
-        def loads_of(i: int) -> tuple[str, ...]:
-            return tuple(c[i] for c in columns)
-
-        def now_of(i: int) -> tuple[str, ...]:
-            return (*loads_of(i), *(s[i] for s in states)) if ode else loads_of(i)
-
-        def initial_of(i: int) -> tuple[str, ...]:
-            return (*loads_of(i), *(s[i] for s in states), *parameters, "clamp_to_domain")
-
-        for q in LOADS:
-            group(
-                q.name,
-                "input",
-                q.unit,
-                start=self.start(q),
-                lower=q.lower,
-                upper=q.upper,
-                description=q.meaning,
-            )
-        group(
-            MU.name,
-            "output",
-            MU.unit,
-            initial="calculated",
-            lower=0.0,
-            description=MU.meaning,
-            depends=now_of,
-            initial_depends=initial_of,
-        )
-        group(
-            "domain_distance",
-            "output",
-            "1",
-            initial="calculated",
-            lower=0.0,
-            description="0 inside the trained domain; outside, largest exceedance in units of a load's range",
-            depends=loads_of,
-        )
-        for s in self.states:
-            group(
-                s.name,
-                "local",
-                s.unit,
-                initial="exact",
-                start=s.start,
-                nominal=s.nominal if ode else None,
-                description="memory of the contact point",
-            )
-        for p in self.system:
-            result.append(
-                Variable(
-                    p.name,
-                    reference,
-                    "parameter",
-                    "tunable",
-                    "exact",
-                    unit=p.unit,
-                    start=p.start,
-                    lower=p.minimum,
-                    description=p.description,
-                )
-            )
-            reference += 1
-        for s, names in zip(self.states if ode else (), states):
-            for i, name in enumerate(names):
-                result.append(
-                    Variable(
-                        f"der({name})",
-                        reference,
-                        "local",
-                        initial="calculated",
-                        unit=s.rate_unit,
-                        derivative=name,
-                        description=f"rate of {name}, 0 without contact",
-                        depends=now_of(i),
-                        initial_depends=initial_of(i)[:-1],
-                    )
-                )
-                reference += 1
-        for bound, meaning in bounds(self.interval):
-            group(
-                bound,
-                "output",
-                MU.unit,
-                initial="calculated",
-                lower=0.0,
-                description=meaning,
-                depends=now_of,
-                initial_depends=initial_of,
-            )
-        every_load = tuple(name for column in columns for name in column)
-        result.append(
-            Variable(
-                "in_domain",
-                0,
-                "output",
-                "discrete",
-                "calculated",
-                "Boolean",
-                description="whether every point in contact is inside the trained domain",
-                depends=every_load,
-            )
-        )
-        result.append(
-            Variable(
-                "clamp_to_domain",
-                1,
-                "parameter",
-                "tunable",
-                "exact",
-                "Boolean",
-                start=True,
-                description="evaluate at the nearest point of the trained domain instead of extrapolating",
-            )
-        )
-        return result
 
 
 def bounds(level: float | None) -> list[tuple[str, str]]:

@@ -9,17 +9,20 @@ from pathlib import Path
 from friction_models.loads import LOADS
 
 from .archive import content_guid
+from .friction_variables import variables2, variables3
 from .interface import FrictionInterface
-from .interface3 import variables3
 from .model_description import Description, to_xml
 from .model_description3 import build_description, to_xml3
 from .presentation import LICENCE, presentation_files
 from .reference_results import reference_files
 from .source import FrictionSource
+from .time_constants import fastest_time_constant
 
 #: The C files written by hand: those of both versions of FMI, and those of one.
 _SHARED = ("domain.h", "instance.h", "values.h", "sensitivity.h", "snapshot.h")
 _OWN = {"2.0": ("fmi2.c", "fmi2_more.h"), "3.0": ("fmi3.c", "fmi3_more.h", "fmi3_rest.h")}
+#: Default experiment [s]: its end, its largest and smallest step.
+_STOP, _STEP, _LEAST_STEP = 1.0, 0.01, 1e-4
 
 
 def identifier(text: str) -> str:
@@ -28,11 +31,37 @@ def identifier(text: str) -> str:
     return clean if clean[0].isalpha() else f"m_{clean}"
 
 
+def family_identifier(source: FrictionSource) -> str:
+    """Return the C identifier that all models of a family share."""
+    return identifier(f"friction_{source.family}")
+
+
+def own_identifier(source: FrictionSource, guid: str) -> str:
+    """Return the `modelIdentifier` of an FMU that was given none.
+
+    It belongs to the content: a program that links the sources of several FMUs tells them apart by it.
+    """
+    return f"{family_identifier(source)}_{guid.strip('{}').replace('-', '')[:16]}"
+
+
+def default_step(source: FrictionSource) -> float:
+    """Return the step of the default experiment [s]: half the fastest time constant of the memory, or less.
+
+    Solvers with a fixed step take it from there, and explicit ones diverge at steps above twice the time constant.
+    """
+    fastest = fastest_time_constant(source)
+    step = _STEP
+    while fastest is not None and step > max(0.5 * fastest, _LEAST_STEP):
+        step /= 2.0 if f"{step:e}"[0] != "5" else 2.5
+    return float(f"{step:.0e}")
+
+
 def friction_description(
     source: FrictionSource,
     interface: FrictionInterface,
     target: str,
     guid: str,
+    name: str = "",
     sources: Sequence[str] = (),
     fmi: str = "2.0",
     ode: bool = False,
@@ -45,6 +74,8 @@ def friction_description(
     target : {"native", "python"}
     guid : str
         GUID or instantiation token.
+    name : str
+        Name of the model and `modelIdentifier`; by default the model's name, and `own_identifier`.
     sources : sequence of str
         Files of `sources/` to be compiled.
     fmi : {"2.0", "3.0"}
@@ -59,16 +90,18 @@ def friction_description(
         annotations[f"domain_{load}"] = f"{lower!r} {upper!r}"
     common, co_simulation, model_exchange = _capabilities(fmi, native)
     return Description(
-        model_name=f"friction {source.name}",
-        identifier=identifier(f"friction_{source.family}"),
+        model_name=name or f"friction {source.name}",
+        identifier=name or (own_identifier(source, guid) if guid else family_identifier(source)),
         guid=guid,
         text=f"Coefficient of friction from {len(LOADS)} loads{source.origin}: {source.formula or source.name}"[
             :400
         ],
-        variables=variables3(interface, ode) if fmi == "3.0" else interface.variables(native and ode),
+        variables=variables3(interface, ode) if fmi == "3.0" else variables2(interface, native and ode),
         co_simulation=common | co_simulation,
         model_exchange=common | model_exchange if native and both else None,
         sources=sources,
+        step=default_step(source),
+        stop=_STOP,
         annotations=annotations,
         licence=LICENCE,
         event_indicators=int(native and both and bool(interface.domain)),
@@ -121,6 +154,7 @@ def native_files(
     interface: FrictionInterface,
     platforms: Sequence[str] | None,
     fmi: str = "2.0",
+    name: str = "",
 ) -> dict[str, bytes]:
     """Return the files of a native friction FMU.
 
@@ -128,10 +162,11 @@ def native_files(
     ----------
     source : FrictionSource
     interface : FrictionInterface
-        With FMI 3.0 its `nodes` is the default of the structural parameter `n`.
     platforms : sequence of str, optional
         As of `native.compile.build`.
     fmi : {"2.0", "3.0"}
+    name : str
+        As of `friction_description`.
 
     Returns
     -------
@@ -156,7 +191,7 @@ def native_files(
     ode = "#define TF_ODE 1" in model
 
     def description(guid: str) -> bytes:
-        content = friction_description(source, interface, "native", guid, [main], fmi, ode)
+        content = friction_description(source, interface, "native", guid, name, [main], fmi, ode)
         return to_xml3(content, interface.nodes) if fmi == "3.0" else to_xml(content)
 
     # The GUID covers everything that decides what the FMU computes and shows.
@@ -165,14 +200,14 @@ def native_files(
         | {"model.h": model.encode(), "modelDescription.xml": description(""), "model.onnx": source.onnx}
     )
     texts["model.h"] = f'#define TF_GUID "{guid}"\n{model}'
-    name = identifier(f"friction_{source.family}")
+    own = name or own_identifier(source, guid)
     # The standard keeps its own headers out of `sources/`: who compiles these brings them.
-    binaries = build(texts | fmi_headers(fmi), main, name, platforms, fmi)
+    binaries = build(texts | fmi_headers(fmi), main, own, platforms, fmi)
     files = {"modelDescription.xml": description(guid), "resources/model.onnx": source.onnx}
     if source.original is not None:
         files["resources/original.onnx"] = source.original
     if fmi == "3.0":
-        files["sources/buildDescription.xml"] = build_description(name, main)
+        files["sources/buildDescription.xml"] = build_description(own, main)
     return (
         files
         | presentation_files(source, fmi)

@@ -14,15 +14,17 @@ from friction_models.loads import LOADS, InputError, unknown_name
 from .archive import write_archive
 from .exports import TARGETS as EXPORT_TARGETS
 from .friction_page import friction_documents
-from .interface3 import NAMES as FMI3_NAMES
+from .friction_variables import MAX_NODES
+from .friction_variables import NAMES as FMI3_NAMES
+from .made_here import remember
 from .source import FrictionSource, read_source
 
 FMI_VERSIONS = ("2.0", "3.0")
 #: Targets that are FMUs; those of `fmus.exports` are folders of sources or tables.
 FMU_TARGETS = ("native", "python")
 TARGETS = (*FMU_TARGETS, *EXPORT_TARGETS)
-#: Most contact points of one FMU.
-MAX_NODES = 100_000
+#: Longest name of an FMU: it names files and functions.
+_MAX_NAME = 64
 
 
 def pack(
@@ -34,6 +36,8 @@ def pack(
     platforms: Sequence[str] | None = None,
     spec: str | os.PathLike[str] | None = None,
     interval: bool = False,
+    arrays: bool = False,
+    name: str | None = None,
     **options: Any,
 ) -> Path:
     """Write a friction model as an FMU, or as sources or a table for codes that load no FMUs.
@@ -50,7 +54,7 @@ def pack(
         the Python interpreter of the simulator. The others: see `fmus.exports`.
     nodes : int
         Number of contact points; above 1 the variables of FMI 2.0 are ``v_rel[1]`` ... ``v_rel[nodes]``,
-        while FMI 3.0 has arrays whose size ``n`` starts at `nodes` and can be set by the simulator.
+        while FMI 3.0 has arrays whose length ``n`` starts at `nodes` and can be set by the simulator.
     fmi : {"2.0", "3.0"}
         Version of the standard; ``"2"`` and ``"3"`` will do.
     platforms : sequence of str, optional
@@ -59,6 +63,12 @@ def pack(
         YAML file that says what the columns of an ONNX file from elsewhere mean.
     interval : bool
         Whether the FMU has the outputs `mu_low` and `mu_high`: the bounds of the model's prediction interval.
+    arrays : bool
+        FMI 3.0: whether one point has arrays of a length that can be set, too, instead of scalars, which more
+        simulators load.
+    name : str, optional
+        Name of the model and C identifier of the FMU (`modelIdentifier`); by default the identifier is made of the
+        family and a hash of the content, so that no two models share it.
     **options
         Of the targets of `fmus.exports`.
 
@@ -84,19 +94,26 @@ def pack(
             raise InputError(
                 f"interval: target {target!r} has no prediction interval; allowed: native, python"
             )
+        if name is not None or arrays:
+            given = f"name = {name!r}" if name is not None else "arrays"
+            raise InputError(f"{given}: belongs to an FMU; target {target!r} has none")
         return _export(model, path, target, int(nodes), version, platforms, spec, options)
     if options:
-        name = next(iter(options))
-        raise InputError(f"{name} = {options[name]!r} is no option of target {target!r}; allowed: none")
+        option = next(iter(options))
+        raise InputError(f"{option} = {options[option]!r} is no option of target {target!r}; allowed: none")
     if Path(path).suffix != ".fmu":
         raise InputError(f"{path}: suffix {Path(path).suffix!r}, allowed: '.fmu'")
+    if name is not None:
+        _check_identifier(name)
+    if arrays and version != "3.0":
+        raise InputError(f"arrays with FMI version {version!r}, allowed: '3.0' (FMI 2.0 has scalars only)")
     source = read_source(model, spec=spec, target=target)
-    interface = source.interface(int(nodes), bool(interval))
+    interface = source.interface(int(nodes), bool(interval), bool(arrays))
     _check_names(source)
     if target == "native":
         from .native_target import native_files
 
-        files = native_files(source, interface, platforms, version)
+        files = native_files(source, interface, platforms, version, name or "")
     else:
         if platforms:
             raise InputError(
@@ -106,9 +123,9 @@ def pack(
             raise InputError(f"FMI version {version!r} of target 'python', allowed: '2.0'")
         from .python_target import friction_files
 
-        files = friction_files(source, interface)
+        files = friction_files(source, interface, name or "")
     files |= friction_documents(source, interface, files, target, version)
-    return write_archive(path, files)
+    return remember(write_archive(path, files))
 
 
 def _export(
@@ -128,6 +145,16 @@ def _export(
     from .exports import export
 
     return export(read_source(model, spec=spec, target=target), path, target, **options)
+
+
+def _check_identifier(name: str) -> None:
+    from .native_target import identifier
+
+    if not re.fullmatch(r"[A-Za-z_]\w*", name, flags=re.ASCII) or len(name) > _MAX_NAME:
+        near = identifier(name)[:_MAX_NAME]
+        raise InputError(
+            f"name = {name[:80]!r}, allowed: a name as in C of at most {_MAX_NAME} characters, for instance {near!r}"
+        )
 
 
 def _check_names(source: FrictionSource) -> None:

@@ -10,25 +10,29 @@ from pathlib import Path
 from friction_models.loads import LOADS, InputError
 
 from .archive import content_guid
+from .friction_variables import variables2
 from .interface import FrictionInterface
 from .model_description import Description, to_xml
+from .reference_results import stimuli, tried
 from .source import FrictionSource
 
 
-def friction_files(source: FrictionSource, interface: FrictionInterface) -> dict[str, bytes]:
-    """Return the files of a friction FMU that runs ONNX Runtime in the simulator's Python.
+def friction_files(source: FrictionSource, interface: FrictionInterface, name: str = "") -> dict[str, bytes]:
+    """Return the files of a friction FMU that runs ONNX Runtime in the simulator's Python; `name` as of `pack`.
 
     It runs our graph (`resources/model.onnx`); a user's graph that has no translation is run as it is
     (`resources/original.onnx`), with the loads brought into its units and places.
     """
-    from .native_target import friction_description, without_interval
+    from .native_target import friction_description, own_identifier, without_interval
     from .presentation import presentation_files
 
-    reals = [v for v in interface.variables() if v.type == "Real"]
+    variables = variables2(interface)
+    reals = [v for v in variables if v.type == "Real"]
     box = [interface.domain.get(q.name, (q.lower, q.upper)) for q in LOADS]
     config = {
         "nodes": interface.nodes,
-        "names": [v.name for v in sorted(reals, key=lambda v: v.reference)],
+        "names": [v.name for v in reals],
+        "references": {v.name: v.reference for v in variables if v.type == "Boolean"},
         "load_lower": [q.lower for q in LOADS],
         "load_upper": [q.upper for q in LOADS],
         "load_start": [interface.start(q) for q in LOADS],
@@ -44,10 +48,16 @@ def friction_files(source: FrictionSource, interface: FrictionInterface) -> dict
         config["foreign"] = source.foreign
     resources = {"interface.json": (json.dumps(config) + "\n").encode()}
     if source.onnx:
+        tried(source, interface, stimuli(interface, 1))  # no generator has looked at the graph
         resources["model.onnx"] = source.onnx
     if source.original is not None:
         resources["original.onnx"] = source.original
-    description = friction_description(source, interface, "python", "")
+    description = friction_description(source, interface, "python", "", name)
+    if not name:
+        content = resources | {"script": script.encode(), "modelDescription.xml": to_xml(description)}
+        description = dataclasses.replace(
+            description, identifier=own_identifier(source, content_guid(content))
+        )
     return python_fmu_files(description, script, resources, alone=True) | presentation_files(source, "2.0")
 
 

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from friction_models.domain import Domain
-from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, InputError, TriboLoads
+from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, InputError, TriboLoads, require_loads
 from friction_models.loads.time_steps import rests, time_steps
 
+from .apart import Apart, Died
 from .interface import vector
-from .running import RunningFmu
+from .made_here import runs_apart
+from .running import FmuError, RunningFmu
 from .source import parse_source
 from .unpacked import UnpackedFmu
 
@@ -26,7 +29,7 @@ class FmuModel:
     """The law inside a friction FMU, ours or a foreign one with the same variables.
 
     It cannot be refitted. Loads with time are stepped through test by test from a fresh state, so
-    that memory acts; without time every point is evaluated at the FMU's start state. System variables
+    that memory acts; without time a foreign FMU is evaluated at its start state. System variables
     that the tests record are set for each test.
 
     Parameters
@@ -34,6 +37,10 @@ class FmuModel:
     path : path-like
         FMU for co-simulation (FMI 2.0 or 3.0) with the inputs ``v_rel T sigma_n sd psi`` and the output
         ``mu``: scalars, scalars named ``v_rel[1]`` ..., or arrays.
+    isolate : bool, optional
+        Run it in a process of its own, where a crash does no harm; by default where it was not made here (`made_here`).
+    folder : Path, optional
+        Where it is unpacked already.
 
     Raises
     ------
@@ -44,9 +51,12 @@ class FmuModel:
     family = "fmu"
     is_fitted = True
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
+    def __init__(
+        self, path: str | os.PathLike[str], isolate: bool | None = None, folder: Path | None = None
+    ) -> None:
         self.path = Path(path)
-        self._fmu = UnpackedFmu(self.path)
+        self._fmu = UnpackedFmu(self.path, folder)
+        self._elsewhere = Elsewhere(self, self.path) if runs_apart(self.path, isolate) else None
         names = self._fmu.friction()
         if self._fmu.description.coSimulation is None:
             raise InputError(f"{self.path}: the FMU offers no co-simulation, allowed: an FMU that does")
@@ -64,6 +74,18 @@ class FmuModel:
     def domain(self) -> Domain:
         """The trained domain that the FMU's ONNX model records; the physical limits without one."""
         return self.source.box if self.source is not None else Domain.physical()
+
+    @property
+    def card(self) -> dict[str, Any]:
+        """The model card inside the FMU; empty without one."""
+        return {} if self.source is None else self.source.card
+
+    @property
+    def needed_loads(self) -> tuple[str, ...]:
+        """The loads without which the FMU cannot be evaluated: all five, but those its model was not given in training."""
+        if self.source is None:
+            return LOAD_NAMES
+        return () if self.source.family == "constant" else self.source.box.measured
 
     def formula_text(self) -> str:
         """Return the law as the packed model states it, or the name of the FMU."""
@@ -115,21 +137,41 @@ class FmuModel:
     def _read(self, loads: TriboLoads | npt.ArrayLike, outputs: list[str]) -> FloatArray:
         """Return one output of every contact point at loads, shape (n,)."""
         points = loads if isinstance(loads, TriboLoads) else TriboLoads.from_array(loads)
+        require_loads(points, self.needed_loads, str(self.path))
+        # What has no memory is evaluated at once: a step for each point would give the same. Without time a law that
+        # is known to remember takes it from distance and speed, as the model itself does.
+        if self.source is None:
+            stepped = points.t is not None
+        else:
+            stepped = bool(self.source.states) and (points.t is not None or points.test_id is not None)
+        points, order = points.in_order(memory=stepped)
         array = points.as_array()
         mu = np.empty(len(array))
         system = self.source.system_values(points) if self.source is not None else {}
-        # what has no memory is evaluated at once: a step for each point would give the same
-        stepped = points.t is not None and not (self.source is not None and not self.source.states)
         parts = points.segments() if stepped or system else [slice(0, len(array))]
-        pause = rests(points, time_steps(points, [p.start for p in parts if p.stop > p.start]))
+        dt = time_steps(points, [p.start for p in parts if p.stop > p.start])
+        pause = rests(points, dt)
+        time = np.cumsum(dt) if points.t is None else points.t
         for part in parts:
             # System variables are the same all through a test.
             start = {name: float(values[part.start]) for name, values in system.items() if len(array)}
-            if stepped and points.t is not None:
-                mu[part] = self._in_steps(array[part], points.t[part], pause[part], start, outputs)
-            else:
-                mu[part] = self._at_once(array[part], start, outputs)
+            times = (time[part], pause[part]) if stepped else None
+            mu[order[part]] = self._values(array[part], times, start, outputs)
         return mu
+
+    def _values(
+        self,
+        array: FloatArray,
+        times: tuple[FloatArray, FloatArray] | None,
+        start: dict[str, float],
+        outputs: list[str],
+    ) -> FloatArray:
+        """Return an output at points of a test, with their times and pauses, or at points without time."""
+        if self._elsewhere is not None:
+            return self._elsewhere.values(array, times, start, outputs)
+        if times is None:
+            return self._at_once(array, start, outputs)
+        return self._in_steps(array, *times, start, outputs)
 
     def _at_once(self, array: FloatArray, start: dict[str, float], outputs: list[str]) -> FloatArray:
         """Return an output at points that do not follow each other in time."""
@@ -187,6 +229,32 @@ class FmuModel:
     def _evaluate(self, fmu: RunningFmu, rows: FloatArray, outputs: list[str]) -> FloatArray:
         self._write(fmu, rows)
         return fmu.get_real(outputs)
+
+
+class Elsewhere:
+    """The same model in a process of its own, which starts with the first question and again after a crash."""
+
+    def __init__(self, model: FmuModel, *arguments: Any) -> None:
+        # The folder stays that of this process: one that crashes cannot tidy up.
+        self._make = (type(model), *arguments, False, model._fmu.folder)
+        self._path = model.path
+        self._apart: Apart | None = None
+
+    def values(self, *arguments: Any) -> FloatArray:
+        """Return what `FmuModel._values` returns there.
+
+        Raises
+        ------
+        FmuError
+            The FMU refuses a value, or ends its process.
+        """
+        if self._apart is None:
+            self._apart = Apart(*self._make, errors=(FmuError,))
+        try:
+            return np.asarray(self._apart.call("_values", *arguments), dtype=float)
+        except Died as end:
+            self._apart = None
+            raise FmuError(f"{self._path}: {end}") from None
 
 
 def read_friction_fmu(path: str | os.PathLike[str]) -> FmuModel:

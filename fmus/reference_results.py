@@ -6,16 +6,18 @@ directory in the archive holds the manifest, ``experiments.xml``, ``stimuli.csv`
 
 from __future__ import annotations
 
+import functools
 import hashlib
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from lxml import etree
 
 from friction_models.intervals import MARGIN
-from friction_models.loads import LOADS, FloatArray, InputError
+from friction_models.loads import LOADS, FloatArray, InputError, shown
 
-from .interface import FrictionInterface
+from .interface import USUAL, FrictionInterface
 from .model_description import number
 from .source import FrictionSource
 
@@ -31,14 +33,6 @@ ROWS, STEP = 11, 0.1
 MAX_POINTS = 16
 #: Digits written: those on which processors with different vector units agree.
 DIGITS = 12
-#: Where a load's domain is not recorded.
-_USUAL = {
-    "v_rel": (5.0, 500.0),
-    "T": (20.0, 300.0),
-    "sigma_n": (500.0, 2750.0),
-    "sd": (0.0, 60.0),
-    "psi": (1.0, 20.0),
-}
 _PROCEDURE = (
     "At the time of each row the inputs of that row are set, then the outputs are read, then a communication step "
     "to the time of the next row is made with the inputs held. Parameters keep their start values."
@@ -54,18 +48,14 @@ def reference_files(source: FrictionSource, interface: FrictionInterface, fmi: s
     Raises
     ------
     InputError
-        ONNX Runtime refuses the graph.
+        See `tried`.
     """
     points = min(interface.nodes, MAX_POINTS)
     if fmi == "3.0" and interface.nodes > MAX_POINTS:
         return {}
     time = np.array([float(f"{STEP * k:.6g}") for k in range(ROWS)])
     loads = stimuli(interface, points)
-    try:
-        results = reference_run(source, interface, loads)
-    except Exception as error:  # ONNX Runtime has errors of its own, which are no one family
-        reason = " ".join(str(error).split())[:200]
-        raise InputError(f"{source.where}: ONNX Runtime cannot run the graph ({reason})") from None
+    results = tried(source, interface, loads)
     if not all(np.isfinite(values).all() for values in results.values()):
         return {}
 
@@ -97,9 +87,28 @@ def reference_files(source: FrictionSource, interface: FrictionInterface, fmi: s
     }
 
 
+def tried(source: FrictionSource, interface: FrictionInterface, loads: FloatArray) -> dict[str, FloatArray]:
+    """Return the values of `reference_run`.
+
+    Raises
+    ------
+    InputError
+        ONNX Runtime refuses the graph, or mu is nowhere a finite number.
+    """
+    try:
+        results = reference_run(source, interface, loads)
+    except Exception as error:  # ONNX Runtime has errors of its own, which are no one family
+        raise InputError(f"{source.where}: ONNX Runtime cannot run the graph ({shown(error, 200)})") from None
+    if not np.isfinite(results["mu"]).any():
+        raise InputError(
+            f"{source.where}: mu is nowhere a finite number at random loads; allowed: finite numbers"
+        )
+    return results
+
+
 def stimuli(interface: FrictionInterface, points: int) -> FloatArray:
     """Return loads of shape (`ROWS`, points, 5): inside the domain, one row outside of it, one without contact."""
-    box = np.array([interface.domain.get(q.name, _USUAL[q.name]) for q in LOADS])
+    box = np.array([interface.domain.get(q.name, USUAL[q.name]) for q in LOADS])
     lower, upper = box[:, 0], box[:, 1]
     rng = np.random.default_rng(1)
     loads = rng.uniform(lower, upper, size=(ROWS, points, len(LOADS)))
@@ -119,12 +128,7 @@ def reference_run(
     dict of str to ndarray
         `mu` (its bounds, where the FMU has them), `domain_distance` and the states of shape (rows, points), `in_domain` of shape (rows, 1).
     """
-    import onnxruntime
-
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1
-    options.log_severity_level = 3
-    session = onnxruntime.InferenceSession(source.onnx, options, providers=["CPUExecutionProvider"])
+    session = _session(source.onnx)
     inputs, outputs = [i.name for i in session.get_inputs()], [o.name for o in session.get_outputs()]
     loads_name = "loads" if "loads" in inputs else inputs[0]
     mu_name = "mu" if "mu" in outputs else outputs[0]
@@ -165,6 +169,16 @@ def reference_run(
             following = run("state_next", row, float(f"{STEP:.6g}"))
             state = np.where(row[:, 2:3] > 0.0, following, state)
     return {n: np.array(v) for n, v in found.items()}
+
+
+@functools.lru_cache(maxsize=1)  # the curves of the documentation ask for the same model
+def _session(onnx: bytes) -> Any:
+    import onnxruntime
+
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = 1
+    options.log_severity_level = 4  # what is wrong is said in a sentence
+    return onnxruntime.InferenceSession(onnx, options, providers=["CPUExecutionProvider"])
 
 
 def _csv(time: FloatArray, groups: Sequence[tuple[list[str], FloatArray]]) -> bytes:

@@ -10,15 +10,13 @@ import numpy as np
 
 from friction_models.loads import LOADS, FloatArray
 
-from .interface import FrictionInterface
+from .interface import USUAL, FrictionInterface
 from .reference_results import reference_run
 from .source import FrictionSource
 
 _POINTS = 61
 _WIDTH, _HEIGHT, _GAP = 186, 150, 16
 _LEFT, _TOP, _BOTTOM = 56, 26, 36
-#: Where a load's domain is not recorded.
-_USUAL = {"v_rel": (5, 500), "T": (20, 300), "sigma_n": (500, 2750), "sd": (0, 60), "psi": (1, 20)}
 #: The load that is varied from curve to curve, and in its own picture another one.
 _FAMILY, _OTHER = "sigma_n", "T"
 _SHARES = (0.1, 0.5, 0.9)
@@ -30,7 +28,7 @@ def response_curves(source: FrictionSource, interface: FrictionInterface) -> str
     The margins lie outside of the trained domain, where the FMU moves the loads to its border. Numbers
     are rounded to a tenth of a pixel: equal models give equal pictures. Empty where mu is not a number.
     """
-    box = {q.name: interface.domain.get(q.name, _USUAL[q.name]) for q in LOADS}
+    box = {q.name: interface.domain.get(q.name, USUAL[q.name]) for q in LOADS}
     panels = []
     for quantity in LOADS:
         lower, upper = box[quantity.name]
@@ -62,7 +60,7 @@ def response_curves(source: FrictionSource, interface: FrictionInterface) -> str
 
 def legend(interface: FrictionInterface) -> str:
     """Return the sentence that says what the curves are."""
-    box = {q.name: interface.domain.get(q.name, _USUAL[q.name]) for q in LOADS}
+    box = {q.name: interface.domain.get(q.name, USUAL[q.name]) for q in LOADS}
     units = {q.name: q.unit for q in LOADS}
 
     def values(name: str) -> str:

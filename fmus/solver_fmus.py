@@ -13,6 +13,7 @@ from friction_models.loads import LOADS, MU, InputError, unknown_name
 
 from .archive import write_archive
 from .documentation import page
+from .made_here import remember
 from .solver_interface import Signal, SolverInterface, indexed
 
 #: `python`: in the simulator's own Python; `process`: in a Python process that the FMU starts.
@@ -215,7 +216,7 @@ def pack_twin(
             Signal("F_n", "N", "normal force", float(values["F_max"]), 0.0, 1e8),
             Signal("v_slide", "mm/s", "sliding speed of the plate", float(values["speed"]), 0.0, 1e5),
             Signal("T_tool", "degC", tool, float(values["T_tool"]), T.lower, T.upper),
-            Signal(MU.name, MU.unit, MU.meaning, MU.nominal, MU.lower, MU.upper),
+            indexed(MU, 1, 0),
         ],
         parameters={n: (u, float(values[n])) for n, u in units.items()},
         meanings=_meanings(SctProcess),
@@ -310,4 +311,4 @@ def write_solver_fmu(
             description, script, {"interface.json": (json.dumps(config) + "\n").encode()}
         )
     files["documentation/index.html"] = page(interface.title, sections)
-    return write_archive(path, files)
+    return remember(write_archive(path, files))

@@ -22,20 +22,21 @@ class Signal:
     start: float = 0.0
     lower: float | None = None
     upper: float | None = None
+    nominal: float | None = None
 
 
 def indexed(quantity: Quantity, n: int, i: int) -> Signal:
     """Return the signal of a quantity at marker `i` of `n`; one marker has no index."""
     name = quantity.name if n == 1 else f"{quantity.name}[{i + 1}]"
     q = quantity
-    return Signal(name, q.unit, q.meaning, q.nominal, q.lower, q.upper)
+    return Signal(name, q.unit, q.meaning, q.nominal, q.lower, q.upper, q.nominal)
 
 
 @dataclass(frozen=True)
 class SolverInterface:
     """A solver as an FMU.
 
-    Outputs, inputs and parameters are numbered in this order, as `fmus.slaves.core.Solver` keeps them.
+    Outputs, inputs and parameters are numbered in this order, as `fmus.slaves.core.Solver` keeps them, then the flags.
 
     Attributes
     ----------
@@ -71,6 +72,7 @@ class SolverInterface:
         """Return all variables in file order."""
         first_input = len(self.outputs)
         first_parameter = first_input + len(self.inputs)
+        first_flag = first_parameter + len(self.parameters)
         # Outputs answer the inputs of the step before: no direct dependence, no algebraic loop for any master.
         computed: dict[str, Any] = {
             "initial": "calculated",
@@ -78,7 +80,7 @@ class SolverInterface:
             "initial_depends": tuple(self.parameters),
         }
         found = [
-            Variable(s.name, i, "output", unit=s.unit, description=s.meaning, **computed)
+            Variable(s.name, i, "output", unit=s.unit, nominal=s.nominal, description=s.meaning, **computed)
             for i, s in enumerate(self.outputs)
         ]
         found += [
@@ -90,6 +92,7 @@ class SolverInterface:
                 start=s.start,
                 lower=s.lower,
                 upper=s.upper,
+                nominal=s.nominal,
                 description=s.meaning,
             )
             for i, s in enumerate(self.inputs)
@@ -110,7 +113,7 @@ class SolverInterface:
         found += [
             Variable(
                 name,
-                i,
+                first_flag + i,
                 "output",
                 "discrete",
                 type="Boolean",

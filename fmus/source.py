@@ -47,6 +47,8 @@ class FrictionSource:
         What packing should tell the user (how far the redrawn graph is from the original); or empty.
     interval : float or None
         Level of the prediction interval, None for a model without one.
+    absent : tuple of str
+        Loads that were not measured in training: inputs of the FMU without influence.
     """
 
     onnx: bytes
@@ -62,9 +64,10 @@ class FrictionSource:
     foreign: dict[str, Any] | None = None
     note: str = ""
     interval: float | None = None
+    absent: tuple[str, ...] = ()
 
-    def interface(self, nodes: int, interval: bool = False) -> FrictionInterface:
-        """Return the FMI variables of this model at `nodes` contact points, with the bounds of `interval` or without.
+    def interface(self, nodes: int, interval: bool = False, arrays: bool = False) -> FrictionInterface:
+        """Return what an FMU of this model shows at `nodes` contact points, with the bounds of `interval` or without.
 
         Raises
         ------
@@ -76,7 +79,9 @@ class FrictionSource:
                 f"{self.where}: the model has no prediction interval; allowed: a model that was trained with one"
             )
         level = self.interval if interval else None
-        return FrictionInterface(nodes, dict(self.domain), self.states, self.system, level)
+        return FrictionInterface(
+            nodes, dict(self.domain), self.states, self.system, level, arrays, self.absent
+        )
 
     @property
     def synthetic(self) -> bool:
@@ -92,7 +97,7 @@ class FrictionSource:
     def box(self) -> Domain:
         """The trained domain; the physical limits where none is recorded."""
         limits = [self.domain.get(q.name, (q.lower, q.upper)) for q in LOADS]
-        return Domain(tuple(low for low, _ in limits), tuple(high for _, high in limits))
+        return Domain(tuple(low for low, _ in limits), tuple(high for _, high in limits), self.absent)
 
     @property
     def labels(self) -> dict[str, tuple[str, ...]]:
@@ -244,7 +249,9 @@ def parse_source(content: bytes, where: str) -> FrictionSource:
 
     identity = part("model", {})
     try:
-        domain = {str(k): (float(v[0]), float(v[1])) for k, v in part("domain", {}).items()}
+        # None stands for a load that was not measured: it has no domain.
+        limits = {str(k): v for k, v in part("domain", {}).items()}
+        domain = {k: (float(v[0]), float(v[1])) for k, v in limits.items() if v is not None}
         states = tuple(
             State(
                 str(s["name"]), str(s.get("unit", "1")), float(s.get("start", 0.0)), bool(s.get("ode", False))
@@ -264,9 +271,10 @@ def parse_source(content: bytes, where: str) -> FrictionSource:
         )
     except (KeyError, TypeError, ValueError, IndexError) as error:
         raise InputError(f"{where}: metadata of the model cannot be used ({error!r})") from None
-    for load, (lower, upper) in domain.items():
+    for load in limits:
         if load not in LOAD_NAMES:
             raise unknown_name("load in the domain", load, LOAD_NAMES, where)
+    for load, (lower, upper) in domain.items():
         if not lower <= upper:
             raise InputError(
                 f"{where}: domain of {load!r} is {lower!r} to {upper!r}, allowed: lower <= upper"
@@ -281,6 +289,7 @@ def parse_source(content: bytes, where: str) -> FrictionSource:
         states=states,
         system=system,
         card=part("card", {}),
+        absent=tuple(n for n in LOAD_NAMES if n in limits and limits[n] is None),
         interval=_level(part("interval", {}), {o.name for o in model.graph.output}, where),
     )
 

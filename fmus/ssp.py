@@ -18,7 +18,7 @@ from lxml import etree
 
 from friction_models.loads import InputError
 
-from .archive import read_description, write_archive
+from .archive import check_content, read_description, write_archive
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -88,7 +88,7 @@ class Structure:
     connectors : list of Connector
         Of the system.
     start : dict of str to value
-        Start values of the system, by ``component.variable``.
+        Start values of the system, by the name of its connector or by ``component.variable``.
     stop, step : float or None
         End of the default experiment and communication step [s].
     notes : dict
@@ -136,6 +136,8 @@ def write_ssp(
     from .ssp_writing import to_ssd
 
     units = _units(structure, resources)
+    for file in resources.values():
+        check_content(file)
     files = {name: Path(file).read_bytes() for name, file in resources.items()}
     return write_archive(path, files | {DESCRIPTION: to_ssd(structure, units)})
 
@@ -150,7 +152,7 @@ def pack_ssp(model: object, path: str | os.PathLike[str], boundary: bool = False
     path : path-like
         The archive (``.ssp``).
     boundary : bool
-        Make loads and outputs those of the system, too. Tools that turn an SSP into one FMU need that;
+        Make loads, with their start values, and outputs those of the system, too. Tools that turn an SSP into one FMU need that;
         libcosim and ecos refuse connections to the system itself.
     **options
         Of `pack`: `target`, `nodes`, `fmi`, `platforms`.
@@ -174,8 +176,9 @@ def pack_ssp(model: object, path: str | os.PathLike[str], boundary: bool = False
 def single(fmu: str | os.PathLike[str], name: str = "friction", boundary: bool = False) -> Structure:
     """Return the structure of a system that is this FMU alone; with `boundary` its variables are the system's."""
     root = read_description(fmu)
+    variables, starts = scalars(root)
     inputs, outputs = [], []
-    for variable in scalars(root):
+    for variable in variables:
         if variable.kind == "input":
             inputs.append(variable)
         elif variable.kind == "output":
@@ -188,19 +191,21 @@ def single(fmu: str | os.PathLike[str], name: str = "friction", boundary: bool =
         [Component(name, f"resources/{name}.fmu", [*inputs, *outputs])],
         links if boundary else [],
         [*inputs, *outputs] if boundary else [],
+        {c.name: starts[c.name] for c in inputs if c.name in starts} if boundary else {},
         stop=float(given.get("stopTime", 1.0)),
         step=float(given.get("stepSize", 0.01)),
     )
 
 
-def scalars(root: etree._Element) -> list[Connector]:
+def scalars(root: etree._Element) -> tuple[list[Connector], dict[str, Value]]:
     """Return the inputs, outputs and parameters of a model description (FMI 2.0 or 3.0) as connectors.
 
-    An FMI 3.0 array counts as a scalar: SSP 1.0 has no arrays, and ours have one element by default.
+    With them the start values of those that are Real. An FMI 3.0 array counts as a scalar: SSP 1.0 has no arrays, and ours have one element by default.
     """
     declared = {t.get("name"): t for t in root.iter("SimpleType")}
     declared |= {t.get("name"): t for t in root.iterfind("TypeDefinitions/*") if t.tag.endswith("Type")}
-    found = []
+    found: list[Connector] = []
+    starts: dict[str, Value] = {}
     for variable in root.iterfind("ModelVariables/*"):
         kind = variable.get("causality")
         if kind not in {"input", "output", "parameter"}:
@@ -217,7 +222,9 @@ def scalars(root: etree._Element) -> list[Connector]:
             units += [definition.get("unit"), *(e.get("unit") for e in definition)]
         unit = next((u for u in units if u), "")
         found.append(Connector(str(variable.get("name")), kind, name, unit))
-    return found
+        if name == "Real" and typed.get("start"):
+            starts[found[-1].name] = float(str(typed.get("start")).split()[0])
+    return found, starts
 
 
 def _units(

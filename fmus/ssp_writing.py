@@ -57,16 +57,16 @@ def to_ssd(structure: Structure, units: Mapping[str, Mapping[str, str]]) -> byte
                 if value:
                     link.set(key, str(value))
     notes = _sub(system, SSD, "Annotations")
-    own = _sub(notes, SSC, "Annotation", type=OWN_TYPE)
-    _sub(own, OWN, "Notes").text = json.dumps(
-        structure.notes | ({"communication_step": structure.step} if structure.step else {}), sort_keys=True
-    )
-    if structure.step:
+    if structure.step:  # first: OMSimulator takes the first annotation for its own
         oms = _sub(_sub(notes, SSC, "Annotation", type=OMS_TYPE), OMS, "Annotations")
         master = _sub(_sub(oms, OMS, "SimulationInformation"), OMS, "FixedStepMaster", description="oms-ma")
         master.set("stepSize", repr(float(structure.step)))
         master.set("absoluteTolerance", "0.0001")
         master.set("relativeTolerance", "0.0001")
+    own = _sub(notes, SSC, "Annotation", type=OWN_TYPE)
+    _sub(own, OWN, "Notes").text = json.dumps(
+        structure.notes | ({"communication_step": structure.step} if structure.step else {}), sort_keys=True
+    )
     if units:
         parent = _sub(root, SSD, "Units")
         for name, base in units.items():

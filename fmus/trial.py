@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from friction_models.loads import LOADS, MU, FloatArray, InputError
+from friction_models.loads import LOADS, FloatArray, InputError
 
 from .archive import read_description
 from .running import FmuError, RunningFmu
@@ -62,6 +62,7 @@ class Trial:
         from .trial_exchange import exchange
         from .trial_friction import friction
         from .trial_recorded import recorded
+        from .trial_units import units
 
         self.notes.group = "model description"
         self._schema()
@@ -70,7 +71,7 @@ class Trial:
         except InputError as error:
             self.notes.add(False, self._text(error))
             return
-        self._units(fmu)
+        units(fmu, self.notes)
         self.notes.group = "platforms"
         here = binaries(fmu, self.notes)
         if not here:
@@ -102,21 +103,6 @@ class Trial:
             self.notes.add(False, str(problem))
         if len(problems) > _MAX_PROBLEMS:
             self.notes.add(False, f"... and {len(problems) - _MAX_PROBLEMS} more problems")
-
-    def _units(self, fmu: UnpackedFmu) -> None:
-        seen = []
-        for quantity in (*LOADS, MU):
-            for name in (n for n in fmu.variables if n.partition("[")[0] == quantity.name):
-                unit = fmu.unit(name)
-                if fmu.variables[name].type != fmu.real or not unit:
-                    continue
-                if unit not in {quantity.unit, "-" if quantity.unit == "1" else quantity.unit}:
-                    self.notes.add(False, f"unit of {name!r} is {unit!r}, allowed: {quantity.unit!r}")
-                    return
-                seen.append(quantity.name)
-        if seen:
-            names = ", ".join(dict.fromkeys(seen))
-            self.notes.add(True, f"units of {names} are those of the loads contract")
 
     def _run(self, fmu: UnpackedFmu, notes: Notes) -> None:
         """Play a few steps, twice, and with the FMU state taken and set."""

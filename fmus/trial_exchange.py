@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from friction_models.loads import LOADS, FloatArray
+from friction_models.loads import LOADS, FloatArray, InputError
 
 from .running import RunningFmu
 from .unpacked import UnpackedFmu
@@ -14,7 +14,8 @@ from .unpacked import UnpackedFmu
 if TYPE_CHECKING:
     from .trial import Notes
 
-_TIME = 0.1
+#: Time of the run [s], and the steps that co-simulation makes of it.
+_TIME, _STEPS = 0.1, 100
 
 
 def exchange(fmu: UnpackedFmu, notes: Notes) -> None:
@@ -25,6 +26,8 @@ def exchange(fmu: UnpackedFmu, notes: Notes) -> None:
     from fmpy import simulate_fmu
 
     is_friction = fmu.is_friction()
+    if is_friction:
+        _memory(fmu, notes)
     outputs = [n for n, v in fmu.variables.items() if v.causality == "output" and v.type == fmu.real]
     recorded = fmu.friction()["mu"] if is_friction else outputs
     start = _start(fmu) if is_friction else {}
@@ -53,15 +56,32 @@ def exchange(fmu: UnpackedFmu, notes: Notes) -> None:
         return
     with RunningFmu(fmu, "stepped", start=start) as stepped:
         mine = [stepped.get_real(recorded)]
-        stepped.step(0.0, _TIME)
+        for k in range(_STEPS):
+            stepped.step(_TIME * k / _STEPS, _TIME / _STEPS)
         mine.append(stepped.get_real(recorded))
     theirs = [np.concatenate([np.ravel(result[n][k]) for n in recorded]) for k in (0, -1)]
     first, last = (float(np.abs(a - b).max()) for a, b in zip(mine, theirs, strict=True))
-    # One step against a solver of variable order: the end agrees as well as the solver's tolerance.
+    # Steps of the memory need not be exact, and the solver has its tolerance.
     notes.add(
         first <= 1e-12 and last <= 1e-4,
         f"mu is that of co-simulation: differences {first:.1e} at the start, {last:.1e} at the end",
     )
+
+
+def _memory(fmu: UnpackedFmu, notes: Notes) -> None:
+    """Tell how fast the memory is, as far as the packed model says so."""
+    from .source import parse_source
+    from .time_constants import fastest_time_constant, hint
+
+    packed = fmu.folder / "resources" / "model.onnx"
+    if not packed.is_file():
+        return
+    try:
+        fastest = fastest_time_constant(parse_source(packed.read_bytes(), "resources/model.onnx"))
+    except InputError:  # the friction trial has said so
+        return
+    if fastest is not None:
+        notes.note("noted", hint(fastest))
 
 
 def _reference(fmu: UnpackedFmu, start: dict[str, Any], mu: FloatArray, notes: Notes) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from friction_models.loads import LOADS, FloatArray, InputError
+from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, InputError
 
 from .interface import vector
 from .running import RunningFmu
@@ -88,17 +88,30 @@ class Friction:
 
 
 def packed_model(fmu: UnpackedFmu, notes: Notes) -> OnnxModel | None:
-    """Return the model in resources/, None with a note where there is none that ONNX Runtime runs."""
-    packed = fmu.folder / "resources" / "model.onnx"
+    """Return the model in resources/, None with a note where there is none that ONNX Runtime runs.
+
+    Our FMUs are made from it: there it must be, and be one. FMUs of others may carry what they like by that name.
+    """
+    folder = fmu.folder / "resources"
+    packed = folder / "model.onnx"
+    # A user's graph without a translation is run in Python as it is.
+    as_it_is = (folder / "original.onnx").is_file() and (folder / "interface.json").is_file()
+    ours = str(fmu.description.generationTool).startswith("tribofmu")
+    outcome = "failed" if ours else "skipped"
     if not packed.is_file():
-        notes.note("skipped", "mu against ONNX Runtime: the FMU carries no model.onnx")
+        outcome = "skipped" if as_it_is else outcome
+        notes.note(outcome, "mu against ONNX Runtime: the FMU carries no resources/model.onnx")
         return None
     from friction_models.onnx_model import OnnxModel
 
     try:
         return OnnxModel(packed)
     except InputError as error:
-        notes.note("skipped", f"mu against ONNX Runtime: {str(error).replace(str(packed), 'model.onnx')}")
+        reason = str(error).replace(str(packed), "resources/model.onnx")
+        notes.note(
+            outcome,
+            f"mu against ONNX Runtime: {reason}{'; it is not the model that was packed' if ours else ''}",
+        )
         return None
 
 
@@ -231,17 +244,20 @@ def _slope(
 
 
 def _domain(trial: Friction, model: OnnxModel, notes: Notes) -> None:
-    """Look at `in_domain` inside and outside of the trained domain."""
+    """Look at `in_domain` inside the trained domain and beyond each load that was measured; the others change nothing."""
     assert model.domain is not None
-    lower, upper = np.array(model.domain.lower), np.array(model.domain.upper)
-    inside = np.tile(0.5 * (lower + upper), (trial.width, 1))
-    seen = []
+    domain = model.domain
+    inside = np.tile(domain.centre, (trial.width, 1))
+    expected, seen = [True], []
     with trial.run("domain") as fmu:
-        for outside in (False, True):
+        trial.set(fmu, inside)
+        fmu.step(0.0, 0.01)
+        seen.append(fmu.get_boolean("in_domain"))
+        for k, name in enumerate(LOAD_NAMES):
             points = inside.copy()
-            if outside:
-                points[-1, 1] = upper[1] + max(upper[1] - lower[1], 1.0)
+            points[-1, k] = domain.upper[k] + max(domain.upper[k] - domain.lower[k], 1.0)
             trial.set(fmu, points)
-            fmu.step(0.01 * outside, 0.01)
+            fmu.step(0.01 * (k + 1), 0.01)
             seen.append(fmu.get_boolean("in_domain"))
-    notes.add(seen == [True, False], "in_domain is true inside the trained domain and false outside")
+            expected.append(name in domain.absent)
+    notes.add(seen == expected, "in_domain is true inside the trained domain and false outside")

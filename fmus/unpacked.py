@@ -20,6 +20,12 @@ MAX_LENGTH = 1_000_000
 class UnpackedFmu:
     """An FMU unpacked into a temporary folder that lives as long as this object.
 
+    Parameters
+    ----------
+    path : path-like
+    folder : Path, optional
+        Where somebody else has unpacked it already.
+
     Attributes
     ----------
     path, folder : Path
@@ -37,15 +43,17 @@ class UnpackedFmu:
         cannot use, neither co-simulation nor model exchange.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, folder: Path | None = None) -> None:
         self.path = Path(path)
         root = read_description(self.path)
         declared = str(root.get("fmiVersion"))
         if declared != "2.0" and not re.fullmatch(r"3\.\d+", declared):
             raise InputError(f"{self.path}: FMI version {declared[:20]!r}, allowed: '2.0', '3.0'")
         self.version = "2.0" if declared == "2.0" else "3.0"
-        self._temporary = tempfile.TemporaryDirectory(prefix="tribofmu-", ignore_cleanup_errors=True)
-        self.folder = unpack(self.path, self._temporary.name)
+        if folder is None:
+            self._temporary = tempfile.TemporaryDirectory(prefix="tribofmu-", ignore_cleanup_errors=True)
+            folder = unpack(self.path, self._temporary.name)
+        self.folder = folder
         from fmpy import read_model_description
 
         try:

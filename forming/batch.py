@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from friction_models.loads import InputError, unknown_name
+from friction_models.loads import InputError, check_folder, unknown_name
+from friction_models.loads.folders import FORMING
 
 from .friction_input import Friction
 from .pool import Progress, map_unordered
@@ -90,12 +91,14 @@ def run_batch(
     Raises
     ------
     InputError
-        Less than one job, two tasks of one name, or a friction law that cannot be sent to another process.
+        Less than one job, two tasks of one name, a folder that holds something else than a forming result, or a friction law that cannot be sent to another process.
     """
     named = [task.name or f"{k + 1:04d}" for k, task in enumerate(tasks)]
     for name in named:
         if named.count(name) > 1 or not name.strip(".") or set(name) & set("/\\:\0"):
             raise InputError(f"batch: name = {name!r}; allowed: one folder name for each task, each its own")
+    for name in named if out is not None else ():
+        check_folder(Path(out or "") / name, FORMING)
     if jobs != 1 and len(tasks) > 1:
         for name, task in zip(named, tasks):
             _check_portable(name, task)

@@ -16,6 +16,8 @@ from typing import Any, TypeVar
 
 from friction_models.loads import InputError
 
+from .child import environment, safe_start
+
 Result = TypeVar("Result")
 #: Called with (done, total, what was done last).
 Progress = Callable[[int, int, str], None]
@@ -52,13 +54,14 @@ class Workers:
 
     def __init__(self, count: int) -> None:
         self._ears, self._stop = get_context("spawn").Pipe(duplex=False)
-        self._pool = ProcessPoolExecutor(
-            count, mp_context=get_context("spawn"), initializer=_begin, initargs=(self._ears,)
-        )
+        with safe_start():  # of the process that looks after semaphores
+            self._pool = ProcessPoolExecutor(
+                count, mp_context=get_context("spawn"), initializer=follow_parent, initargs=(self._ears,)
+            )
 
     def submit(self, function: Callable[..., Result], *arguments: Any) -> Future[Result]:
         """Call an importable function in one of the processes; to be used from the main thread."""
-        with _detached_main(), one_thread():
+        with safe_start(), detached_main(), one_thread():
             return self._pool.submit(function, *arguments)
 
     def close(self, now: bool = False) -> None:
@@ -99,7 +102,7 @@ def map_unordered(
     workers.close()
 
 
-def _begin(ears: Connection) -> None:
+def follow_parent(ears: Connection) -> None:
     """Leave an interrupt from the keyboard to the parent; end when it says so or is gone, killed for example."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
@@ -113,7 +116,7 @@ def _begin(ears: Connection) -> None:
 
 
 @contextmanager
-def _detached_main() -> Iterator[None]:
+def detached_main() -> Iterator[None]:
     """Hide the main module while processes start.
 
     A spawned process runs the main module again, which would start an unguarded script twice. The
@@ -130,14 +133,5 @@ def _detached_main() -> Iterator[None]:
 @contextmanager
 def one_thread() -> Iterator[None]:
     """Keep linear algebra that starts now, here or in a new process, to one thread: processes are the parallelism."""
-    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-    before = {name: os.environ.get(name) for name in names}
-    os.environ.update(dict.fromkeys(names, "1"))
-    try:
+    with environment(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1"):
         yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value

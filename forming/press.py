@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import os
-import re
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -18,12 +16,13 @@ from friction_models.loads import (
     Quantity,
     atomic_folder,
     check_column,
-    check_units,
-    header_units,
     missing_column,
     unknown_name,
     write_json,
 )
+from friction_models.loads.files import read_json
+from friction_models.loads.folders import PRESS
+from friction_models.loads.table import KNOWN_UNITS, read_file
 
 from .fe.shape import FloatArray
 
@@ -31,8 +30,8 @@ STROKE = Quantity("stroke", "mm", "punch travel", -1.0, 1e4, 10.0)
 FORCE = Quantity("force", "kN", "punch force", -1e3, 1e5, 300.0)
 LEVEL_COLUMNS = ("process", "T_tool", "speed", "lubricant", "file")
 PROCESSES = ("fre", "bce")
-#: Factors to the units of the contract.
-UNITS = {"stroke": {"mm": 1.0, "m": 1e3, "cm": 10.0}, "force": {"kN": 1.0, "N": 1e-3, "MN": 1e3}}
+#: Units of the columns that are known.
+UNITS = {**KNOWN_UNITS, STROKE.name: STROKE.unit, FORCE.name: FORCE.unit}
 _LEVEL_LIMITS = (
     Quantity("T_tool", "degC", "tool temperature", -273.15, 2000.0, 20.0),
     Quantity("speed", "mm/s", "punch speed", 1e-3, 1e5, 5.0),
@@ -126,8 +125,7 @@ class PressCurves:
         table = folder / "levels.csv"
         if not table.is_file():
             raise InputError(f"{folder}: no levels.csv; allowed: a folder of press curves")
-        frame, units = _table(table)
-        check_units(units, str(table))
+        frame = _table(table)
         for column in LEVEL_COLUMNS:
             if column not in frame.columns:
                 raise missing_column(column, frame.columns, str(table))
@@ -159,12 +157,14 @@ class PressCurves:
                     synthetic=_truth(entry.get("synthetic", False), table, row),
                 )
             )
-        return cls(tuple(levels), _read_info(folder / "press.json"))
+        return cls(
+            tuple(levels), read_json(folder / "press.json") if (folder / "press.json").is_file() else {}
+        )
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the folder, atomically; return its path."""
         rows = [{c: getattr(v, c) for c in (*LEVEL_COLUMNS, "synthetic")} for v in self.levels]
-        with atomic_folder(path) as folder:
+        with atomic_folder(path, PRESS) as folder:
             frame = pd.DataFrame(rows, columns=[*LEVEL_COLUMNS, "synthetic"])
             frame.to_csv(folder / "levels.csv", index=False, lineterminator="\n")
             for level in self.levels:
@@ -191,70 +191,31 @@ def read_curves(path: str | os.PathLike[str]) -> pd.DataFrame:
         See `PressCurves.read`.
     """
     file = Path(path)
-    frame, units = _table(file)
+    frame = _table(file)
     columns: dict[str, npt.ArrayLike] = {}
     for quantity in (STROKE, FORCE):
-        name = quantity.name
-        if name not in frame.columns:
-            raise missing_column(name, frame.columns, str(file))
-        unit = units.get(name, quantity.unit)
-        if unit not in UNITS[name]:
-            raise unknown_name(f"unit of column {name!r}", unit, UNITS[name], str(file))
-        factor = UNITS[name][unit]
-        scaled = Quantity(
-            name, unit, quantity.meaning, quantity.lower / factor, quantity.upper / factor, quantity.nominal
-        )
-        columns[name] = check_column(frame[name].to_numpy(), scaled, str(file)) * factor
+        if quantity.name not in frame.columns:
+            raise missing_column(quantity.name, frame.columns, str(file))
+        columns[quantity.name] = check_column(frame[quantity.name].to_numpy(), quantity, str(file))
     repeat = frame["repeat"] if "repeat" in frame.columns else pd.Series(1, index=frame.index)
     if repeat.isna().any():
         row = int(np.argmax(repeat.isna()))
         raise InputError(f"{file}: column 'repeat', row {row}: no value; allowed: a name or number")
     curves = pd.DataFrame({**columns, "repeat": repeat.to_numpy()})
-    backwards = (curves["stroke"].diff() < 0) & (curves["repeat"] == curves["repeat"].shift())
+    before = curves["stroke"].groupby(curves["repeat"]).shift()
+    backwards = curves["stroke"] < before
     if backwards.any():
         row = int(np.argmax(backwards))
         raise InputError(
             f"{file}: column 'stroke', row {row}: {curves['stroke'][row]:g} mm comes after "
-            f"{curves['stroke'][row - 1]:g} mm; stroke must not run backwards within a repeat"
+            f"{before[row]:g} mm; stroke must not run backwards within a repeat"
         )
     return curves
 
 
-def _table(file: Path) -> tuple[pd.DataFrame, dict[str, str]]:
-    """Return a CSV with bare column names, and the units from the header or the row below it."""
-    if not file.is_file():
-        raise InputError(f"{file}: no such file")
-    if file.stat().st_size > MAX_BYTES:
-        raise InputError(f"{file}: {file.stat().st_size} bytes; allowed: at most {MAX_BYTES}")
-    try:
-        # Semicolons, as spreadsheets of some languages write them, or commas.
-        with file.open(encoding="utf-8", errors="replace") as stream:
-            separator = ";" if ";" in stream.readline(10_000) else ","
-        frame = pd.read_csv(
-            file,
-            sep=separator,
-            decimal="," if separator == ";" else ".",
-            low_memory=False,
-            skipinitialspace=True,
-        )
-    except pd.errors.EmptyDataError:
-        raise InputError(f"{file}: the file is empty; allowed: a header and rows") from None
-    except (ValueError, OSError) as error:
-        raise InputError(f"{file}: not a readable CSV ({str(error).splitlines()[0]})") from None
-    units = header_units(frame, str(file))
-    numeric: list[str] = [n for n in ("stroke", "force", "T_tool", "speed") if n in frame.columns]
-    if len(frame) and numeric:
-        first = {n: str(frame[n].iloc[0]).strip("[] ") for n in numeric}
-        texts = [v for v in first.values() if re.match(r"[A-Za-z°]", v) and v.lower() not in {"nan", "inf"}]
-        if len(texts) == len(first):
-            units.update(first)
-            frame = frame.iloc[1:].reset_index(drop=True)
-            for n in numeric:
-                values = pd.to_numeric(frame[n], errors="coerce")
-                frame[n] = values.where(values.notna(), frame[n])
-    if frame.empty:
-        raise InputError(f"{file}: the table has no rows")
-    return frame, units
+def _table(file: Path) -> pd.DataFrame:
+    """Return a table of levels or curves in the units of the contract."""
+    return read_file(file, UNITS, MAX_BYTES).converted(UNITS)
 
 
 def _stays_inside(name: str) -> bool:
@@ -270,15 +231,3 @@ def _truth(value: object, table: Path, row: int) -> bool:
     if text in {"false", "0", "no", "nan", ""}:
         return False
     raise InputError(f"{table}: column 'synthetic', row {row}: {value!r}; allowed: true, false")
-
-
-def _read_info(file: Path) -> dict[str, Any]:
-    if not file.is_file():
-        return {}
-    try:
-        content = json.loads(file.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise InputError(f"{file}: not valid JSON ({error})") from None
-    if not isinstance(content, dict):
-        raise InputError(f"{file}: holds a {type(content).__name__}; allowed: an object")
-    return content

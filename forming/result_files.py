@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from friction_models.loads import LOADS, MU, InputError, atomic_folder, write_json
+from friction_models.loads.folders import FORMING
 
 from .ejection_result import load_ejection, save_ejection
 from .fields import FieldHistory
@@ -29,7 +30,7 @@ _MOST = 50_000_000
 
 def save_result(result: FormingResult, folder: Path, name: str) -> Path:
     """Write the folder, which is replaced, and return its path."""
-    with atomic_folder(folder) as place:
+    with atomic_folder(folder, FORMING) as place:
         write_json(place / "forming.json", {"name": name} | key_figures(result))
         curves = {
             f"{k} [{u}]": c for k, u in _CURVES.items() if len(c := getattr(result, k)) == len(result.stroke)

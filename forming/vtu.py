@@ -9,6 +9,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from friction_models.loads import atomic_folder
+from friction_models.loads.folders import FIELDS
 
 from .fields import CONTACT_FIELDS, ELEMENT_FIELDS, FieldHistory, Snapshot
 
@@ -20,7 +21,7 @@ def write_collection(history: FieldHistory, folder: Path) -> Path:
     elements), 1 its surface (contact), 2 the tools. x is r and y is z [mm]; names carry their units.
     """
     lines = []
-    with atomic_folder(folder) as place:
+    with atomic_folder(folder, FIELDS) as place:
         for k, s in enumerate(history.snapshots):
             for part, (kind, mesh) in enumerate(
                 [("workpiece", _workpiece(s)), ("contact", _contact(s)), ("tools", _tools(s))]

@@ -16,9 +16,20 @@ from sklearn.base import BaseEstimator
 from .calibrated import Calibrated
 from .domain import Domain
 from .intervals import PredictionInterval
-from .loads import MU, FloatArray, InputError, TriboLoads, check_column, missing_column, unknown_name
+from .loads import (
+    MEASURED_MU,
+    FloatArray,
+    InputError,
+    TriboLoads,
+    check_column,
+    missing_column,
+    require_loads,
+    unknown_name,
+)
 from .ops import LoadColumns, NumpyOps, Ops, Value
+from .scaling import not_told_apart
 from .training.measures import error_measures
+from .training.seen import test_digests
 from .variables import StateVariable, SystemVariable
 
 if TYPE_CHECKING:
@@ -121,6 +132,14 @@ class FrictionModel(Calibrated, BaseEstimator):
         """
         return [], None
 
+    @property
+    def needed_loads(self) -> tuple[str, ...]:
+        """The loads without which the model cannot be evaluated: those it was given in training."""
+        return self.domain.measured
+
+    def check_alone(self) -> None:
+        """Raise `InputError` where what was learned is no friction by itself, only as a part of a sum."""
+
     # --- what every model does ------------------------------------------------------------------------
 
     @property
@@ -154,7 +173,7 @@ class FrictionModel(Calibrated, BaseEstimator):
     ) -> tuple[TriboLoads, FloatArray, Groups]:
         """Return checked loads, mu and the test of each point; see `fit`."""
         points = as_loads(loads)
-        target = check_column(np.asarray(mu), MU, "mu")
+        target = check_column(np.asarray(mu), MEASURED_MU, "mu")
         if len(points) == 0 or len(points) != len(target):
             raise InputError(
                 f"fit: {len(points)} loads and {len(target)} values of mu; allowed: equally many"
@@ -166,8 +185,11 @@ class FrictionModel(Calibrated, BaseEstimator):
 
     def _record_fit(self, points: TriboLoads, mu: FloatArray, tests: Groups) -> Self:
         """Note what the model has just been fitted to: facts, domain, training error; an interval is gone."""
-        self.training_: dict[str, Any] = self._training_facts(len(mu), tests)
-        self.domain_ = Domain.of(points.as_array())
+        self.training_: dict[str, Any] = self._training_facts(mu, tests)
+        self.domain_ = Domain.of(points)
+        tied = not_told_apart(points.as_array()) if self.needed_loads else ()
+        if tied:
+            self.training_["data"]["not_told_apart"] = list(tied)
         self.errors_: dict[str, dict[str, float]] = {}
         self.__dict__.pop("interval_", None)
         self.record_errors("train", error_measures(mu, self.predict(points), tests))
@@ -191,19 +213,34 @@ class FrictionModel(Calibrated, BaseEstimator):
         self.training_["data"] |= data_facts(info)
         return self
 
+    def record_tests(self, data: pd.DataFrame) -> Self:
+        """Let the card know the tests it was trained on as they stand in `data`, where a fit saw them repaired."""
+        known = self.training_["splits"].get("digests")
+        if known and "test_id" in data.columns:
+            given = test_digests(data["test_id"], data["mu"].to_numpy(dtype=np.float64))
+            self.training_["splits"]["digests"] = {t: given.get(t, d) for t, d in known.items()}
+        return self
+
     def predict(self, loads: LoadsLike) -> FloatArray:
         """Return mu at `loads`, shape (n,): finite, never negative, also outside the domain.
 
         Raises
         ------
         InputError
-            The model is not fitted, or loads are not finite or outside the physical limits.
+            The model is not fitted, loads are not finite or outside the physical limits, or one was not measured that the
+            model needs.
         """
+        points = self._evaluable(loads)
+        x = NumpyOps()
+        columns = LoadColumns(*(c[:, None] for c in points.as_array().T)).without(x, self.domain.absent)
+        return x.relu(self.formula(x, columns))[:, 0]
+
+    def _evaluable(self, loads: LoadsLike) -> TriboLoads:
+        """Return checked loads that the fitted model can be evaluated at; see `predict`."""
         points = as_loads(loads)
         self.require_fitted()
-        x = NumpyOps()
-        columns = LoadColumns(*(c[:, None] for c in points.as_array().T))
-        return x.relu(self.formula(x, columns))[:, 0]
+        require_loads(points, self.needed_loads, f"the {self.name} model")
+        return points
 
     def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
         """Return mu for a table with the columns of the contract (mu itself is not needed)."""
@@ -319,15 +356,20 @@ class FrictionModel(Calibrated, BaseEstimator):
         params = self.get_params(deep=False)
         return {k: list(v) if isinstance(v, tuple) else v for k, v in params.items()}
 
-    def _training_facts(self, points: int, groups: Groups) -> dict[str, Any]:
+    def _training_facts(self, mu: FloatArray, groups: Groups) -> dict[str, Any]:
         from .model_card import versions
 
-        names = [] if groups is None else sorted(set(groups.tolist()))
-        return {
-            "data": {"points": points, "tests": len(names) or None, "synthetic": None, "provenance": {}},
-            "splits": {"by": "whole tests", "train": names if len(names) <= LISTED_TESTS else len(names)},
-            "versions": versions(),
+        digests = {} if groups is None else test_digests(groups, mu)
+        splits: dict[str, Any] = {"by": "whole tests", "train": len(digests)}
+        if len(digests) <= LISTED_TESTS:
+            splits |= {"train": list(digests), "digests": digests}
+        facts: dict[str, Any] = {
+            "points": len(mu),
+            "tests": len(digests) or None,
+            "synthetic": None,
+            "provenance": {},
         }
+        return {"data": facts, "splits": splits, "versions": versions()}
 
 
 def data_facts(info: Mapping[Any, Any]) -> dict[str, Any]:

@@ -163,7 +163,8 @@ def _width(
     ends = feature_ranges(domain)
     middle = np.array([0.5 * (a + b) for a, b in ends])
     half = np.array([0.5 * (b - a) for a, b in ends])
-    varied = np.flatnonzero(half > LEAST_HALF)
+    measured = [n not in domain.absent for n in LOAD_NAMES]
+    varied = np.flatnonzero((half > LEAST_HALF) & measured)
     X = np.column_stack([np.ones(len(error)), *((columns[j] - middle[j]) / half[j] for j in varied)])
     fold = np.random.default_rng(0).permutation(count)[test] % FOLDS
     scale, plain = np.empty(len(error)), np.empty(len(error))

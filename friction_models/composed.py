@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Self
 
@@ -10,10 +11,11 @@ import numpy.typing as npt
 import pandas as pd
 from sklearn.base import clone
 
-from .base import FrictionModel, Groups, LoadsLike, as_loads
+from .base import FrictionModel, Groups, LoadsLike
 from .effects import CATALOGUE, ENTRY_POINT_GROUP, make_effect
 from .effects.base import Effect, Memory
-from .loads import FloatArray, InputError, TriboLoads
+from .loads import FloatArray, InputError, TriboLoads, shown
+from .loads.order import order_of_tests
 from .loads.time_steps import rests, time_steps
 from .ops import LoadColumns, NumpyOps, Ops, Value
 from .variables import StateVariable, SystemVariable, as_numbers
@@ -72,6 +74,16 @@ class ComposedFriction(FrictionModel):
         twice = next((n for n in names if names.count(n) > 1), None)
         if twice is not None:
             raise InputError(f"composed: effect {twice!r} stands twice; allowed: each effect once")
+        _check_loads(loads, self.effects_)
+        rows = order_of_tests(
+            loads.test_id if groups is None else groups,
+            loads.t,
+            loads.sd,
+            memory=any(e.states for e in self.effects_),
+        )
+        if rows is not None:
+            loads, mu = loads.take(rows), mu[rows]
+            groups = None if groups is None else groups[rows]
         self.levels_ = _levels(loads, self.effects_)
         fitted = fit_jointly(self.base, self.effects_, loads, mu, groups, self._metadata(loads))
         self.base_, self.shapes_, self.amplitudes_ = fitted.base, fitted.shapes, fitted.amplitudes
@@ -149,17 +161,18 @@ class ComposedFriction(FrictionModel):
     def predict(self, loads: LoadsLike) -> FloatArray:
         """Return mu, shape (n,).
 
-        With memory, the states run through every test in the order of its points, from fresh contact; the
+        With memory, the states run through every test in the order of its time, from fresh contact; the
         first point of a test sees the start state. Loads without time and test are fresh contact each.
         """
-        points = as_loads(loads)
-        self.require_fitted()
+        points = self._evaluable(loads)
         x = NumpyOps()
-        matrix = points.as_array()
+        matrix = np.column_stack(LoadColumns(*points.as_array().T).without(x, self.domain.absent).columns())
         system = self._metadata(points)
         if not self.states or (points.test_id is None and points.t is None):
             L = LoadColumns(*(c[:, None] for c in matrix.T))
             return x.relu(self.formula(x, L, None, system))[:, 0]
+        points, order = points.in_order(memory=True)
+        matrix, system = matrix[order], {k: v[order] for k, v in system.items()}
         slices = points.segments()
         starts = np.array([s.start for s in slices])
         lengths = np.array([s.stop - s.start for s in slices])
@@ -176,13 +189,14 @@ class ComposedFriction(FrictionModel):
             if step:
                 if pause[rows].any():  # the contact stood still first, then slid up to here
                     still = LoadColumns(0.0 * L.v_rel, L.T, L.sigma_n, L.sd, L.psi)
+                    still = still.without(x, self.domain.absent)
                     before = x.relu(self.formula(x, still, held, inside))
                     held, _ = self.state_update(x, still, held, before, pause[rows, None])
                 before = x.relu(self.formula(x, L, held, inside))
                 held, _ = self.state_update(x, L, held, before, (dt - pause)[rows, None])
                 for s, new in zip(S, held, strict=True):
                     s[running] = new
-            mu[rows] = x.relu(self.formula(x, L, held, inside))[:, 0]
+            mu[order[rows]] = x.relu(self.formula(x, L, held, inside))[:, 0]
         return mu
 
     def _metadata(self, loads: TriboLoads) -> dict[str, FloatArray]:
@@ -251,7 +265,7 @@ class ComposedFriction(FrictionModel):
             for v in values["system"]
         ]
         self.noise_floor_ = dict(values["noise_floor"])
-        self.error_history_ = list(values.get("error_history", []))
+        self.error_history_ = [_checked_round(entry) for entry in values.get("error_history", [])]
 
     @classmethod
     def from_parts(cls, content: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Self:
@@ -273,6 +287,33 @@ class ComposedFriction(FrictionModel):
         return model._restored(content, arrays)
 
 
+def _checked_round(entry: Any) -> dict[str, Any]:
+    """Return a round of additions as `refine` records it; raise InputError for another."""
+    good = (
+        isinstance(entry, dict)
+        and isinstance(entry.get("judged_by"), str)
+        and all(_are_texts(entry.get(name, [])) for name in ("added", "corrects_data"))
+        and "added" in entry
+        and all(_are_measures(entry.get(name)) for name in ("before", "after"))
+    )
+    if not good:
+        raise InputError(
+            f"error_history: {shown(entry, 80)} is no round of additions; allowed: added, judged_by, and rmse and mae "
+            "before and after"
+        )
+    return dict(entry)
+
+
+def _are_texts(values: Any) -> bool:
+    return isinstance(values, list) and all(isinstance(v, str) for v in values)
+
+
+def _are_measures(values: Any) -> bool:
+    return isinstance(values, dict) and all(
+        isinstance(values.get(n), int | float) and math.isfinite(values[n]) for n in ("rmse", "mae")
+    )
+
+
 def _checked(effect: Effect, values: Mapping[str, Any], names: list[str]) -> dict[str, float]:
     """Return stored parameters of an effect, complete and finite."""
     if sorted(values) != sorted(names) or not all(np.isfinite(float(v)) for v in values.values()):
@@ -280,6 +321,21 @@ def _checked(effect: Effect, values: Mapping[str, Any], names: list[str]) -> dic
             f"composed: parameters {dict(values)!r:.80} of effect {effect.name!r}; allowed: finite numbers for {names}"
         )
     return {n: float(values[n]) for n in names}
+
+
+def _check_loads(loads: TriboLoads, effects: Sequence[Effect]) -> None:
+    """Refuse an effect of loads that were not measured."""
+    for effect in effects:
+        absent = effect.lacking(loads.absent)
+        if absent:
+            raise InputError(
+                f"effect {effect.name!r} needs {' and '.join(absent)}, which the data lack; allowed: effects of the loads that "
+                "were measured"
+            )
+        if effect.needs_state and loads.t is None and {"sd", "v_rel"} & set(loads.absent):
+            raise InputError(
+                f"effect {effect.name!r} needs the time t, or distance and speed, which the data lack"
+            )
 
 
 def _levels(loads: TriboLoads, effects: Sequence[Effect]) -> dict[str, list[str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
@@ -53,6 +54,11 @@ class ConstantFriction(FrictionModel):
         return self.mu is not None or hasattr(self, "mean_")
 
     @property
+    def needed_loads(self) -> tuple[str, ...]:
+        """None: the value is the same at all loads."""
+        return ()
+
+    @property
     def domain(self) -> Domain:
         """The physical limits for a given value, else the range of the training data."""
         self.require_fitted()
@@ -74,7 +80,11 @@ class ConstantFriction(FrictionModel):
         return {"mu": self.value}, {}
 
     def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
-        value = check_number(self.family, "mu", values["mu"], MU.lower, MU.upper)
+        # As the base of a sum it may be negative: effects carry the level then. Alone it may not, see `check_alone`.
+        value = check_number(self.family, "mu", values["mu"], -math.inf, math.inf)
         if self.mu is not None and self.value != value:
             raise InputError(f"constant: mu is {self.mu!r} as a parameter and {value!r} as learned")
         self.mean_ = value
+
+    def check_alone(self) -> None:
+        check_number(self.family, "mu", self.value, MU.lower, MU.upper)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .loads import LOAD_NAMES, LOADS, FloatArray, InputError
+from .loads import LOAD_NAMES, LOADS, FloatArray, InputError, TriboLoads
 
 
 @dataclass(frozen=True)
@@ -19,11 +19,14 @@ class Domain:
     Attributes
     ----------
     lower, upper : tuple of 5 float
-        Limits in the order and units of the contract.
+        Limits in the order and units of the contract; the physical ones for a load in `absent`.
+    absent: tuple of str
+        Loads that were not measured: they have no domain, and no influence on the model.
     """
 
     lower: tuple[float, ...]
     upper: tuple[float, ...]
+    absent: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if len(self.lower) != len(LOADS) or len(self.upper) != len(LOADS):
@@ -36,9 +39,11 @@ class Domain:
                 )
 
     @classmethod
-    def of(cls, loads: FloatArray) -> Domain:
-        """Return the smallest box around points of shape (n, 5)."""
-        return cls(tuple(loads.min(axis=0).tolist()), tuple(loads.max(axis=0).tolist()))
+    def of(cls, loads: TriboLoads) -> Domain:
+        """Return the smallest box around points."""
+        array = loads.as_array()
+        box = cls(tuple(array.min(axis=0).tolist()), tuple(array.max(axis=0).tolist()))
+        return box.without(loads.absent)
 
     @classmethod
     def physical(cls) -> Domain:
@@ -46,19 +51,35 @@ class Domain:
         return cls(tuple(q.lower for q in LOADS), tuple(q.upper for q in LOADS))
 
     @classmethod
-    def from_dict(cls, content: Mapping[str, Sequence[float]]) -> Domain:
-        """Build from ``{load: [lower, upper]}``."""
+    def from_dict(cls, content: Mapping[str, Sequence[float] | None]) -> Domain:
+        """Build from ``{load: [lower, upper]}``; None for a load that was not measured."""
         try:
-            pairs = [(float(content[n][0]), float(content[n][1])) for n in LOAD_NAMES]
+            given = [(q, content[q.name]) for q in LOADS]
+            pairs = [(q.lower, q.upper) if p is None else (float(p[0]), float(p[1])) for q, p in given]
         except (KeyError, IndexError, TypeError, ValueError):
             raise InputError(
-                f"domain: {content!r:.80} is not a domain; allowed: [lower, upper] for each of {LOAD_NAMES}"
+                f"domain: {content!r:.80} is not a domain; allowed: [lower, upper] (or null, not measured) for each of {LOAD_NAMES}"
             ) from None
-        return cls(tuple(p[0] for p in pairs), tuple(p[1] for p in pairs))
+        return cls(tuple(p[0] for p in pairs), tuple(p[1] for p in pairs)).without(
+            [q.name for q, p in given if p is None]
+        )
 
     def to_dict(self) -> dict[str, Any]:
-        """Return ``{load: [lower, upper]}``."""
-        return {n: [low, high] for n, low, high in zip(LOAD_NAMES, self.lower, self.upper)}
+        """Return ``{load: [lower, upper]}``; None for a load that was not measured."""
+        limits = zip(LOAD_NAMES, self.lower, self.upper)
+        return {n: None if n in self.absent else [low, high] for n, low, high in limits}
+
+    def without(self, absent: Sequence[str]) -> Domain:
+        """Return the domain of the loads that are not in `absent` either."""
+        names = tuple(n for n in LOAD_NAMES if n in self.absent or n in absent)
+        low = tuple(q.lower if q.name in names else a for q, a in zip(LOADS, self.lower))
+        high = tuple(q.upper if q.name in names else b for q, b in zip(LOADS, self.upper))
+        return Domain(low, high, names)
+
+    @property
+    def measured(self) -> tuple[str, ...]:
+        """The loads that were measured."""
+        return tuple(n for n in LOAD_NAMES if n not in self.absent)
 
     @property
     def scale(self) -> FloatArray:
@@ -85,6 +106,7 @@ class Domain:
         """
         points = np.atleast_2d(np.asarray(loads, dtype=np.float64))
         outside = np.maximum(np.array(self.lower) - points, points - np.array(self.upper))
+        outside[:, [n in self.absent for n in LOAD_NAMES]] = 0.0
         return np.maximum(outside / self.scale, 0.0).max(axis=1)
 
     def contains(self, loads: npt.ArrayLike) -> npt.NDArray[np.bool_]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
@@ -116,7 +117,7 @@ class GradientBoostingFriction(FrictionModel):
 
     def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
         self._checked_params()
-        self.baseline_ = check_number(self.family, "baseline", values["baseline"], -1e3, 1e3)
+        self.baseline_ = check_number(self.family, "baseline", values["baseline"], -math.inf, math.inf)
         self.validation_tests_ = [str(t) for t in values.get("validation_tests", [])]
         self.trees_ = TreeTable.restore(self.family, arrays, len(LOAD_NAMES))
 

@@ -109,9 +109,11 @@ class PredictionInterval:
         width: Value = self.constant + math.log(max(self.factor(level), SMALLEST_ERROR))
         outside: Value = 0.0
         inside = []
-        for column, low, high, scale in zip(L.columns(), domain.lower, domain.upper, domain.scale):
-            beyond = x.maximum(low - column, column - high) * (1.0 / float(scale))
-            outside = x.maximum(outside, beyond)
+        limits = zip(LOAD_NAMES, L.columns(), domain.lower, domain.upper, domain.scale)
+        for name, column, low, high, scale in limits:
+            if name not in domain.absent:
+                beyond = x.maximum(low - column, column - high) * (1.0 / float(scale))
+                outside = x.maximum(outside, beyond)
             inside.append(x.minimum(x.maximum(column, low), high))
         for name, slope in zip(LOAD_NAMES, self.slopes):
             if slope != 0.0:

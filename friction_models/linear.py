@@ -12,7 +12,7 @@ from .base import FrictionModel, Groups
 from .loads import LOADS, FloatArray, TriboLoads
 from .ops import LoadColumns, Ops, Value
 from .parameters import stored_floats
-from .scaling import Scaling
+from .scaling import RESOLUTION, Scaling
 
 
 class LinearFriction(FrictionModel):
@@ -22,7 +22,8 @@ class LinearFriction(FrictionModel):
     ----------
     intercept_ : float
     coef_ : ndarray, shape (5,)
-        Per mm/s, degC, MPa, mm, 1. A load that does not vary in the data gets 0.
+        Per mm/s, degC, MPa, mm, 1. A load that does not vary in the data gets 0; loads that follow from one
+        another but for rounding share their influence (least norm of the coefficients of standardised loads).
     """
 
     family: ClassVar[str] = "linear"
@@ -34,7 +35,8 @@ class LinearFriction(FrictionModel):
         matrix = loads.as_array()
         scaling = Scaling.of(matrix)
         offset = float(np.mean(mu))
-        slopes, *_ = np.linalg.lstsq(scaling.apply(matrix), mu - offset, rcond=1e-10)
+        slopes, *_ = np.linalg.lstsq(scaling.apply(matrix), mu - offset, rcond=RESOLUTION)
+        slopes[np.ptp(matrix, axis=0) == 0.0] = 0.0  # not what rounding leaves of it
         self.coef_ = slopes / scaling.scale
         self.intercept_ = offset - float(self.coef_ @ scaling.mean)
 

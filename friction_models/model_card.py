@@ -62,6 +62,17 @@ def build_card(model: FrictionModel) -> dict[str, Any]:
     } | ({} if model.interval is None else {"interval": model.interval.summary()})
 
 
+def tied_loads(data: Mapping[str, Any]) -> str:
+    """Say which loads the training data, the part `data` of a card, do not tell apart; empty where there are none."""
+    names = data.get("not_told_apart", ())
+    if not names:
+        return ""
+    return (
+        f"{', '.join(names[:-1])} and {names[-1]} follow from one another in the training data but for rounding: their "
+        "influences cannot be told apart, and where they do not go together the model is a guess"
+    )
+
+
 def _labels(variable: Mapping[str, Any]) -> str:
     """Say which number stands for which label; empty for a number."""
     shown = ", ".join(f"{k} = {label}" for k, label in enumerate(variable.get("labels", ())))
@@ -122,6 +133,8 @@ def card_text(card: Mapping[str, Any]) -> str:
         f"- Training data: {data.get('points', 0)} points" + (f" of {tests} whole tests" if tests else ""),
         f"- Origin of the data: {label.get(data.get('synthetic'), 'not recorded')}",
     ]
+    tied = tied_loads(data)
+    lines += [f"- Warning: {tied}"] if tied else []
     lines += [f"- {key}: {value}" for key, value in data.get("provenance", {}).items()]
     lines += [f"- Parameter {key}: {value}" for key, value in card["parameters"].items()]
     lines += ["", "## Errors", ""]
@@ -146,8 +159,9 @@ def card_text(card: Mapping[str, Any]) -> str:
         lines += _interval_lines(card["interval"])
     lines += ["", "## Domain", "", "| load | meaning | from | to | unit |", "|---|---|---|---|---|"]
     for q in LOADS:
-        low, high = card["domain"][q.name]
-        lines.append(f"| {q.name} | {q.meaning} | {low:.6g} | {high:.6g} | {q.unit} |")
+        limits = card["domain"][q.name]
+        shown = ("not measured", "no influence") if limits is None else (f"{x:.6g}" for x in limits)
+        lines.append(f"| {q.name} | {q.meaning} | {' | '.join(shown)} | {q.unit} |")
     lines += ["", "Outside this range the model extrapolates; mu is never negative."]
     for title, key in (("Internal states", "states"), ("System variables", "system_variables")):
         if card[key]:

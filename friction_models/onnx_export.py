@@ -48,7 +48,7 @@ def build_onnx(model: FrictionModel) -> onnx.ModelProto:
     x = OnnxOps(graph)
     states, variables = model.states, model.system_variables
     loads = graph.input("loads", ["n", len(LOAD_NAMES)])
-    columns = LoadColumns.from_matrix(x, loads)
+    columns = LoadColumns.from_matrix(x, loads).without(x, model.domain.absent)
     system: dict[str, Any] | None = None
     if variables:
         values = graph.input("system", [1, len(variables)])

@@ -13,7 +13,7 @@ import pandas as pd
 
 from .domain import Domain
 from .intervals import MARGIN
-from .loads import LOAD_NAMES, LOADS, FloatArray, InputError, TriboLoads
+from .loads import LOAD_NAMES, LOADS, FloatArray, InputError, TriboLoads, require_loads
 from .loads.time_steps import rests, time_steps
 from .parameters import first_line
 from .variables import as_numbers
@@ -118,6 +118,19 @@ class OnnxModel:
         return np.maximum(mu - margin, 0.0), mu + margin
 
     @property
+    def card(self) -> dict[str, Any]:
+        """The model card in the file; empty without one."""
+        card = self.metadata.get("card")
+        return card if isinstance(card, dict) else {}
+
+    @property
+    def needed_loads(self) -> tuple[str, ...]:
+        """The loads without which the model cannot be evaluated: those it was given in training, all where it does not say."""
+        if family_of(self.metadata) == "constant":
+            return ()
+        return LOAD_NAMES if self.domain is None else self.domain.measured
+
+    @property
     def has_interval(self) -> bool:
         """Whether the file holds a prediction interval."""
         return MARGIN in self._session_outputs
@@ -178,14 +191,16 @@ class OnnxModel:
     def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
         """Return mu for a table of points, shape (n,).
 
-        With memory the states run through every test in the order of its points: they advance over the
+        With memory the states run through every test in the order of its time: they advance over the
         time since the previous point (without `t`: over distance by speed), then mu is taken; the first
         point of a test sees the start state. System variables come from the columns of `tests` with their
         names, labels as their numbers; what is not there keeps its start value.
         """
         loads = TriboLoads.from_frame(data, tests)
+        require_loads(loads, self.needed_loads, str(self.path))
         if not self.states and not self.system_variables:
             return self.predict(loads)
+        loads, order = loads.in_order(memory=bool(self.states))
         parts = [part for part in loads.segments() if part.stop > part.start]
         dt = time_steps(loads, [part.start for part in parts])
         pause = rests(loads, dt)
@@ -193,7 +208,7 @@ class OnnxModel:
         for part in parts:
             own, constant = matrix[part], system[part.start]
             states = self._history(own, dt[part], pause[part], constant)
-            mu[part] = self.predict(own, states, constant)
+            mu[order[part]] = self.predict(own, states, constant)
         return mu
 
     def _history(
@@ -238,6 +253,7 @@ class OnnxModel:
         system: npt.ArrayLike | None,
     ) -> dict[str, FloatArray]:
         points = loads if isinstance(loads, TriboLoads) else TriboLoads.from_array(loads)
+        require_loads(points, self.needed_loads, str(self.path))
         feed = {"loads": points.as_array()}
         if "state" in self._session_inputs:
             held = self.start_state(len(points)) if state is None else np.asarray(state, dtype=np.float64)
@@ -308,6 +324,12 @@ class OnnxModel:
                 f"start value for each column of {kind!r}"
             )
         return entries
+
+
+def family_of(metadata: dict[str, Any]) -> str:
+    """Return the family of the model that an ONNX file says it is, empty where it does not."""
+    identity = metadata.get("model")
+    return str(identity.get("family", "")) if isinstance(identity, dict) else ""
 
 
 def read_onnx(path: Path) -> bytes:

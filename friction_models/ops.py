@@ -9,13 +9,13 @@ Values are columns of shape [n, 1] (or [n, k]); Python floats and arrays of shap
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from .loads import LOAD_NAMES
+from .loads import LOAD_NAMES, STAND_IN
 
 if TYPE_CHECKING:
     from .trees import TreeTable
@@ -45,6 +45,10 @@ class LoadColumns:
     def from_matrix(cls, x: Ops, loads: Value) -> LoadColumns:
         """Split a value of shape [n, 5], in the order of the contract."""
         return cls(*(x.column(loads, j) for j in range(len(LOAD_NAMES))))
+
+    def without(self, x: Ops, absent: Sequence[str]) -> LoadColumns:
+        """Return the loads as a model sees them that was not given those in `absent`: a constant in their place."""
+        return replace(self, **{n: x.constant(STAND_IN[n], getattr(self, n)) for n in absent})
 
     def columns(self) -> list[Value]:
         """Return the five columns in the order of the contract."""

@@ -13,7 +13,7 @@ from .base import FrictionModel, Groups
 from .loads import LOAD_NAMES, FloatArray, TriboLoads
 from .ops import LoadColumns, NumpyOps, Ops, Value
 from .parameters import check_integer, check_number, stored_floats
-from .scaling import Scaling
+from .scaling import RESOLUTION, Scaling
 
 MAX_DEGREE = 4
 
@@ -57,7 +57,7 @@ class PolynomialFriction(FrictionModel):
         second = Scaling.of(terms)
         design, offset = second.apply(terms), float(np.mean(mu))
         normal = design.T @ design / len(mu) + ridge * np.eye(design.shape[1])
-        slopes, *_ = np.linalg.lstsq(normal, design.T @ (mu - offset) / len(mu), rcond=1e-13)
+        slopes, *_ = np.linalg.lstsq(normal, design.T @ (mu - offset) / len(mu), rcond=RESOLUTION**2)
         self.coef_ = slopes / second.scale
         self.intercept_ = offset - float(self.coef_ @ second.mean)
 

@@ -15,7 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .base import FrictionModel
-from .loads import InputError, atomic_folder, write_json, write_text
+from .loads import InputError, atomic_folder, check_folder, write_json, write_text
+from .loads.folders import MODEL
 from .model_card import build_card, card_text
 from .parameters import first_line
 from .registry import model_class
@@ -43,13 +44,10 @@ def save_model(model: FrictionModel, folder: str | os.PathLike[str]) -> Path:
     from .onnx_export import export
 
     target = Path(folder)
-    if target.is_file() or (target.is_dir() and any(target.iterdir()) and not (target / CARD).is_file()):
-        raise InputError(
-            f"{target}: exists and is not a saved model; allowed: a new or empty folder, or a saved model"
-        )
+    check_folder(target, MODEL)
     content, arrays = model.parts()
     card = build_card(model)
-    with atomic_folder(target) as temporary:
+    with atomic_folder(target, MODEL) as temporary:
         write_json(
             temporary / CARD, {"format": "tribofmu-model", "format_version": 1, **card, "model": content}
         )
@@ -73,7 +71,9 @@ def load_model(folder: str | os.PathLike[str]) -> FrictionModel:
     content = read_card(source / CARD)
     arrays = read_arrays(source / ARRAYS)
     try:
-        return model_class(str(content["family"])).from_parts(content, arrays)
+        model = model_class(str(content["family"])).from_parts(content, arrays)
+        model.check_alone()
+        return model
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError) as error:

@@ -9,9 +9,13 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from .loads import FloatArray, InputError
+from .loads import LOAD_NAMES, FloatArray, InputError
 from .ops import Ops, Value
 from .parameters import stored_floats
+
+#: Directions in standardised columns that vary less than this, relative to the widest one, are rounding of the data:
+#: what lies along them is not told apart, and gets the solution of least norm.
+RESOLUTION = 1e-6
 
 
 @dataclass(frozen=True)
@@ -55,3 +59,17 @@ class Scaling:
         if not (scale > 0).all():
             raise InputError(f"{family}: array 'scale' holds {scale.min():g}; allowed: numbers above 0")
         return cls(mean, scale)
+
+
+def unresolved(standardised: FloatArray) -> FloatArray:
+    """Return the directions along which standardised columns do not vary beyond rounding, shape (k, directions)."""
+    sizes, directions = np.linalg.eigh(standardised.T @ standardised)
+    return np.asarray(directions[:, sizes <= RESOLUTION**2 * sizes.max(initial=0.0)])
+
+
+def not_told_apart(matrix: FloatArray) -> tuple[str, ...]:
+    """Return the loads that vary in a matrix of shape (n, 5), yet follow from one another but for rounding."""
+    columns = Scaling.of(matrix).apply(matrix)
+    varies = columns.std(axis=0) > 0.5
+    shares = np.linalg.norm(unresolved(columns[:, varies]), axis=1)
+    return tuple(n for n, share in zip(np.array(LOAD_NAMES)[varies].tolist(), shares) if share > 1e-3)

@@ -33,7 +33,8 @@ def response_curves(model: FrictionModel) -> go.Figure:
 
     low, high = drawn_range(model)
     centre = 0.5 * (low + high)
-    titles = [f"{q.name} [{q.unit}]" for q in LOADS]
+    absent = model.domain.absent
+    titles = [f"{q.name} [{q.unit}]" + (" (not measured)" if q.name in absent else "") for q in LOADS]
     figure = make_subplots(rows=2, cols=3, subplot_titles=titles, shared_yaxes="all", vertical_spacing=0.14)
     # One fixed sample keeps the figure the same at every call.
     others = low + (high - low) * np.random.default_rng(0).random((SCATTER, len(LOADS)))

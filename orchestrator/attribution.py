@@ -18,7 +18,7 @@ from .attribution_curves import on_common_stroke
 from .attribution_fit import attribution
 from .attribution_plant import Plant
 from .attribution_result import Attribution
-from .attribution_runs import cache_folder, run_sensitivities
+from .attribution_runs import run_sensitivities, runs_folder
 from .jobs import RunProgress
 from .system import System
 
@@ -64,7 +64,7 @@ def attribute(
     curves = press if isinstance(press, PressCurves) else PressCurves.read(press)
     plants = [Plant.of(s) for s in ([systems] if isinstance(systems, System) else systems)]
     pairs, warnings = _matched(curves, plants)
-    found = run_sensitivities(plants, pairs, causes, runs or cache_folder(), jobs, progress)
+    found = run_sensitivities(plants, pairs, causes, runs_folder(runs), jobs, progress)
     levels = [
         on_common_stroke(level, base, found.mesh_size)
         for (_, level), base in zip(pairs, found.base, strict=True)

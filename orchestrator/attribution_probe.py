@@ -98,7 +98,7 @@ def pack_probe(fmu: Path, effects: Sequence[Effect], target: Path, nodes: int, f
     with atomic_path(file) as temporary:
         temporary.write_bytes(model.SerializeToString(deterministic=True))
     try:
-        return fmus.pack(file, target, nodes=nodes, fmi=fmi)
+        return fmus.pack(file, target, nodes=nodes, fmi=fmi, arrays=fmi == "3.0")
     except InputError:
         return fmus.pack(file, target, nodes=nodes, fmi=fmi, target="python")
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from friction_models.effects import CATALOGUE, make_effect
-from friction_models.loads import InputError, unknown_name
+from friction_models.loads import InputError, grown, unknown_name
+from friction_models.loads.folders import SENSITIVITIES
+from friction_models.loads.kept import cache_folder, is_kept, keep
 
 from .attribution_causes import FORMING, FRICTION_LEVEL, MACHINE, Cause, all_causes
 from .attribution_plant import Plant
@@ -27,10 +28,15 @@ _FLOW = {"HenselSpittel": ("A",), "PowerLaw": ("yield_stress", "K"), "FlowTable"
 OTHER_MESH = 0.7
 
 
-def cache_folder() -> Path:
-    """Return where runs are kept by default: the user's cache folder."""
-    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "tribofmu" / "attribution"
+def runs_folder(given: Path | None) -> Path:
+    """Return where runs are kept: the folder that the user names, or one in the user's cache folder.
+
+    Raises
+    ------
+    InputError
+        A folder that holds something else.
+    """
+    return grown(cache_folder() / "attribution" if given is None else given, SENSITIVITIES)
 
 
 @dataclass
@@ -90,7 +96,6 @@ def run_sensitivities(
             raise unknown_name("cause", name, known)
     chosen = set(wanted or known)
     warnings: list[str] = []
-    folder.mkdir(parents=True, exist_ok=True)
     effects = [make_effect(n) for n in known if n in chosen and n in CATALOGUE]
     graphs = {id(p): _graph(p) for p in plants}
     for plant in plants:
@@ -105,8 +110,9 @@ def run_sensitivities(
     for plant in plants:
         name = _hashed(graphs[id(plant)], [e.name for e in effects], plant.nodes, plant.fmi)
         target = folder / f"probe-{name}.fmu"
-        if not target.is_file():
+        if not is_kept(target, name):
             pack_probe(plant.system.fmu_path(plant.friction), effects, target, plant.nodes, plant.fmi)
+            keep(target, name)
         frictions[id(plant)] = target
     steps = strengths(effects)
     causes = [c for c in FORMING if c.name in chosen and _possible(c, plants, warnings)]
@@ -140,7 +146,8 @@ def run_sensitivities(
             elif cause is not None and cause.name == "billet_temperature":
                 changes = {plant.forming: {"T_billet": (plant.start_of("T_billet") or 20.0) + cause.step}}
             system = plant.at(level, frictions[id(plant)], fmu, changes)
-            tasks.append(RunTask(system, folder / _hashed(system.to_yaml().encode(), fmu.read_bytes(), key)))
+            name = _hashed(system.to_yaml().encode(), fmu.read_bytes(), key)
+            tasks.append(RunTask(system, folder / name, key=name))
     runs = iter(run_all(tasks, jobs, progress))
     curves = {key: [next(runs).force_curve() for _ in levels] for key in keys}
     base, remeshed = curves.pop(""), curves.pop("mesh", [])
@@ -208,10 +215,11 @@ def _forming_fmus(plant: Plant, causes: Sequence[Cause], folder: Path) -> dict[s
             json.dumps([material, config["fixed"], numbers], sort_keys=True, default=str).encode(), cause.key
         )
         target = folder / f"forming-{key}.fmu"
-        if not target.is_file():
+        if not is_kept(target, key):
             pack_forming(
                 target, process=plant.process, material=material_from_dict(material), **{**fixed, **numbers}
             )
+            keep(target, key)
         found[cause.key] = target
     return found
 

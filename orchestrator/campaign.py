@@ -10,11 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from forming.pool import process_count
-from friction_models.loads import InputError, unknown_name, write_json
+from friction_models.loads import InputError, check_folder, grown, unknown_name, write_json
+from friction_models.loads.folders import STUDY
+from friction_models.loads.kept import path_digest
 
 from .campaign_estimate import Clock, DryRun
 from .campaign_job import Failure, Job
-from .campaign_keys import digest, path_digest
+from .campaign_keys import digest
 from .campaign_places import Cluster, Here, Local, Place
 from .campaign_store import JobResult, Store
 from .campaign_work import Order, stamp
@@ -88,9 +90,10 @@ class Campaign:
         Raises
         ------
         InputError
-            Another run is at work in the folder, less than one process, a scheduler that does not answer.
+            The folder holds something else, another run is at work in it, less than one process, a scheduler that does not answer.
         """
         self.failed = {}
+        grown(self.folder, STUDY)
         with self.store.opened() as work:
             results = self._kept()
             todo = [name for name in self.jobs if name not in results]
@@ -121,6 +124,7 @@ class Campaign:
         InputError
             Less than one process, a scheduler that does not answer.
         """
+        check_folder(self.folder, STUDY)
         kept = self._kept()
         clock = Clock(self.jobs.values(), kept)
         count = process_count(jobs)

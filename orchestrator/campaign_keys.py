@@ -5,15 +5,13 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import json
-import os
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from friction_models.loads import InputError
-
-from .fmu_files import file_hash
+from friction_models.loads.kept import path_digest
 
 #: Distributions whose version may change a number.
 DISTRIBUTIONS = (
@@ -34,24 +32,6 @@ def digest(content: Any) -> str:
     """
     text = json.dumps(content, sort_keys=True, allow_nan=False, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def path_digest(path: str | os.PathLike[str]) -> str:
-    """Return the hash of a file's content, or of the names and contents of all files in a folder.
-
-    Raises
-    ------
-    InputError
-        Nothing is there, or it cannot be read.
-    """
-    place = Path(path)
-    try:
-        if place.is_dir():
-            inside = sorted(p for p in place.rglob("*") if p.is_file())
-            return digest([[p.relative_to(place).as_posix(), path_digest(p)] for p in inside])
-        return file_hash(place)
-    except OSError as error:
-        raise InputError(f"{place}: cannot be read ({error.strerror}); allowed: a file or a folder") from None
 
 
 def code_digest(names: Iterable[str]) -> str:

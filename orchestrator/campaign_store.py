@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
-import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,7 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from friction_models.loads import InputError, write_json
+from friction_models.loads.locks import locked
 
+from .campaign_keys import digest
 from .fmu_files import file_hash
 
 #: Every result folder holds this file, which names all others with their hashes.
@@ -95,6 +95,10 @@ class Store:
         place = self.folder / key
         try:
             content = read_object(place / RESULT, MAX_BYTES)
+            checksum = content.pop("sha256", None)
+            # Those of a version before, which a report may name, have none.
+            if checksum is not None and (content["key"] != key or checksum != digest(content)):
+                return None
             values, seconds = dict(content["values"]), float(content["seconds"])
             if not _whole(place, dict(content.get("files", {}))):
                 return None
@@ -106,7 +110,8 @@ class Store:
         """Put the folder `work` in its place as the result of a key; one that is there already stays."""
         files = {p.relative_to(work).as_posix(): p for p in sorted(work.rglob("*")) if p.is_file()}
         hashes = {name: [p.stat().st_size, file_hash(p)] for name, p in files.items()}
-        write_json(work / RESULT, {**content, "files": hashes})
+        whole = {**content, "key": key, "files": hashes}
+        write_json(work / RESULT, {**whole, "sha256": digest(whole)})
         place = self.folder / key
         if place.exists() and self.load(key, "") is None:
             shutil.rmtree(place)  # damaged
@@ -128,12 +133,8 @@ class Store:
             Another campaign runs in the folder.
         """
         self.folder.mkdir(parents=True, exist_ok=True)
-        lock = os.open(self.folder / ".lock", os.O_RDWR | os.O_CREAT, 0o644)
-        try:
-            if not _locked(lock):
-                raise InputError(
-                    f"{self.folder.parent}: another run of this study is at work here; wait for it, or use another folder"
-                )
+        busy = f"{self.folder.parent}: another run of this study is at work here; wait for it, or use another folder"
+        with locked(self.folder / ".lock", busy):
             for left in self.folder.glob(".work-*"):  # of a run that was killed
                 shutil.rmtree(left, ignore_errors=True)
             work = Path(tempfile.mkdtemp(prefix=".work-", dir=self.folder))
@@ -142,8 +143,6 @@ class Store:
             finally:
                 for left in self.folder.glob(f"{work.name}*"):
                     shutil.rmtree(left, ignore_errors=True)
-        finally:
-            os.close(lock)
 
 
 def _whole(place: Path, files: dict[str, Any]) -> bool:
@@ -154,22 +153,4 @@ def _whole(place: Path, files: dict[str, Any]) -> bool:
             return False
         if file_hash(file) != sha256:
             return False
-    return True
-
-
-def _locked(handle: int) -> bool:
-    """Take the lock of an open file; it ends with the process, however that ends. False where another has it."""
-    try:
-        if sys.platform == "win32":
-            import msvcrt
-
-            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
-        else:
-            import fcntl
-
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except (BlockingIOError, PermissionError):
-        return False
-    except OSError:
-        pass  # a file system without locks
     return True

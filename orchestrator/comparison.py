@@ -168,7 +168,10 @@ class TestsComparison:
         return content | {"order": self.order.to_dict(), "remarks": self.remarks()}
 
     def remarks(self) -> list[str]:
-        """Return a sentence for each model whose mu cannot be one."""
+        """Return a sentence for each model that was trained on the tests, and for each whose mu cannot be one."""
+        return [*self.result.remarks(), *self._out_of_range()]
+
+    def _out_of_range(self) -> list[str]:
         found = []
         for name in self.order.names:
             warning = range_warning(self.predicted[name])
@@ -188,7 +191,7 @@ class TestsComparison:
             share = self.outside[name]
             said = "not known" if share is None else f"{100 * share:.1f} %"
             lines.append(f"{name:<{width}}  {100 * self.order.best[name]:14.0f} %  {place:>5}  {said}")
-        return "\n".join([*lines, *self.order.sentences(), *self.remarks()]) + "\n"
+        return "\n".join([*lines, *self.order.sentences(), *self._out_of_range()]) + "\n"
 
 
 class _Kept:
@@ -202,11 +205,17 @@ class _Kept:
         self.domain = None if left_alone else known_domain(model)
         self.values: FloatArray = np.empty(0)
 
+    @property
+    def card(self) -> Any:
+        """The model's card, where it has one."""
+        return getattr(self.model, "card", None)
+
     def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
         """Return what the model predicts; a failure names the model."""
         if self.domain is not None:
-            data = data.copy()
-            data[list(LOAD_NAMES)] = self.domain.clamp(data[list(LOAD_NAMES)].to_numpy())
+            loads = TriboLoads.from_frame(data)
+            inside = pd.DataFrame(self.domain.clamp(loads.as_array()), data.index, list(LOAD_NAMES))
+            data = data.assign(**{n: inside[n] for n in LOAD_NAMES if n not in loads.absent})
         try:
             self.values = np.asarray(self.model.predict_frame(data, tests), dtype=float).ravel()
         except InputError:
@@ -253,7 +262,8 @@ def compare_on_tests(models: Mapping[str, Any], data: DataSet, seed: int = 0) ->
     outside: dict[str, float | None] = {}
     for name, model in models.items():
         domain = known_domain(model)
-        outside[str(name)] = None if domain is None else float(np.mean(~domain.contains(array)))
+        share = None if domain is None else ~domain.without(campaign.absent).contains(array)
+        outside[str(name)] = None if share is None else float(np.mean(share))
     return TestsComparison(
         result, order, outside, campaign.loads, campaign.mu, predicted, models, bool(data.synthetic)
     )

@@ -13,6 +13,10 @@ class SimulationError(RuntimeError):
     """A component failed while the system ran; the message names component, time and cause."""
 
 
+class SimulationEnded(Exception):
+    """A component ended the simulation in the middle of a step; the message names component and time."""
+
+
 @contextmanager
 def of_this_version(place: Path, allowed: str) -> Iterator[None]:
     """Call what is missing in the files of a folder, or is of another type, by its name; `allowed` says what helps."""

@@ -5,7 +5,12 @@ from __future__ import annotations
 from ctypes import CFUNCTYPE, Structure, byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p, cast
 from typing import Any
 
-from .slaves import Receiver, Slave
+from friction_models.loads import InputError
+
+from .slaves import WARNING, Receiver, Slave
+
+#: What can be asked after a discarded step: the time that it reached, and whether the FMU ends the simulation.
+_LAST_TIME, _TERMINATED = 2, 3
 
 _LOGGER2 = CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p)
 
@@ -63,6 +68,23 @@ class Fmi2Slave(Slave):
         """Return function and arguments of a step from `now` by `size`."""
         keeps_no_older_state = c_int(1)
         return self.function("DoStep"), (self._component, self.now, self.size, keeps_no_older_state)
+
+    def terminated(self) -> bool:
+        """Return whether the step was discarded because the FMU ends the simulation; `reached` is then set."""
+        # PythonFMU gives this answer whenever `do_step` returns False, whatever the reason.
+        if "pythonfmu" in str(self.description.raw.generationTool).lower():
+            return False
+        ended, kinds = c_int(0), (c_int(_TERMINATED), c_int(_LAST_TIME))
+        try:
+            if self.function("GetBooleanStatus")(self._component, kinds[0], byref(ended)) > WARNING:
+                return False
+            if not ended.value:
+                return False
+            if self.function("GetRealStatus")(self._component, kinds[1], byref(self.reached)) > WARNING:
+                self.reached.value = self.now.value
+        except InputError:  # a binary without these functions
+            return False
+        return True
 
     def set_string(self, reference: int, value: str) -> None:
         """Set a string variable."""

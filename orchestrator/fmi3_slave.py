@@ -69,7 +69,7 @@ class Fmi3Slave(Slave):
 
     def advance(self) -> tuple[Any, tuple[Any, ...]]:
         """Return function and arguments of a step from `now` by `size`."""
-        events, early, reached = c_bool(False), c_bool(False), c_double(0.0)
+        events = c_bool(False)
         keeps_no_older_state = c_bool(True)
         return self.function("DoStep"), (
             self._component,
@@ -78,8 +78,8 @@ class Fmi3Slave(Slave):
             keeps_no_older_state,
             byref(events),
             byref(self.wants_to_end),
-            byref(early),
-            byref(reached),
+            byref(self.early),
+            byref(self.reached),
         )
 
     def set_string(self, reference: int, value: str) -> None:

@@ -58,6 +58,8 @@ class Variable:
         The contact point whose instance holds it, where an FMU runs once a point.
     base : str
         Name of the FMI 3.0 array, or of the variable of each instance; empty where that is `name`.
+    start_text : str or None
+        The start value as the FMU declares it; None where it does not.
     """
 
     name: str
@@ -71,6 +73,7 @@ class Variable:
     variability: str = ""
     point: int = 0
     base: str = ""
+    start_text: str | None = None
 
 
 def expand(
@@ -160,6 +163,7 @@ def _elements(
             starts,
             item.variability or "",
             base=item.name if shape else "",
+            start_text=None if item.start is None else " ".join(f"{item.start} {unit}".split())[:60],
         )
 
     if count == 1:  # a vector of one has the name of a scalar: the same file serves as a scalar FMU

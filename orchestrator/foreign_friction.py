@@ -13,6 +13,8 @@ import numpy as np
 
 from fmus import FmuModel
 from fmus.archive import read_archive
+from fmus.made_here import runs_apart
+from fmus.reading import Elsewhere
 from fmus.running import FmuError, RunningFmu
 from fmus.source import parse_source
 from fmus.unpacked import UnpackedFmu
@@ -30,7 +32,9 @@ _SHORT = 1e-3
 MODEL = "resources/model.onnx"
 
 
-def friction_model(path: str | os.PathLike[str], entry: Mapping[str, Any] | None = None) -> FmuModel:
+def friction_model(
+    path: str | os.PathLike[str], entry: Mapping[str, Any] | None = None, isolate: bool | None = None
+) -> FmuModel:
     """Open any friction FMU as a model.
 
     Parameters
@@ -38,6 +42,8 @@ def friction_model(path: str | os.PathLike[str], entry: Mapping[str, Any] | None
     path : path-like
     entry : mapping, optional
         Its entry in a file of names (`read_names`).
+    isolate : bool, optional
+        As of `FmuModel`.
 
     Raises
     ------
@@ -46,10 +52,10 @@ def friction_model(path: str | os.PathLike[str], entry: Mapping[str, Any] | None
     """
     if entry is None:
         with _hinted():
-            model = FmuModel(path)
+            model = FmuModel(path, isolate)
         if model.source is not None:
             return model
-    return ForeignFmu(path, FrictionNames.of(describe(path), entry or {}))
+    return ForeignFmu(path, FrictionNames.of(describe(path), entry or {}), isolate)
 
 
 @contextmanager
@@ -140,6 +146,8 @@ class ForeignFmu(FmuModel):
         FMU for co-simulation, FMI 2.0 or 3.0.
     names : FrictionNames
         Its variables.
+    isolate, folder
+        As of `FmuModel`.
 
     Raises
     ------
@@ -148,13 +156,19 @@ class ForeignFmu(FmuModel):
         does not answer ordinary loads.
     """
 
-    def __init__(self, path: str | os.PathLike[str], names: FrictionNames) -> None:
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        names: FrictionNames,
+        isolate: bool | None = None,
+        folder: Path | None = None,
+    ) -> None:
         from fmus.user_onnx.units import conversion
 
         self.path = Path(path)
         self.names = names
         self.source = None
-        self._fmu = UnpackedFmu(self.path)
+        self._fmu = UnpackedFmu(self.path, folder)
         self._domain = _recorded_domain(self._fmu.folder / MODEL)
         self._outputs = self._fmu.elements(names.mu)
         self._bounds = [[], []]
@@ -182,6 +196,11 @@ class ForeignFmu(FmuModel):
             self._short = _SHORT
         if not 0.0 < self._short < 1.0:
             self._short = _SHORT
+        # In another process the same questions are asked there, when it starts.
+        self._elsewhere = Elsewhere(self, self.path, names) if runs_apart(self.path, isolate) else None
+        if self._elsewhere is not None:
+            self._elsewhere.values(np.empty((0, len(LOAD_NAMES))), None, {}, self._outputs)
+            return
         try:
             self._late = self._answers_late()
         except FmuError as error:
@@ -191,6 +210,11 @@ class ForeignFmu(FmuModel):
     def domain(self) -> Domain:
         """The trained domain where the FMU holds a model of ours; another generator does not say: the physical limits."""
         return self._domain
+
+    @property
+    def needed_loads(self) -> tuple[str, ...]:
+        """The loads that enter the FMU."""
+        return tuple(n for n in LOAD_NAMES if n in self.names.loads)
 
     def remark(self) -> str:
         """Return which loads do not enter and which inputs stay as they are; empty where all loads enter."""

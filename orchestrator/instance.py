@@ -11,12 +11,12 @@ from typing import Any
 from fmus.running import offer_interpreter
 from friction_models.loads import InputError
 
-from .errors import SimulationError
+from .errors import SimulationEnded, SimulationError
 from .fmu_files import FmuDescription
 from .fmu_variables import Variable
 from .messages import Messages
 from .ports import Port
-from .slaves import WARNING, CallFailed, Slave, load
+from .slaves import DISCARD, WARNING, CallFailed, Slave, load
 
 #: Name, function and arguments of a prepared call.
 _Call = tuple[str, Any, tuple[Any, ...]]
@@ -38,23 +38,31 @@ class Instance:
         Folder of the unpacked archive; removed by its owner.
     log : list of str, optional
         Receives what the FMU logs.
+    parts : int
+        Steps that the FMU makes in each communication step.
 
     Raises
     ------
     InputError
-        The binary cannot be loaded.
-    SimulationError
-        The FMU refuses to be instantiated.
+        The binary cannot be loaded, or creates no instance (a wrong GUID, for example).
     """
 
     def __init__(
-        self, name: str, description: FmuDescription, unpacked: Path, log: list[str] | None = None
+        self,
+        name: str,
+        description: FmuDescription,
+        unpacked: Path,
+        log: list[str] | None = None,
+        parts: int = 1,
     ) -> None:
         self.name = name
         self.description = description
         self.log = log if log is not None else []
         #: Time spent in steps, exchange of values included [s].
         self.seconds = 0.0
+        #: Whether the FMU made its last step: it asked to end the simulation.
+        self.ended = False
+        self._parts = parts
         self._messages = Messages(name, self.log)
         self._running = False
         self._slave: Slave = load(description, unpacked)
@@ -68,7 +76,10 @@ class Instance:
             raise
         except Exception as error:
             self._slave.free()
-            raise self._failure("instantiate", 0.0, error) from None
+            raise InputError(
+                f"{description.path}: component {name!r}: {self._messages.cause(error)}; allowed: an FMU whose binary "
+                f"accepts the GUID of its model description, {str(description.raw.guid)[:60]!r}"
+            ) from None
         self._now, self._size = self._slave.now, self._slave.size
         self._inputs = self._outputs = Port([])
         self._step = self._bound(self._inputs, self._outputs)
@@ -114,9 +125,12 @@ class Instance:
         Raises
         ------
         SimulationError
-            The FMU refused a call, or asks to end the simulation.
+            The FMU refused a call.
+        SimulationEnded
+            It ended the simulation before the step was complete. With a complete step `ended` is set.
         """
         began = _clock()
+        self._messages.forget()
         if inputs is not self._inputs or outputs is not self._outputs:
             self._step = self._bound(inputs, outputs)
             self._inputs, self._outputs = inputs, outputs
@@ -136,9 +150,9 @@ class Instance:
     def _bound(self, inputs: Port, outputs: Port) -> Callable[[], None]:
         """Return one function that makes all calls of a step on these ports; it raises `CallFailed`."""
         refused = self._slave.refused
-        wants_to_end = self._slave.wants_to_end
         sets, gets = self._calls(inputs, "Set"), self._calls(outputs, "Get")
-        advance, step = self._slave.advance()
+        wants_to_end, finish = self._slave.wants_to_end, self._finish
+        advance, step = self._slave.advance() if self._parts == 1 else (self._in_parts(), ())
 
         def general() -> None:
             inputs.to_buffers()
@@ -147,15 +161,13 @@ class Instance:
                 if status > WARNING:
                     refused(name, status)
             status = advance(*step)
-            if status > WARNING:
-                refused("DoStep", status)
+            if status > WARNING or wants_to_end:
+                finish(status)
             for name, function, arguments in gets:
                 status = function(*arguments)
                 if status > WARNING:
                     refused(name, status)
             outputs.from_buffers()
-            if wants_to_end:
-                raise CallFailed("DoStep: the FMU asks to end the simulation")
 
         if not (inputs.is_direct and outputs.is_direct and len(sets) == len(gets) == 1):
             return general
@@ -168,15 +180,52 @@ class Instance:
             if status > WARNING:
                 refused(sets[0][0], status)
             status = advance(*step)
-            if status > WARNING:
-                refused("DoStep", status)
+            if status > WARNING or wants_to_end:
+                finish(status)
             status = read(*found)
             if status > WARNING:
                 refused(gets[0][0], status)
-            if wants_to_end:
-                raise CallFailed("DoStep: the FMU asks to end the simulation")
 
         return direct
+
+    def _in_parts(self) -> Callable[[], int]:
+        """Return a function that makes the smaller steps of a communication step."""
+        advance, step = self._slave.advance()
+        now, size, parts = self._now, self._size, self._parts
+        wants_to_end = self._slave.wants_to_end
+
+        def several() -> int:
+            begin, whole = now.value, size.value
+            size.value = whole / parts
+            for k in range(parts):
+                now.value = begin + k * (whole / parts)
+                status = int(advance(*step))
+                if status > WARNING or wants_to_end:
+                    if k < parts - 1:
+                        self._slave.early.value = True
+                    break
+            size.value = whole
+            return status
+
+        return several
+
+    def _finish(self, status: int) -> None:
+        """Deal with a step that was refused, or after which the FMU asks to end the simulation."""
+        slave = self._slave
+        end = self._now.value + self._size.value / self._parts
+        if status > WARNING:
+            if status != DISCARD or self._messages.complained or not slave.terminated():
+                slave.refused("DoStep", status)
+            slave.early.value = slave.early.value or slave.reached.value < end - 1e-9 * self._size.value
+        else:
+            slave.reached.value = max(slave.reached.value, self._now.value)
+        if slave.early:
+            said = self._messages.cause("")
+            raise SimulationEnded(
+                f"component {self.name!r} ended the simulation at t = {slave.reached.value:g} s"
+                + (f": {said}" if said else "")
+            )
+        self.ended = True
 
     def _set(self, port: Port) -> None:
         port.to_buffers()
@@ -223,7 +272,7 @@ class Instance:
             self._slave.call("Reset")
         except CallFailed as error:
             raise self._failure("reset", 0.0, error) from None
-        self._running = False
+        self._running = self.ended = False
 
     def close(self) -> None:
         """Terminate and unload; safe after a failure."""

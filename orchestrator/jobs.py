@@ -7,12 +7,16 @@ For systems whose run folders the user names and looks at. Studies, whose jobs n
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from forming.pool import map_unordered
+from friction_models.loads import check_folder
+from friction_models.loads.folders import RUN
+from friction_models.loads.kept import is_kept, keep
 
 from .runs import Run, versions
 from .system import System
@@ -23,11 +27,22 @@ RunProgress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True)
 class RunTask:
-    """A system to run into a folder."""
+    """A system to run into a folder.
+
+    Attributes
+    ----------
+    system : System
+    folder : Path
+    mode : str
+    key : str
+        Of a run in a cache: what it is a run of. Such a run is kept with a checksum; a folder in its place that
+        does not fit is replaced, whatever is in it.
+    """
 
     system: System
     folder: Path
     mode: str = "gauss_seidel"
+    key: str = ""
 
 
 def run_all(
@@ -41,10 +56,14 @@ def run_all(
     Raises
     ------
     InputError, SimulationError
-        From the first task that fails; the finished ones stay.
+        From the first task that fails; the finished ones stay. A folder that holds something else than a run.
     """
     tick = progress or (lambda done, total, name: None)
     waiting = [task for task in tasks if not _same_run(task)]
+    for task in waiting:
+        if task.key:
+            shutil.rmtree(task.folder, ignore_errors=True)
+        check_folder(task.folder, RUN)
     done = len(tasks) - len(waiting)
     tick(done, len(tasks), "")
     for index, _ in map_unordered(_run, [_portable(task) for task in waiting], jobs):
@@ -53,24 +72,28 @@ def run_all(
     return [Run.load(task.folder) for task in tasks]
 
 
-def _portable(task: RunTask) -> tuple[dict[str, Any], str, str]:
+def _portable(task: RunTask) -> tuple[dict[str, Any], str, str, str]:
     """What a worker needs, as plain data: absolute FMU paths make the place of the YAML file irrelevant."""
     content = task.system.model_dump(mode="json", exclude_none=True)
     for name in task.system.components:
         content["components"][name]["fmu"] = str(task.system.fmu_path(name))
-    return content, str(task.folder), task.mode
+    return content, str(task.folder), task.mode, task.key
 
 
-def _run(content: dict[str, Any], folder: str, mode: str) -> None:
+def _run(content: dict[str, Any], folder: str, mode: str, key: str) -> None:
     from .master import Master
 
     Master(System.from_dict(content, source=str(content["name"])), mode=mode).run(folder)
+    if key:
+        keep(Path(folder), key)
 
 
 def _same_run(task: RunTask) -> bool:
     """Whether the folder holds a finished run of the same thing."""
     from .fmu_files import file_hash
 
+    if task.key and not is_kept(task.folder, task.key):
+        return False
     if not (task.folder / "manifest.json").is_file() or not (task.folder / "results.nc").is_file():
         return False
     try:

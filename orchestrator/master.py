@@ -24,44 +24,31 @@ import tempfile
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
-from friction_models.loads import FloatArray, InputError, unknown_name
+from fmus.made_here import runs_apart
+from friction_models.loads import FloatArray, InputError, check_folder, unknown_name
+from friction_models.loads.folders import RUN
 
 from . import iteration
-from .errors import SimulationError
+from .components import AnyInstance, Components
+from .errors import SimulationEnded, SimulationError
 from .fmu_files import unpack
 from .instance import Instance
+from .interrupts import Interrupts
+from .isolated import IsolatedInstance
 from .iteration import Settling
+from .loops import loop_warning
 from .points import PointInstances
-from .ports import Port
 from .runs import Run, write_run
 from .system import System
-from .untouched import Patch, Untouched
 from .wiring import Wiring
 
 MODES = ("gauss_seidel", "jacobi", "iterated")
 
 Progress = Callable[[float], None]
-AnyInstance: TypeAlias = Instance | PointInstances
-_Index: TypeAlias = npt.NDArray[np.intp] | slice
-
-
-@dataclass
-class _Transfer:
-    """Where the values between two components stand in the arrays of their ports; scaled where units differ."""
-
-    source: str
-    rows: _Index
-    target: str
-    places: _Index
-    scale: tuple[FloatArray, FloatArray] | None
-    patches: list[Patch]
 
 
 class Master:
@@ -76,6 +63,9 @@ class Master:
     tolerance : float
         Mode ``iterated``: repetitions agree when the values of every connection change by less than this
         share of their largest.
+    isolate : bool, optional
+        Run every FMU in a process of its own, where a crash does no harm, or none. By default those that were not
+        made here (`fmus.made_here`).
 
     Raises
     ------
@@ -85,7 +75,11 @@ class Master:
     """
 
     def __init__(
-        self, system: System, mode: str = "gauss_seidel", tolerance: float = iteration.TOLERANCE
+        self,
+        system: System,
+        mode: str = "gauss_seidel",
+        tolerance: float = iteration.TOLERANCE,
+        isolate: bool | None = None,
     ) -> None:
         if mode not in MODES:
             raise unknown_name("mode", mode, MODES)
@@ -103,11 +97,18 @@ class Master:
                     "(canGetAndSetFMUstate / canGetAndSetFMUState is not true); mode 'iterated' needs that, "
                     "allowed for it: gauss_seidel, jacobi"
                 )
+        #: What is worth a look before the run: open inputs, algebraic loops.
+        self.warnings = [*self.wiring.notes, *loop_warning(self.wiring, mode)]
+        #: Components that run in a process of their own.
+        self.isolated = {n for n, d in self.wiring.descriptions.items() if runs_apart(d.path, isolate)}
         self._log: list[str] = []
         self._iterations: list[int] = []
         self._changes: list[float] = []
         self._settling: Settling | None = None
-        self._failure: SimulationError | None = None
+        self._interrupts = Interrupts()
+        self._stopped: BaseException | None = None
+        #: Why the last run ended before its stop time although nothing failed.
+        self.ending = ""
         #: Wall time of the stepping loop of the last run [s], without loading and writing.
         self.loop_seconds = 0.0
 
@@ -130,149 +131,121 @@ class Master:
 
         Raises
         ------
+        InputError
+            `folder` holds something else than a run; an FMU that cannot be loaded or creates no instance.
         SimulationError
             A component failed; the message says which, when and why, and what is kept.
+        KeyboardInterrupt
+            Ctrl-C, between two steps or two seconds after it in a step of an isolated FMU; the message says what is kept.
         """
-        self._log, self._iterations, self._changes, self._failure = [], [], [], None
+        check_folder(folder, RUN)
+        self._log, self._iterations, self._changes = [], [], []
+        self._stopped, self.ending = None, ""
         began = time.perf_counter()
         # Binaries cannot be deleted while they are mapped on some platforms: folders go after the instances.
         work = Path(tempfile.mkdtemp(prefix="tribofmu-"))
         try:
             with ExitStack() as stack:
+                self._interrupts = stack.enter_context(Interrupts())
                 instances: dict[str, AnyInstance] = {}
                 for name in self.wiring.descriptions:
                     instances[name] = self._open(name, _made(work / name))
                     stack.callback(instances[name].close)
-                history = self._integrate(instances, progress)
+                    self._interrupts.check()
+                history = self._integrate(Components.of(self.system, self.wiring, instances), progress)
                 timing = {name: instance.seconds for name, instance in instances.items()}
         finally:
             shutil.rmtree(work, ignore_errors=True)
         timing["master"] = max(0.0, self.loop_seconds - sum(timing.values()))
         timing["setup"] = time.perf_counter() - began - self.loop_seconds
         timing["total"] = time.perf_counter() - began
-        run = write_run(Path(folder), self, history, timing, self._log, csv, str(self._failure or ""))
-        if self._failure is not None:
-            raise SimulationError(f"{self._failure}; kept in {folder}: {len(run.time) - 1} steps until then")
+        run = write_run(Path(folder), self, history, timing, self._log, csv, str(self._stopped or ""))
+        if self._stopped is not None:
+            kept = f"{self._stopped}; kept in {folder}: {len(run.time) - 1} steps until then"
+            raise type(self._stopped)(kept)
         return run
 
     def _open(self, name: str, folder: Path) -> AnyInstance:
         description = self.wiring.descriptions[name]
         unpacked = unpack(description, folder)
+        parts = self.system.parts(name)
+        if name in self.isolated:
+            points = self.wiring.points.get(name)
+            waiting = self._interrupts.check_waiting
+            return IsolatedInstance(name, description, unpacked, points, self._log, parts, waiting)
         if name in self.wiring.points:
-            return PointInstances(name, description, unpacked, self.wiring.points[name], self._log)
-        return Instance(name, description, unpacked, self._log)
+            return PointInstances(name, description, unpacked, self.wiring.points[name], self._log, parts)
+        return Instance(name, description, unpacked, self._log, parts)
 
-    def _integrate(
-        self, instances: dict[str, AnyInstance], progress: Progress | None
-    ) -> dict[str, FloatArray]:
-        system, wiring = self.system, self.wiring
-        inputs, outputs, transfers = self._ports()
-        order = system.evaluation_order()
-        incoming = {name: [t for t in transfers if t.target == name] for name in order}
-        self._initialize(instances, incoming, inputs, outputs)
+    def _integrate(self, components: Components, progress: Progress | None) -> dict[str, FloatArray]:
+        components.initialize(self.wiring, self.system.stop_time)
+        for name in components.needed_at_start(self.mode):
+            components.check_numbers(name, 0.0)
         recorded = [
             (
                 item.label,
-                item.component,
-                np.array([outputs[item.component].index[v.name] for v in item.elements]),
+                components.outputs[item.component],
+                np.array([components.outputs[item.component].index[v.name] for v in item.elements]),
             )
-            for item in wiring.recorded
+            for item in self.wiring.recorded
         ]
-        steps, size = system.steps, system.communication_step
+        steps, size = self.system.steps, self.system.communication_step
         history = {label: np.empty((steps + 1, len(rows))) for label, _, rows in recorded}
-        advance = {"jacobi": _jacobi, "gauss_seidel": _gauss_seidel, "iterated": self._iterated}[self.mode]
+        made = 0
         loop = time.perf_counter()
         for k in range(steps + 1):
-            if k:
-                try:
-                    advance(instances, order, incoming, inputs, outputs, (k - 1) * size, size)
-                except SimulationError as error:
-                    if k == 1:
-                        raise
-                    self._failure = error
-                    history = {label: values[:k] for label, values in history.items()}
-                    break
-            for label, component, rows in recorded:
-                history[label][k] = outputs[component].values[rows]
+            if k and not self._advance(components, (k - 1) * size, size):
+                break
+            for label, port, rows in recorded:
+                history[label][k] = port.values[rows]
+            made = k
             if progress is not None:
                 progress(k / steps)
+            ended = [name for name, instance in components.instances.items() if instance.ended]
+            if ended and k < steps:
+                self.ending = f"component {ended[0]!r} ended the simulation at t = {k * size:g} s"
+                break
         self.loop_seconds = time.perf_counter() - loop
-        return history
+        if self.ending:
+            self.ending += f", before the stop time of {self.system.stop_time:g} s"
+        if self._stopped is not None and not made:
+            raise type(self._stopped)(f"{self._stopped}; nothing was written, as no step was complete")
+        return {label: values[: made + 1] for label, values in history.items()}
 
-    def _ports(self) -> tuple[dict[str, Port], dict[str, Port], list[_Transfer]]:
-        inputs: dict[str, Port] = {}
-        outputs: dict[str, Port] = {}
-        for name in self.wiring.descriptions:
-            fed = [v for link in self.wiring.links if link.target == name for v in link.targets]
-            given = [v for link in self.wiring.links if link.source == name for v in link.sources]
-            given += [v for item in self.wiring.recorded if item.component == name for v in item.elements]
-            inputs[name] = Port(fed)
-            outputs[name] = Port({v.name: v for v in given}.values())
-        # One transfer for all connections of a pair of components.
-        pairs: dict[tuple[str, str], tuple[list[int], list[int], list[float], list[float]]] = {}
-        patches: dict[tuple[str, str], list[Patch]] = {}
-        careful = {
-            name: Untouched.of(name, self.wiring.links, outputs)
-            for name, component in self.system.components.items()
-            if component.contact_only
-        }
-        for link in self.wiring.links:
-            rows, places, factors, offsets = pairs.setdefault((link.source, link.target), ([], [], [], []))
-            for name, untouched in careful.items():
-                patch = untouched.patch(name, link, len(rows)) if untouched is not None else None
-                if patch is not None:
-                    patches.setdefault((link.source, link.target), []).append(patch)
-            rows += [outputs[link.source].index[v.name] for v in link.sources]
-            places += [inputs[link.target].index[v.name] for v in link.targets]
-            factors += [link.factor] * len(link.sources)
-            offsets += [link.offset] * len(link.sources)
-        transfers = []
-        for (source, target), (rows, places, factors, offsets) in pairs.items():
-            scaled = any(f != 1.0 for f in factors) or any(offsets)
-            scale = (np.array(factors), np.array(offsets)) if scaled else None
-            transfers.append(
-                _Transfer(
-                    source, _places(rows), target, _places(places), scale, patches.get((source, target), [])
-                )
-            )
-        return inputs, outputs, transfers
+    def _advance(self, components: Components, now: float, size: float) -> bool:
+        """Make a step; return whether it is complete, and keep why not."""
+        advance = {"jacobi": self._jacobi, "gauss_seidel": self._gauss_seidel, "iterated": self._iterated}
+        try:
+            self._interrupts.check()
+            advance[self.mode](components, now, size)
+            return True
+        except SimulationEnded as end:
+            self.ending = str(end)
+        except SimulationError as error:
+            # An FMU that saw the interrupt itself may have failed by it.
+            self._stopped = self._interruption(now) if self._interrupts.asked else error
+        except KeyboardInterrupt:
+            self._stopped = self._interruption(now)
+        return False
 
-    def _initialize(
-        self,
-        instances: dict[str, AnyInstance],
-        incoming: dict[str, list[_Transfer]],
-        inputs: dict[str, Port],
-        outputs: dict[str, Port],
-    ) -> None:
-        """Initialize all components, connected inputs with what feeds them.
+    def _interruption(self, now: float) -> KeyboardInterrupt:
+        return KeyboardInterrupt(f"interrupted at t = {now:g} s")
 
-        Values pass along the connections as often as there are components, so that they get through any
-        chain of them; libcosim and ecos do the same, and start from the same values.
-        """
-        for name, instance in instances.items():
-            instance.enter_initialization(self.wiring.starts[name], self.system.stop_time)
-            if inputs[name].is_partial:
-                instance.read(inputs[name])  # the elements that no connection feeds
-        for _ in instances:
-            for name, instance in instances.items():
-                instance.read(outputs[name])
-            for name, instance in instances.items():
-                _transfer(incoming[name], inputs, outputs)
-                instance.write(inputs[name])
-        for name, instance in instances.items():
-            instance.exit_initialization()
-            instance.read(outputs[name])
+    def _gauss_seidel(self, components: Components, now: float, size: float) -> None:
+        for name in components.order:
+            components.hand_over(name)
+            components.step(name, now, size)
+            self._interrupts.check()
 
-    def _iterated(
-        self,
-        instances: dict[str, AnyInstance],
-        order: list[str],
-        incoming: dict[str, list[_Transfer]],
-        inputs: dict[str, Port],
-        outputs: dict[str, Port],
-        now: float,
-        size: float,
-    ) -> None:
+    def _jacobi(self, components: Components, now: float, size: float) -> None:
+        for name in components.order:
+            components.hand_over(name)
+        for name in components.order:
+            components.step(name, now, size)
+            self._interrupts.check()
+
+    def _iterated(self, components: Components, now: float, size: float) -> None:
+        outputs, instances = components.outputs, components.instances
         if self._settling is None or self._settling.outputs is not outputs:
             self._settling = Settling(self.wiring.links, outputs, self.tolerance)
         settling = self._settling
@@ -287,7 +260,7 @@ class Master:
                     for name, instance in instances.items():
                         instance.restore_state(saved[name], now)
                     settling.pass_on()
-                _gauss_seidel(instances, order, incoming, inputs, outputs, now, size)
+                self._gauss_seidel(components, now, size)
                 if settling.settled():
                     self._iterations.append(settling.repetitions)
                     self._changes.append(settling.change)
@@ -306,55 +279,6 @@ class Master:
     def changes(self) -> list[float]:
         """Largest relative change of a connection in the last repetition of each of these steps."""
         return list(self._changes)
-
-
-def _transfer(transfers: list[_Transfer], inputs: dict[str, Port], outputs: dict[str, Port]) -> None:
-    for item in transfers:
-        values = outputs[item.source].values[item.rows]
-        if item.scale is not None:
-            values = item.scale[0] * values + item.scale[1]
-        if item.patches:
-            values = values.copy()  # a slice shows the outputs themselves
-            for patch in item.patches:
-                patch.apply(values, outputs)
-        inputs[item.target].values[item.places] = values
-
-
-def _gauss_seidel(
-    instances: dict[str, AnyInstance],
-    order: list[str],
-    incoming: dict[str, list[_Transfer]],
-    inputs: dict[str, Port],
-    outputs: dict[str, Port],
-    now: float,
-    size: float,
-) -> None:
-    for name in order:
-        _transfer(incoming[name], inputs, outputs)
-        instances[name].step(inputs[name], outputs[name], now, size)
-
-
-def _jacobi(
-    instances: dict[str, AnyInstance],
-    order: list[str],
-    incoming: dict[str, list[_Transfer]],
-    inputs: dict[str, Port],
-    outputs: dict[str, Port],
-    now: float,
-    size: float,
-) -> None:
-    for name in order:
-        _transfer(incoming[name], inputs, outputs)
-    for name in order:
-        instances[name].step(inputs[name], outputs[name], now, size)
-
-
-def _places(numbers: list[int]) -> _Index:
-    """Return an index for these places: a slice where they follow each other, which is faster."""
-    first = numbers[0]
-    if numbers == list(range(first, first + len(numbers))):
-        return slice(first, first + len(numbers))
-    return np.array(numbers, dtype=np.intp)
 
 
 def _made(folder: Path) -> Path:

@@ -7,6 +7,8 @@ import re
 #: Messages of one instance that are kept; an FMU may log every step.
 MAX_MESSAGES = 1000
 MAX_LENGTH = 2000
+#: The status of what an FMU says when it discards a step; errors are above.
+DISCARD = 2
 
 #: FMI 2.0 messages are formats of printf. Their values come as variadic arguments, which portable Python code
 #: cannot receive; the format alone is shown, and it is said that values are missing.
@@ -33,15 +35,27 @@ class Messages:
         self.log = log
         self._count = 0
         self._error = ""
+        self._remark = ""
+
+    def forget(self) -> None:
+        """Begin a call: what was said before is no cause of its failure."""
+        self._error = self._remark = ""
+
+    @property
+    def complained(self) -> bool:
+        """Whether the call logged an error."""
+        return bool(self._error)
 
     def receive(self, status: int, message: bytes | None, is_format: bool = True) -> None:
         """Take a message that came with an FMI status (2.0 and 3.0 number them alike)."""
         text = (message or b"")[:MAX_LENGTH].decode("utf-8", "replace").strip()
         if is_format and _PLACEHOLDER.search(text):
             text += _WITHOUT_VALUES
-        if status >= 3:
+        if status >= DISCARD:
             self._error = text
-        self.note(text if status < 3 else f"error: {text}")
+        elif text:
+            self._remark = text
+        self.note(text if status <= DISCARD else f"error: {text}")
 
     def note(self, text: str) -> None:
         """Keep a line of this instance."""
@@ -52,8 +66,10 @@ class Messages:
             self.log.append(f"{self.name}: more than {MAX_MESSAGES} messages; the others are not kept")
 
     def cause(self, error: object) -> str:
-        """Return why a call failed: the last error the FMU logged, `error` when it logged none."""
+        """Return why a call failed: the last error that the FMU logged in it, `error` and its last word without one."""
         said = self._error or " ".join(str(error).split())
-        self._error = ""
+        if not self._error and self._remark:
+            said = f"{said}: {self._remark}"
+        self.forget()
         python = _PYTHON.search(said)
         return python["said"] if python else said

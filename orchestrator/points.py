@@ -47,6 +47,8 @@ class PointInstances:
         Number of points.
     log : list of str, optional
         Receives what the FMUs log.
+    parts : int
+        Steps that the FMUs make in each communication step.
     """
 
     def __init__(
@@ -56,13 +58,14 @@ class PointInstances:
         unpacked: Path,
         count: int,
         log: list[str] | None = None,
+        parts: int = 1,
     ) -> None:
         self.name = name
         self.description = description
         self._splits: dict[int, _Split] = {}
         with ExitStack() as opened:
             self.instances = [
-                opened.enter_context(Instance(f"{name}[{k + 1}]", description, unpacked, log))
+                opened.enter_context(Instance(f"{name}[{k + 1}]", description, unpacked, log, parts))
                 for k in range(count)
             ]
             self._opened = opened.pop_all()
@@ -71,6 +74,11 @@ class PointInstances:
     def seconds(self) -> float:
         """Time spent in steps, exchange of values included [s]."""
         return sum(instance.seconds for instance in self.instances)
+
+    @property
+    def ended(self) -> bool:
+        """Whether an FMU made its last step: it asked to end the simulation."""
+        return any(instance.ended for instance in self.instances)
 
     def _split(self, port: Port) -> _Split:
         """Return the port of each instance, all in one array."""

@@ -133,6 +133,13 @@ class Port:
             if group.rows is not None:
                 self.values[group.rows] = group.buffer[group.places]
 
+    def vectors(self) -> dict[str, npt.NDArray[np.intp]]:
+        """Return where the elements of each structured name stand among the values."""
+        rows: dict[str, list[int]] = {}
+        for k, variable in enumerate(self.variables):
+            rows.setdefault(variable.name.partition("[")[0], []).append(k)
+        return {name: np.array(places, dtype=np.intp) for name, places in rows.items()}
+
     @property
     def is_partial(self) -> bool:
         """Whether arrays are exchanged of which not all elements are in the port."""

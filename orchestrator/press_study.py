@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from friction_models.loads import write_json
+from friction_models.loads import grown, write_json
+from friction_models.loads.folders import STUDY
 
 from .campaign import CODE as PACKAGES
 from .campaign import Campaign
@@ -138,7 +139,7 @@ class PressStudy:
         """
         place = runs if runs is not None else Path(tempfile.mkdtemp(prefix="tribofmu-study-"))
         try:
-            place.mkdir(parents=True, exist_ok=True)
+            grown(place, STUDY)
             frictions = {
                 label: friction_fmu(name, place / f"friction-{number}.fmu")
                 for number, (label, name) in enumerate(models.items(), 1)
@@ -205,7 +206,7 @@ def friction_fmu(model: str, target: Path, nodes: int | None = None) -> Path:
     """
     import fmus
 
-    size: dict[str, Any] = {"fmi": "3.0"} if nodes is None else {"nodes": nodes}
+    size: dict[str, Any] = {"fmi": "3.0", "arrays": True} if nodes is None else {"nodes": nodes}
     if Path(model).suffix == ".fmu":
         describe(model)
         return Path(model)

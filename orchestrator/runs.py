@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 from collections.abc import Iterable, Sequence
@@ -14,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from friction_models.loads import FloatArray, InputError, atomic_folder, unknown_name, write_json
+from friction_models.loads.files import read_json
+from friction_models.loads.folders import RUN
 from friction_models.model_card import package_version
 
 if TYPE_CHECKING:
@@ -35,7 +36,8 @@ class Run:
         Where it lies: ``system.yaml``, ``manifest.json``, ``results.nc``, ``log.txt``.
     manifest : dict
         Versions, file hashes, mode, timing, the synthetic flag; ``"status"`` is ``"ok"``, or ``"stopped"`` and
-        ``"message"`` says which component failed, when and why.
+        ``"message"`` says which component failed, when and why. ``"message"`` of a complete run names a component that
+        ended it before the stop time. ``"warnings"``: open inputs and algebraic loops.
     time : ndarray, shape (steps + 1,)
         Communication points [s].
     values : dict of str to ndarray
@@ -71,12 +73,14 @@ class Run:
             if not (place / name).is_file():
                 raise InputError(f"{place}: not a run folder ({name} is missing); `simulate -o` writes one")
         try:
-            manifest = json.loads((place / "manifest.json").read_text(encoding="utf-8"))
+            manifest = read_json(place / "manifest.json")
             with xarray.open_dataset(place / "results.nc", engine="netcdf4", decode_times=False) as data:
                 time = np.asarray(data["time"].values, dtype=float)
                 values = {str(n): np.asarray(v.values, dtype=float) for n, v in data.data_vars.items()}
                 units = {str(n): str(v.attrs.get("units", "")) for n, v in data.data_vars.items()}
-        except (OSError, ValueError, KeyError) as error:
+        except InputError:
+            raise
+        except (OSError, ValueError, KeyError, RuntimeError) as error:  # netCDF has RuntimeErrors, too
             raise InputError(f"{place}: the run cannot be read ({' '.join(str(error).split())})") from None
         run = cls(place, manifest, time, values, units)
         if not stopped and not run.complete:
@@ -95,12 +99,12 @@ class Run:
 
     @property
     def complete(self) -> bool:
-        """Whether the run reached its stop time."""
+        """Whether the run reached its stop time, or the end that a component gave it."""
         return self.manifest.get("status", "ok") == "ok"
 
     @property
     def message(self) -> str:
-        """Which component failed, when and why; empty for a complete run."""
+        """Which component failed or ended the run, when and why; empty where the stop time was reached."""
         return str(self.manifest.get("message", ""))
 
     @property
@@ -177,6 +181,8 @@ def write_run(
             "synthetic": description.synthetic,
             "start": dict(system.components[name].start),
             "instances": wiring.points.get(name, 1),
+            "steps": system.parts(name),
+            "isolated": name in master.isolated,
         }
         for name, description in wiring.descriptions.items()
     }
@@ -188,7 +194,8 @@ def write_run(
         "stop_time": system.stop_time,
         "steps": points - 1,
         "status": "stopped" if failure else "ok",
-        "message": failure,
+        "message": failure or master.ending,
+        "warnings": master.warnings,
         "seeds": {k: v for k, v in system.provenance.items() if k.endswith("seed")},
         "provenance": system.provenance,
         "components": files,
@@ -206,7 +213,7 @@ def write_run(
             "tolerance": master.tolerance,
         }
     run = Run(folder, manifest, time, values, units)
-    with atomic_folder(folder) as place:
+    with atomic_folder(folder, RUN) as place:
         moved = {n: folder.resolve() / p.relative_to(place) for n, p in system.bundle(place).items()}
         text = system.to_yaml(relative_to=folder.resolve(), moved=moved)
         (place / "system.yaml").write_text(text, encoding="utf-8")
@@ -246,7 +253,8 @@ def _summary(run: Run) -> list[str]:
         f"{manifest['written']} {run.name}: {manifest['steps']} steps of {manifest['communication_step']:g} s, "
         f"mode {manifest['mode']}, {origin}"
     ]
-    lines += [f"stopped: {run.message}"] if run.message else []
+    lines += [f"{'ended' if run.complete else 'stopped'}: {run.message}"] if run.message else []
+    lines += [f"note: {text}" for text in manifest["warnings"]]
     lines += [
         f"{name}: {part['fmu']} sha256 {part['sha256'][:16]}" for name, part in manifest["components"].items()
     ]

@@ -16,7 +16,17 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from friction_models.loads import LOAD_NAMES, MU, FloatArray, InputError, TriboLoads, atomic_path, write_json
+from friction_models.loads import (
+    LOAD_NAMES,
+    MU,
+    FloatArray,
+    InputError,
+    TriboLoads,
+    atomic_path,
+    grown,
+    write_json,
+)
+from friction_models.loads.folders import PREDICTION
 
 from .friction_names import FrictionNames
 from .jobs import RunProgress, RunTask, run_all
@@ -192,8 +202,7 @@ class SctPredictions:
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
         """Write `predicted.csv` (all points) and `prediction.json` (errors) into a folder."""
-        place = Path(folder)
-        place.mkdir(parents=True, exist_ok=True)
+        place = grown(folder, PREDICTION)
         with atomic_path(place / "predicted.csv") as temporary:
             self.frame().to_csv(temporary, index=False, lineterminator="\n")
         write_json(place / "prediction.json", self.to_dict())
@@ -243,7 +252,7 @@ def predict_sct(
     """
     if not schedules:
         raise InputError("predict_sct: no tests given; allowed: at least one")
-    place = Path(out)
+    place = grown(out, PREDICTION)
     name = label or Path(friction).stem
     output = MU.name if names is None else names.mu
     tasks = [

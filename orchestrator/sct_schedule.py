@@ -13,7 +13,8 @@ import numpy as np
 import pandas as pd
 
 from friction_models.loads import DataSet, FloatArray, InputError, missing_column, unknown_name
-from friction_models.loads.dataset import read_table, says_synthetic
+from friction_models.loads.dataset import says_synthetic
+from friction_models.loads.table import read_table
 from sct_twin.process import F_MAX_LIMITS
 from sct_twin.raw_campaign import check_test_id
 

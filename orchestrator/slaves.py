@@ -24,6 +24,7 @@ from .fmu_files import FmuDescription
 _STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 #: Calls that return more than this failed.
 WARNING = 1
+DISCARD = 2
 FATAL = 4
 
 Receiver = Callable[[int, bytes | None], None]
@@ -47,8 +48,10 @@ class Slave:
     ----------
     now, size : ctypes.c_double
         Start and length of the next step [s]; `advance` passes them on.
-    wants_to_end : ctypes.c_bool
-        Set by a step after which the FMU asks to end the simulation (FMI 3.0).
+    wants_to_end, early : ctypes.c_bool
+        Set by a step after which the FMU asks to end the simulation, and by one that did not come to its end (FMI 3.0).
+    reached : ctypes.c_double
+        Time that such a step reached [s].
 
     Raises
     ------
@@ -63,7 +66,8 @@ class Slave:
         self.description = description
         self.unpacked = unpacked
         self.now, self.size = c_double(0.0), c_double(0.0)
-        self.wants_to_end = c_bool(False)
+        self.wants_to_end, self.early = c_bool(False), c_bool(False)
+        self.reached = c_double(0.0)
         self.fatal = False
         self._component: c_void_p | None = None
         self._functions: dict[str, Any] = {}
@@ -118,6 +122,10 @@ class Slave:
         """Return function and arguments of a step from `now` by `size`."""
         raise NotImplementedError
 
+    def terminated(self) -> bool:
+        """Return whether a discarded step says that the FMU ends the simulation (FMI 2.0); `reached` is then set."""
+        return False
+
     def instantiate(self, name: str, receive: Receiver) -> None:
         """Create the instance; `receive` gets status and text of its messages."""
         raise NotImplementedError
@@ -167,7 +175,7 @@ class Slave:
 
     def _created(self, pointer: int | None) -> None:
         if not pointer:
-            raise CallFailed("the FMU refused to create an instance")
+            raise CallFailed("the FMU creates no instance")
         self._component = c_void_p(pointer)
 
 

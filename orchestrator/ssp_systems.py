@@ -16,7 +16,7 @@ from .fmu_files import FmuDescription, describe
 from .fmu_variables import Variable
 
 if TYPE_CHECKING:
-    from fmus.ssp import Component, Connector
+    from fmus.ssp import Component, Connector, Structure
 
     from .system import System
     from .wiring import Wiring
@@ -51,8 +51,9 @@ def export_ssp(system: System, path: str | os.PathLike[str], boundary: bool = Fa
     path : path-like
         The archive (``.ssp``).
     boundary : bool
-        Make what the run records outputs of the system (``forming_force``). Tools that turn an SSP into one
-        FMU need that; libcosim and ecos refuse connections to the system itself.
+        Make what the run records outputs of the system (``forming_force``), and what has a start value and no
+        connection inputs of it (``friction_T``), which start there, too. Tools that turn an SSP into one FMU need
+        that; libcosim and ecos refuse connections to the system itself.
 
     Raises
     ------
@@ -74,6 +75,11 @@ def export_ssp(system: System, path: str | os.PathLike[str], boundary: bool = Fa
     if careful is not None:
         raise InputError(
             f"{system.source}: component {careful!r} has contact_only, which an archive cannot hold; allowed: without it"
+        )
+    finer = next((name for name, c in system.components.items() if c.step is not None), None)
+    if finer is not None:
+        raise InputError(
+            f"{system.source}: component {finer!r} has a step of its own, which an archive cannot hold; allowed: without it"
         )
     links = [
         (_copy(wiring, link.source, a), _plain(a), _copy(wiring, link.target, b), _plain(b))
@@ -107,6 +113,7 @@ def export_ssp(system: System, path: str | os.PathLike[str], boundary: bool = Fa
             for copy in _copies(wiring, text.strip().partition(".")[0])
         ]
     if boundary:
+        _open_inputs(wiring, structure)
         for item in wiring.recorded:
             for v in item.elements if item.elements[0].causality == "output" else ():
                 copy = _copy(wiring, item.component, v)
@@ -115,6 +122,21 @@ def export_ssp(system: System, path: str | os.PathLike[str], boundary: bool = Fa
                 structure.connections.append((copy, _plain(v), "", name))
     resources = {f"resources/{name}.fmu": system.fmu_path(name) for name in system.components}
     return write_ssp(path, structure, resources)
+
+
+def _open_inputs(wiring: Wiring, structure: Structure) -> None:
+    """Make the inputs that nothing feeds inputs of the system, with their start values."""
+    from fmus.ssp import Connector
+
+    fed = {(target, given) for _, _, target, given in structure.connections}
+    for name, pairs in wiring.starts.items():
+        for variable, value in pairs:
+            for copy in _copies(wiring, name) if variable.causality == "input" else ():
+                own = f"{copy}_{_plain(variable)}"
+                if (copy, _plain(variable)) not in fed:
+                    structure.connectors.append(Connector(own, "input", variable.type, variable.unit))
+                    structure.connections.append(("", own, copy, _plain(variable)))
+                    structure.start[own] = value
 
 
 def _copies(wiring: Wiring, name: str) -> list[str]:
@@ -182,7 +204,7 @@ def load_ssp(path: str | os.PathLike[str]) -> System:
     """Read an SSP archive as a system; its FMUs are unpacked into a temporary folder.
 
     Connections to the system's own connectors are left out: there is nothing outside. Inputs that nothing
-    feeds keep the start values of their FMU. The communication step comes from the annotations of this
+    feeds keep the start value of the system's input, if it has one, else that of their FMU. The communication step comes from the annotations of this
     project, of libcosim or of OMSimulator, else from the default experiments of the FMUs.
 
     Raises
@@ -212,7 +234,12 @@ def load_ssp(path: str | os.PathLike[str]) -> System:
         }
         prefix = f"{component.name}."
         start |= {k.removeprefix(prefix): v for k, v in structure.start.items() if k.startswith(prefix)}
-        components[component.name] = {"fmu": component.source, "start": start | component.start}
+        outside = {
+            given: structure.start[output]
+            for begin, output, end, given in structure.connections
+            if not begin and end == component.name and output in structure.start
+        }
+        components[component.name] = {"fmu": component.source, "start": start | component.start | outside}
     step = structure.step or _default(descriptions.values(), "stepSize", min)
     stop = structure.stop or _default(descriptions.values(), "stopTime", max)
     for value, what in ((step, "communication step"), (stop, "stop time")):

@@ -29,6 +29,10 @@ from .ssp_systems import UnpackedSsp, export_ssp, load_ssp
 _MAX_NAME = 100
 #: A system is a page of text; start values of a thousand points still fit.
 _MAX_BYTES = 4_000_000
+#: Steps of a component in one communication step.
+_MAX_PARTS = 10_000
+#: Most communication steps of a run; their results are held in memory.
+_MAX_STEPS = 10_000_000
 _NAME = re.compile(rf"\w[\w \-+#@()\[\]]{{0,{_MAX_NAME - 1}}}(?<! )")
 
 StartValue = bool | int | float | str | list[float]
@@ -39,7 +43,8 @@ class Component(BaseModel):
 
     `each_point` lets an FMU of one contact point run once a point of the vectors that feed it; a friction FMU
     with the variables of the contract needs no such word. `contact_only` spares a friction FMU the loads of points that
-    have not touched anything yet, zero pressure above all (see `untouched`).
+    have not touched anything yet, zero pressure above all (see `untouched`). `step` lets an FMU make several smaller steps [s] in each
+    communication step, all with the inputs that it got at its beginning.
     """
 
     model_config = ConfigDict(extra="forbid")
@@ -48,6 +53,7 @@ class Component(BaseModel):
     start: dict[str, StartValue] = Field(default_factory=dict)
     each_point: bool | None = None
     contact_only: bool | None = None
+    step: float | None = Field(default=None, gt=0.0, allow_inf_nan=False)
 
 
 class System(BaseModel):
@@ -108,10 +114,27 @@ class System(BaseModel):
     @model_validator(mode="after")
     def _whole_steps(self) -> System:
         steps = self.stop_time / self.communication_step
+        if not steps <= _MAX_STEPS:
+            raise ValueError(
+                f"stop_time {self.stop_time:g} s is {steps:.3g} communication steps of {self.communication_step:g} s; "
+                f"allowed: at most {_MAX_STEPS}"
+            )
         if abs(steps - round(steps)) > 1e-6 * max(1.0, steps) or round(steps) < 1:
             raise ValueError(
                 f"stop_time {self.stop_time:g} s is not a whole number of communication steps of {self.communication_step:g} s"
             )
+        for name, component in self.components.items():
+            parts = self.communication_step / (component.step or self.communication_step)
+            if parts > _MAX_PARTS + 0.5:
+                raise ValueError(
+                    f"component {name!r}: step {component.step:g} s is {parts:.3g} steps in each communication step of "
+                    f"{self.communication_step:g} s; allowed: 1 to {_MAX_PARTS}"
+                )
+            if round(parts) < 1 or abs(parts - round(parts)) > 1e-6 * max(1.0, parts):
+                raise ValueError(
+                    f"component {name!r}: step {component.step:g} s does not divide the communication step of "
+                    f"{self.communication_step:g} s; allowed: that over a whole number"
+                )
         return self
 
     @classmethod
@@ -165,6 +188,15 @@ class System(BaseModel):
         copy.components[component].fmu = Path(fmu).resolve()
         return copy
 
+    def _with_unpacked(self, unpacked: UnpackedSsp | None) -> System:
+        """Keep a temporary folder of FMUs as long as this system lasts."""
+        self._unpacked = unpacked
+        return self
+
+    def _changed(self, **fields: Any) -> System:
+        """Return a copy with other connections, or other values to be recorded."""
+        return self.model_copy(update=fields)
+
     def fmu_path(self, component: str) -> Path:
         """Return the absolute path of a component's FMU."""
         return (self._folder / self.components[component].fmu).resolve()
@@ -178,6 +210,10 @@ class System(BaseModel):
     def steps(self) -> int:
         """Number of communication steps of the run."""
         return round(self.stop_time / self.communication_step)
+
+    def parts(self, component: str) -> int:
+        """Return how many steps a component makes in each communication step."""
+        return round(self.communication_step / (self.components[component].step or self.communication_step))
 
     def evaluation_order(self) -> list[str]:
         """Return the components in the order in which `gauss_seidel` evaluates them."""

@@ -70,6 +70,8 @@ class Wiring:
         Scalar friction FMUs that are fed by a vector, and its length: they run once a contact point.
     sizes : dict of str to int
         FMI 3.0 FMUs whose arrays took the length of what feeds them.
+    notes : list of str
+        A sentence for each input that nothing feeds.
     """
 
     descriptions: dict[str, FmuDescription]
@@ -78,6 +80,7 @@ class Wiring:
     recorded: list[Recorded] = field(default_factory=list)
     points: dict[str, int] = field(default_factory=dict)
     sizes: dict[str, int] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
 
     def count(self, name: str) -> int:
         """Return for how many contact points a component runs an FMU made for one."""
@@ -91,7 +94,8 @@ class Wiring:
         ------
         InputError
             Lists all problems: unreadable FMUs, unknown names, units or lengths that do not fit,
-            inputs that are connected twice or not at all.
+            inputs that are connected twice, or not at all where an output of the same name could feed them or no start
+            value is known.
         """
         problems: list[str] = []
         descriptions: dict[str, FmuDescription] = {}
@@ -251,6 +255,11 @@ class Wiring:
                 what = f"{name}.{base}" if len(open_) == len(elements) else f"{name}.{open_[0]}"
                 hint = self._source_like(base, name)
                 guess = f"; connect it, for example '{hint} -> {what}'" if hint else ""
+                # An output of the same name makes it likely that the connection was forgotten.
+                if not hint and elements[0].start_text is not None:
+                    stays = f"stays at {elements[0].start_text}, the start value of its FMU"
+                    self.notes.append(f"the input {what} is not connected and {stays}")
+                    continue
                 problems.append(
                     f"the input {what} is not connected and has no start value{guess or '; allowed: a connection or a start value'}"
                 )

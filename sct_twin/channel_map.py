@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,6 +16,7 @@ from friction_models.loads import FloatArray, InputError, missing_column, unknow
 from friction_models.loads.yaml_text import read_yaml
 
 from .channels import CHANNEL_NAMES, MOTION, REQUIRED, channel, check_scale
+from .name_template import NameTemplate
 from .phase_files import PhaseFiles, join
 from .phases import TIMES, Phases, is_given
 from .readers import RawTable
@@ -23,7 +25,7 @@ from .units import conversion, scale_factor
 
 #: A channel map is a page of text.
 _MAX_BYTES = 1_000_000
-_KEYS = ("channels", "moving_mass", "metadata", "phases", "despike", "low_pass")
+_KEYS = ("channels", "moving_mass", "metadata", "phases", "despike", "low_pass", "test_id")
 _COLUMN_KEYS = ("quantity", "unit", "sign", "offset", "scale", "sensitivity", "std")
 
 
@@ -56,7 +58,8 @@ class ChannelMap:
     """Columns by name, the mass that moves with the plate [kg] and metadata that all files share.
 
     `columns` None stands for canonical names, of which a file may lack those that can be done without.
-    `phases` says when the phases are, `files` how the files of one test are called where there are two.
+    `phases` says when the phases are, `files` how the files of one test are called where there are two, `names` which
+    part of a file's name is that of the test.
     """
 
     columns: Mapping[str, MappedColumn] | None = None
@@ -64,6 +67,7 @@ class ChannelMap:
     metadata: Mapping[str, Any] = field(default_factory=dict)
     phases: Phases | None = None
     files: PhaseFiles | None = None
+    names: NameTemplate | None = None
     source: str = "channel map"
 
     @classmethod
@@ -71,7 +75,7 @@ class ChannelMap:
         """Read a channel map from YAML or a dictionary; None stands for canonical names.
 
         The layout is ``channels: {column name: {quantity, unit, sign, offset}}``, ``moving_mass: kg``,
-        ``metadata: {...}``, ``phases: detect`` or what `Phases.load` takes.
+        ``metadata: {...}``, ``phases: detect`` or what `Phases.load` takes, ``test_id`` as `NameTemplate.load` takes it.
 
         Raises
         ------
@@ -117,6 +121,7 @@ class ChannelMap:
             shared,
             None if files is not None else Phases.load(phases, where),
             files,
+            NameTemplate.load(content.get("test_id"), where),
             where,
         )
 
@@ -146,7 +151,22 @@ class ChannelMap:
             A column is missing, has no unit or one that does not fit, or holds text.
         """
         for name in self.missing(table, upsetting):
-            raise missing_column(name, table.frame.columns, table.source)
+            twice = [
+                str(column)
+                for column in table.frame.columns
+                if re.fullmatch(rf"{re.escape(name)} \(\d+\)", column)
+            ]
+            if twice:
+                raise InputError(
+                    f"{table.source}: column {name!r} stands {len(twice)} times; allowed: a channel map that says which "
+                    f"is meant, {' or '.join(map(repr, twice))}"
+                )
+            error = missing_column(name, table.frame.columns, table.source)
+            if self.columns is None:
+                raise InputError(
+                    f"{error}; a channel map (--map) says which column it is, --dry-run drafts one"
+                )
+            raise error
         data: dict[str, FloatArray] = {}
         for name, column in self.used(table).items():
             unit = column.unit or table.units.get(name, "")
@@ -163,8 +183,8 @@ class ChannelMap:
                 if bad.any():
                     row = int(np.argmax(bad))
                     raise InputError(
-                        f"{table.source}: column {name!r}, row {row}: value {values.iloc[row]!r} "
-                        f"is not a number [{unit}]"
+                        f"{table.source}: column {name!r}, {table.place(row)}: value {values.iloc[row]!r} "
+                        f"is not a number; allowed: numbers [{unit}] (mend the line, or take it out)"
                     )
                 values = numbers
             readings = values.to_numpy(np.float64)
@@ -182,11 +202,13 @@ class ChannelMap:
             A mapped column is missing, has no unit or one that does not fit, its values are bad, or the
             map and the metadata disagree about the phases.
         """
-        channels = self.channels(table)
+        channels: dict[str, Any] = {**self.channels(table)}
         about = {**self.metadata, **(metadata or {})}
         if self.phases is not None:
             _add_times(about, self.phases.times(channels["t"], table), table.source)
-        return SctRecord(test_id=test_id, metadata=about, source=table.source, **channels)
+        return SctRecord(
+            test_id=test_id, metadata=about, source=table.source, first_line=table.first_line, **channels
+        )
 
     def joined(
         self, upsetting: RawTable, sliding: RawTable, test_id: str, metadata: Mapping[str, Any] | None = None
@@ -201,7 +223,9 @@ class ChannelMap:
         about = {**self.metadata, **(metadata or {})}
         parts = self.channels(upsetting, upsetting=True), self.channels(sliding)
         channels, notes = join(*parts, upsetting.source, sliding.source, about.get("t_wait"))
-        return SctRecord(test_id=test_id, metadata=about, source=sliding.source, **channels), notes
+        return SctRecord(
+            test_id=test_id, metadata=about, source=sliding.source, **dict[str, Any](channels)
+        ), notes
 
 
 def _add_times(about: dict[str, Any], times: Mapping[str, float], where: str) -> None:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import pandas as pd
 
 from friction_models.loads import InputError, atomic_folder
+from friction_models.loads.folders import CAMPAIGN
 
 from .preview import describe, remarks
-from .raw_campaign import RawCampaign, check_target, write_tables
+from .raw_campaign import RawCampaign, write_tables
 from .record import SctRecord, write_csv
 from .survey import Map, Progress, Source, Survey, survey
 
@@ -53,6 +53,7 @@ def ingest(
     tests: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
     show: Callable[[Survey], None] | None = None,
+    test_id: str | None = None,
 ) -> IngestReport:
     """Read measurement files and write a raw campaign folder, atomically.
 
@@ -61,7 +62,7 @@ def ingest(
     source : path-like or iterable of path-like
         A folder (its measurement files, or those in its `raw/`) or single files, one test each (two,
         where the map says how upsetting and sliding files end); the name of the file is the name of
-        the test.
+        the test, or the part of it that `test_id` says.
     channel_map : path-like or mapping, optional
         YAML file or dictionary, see `ChannelMap.load`; canonical names and a units row by default.
     out : path-like
@@ -72,6 +73,8 @@ def ingest(
         Called with (done, total, test_id).
     show : callable, optional
         Called with what was found, before the folder appears; an exception keeps it from appearing.
+    test_id : str, optional
+        Which part of a file's name is that of the test (``*_SCT{test_id}_raw``); by default what the map says, or all.
 
     Returns
     -------
@@ -85,14 +88,13 @@ def ingest(
     """
     if out is None:
         raise InputError("ingest: out is missing; allowed: the folder to write")
-    check_target(Path(out))
-    with atomic_folder(out) as temporary:
+    with atomic_folder(out, CAMPAIGN) as temporary:
         (temporary / "raw").mkdir()
 
         def take(record: SctRecord) -> None:
             write_csv(temporary / "raw" / f"{record.test_id}.csv", record.to_frame())
 
-        found = survey(source, channel_map, tests, take, progress)
+        found = survey(source, channel_map, tests, take, progress, test_id)
         if show is not None:
             show(found)
         if not found.tests:

@@ -10,8 +10,10 @@ from friction_models.loads import InputError
 
 from .readers import SUFFIXES
 
+#: What a test table beside the files is called.
+_TESTS = ("tests.csv", "tests.tsv", "tests.txt", "tests.parquet")
 #: Files of a campaign folder that hold no test, and companions of measurement files.
-_OTHER = {"tests.csv", "quality.csv", "points.csv", "channels.yaml", "channels.yml"}
+_OTHER = {*_TESTS, "quality.csv", "points.csv", "channels.yaml", "channels.yml"}
 _COMPANIONS = {".yaml", ".yml", ".json", ".md", ".pdf", ".png", ".jpg", ".npz", ".tdms_index"}
 
 
@@ -36,6 +38,23 @@ def passed_over(source: str | os.PathLike[str] | Iterable[str | os.PathLike[str]
     ]
 
 
+def tests_beside(folder: Path) -> Path | None:
+    """Return the test table of a folder, None without one.
+
+    Raises
+    ------
+    InputError
+        There are two.
+    """
+    found = [folder / name for name in _TESTS if (folder / name).is_file()]
+    if len(found) > 1:
+        names = " and ".join(file.name for file in found)
+        raise InputError(
+            f"{folder}: holds {names}; allowed: one test table, or --tests with the one that counts"
+        )
+    return found[0] if found else None
+
+
 def measurement_files(
     source: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
 ) -> tuple[list[Path], Path | None]:
@@ -56,6 +75,11 @@ def measurement_files(
             )
         folder = path / "raw" if (path / "raw").is_dir() else path
         files = [file for file in _listing(folder) if file.suffix.lower() in SUFFIXES]
+        if not files and (path / "points.csv").is_file():
+            raise InputError(
+                f"{path}: holds points of friction (points.csv) and no measurement files; allowed: ingest reads "
+                "measurements, points go to train, compare and diagnose as they are (--data)"
+            )
         if not files:
             raise InputError(
                 f"{folder}: no measurement files; allowed suffixes: {', '.join(sorted(SUFFIXES))}"

@@ -12,26 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.loads import InputError
-
+from .channel_guess import draft
 from .channel_map import ChannelMap
 from .channels import CHANNELS
 from .quality import warnings
-from .readers import RawTable
 from .survey import FileFound, Map, Progress, Source, Survey, survey
-from .units import conversion
 
-#: Names that laboratories give to their channels, tried in this order.
-_NAMES: dict[str, str] = {
-    "t": r"^(t|time|timestamps?|zeit)\b|\b(time|zeit)\b",
-    "F_n": r"\b(f_?n|f_?z|normal|kraft[ _]?[zn]|load|axial)",
-    "F_r": r"\b(f_?r|f_?t|f_?x|fric|reib|tang|kraft[ _]?x|shear)",
-    "a": r"\b(a|acc\w*|beschl\w*)\b",
-    "T_plate": r"\b(t_?plate|temp\w*|thermo\w*)",
-    "s": r"\b(s|pos\w*|weg\w*|disp\w*|path|stroke|slide)\b",
-    "v": r"\b(v|vel\w*|speed\w*|geschw\w*)\b",
-}
 _NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
+_QUOTED = re.compile(r"'[^']*'")
 #: Of more tests than this only the first are shown; quality.csv has all.
 _SHOWN = 40
 #: Tests that are named behind a remark.
@@ -57,6 +45,7 @@ def preview(
     tests: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
     width: int = 80,
+    test_id: str | None = None,
 ) -> str:
     """Return what was found: files and their columns, every test, what to look at, what cannot be used.
 
@@ -67,7 +56,7 @@ def preview(
     InputError
         No files, or a bad channel map or test table.
     """
-    return describe(survey(source, channel_map, tests, progress=progress), channel_map, width)
+    return describe(survey(source, channel_map, tests, None, progress, test_id), channel_map, width)
 
 
 def describe(found: Survey, channel_map: Map = None, width: int = 80) -> str:
@@ -103,30 +92,29 @@ def remarks(found: Survey, width: int = 80) -> list[str]:
         same = len({said for _, said in remark}) == 1
         said = remark[0][1] if same else f"{remark[0][1]} (numbers of the first)"
         lines += _wrapped(f"{', '.join(tests[:_NAMED])}{more}: {said}", width)
-    for entry in found.left_out:
-        lines += _wrapped(f"left out: {entry['reason']}", width)
+    lines += [line for said in _left_out(found.left_out) for line in _wrapped(f"left out: {said}", width)]
+    if found.proposal is not None:
+        said = f"test_id: '{found.proposal}' (in channels.yaml, or as --test-id) takes the names of the test table out of"
+        lines += _wrapped(f"{said} the file names", width)
     return lines
 
 
-def draft(table: RawTable) -> str:
-    """Return a `channels.yaml` guessed from names and units; what has no match stands as a comment."""
-    import yaml
+def _left_out(entries: Sequence[dict[str, str]]) -> list[str]:
+    """Return why files were left out, each reason once with the first file it is about."""
+    same: dict[str, list[tuple[str, str]]] = {}
+    for entry in entries:
+        file, reason = entry["file"], entry["reason"]
+        # What is said of a test without a file differs in the name of the test, of files in their numbers.
+        quoted = _QUOTED.search(reason)
+        name = Path(file).name if file or quoted is None else quoted[0]
+        key = reason.replace(file, "") if file else _QUOTED.sub("", reason)
+        same.setdefault(_NUMBER.sub("#", key), []).append((name, reason))
+    return [f"{group[0][1]}{_also([name for name, _ in group[1:]])}" for group in same.values()]
 
-    free = list(table.frame.columns)
-    channels: dict[str, dict[str, Any]] = {}
-    comments = []
-    for quantity, pattern in _NAMES.items():
-        fitting = [name for name in free if _fits(quantity, table.units.get(name, ""))]
-        name = next((n for n in fitting if re.search(pattern, n, re.IGNORECASE)), None)
-        if name is None:
-            if quantity != "v" or "s" not in [entry["quantity"] for entry in channels.values()]:
-                comments.append(f"# no column found for {quantity} ({CHANNELS[quantity].meaning})")
-            continue
-        free.remove(name)
-        unit = table.units.get(name, "")
-        channels[name] = {"quantity": quantity, **({} if unit else {"unit": CHANNELS[quantity].unit})}
-    text = yaml.safe_dump({"channels": channels}, sort_keys=False, allow_unicode=True)
-    return "\n".join([text.rstrip(), *comments, "phases: detect"])
+
+def _also(names: Sequence[str]) -> str:
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return f" (also {', '.join(names[:_NAMED])}{more})" if names else ""
 
 
 def _layout(group: Sequence[FileFound], width: int) -> list[str]:
@@ -160,11 +148,10 @@ def _tests(rows: Sequence[dict[str, Any]], mapping: ChannelMap, width: int) -> l
     widths = [max(map(len, column)) for column in columns]
     rest = sum(widths) + 2 * len(widths)
     names = ["test", "", *(str(row["test_id"]) for row in shown)]
-    room = min(max(map(len, names)), max(8, width - rest))
+    names = shortened(names, max(8, width - rest))
+    room = max(map(len, names))
     lines = []
-    for number, name in enumerate(names):
-        # Names of one campaign differ at their ends.
-        text = name if len(name) <= room else name[: room // 2 - 1] + "~" + name[room // 2 - room :]
+    for number, text in enumerate(names):
         cells = "".join(f"  {column[number].rjust(n)}" for column, n in zip(columns, widths))
         lines.append(f"{text.ljust(room)}{cells}".rstrip())
     if len(rows) > len(shown):
@@ -176,6 +163,26 @@ def _tests(rows: Sequence[dict[str, Any]], mapping: ChannelMap, width: int) -> l
         "+-: standard uncertainty of mu at one point."
     )
     return [*lines, *_wrapped(about, width)]
+
+
+def shortened(names: Sequence[str], room: int) -> list[str]:
+    """Return names of at most `room` characters that differ where the names differ, or the names where none such are.
+
+    Names of one campaign differ at their ends, mostly: the middle is cut out first.
+    """
+    longest = max(map(len, names), default=0)
+    if longest <= room:
+        return list(names)
+    ends = sorted(range(room), key=lambda count: abs(count - (room // 2 - 1)))
+    # What is kept of a name: a beginning and an end, or a piece of the middle.
+    cuts = [(slice(0, k), room - k - 1) for k in ends]
+    cuts += [(slice(k, k + room - 2), 0) for k in range(1, longest - room + 2)]
+    for kept, tail in cuts:
+        before = "~" if kept.start else ""
+        short = [n if len(n) <= room else f"{before}{n[kept]}~{n[len(n) - tail :]}" for n in names]
+        if len(set(short)) == len(set(names)):
+            return short
+    return list(names)
 
 
 def _cell(value: Any, digits: int | None) -> str:
@@ -193,13 +200,3 @@ def _wrapped(text: str, width: int, indent: str = "") -> list[str]:
         break_long_words=False,
         break_on_hyphens=False,
     )
-
-
-def _fits(quantity: str, unit: str) -> bool:
-    if not unit:
-        return True
-    try:
-        conversion(quantity, unit)
-    except InputError:
-        return False
-    return True

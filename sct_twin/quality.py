@@ -207,6 +207,11 @@ def warnings(row: Mapping[str, Any]) -> list[str]:
         before, after = row[f"{name}_zero_N"], row[f"{name}_zero_end_N"]
         if before is None and after is None:
             said.append(f"no unloaded samples: the zero of {name} is unknown, mu_std is without it")
+        elif before is None and name == "F_n":
+            said.append(
+                "the record begins under load, or only just before, and ends without: the zeros of both forces are those "
+                "after the test, what was before the record is not known"
+            )
         elif before is not None and after is not None:
             moved = after - before
             if abs(moved) > max(ZERO_SHARE * row[f"{name}_max_N"], 4.0 * row[f"{name}_zero_std_N"]):
@@ -236,13 +241,15 @@ def _check_columns(record: SctRecord) -> None:
     some = slice(None, None, max(1, len(record) // _PIECE))
     F_n, F_r = record.F_n[some], record.F_r[some]
     before = max(5, len(F_n) // 100)
-    F_n = F_n - float(np.median(F_n[:before]))
+    F_n = F_n - (
+        float(np.median(F_n[-before:])) if begins_loaded(record.F_n) else float(np.median(F_n[:before]))
+    )
     F_r = np.abs(F_r - float(np.median(F_r[:before])))
     normal = float(np.percentile(F_n, 99.0))
     if -float(np.percentile(F_n, 1.0)) > max(normal, 0.0):
         raise InputError(
             f"{where}: column 'F_n' goes down to {float(record.F_n.min()):g} N under load; "
-            "allowed: compression as positive numbers (set sign: -1)"
+            "allowed: compression as positive numbers (set sign: -1 for it in the channel map)"
         )
     friction = float(np.percentile(F_r, 99.0))
     if friction > MU_LIMITS[1] * normal:
@@ -259,6 +266,15 @@ def _check_columns(record: SctRecord) -> None:
             f"{where}: column 's' spans {travel:.3g} mm and changes by {jitter:.3g} mm a sample; allowed: a "
             "position that moves (are the columns swapped?)"
         )
+
+
+def begins_loaded(F_n: FloatArray) -> bool:
+    """Whether a record of the normal force begins under load and ends without."""
+    ends = max(5, len(F_n) // 100)
+    span = float(np.ptp(F_n))
+    first, last = float(np.median(F_n[:ends])), float(np.median(F_n[-ends:]))
+    # The cell may show some load without one, but less than half of what it shows in the test.
+    return abs(first) > 0.5 * span and abs(last) < 0.2 * span
 
 
 def _check_sliding(record: SctRecord, signals: TestSignals) -> float:

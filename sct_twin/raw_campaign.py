@@ -10,8 +10,8 @@ from typing import Any
 
 import pandas as pd
 
-from friction_models.loads import InputError, unknown_name, write_json
-from friction_models.loads.dataset import read_table, says_synthetic
+from friction_models.loads import InputError, dataset, unknown_name, write_json
+from friction_models.loads.dataset import says_synthetic
 from friction_models.loads.files import read_json
 
 from .channel_map import ChannelMap
@@ -111,18 +111,10 @@ class RawCampaign:
 
 
 def read_tests(path: Path) -> pd.DataFrame:
-    """Read a test table: one row a test, column `test_id`."""
-    frame = read_table(path)
-    if "test_id" not in frame.columns:
-        raise unknown_name("columns instead of 'test_id',", ", ".join(frame.columns), ["test_id"], str(path))
-    if frame["test_id"].isna().any():
-        raise InputError(f"{path}: a row has no test_id; allowed: a name in every row")
-    frame["test_id"] = frame["test_id"].astype(str)
+    """Read a test table whose tests name files; see `friction_models.loads.dataset.read_tests`."""
+    frame = dataset.read_tests(path)
     for test_id in frame["test_id"]:
         check_test_id(test_id, str(path))
-    if frame["test_id"].duplicated().any():
-        twice = frame["test_id"][frame["test_id"].duplicated()].iloc[0]
-        raise InputError(f"{path}: test_id {twice!r} stands in two rows; allowed: one row a test")
     return frame
 
 
@@ -141,20 +133,6 @@ def check_test_id(test_id: str, where: str) -> str:
     ):
         raise InputError(f"{where}: test_id {test_id!r}; allowed: a name that can be a file name")
     return test_id
-
-
-def check_target(folder: Path) -> None:
-    """Refuse to replace a folder that holds something else than a campaign.
-
-    Raises
-    ------
-    InputError
-        The folder exists, is not empty and is no raw campaign, or is a file.
-    """
-    if folder.is_file():
-        raise InputError(f"{folder}: is a file; allowed: a folder to write a campaign to")
-    if folder.is_dir() and any(folder.iterdir()) and not (folder / "campaign.json").is_file():
-        raise InputError(f"{folder}: holds other files; allowed: a new folder, or a campaign to replace")
 
 
 def write_tables(folder: Path, tests: pd.DataFrame, info: dict[str, Any]) -> None:

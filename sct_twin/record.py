@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -47,6 +47,8 @@ class SctRecord:
         Where it came from, for messages.
     v : array_like, shape (n,), optional
         Plate speed [mm/s]; may be missing where there is a position.
+    first_line : int
+        Line of the source that holds the first row, for messages; 0 where it is not known.
 
     Raises
     ------
@@ -66,6 +68,7 @@ class SctRecord:
     metadata: Mapping[str, Any] = field(default_factory=dict)
     source: str = ""
     v: FloatArray | None = None
+    first_line: int = 0
 
     def __post_init__(self) -> None:
         where = self.where
@@ -73,7 +76,7 @@ class SctRecord:
             values = getattr(self, name)
             if values is None and name not in REQUIRED:
                 continue
-            object.__setattr__(self, name, _finite(values, name, where))
+            object.__setattr__(self, name, _finite(values, name, where, self._place))
             if len(getattr(self, name)) != len(self.t):
                 raise InputError(
                     f"{where}: column {name!r} has {len(getattr(self, name))} rows, 't' has {len(self.t)}; "
@@ -85,8 +88,9 @@ class SctRecord:
         if not late.all():
             row = int(np.argmin(late)) + 1
             raise InputError(
-                f"{where}: column 't', row {row}: time {float(self.t[row])!r} s comes after "
-                f"{float(self.t[row - 1])!r} s; time must increase"
+                f"{where}: column 't', {self._place(row)}: time {float(self.t[row])!r} s comes after "
+                f"{float(self.t[row - 1])!r} s; time must increase (where a second measurement begins there, "
+                "give it a file of its own)"
             )
         if all(getattr(self, name) is None for name in MOTION):
             raise InputError(
@@ -121,11 +125,16 @@ class SctRecord:
         for name in REQUIRED:
             if name not in frame.columns:
                 raise missing_column(name, frame.columns, where)
-        columns = {name: frame[name].to_numpy() for name in CHANNEL_NAMES if name in frame.columns}
+        columns: dict[str, Any] = {
+            name: frame[name].to_numpy() for name in CHANNEL_NAMES if name in frame.columns
+        }
         return cls(test_id=test_id, metadata=dict(metadata or {}), source=source, **columns)
 
     def __len__(self) -> int:
         return len(self.t)
+
+    def _place(self, row: int) -> str:
+        return f"line {self.first_line + row}" if self.first_line else f"row {row}"
 
     @property
     def where(self) -> str:
@@ -207,7 +216,7 @@ def write_csv(path: Path, columns: Mapping[str, npt.ArrayLike] | pd.DataFrame) -
             pa_csv.write_csv(pa.table(rounded, names=names), stream, options)
 
 
-def _finite(values: npt.ArrayLike, name: str, where: str) -> FloatArray:
+def _finite(values: npt.ArrayLike, name: str, where: str, place: Callable[[int], str]) -> FloatArray:
     """Return the channel as float64, or name the row that is not a number or out of range."""
     quantity = CHANNELS[name]
     cells = np.asarray(values)
@@ -225,7 +234,7 @@ def _finite(values: npt.ArrayLike, name: str, where: str) -> FloatArray:
         last = "; the file looks truncated" if row == len(array) - 1 and not np.isfinite(array[row]) else ""
         shown = original[row].item() if isinstance(original[row], np.generic) else original[row]
         raise InputError(
-            f"{where}: column {name!r}, row {row}: value {shown!r} is not a number from "
+            f"{where}: column {name!r}, {place(row)}: value {shown!r} is not a number from "
             f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}{last}"
         )
     return array

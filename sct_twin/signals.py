@@ -134,6 +134,10 @@ def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
     F_n, F_r = F_n - zero.F_n.values, F_r - zero.F_r.values
     speed, acceleration, sd, slide = motion.slide(slide, end, times.sliding is not None)
     t, F_n, F_r = t[:end], F_n[:end], F_r[:end]
+    if load_start >= slide == 0:
+        raise InputError(
+            f"{where}: the record begins under load with the plate moving; allowed: a record from before sliding on"
+        )
     if load_start >= slide:
         raise InputError(f"{where}: sliding begins at {begin:g} s, before the load; allowed: upsetting first")
     friction = F_r - moving_mass * 1e-3 * acceleration
@@ -208,7 +212,7 @@ def _plate_temperature(record: SctRecord, begin: float) -> float:
     if not is_given(record.metadata.get("T_tool")):
         raise InputError(
             f"{record.where}: no plate temperature 'T_plate' and no 'T_tool' in the test table; "
-            "allowed: one of both at least"
+            "allowed: one of both at least (metadata: {T_tool: 20} in the channel map holds for all tests)"
         )
     return record.number("T_tool")
 

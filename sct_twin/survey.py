@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from friction_models.loads import InputError
+from friction_models.loads import InputError, nearest
 from friction_models.loads.dataset import says_synthetic
 from friction_models.loads.files import read_json
 
 from .channel_map import ChannelMap
-from .measurement_files import measurement_files, passed_over
+from .measurement_files import measurement_files, passed_over, tests_beside
+from .name_template import NameTemplate, proposed
 from .quality import quality_row, repeats
 from .raw_campaign import check_test_id, read_tests
 from .readers import RawTable, read_file
@@ -87,6 +88,8 @@ class Survey:
         What is known about the campaign.
     count : int
         Tests that were looked at.
+    proposal : str or None
+        Template by which files would get the names of the test table.
     """
 
     files: list[FileFound] = field(default_factory=list)
@@ -95,6 +98,7 @@ class Survey:
     left_out: list[dict[str, str]] = field(default_factory=list)
     info: dict[str, Any] = field(default_factory=dict)
     count: int = 0
+    proposal: str | None = None
 
     @property
     def test_table(self) -> pd.DataFrame:
@@ -109,6 +113,7 @@ def survey(
     tests: str | os.PathLike[str] | None = None,
     take: Callable[[SctRecord], None] | None = None,
     progress: Progress | None = None,
+    test_id: str | None = None,
 ) -> Survey:
     """Read every test, judge it, and hand on the records that can be used.
 
@@ -119,11 +124,13 @@ def survey(
     channel_map : path-like or mapping, optional
         See `ChannelMap.load`.
     tests : path-like, optional
-        Test table with a column `test_id`; by default `tests.csv` beside the files.
+        Test table with a column `test_id`; by default `tests.csv` (`.tsv`, `.txt`) beside the files.
     take : callable, optional
         Called with each record that can be used.
     progress : callable, optional
         Called with (done, total, test_id).
+    test_id : str, optional
+        Which part of a file's name is that of the test, see `NameTemplate`; instead of what the map says.
 
     Raises
     ------
@@ -136,8 +143,8 @@ def survey(
     table = None
     if tests is not None:
         table = read_tests(Path(tests))
-    elif home is not None and (home / "tests.csv").is_file():
-        table = read_tests(home / "tests.csv")
+    elif home is not None and (beside := tests_beside(home)) is not None:
+        table = read_tests(beside)
     result = Survey(info={"synthetic": False})
     if home is not None and (home / "campaign.json").is_file():
         result.info = read_json(home / "campaign.json")
@@ -151,37 +158,62 @@ def survey(
         pairs, result.left_out = mapping.files.pairs(files)
         work = list(pairs)
     result.count = len(work)
-    known: set[Any] = set()
-    for number, (test_id, before, file) in enumerate(work):
+    names = NameTemplate.load(test_id, "--test-id") or mapping.names
+    known: dict[str, Path] = {}
+    tried: set[str] = set()
+    listed = [] if table is None else list(table["test_id"])
+    for number, (name, before, file) in enumerate(work):
+        test = name
         try:
-            check_test_id(test_id, str(file))
-            if test_id in known:
-                raise InputError(f"{file}: a second file of test {test_id!r}; allowed: one file a test")
-            record, notes = _record(result, mapping, before, file, test_id, table)
+            test = name if names is None else _named(names, name, file)
+            check_test_id(test, str(file))
+            if test in known:
+                raise InputError(
+                    f"{file}: a second file of test {test!r}, the first is {known[test]}; allowed: one file a test"
+                )
+            record, notes = _record(result, mapping, before, file, test, table)
+            if table is not None and test not in listed:
+                notes.append(_not_listed(test, listed))
             mass_here = record.number("moving_mass", mass)
             row = {**quality_row(record, mass_here), "notes": "; ".join(notes)}
             if take is not None:
                 take(record)
-            known.add(test_id)
+            known[test] = file
             result.rows.append(row)
-            result.tests.append({**record.metadata, "test_id": test_id})
+            result.tests.append({**record.metadata, "test_id": test})
         except InputError as error:
-            result.left_out.append({"file": str(file), "reason": str(error)})
+            reason = str(error)
+            if table is not None and test not in listed and "test table" in reason:
+                reason += f"; test {test!r} is {_not_listed(test, listed)}"
+            result.left_out.append({"file": str(file), "reason": reason})
         except MemoryError:
             result.left_out.append({"file": str(file), "reason": f"{file}: too large for the memory"})
         finally:
             if progress is not None:
-                progress(number + 1, len(work), test_id)
+                progress(number + 1, len(work), test)
+        tried.add(test)
     if table is not None:
-        gone = set(table["test_id"]) - {test_id for test_id, _, _ in work}
-        result.left_out += [
-            {"file": "", "reason": f"test {t!r} of the test table has no file"} for t in sorted(gone)
-        ]
+        gone = sorted(set(listed) - tried)
+        result.left_out += [{"file": "", "reason": f"test {t!r} of the test table has no file"} for t in gone]
+        if names is None:
+            result.proposal = proposed(gone, [file for name, _, file in work if name not in listed])
     result.left_out += passed_over(source)
     if result.tests:
         for row, count in zip(result.rows, repeats(result.test_table)):
             row["repeats"] = count
     return result
+
+
+def _named(names: NameTemplate, name: str, file: Path) -> str:
+    try:
+        return names.test_of(name)
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
+
+
+def _not_listed(test: str, listed: Sequence[str]) -> str:
+    close = nearest(test, listed)
+    return "not in the test table" + (f" (is it {close!r} there?)" if close else "")
 
 
 def _record(
@@ -211,7 +243,8 @@ def _read(result: Survey, mapping: ChannelMap, file: Path) -> RawTable:
     found = FileFound(str(file), table.format, columns, table.notes)
     if all(found.layout != other.layout for other in result.files):
         # The first file of a layout is kept for a draft of the map, without its rows but a few.
-        head = RawTable(table.frame.head(5).copy(), table.units, table.source, table.format)
+        numbered = [column.name for column in columns if not np.isnan(column.low)]
+        head = RawTable(table.frame[numbered].head(5).copy(), table.units, table.source, table.format)
         found = FileFound(str(file), table.format, columns, table.notes, head)
     result.files.append(found)
     return table

@@ -15,7 +15,8 @@ import pandas as pd
 
 from forming.material import MaterialSource, as_material, steel_16MnCr5
 from forming.pool import Progress, map_unordered
-from friction_models.loads import InputError
+from friction_models.loads import InputError, check_folder, grown
+from friction_models.loads.folders import TWIN
 
 from .contact_diameter import measured_diameter, read_at_diameter
 from .filters import smooth
@@ -238,10 +239,12 @@ class SctTwin:
         Raises
         ------
         InputError
-            Not a campaign, or none of its tests can be evaluated.
+            Not a campaign, or none of its tests can be evaluated; `out` holds something else.
         """
         if check < 0:
             raise InputError(f"check = {check} tests; allowed: 0 or more")
+        if out is not None:
+            check_folder(out, TWIN)
         source = campaign if isinstance(campaign, RawCampaign) else RawCampaign.load(campaign)
         mass = source.moving_mass
         folder = None if out is None else Path(out)
@@ -254,7 +257,7 @@ class SctTwin:
         results: dict[str, TestResult] = {}
         failures: dict[str, str] = {}
         if folder is not None:
-            (folder / "twin").mkdir(parents=True, exist_ok=True)
+            (grown(folder, TWIN) / "twin").mkdir(exist_ok=True)
             _sweep(folder)
             for test_id in ids:
                 known = read_netcdf(folder / "twin" / f"{test_id}.nc")

@@ -10,7 +10,8 @@ from typing import Any
 
 import pandas as pd
 
-from friction_models.loads import DataSet, atomic_path
+from friction_models.loads import DataSet, atomic_path, grown
+from friction_models.loads.folders import TWIN
 
 #: Folder of the average-based data set inside that of the time series.
 AVERAGES = "averages"
@@ -85,7 +86,7 @@ class TwinResult:
         The time series go into the folder itself, the averages into `averages/` in it; tests that were
         left out into `left_out.csv`, errors into `errors.csv`, where there are any.
         """
-        path = save_dataset(self.dataset(), Path(folder))
+        path = save_dataset(self.dataset(), grown(folder, TWIN))
         save_dataset(self.averages(), path / AVERAGES)
         for name, table in (("left_out.csv", self.left_out), ("errors.csv", self.errors)):
             if table.empty:

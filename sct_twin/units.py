@@ -1,4 +1,4 @@
-"""Units of measurement files: a short table for the usual ones, pint for the rest."""
+"""Units of measurement files: the table of the loads for the usual ones, pint for the rest."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from functools import cache
 from typing import Any
 
 from friction_models.loads import InputError
+from friction_models.loads.units import conversion as known
 
 from .channels import channel
 
@@ -26,7 +27,7 @@ def conversion(quantity: str, unit: str, where: str = "") -> tuple[float, float]
         No such unit, or it measures something else.
     """
     try:
-        return channel(quantity).factor(unit, where)
+        return known(channel(quantity).unit, unit, quantity, where)
     except InputError as error:
         found = _by_pint(channel(quantity).unit, unit)
         if found is None:

@@ -14,7 +14,8 @@ import os
 from pathlib import Path
 from typing import Any
 
-from friction_models.loads import InputError, unknown_name
+from friction_models.loads import InputError, check_folder, unknown_name
+from friction_models.loads.folders import EXPORT
 
 from ..source import FrictionSource
 
@@ -46,7 +47,7 @@ def export(source: FrictionSource, path: str | os.PathLike[str], target: str, **
     Raises
     ------
     InputError
-        An unknown target or option, a folder with other files, a graph that is not translated, a model
+        An unknown target or option, a folder that is no export (`check_folder`), a graph that is not translated, a model
         that cannot be tabulated.
     """
     if target not in TARGETS:
@@ -56,6 +57,8 @@ def export(source: FrictionSource, path: str | os.PathLike[str], target: str, **
             f"{source.where}: this graph runs in Python only and cannot be exported; allowed: --target python"
         )
     from .common import checked_options, write_folder
+
+    check_folder(path, EXPORT)
 
     if target == "table":
         from .table_target import OPTIONS, table_files

@@ -15,8 +15,10 @@ from typing import Any
 import numpy as np
 
 from friction_models.loads import LOADS, FloatArray, InputError, atomic_folder, unknown_name
+from friction_models.loads.folders import EXPORT
 
 from ..documentation import card_json
+from ..interface import USUAL
 from ..native_target import identifier
 from ..source import FrictionSource
 
@@ -25,8 +27,6 @@ MARK = "export.json"
 #: The C and Fortran names stay inside Fortran's 63 characters and a fixed-form line.
 MAX_NAME = 24
 _TEMPLATES = Path(__file__).parent / "templates"
-#: Loads that are tried where a model records no domain.
-_PLAN = {"v_rel": (5.0, 500.0), "T": (20.0, 300.0), "sigma_n": (500.0, 2750.0), "sd": (0.0, 60.0), "psi": (1.0, 20.0)}  # fmt: skip
 
 
 def template(name: str, values: Mapping[str, str]) -> str:
@@ -72,7 +72,7 @@ def domain_limits(source: FrictionSource) -> tuple[FloatArray, FloatArray]:
 
 def test_box(source: FrictionSource) -> tuple[FloatArray, FloatArray]:
     """Return the loads between which an export is tried: the domain, or the plan's range without one."""
-    limits = [source.domain.get(q.name, _PLAN[q.name]) for q in LOADS]
+    limits = [source.domain.get(q.name, USUAL[q.name]) for q in LOADS]
     return np.array([a for a, _ in limits]), np.array([b for _, b in limits])
 
 
@@ -192,7 +192,8 @@ def description(source: FrictionSource) -> dict[str, str]:
     loads = []
     for q in LOADS:
         trained = source.domain.get(q.name)
-        shown = f"trained on {trained[0]:g} to {trained[1]:g}" if trained else "trained range not recorded"
+        unknown = "not measured, no influence" if q.name in source.absent else "trained range not recorded"
+        shown = f"trained on {trained[0]:g} to {trained[1]:g}" if trained else unknown
         loads.append(f"{q.name:8} {q.unit:5} {q.meaning}; {shown}")
     return {
         "TITLE": one_line(f"Friction model {source.name} ({source.family}){source.origin}"),
@@ -234,14 +235,8 @@ def documents(source: FrictionSource) -> dict[str, str | bytes]:
 def write_folder(path: str | os.PathLike[str], target: str, files: Mapping[str, str | bytes]) -> Path:
     """Write an export in one go; see `export` for what is refused."""
     final = Path(path)
-    if final.exists() and not final.is_dir():
-        raise InputError(f"{final}: this is a file; allowed: a folder to write the export into")
-    if final.is_dir() and any(final.iterdir()) and not (final / MARK).is_file():
-        raise InputError(
-            f"{final}: the folder holds other files; allowed: a new or empty folder, or an earlier export"
-        )
     mark = json.dumps({"target": target, "files": sorted(files)}, indent=2) + "\n"
-    with atomic_folder(final) as folder:
+    with atomic_folder(final, EXPORT) as folder:
         for name, content in {**files, MARK: mark}.items():
             place = folder / name
             place.parent.mkdir(parents=True, exist_ok=True)

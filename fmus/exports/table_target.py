@@ -17,6 +17,7 @@ import numpy as np
 
 from friction_models.loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray, InputError
 
+from ..interface import USUAL
 from ..source import FrictionSource
 from . import options
 from .common import Reference, description, documents, template
@@ -250,9 +251,11 @@ def _box(source: FrictionSource, axes: Sequence[str], given: object) -> dict[str
     wanted = options.mapping("limits", given, axes)
     box = {}
     for name in axes:
-        if name not in wanted and name not in source.domain:
+        if name not in wanted and name not in source.domain and name not in source.absent:
             raise InputError(
                 f"{source.where}: no trained range of {name!r} is recorded; allowed: give it as limits of {name!r}"
             )
-        box[name] = options.limits(name, wanted[name]) if name in wanted else source.domain[name]
+        # The plan's range serves a load that was not measured: mu does not react to it.
+        usual = source.domain.get(name, USUAL[name])
+        box[name] = options.limits(name, wanted[name]) if name in wanted else usual
     return box

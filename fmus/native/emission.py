@@ -73,10 +73,6 @@ class Writer:
             self._step(number, step)
         self._finish(output)
 
-    def statements(self) -> list[str]:
-        """Return the body of the function."""
-        return [*self.buffers.declarations(), *self.lines]
-
     # --- places ----------------------------------------------------------------------------------------
 
     def place(self, tensor: Tensor) -> Place:

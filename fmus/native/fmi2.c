@@ -16,9 +16,7 @@
 #include "sensitivity.h"
 #include "snapshot.h"
 
-enum { IN_DOMAIN = 0, CLAMP_TO_DOMAIN = 1 };
-
-/* Value references: groups of TF_NODES each, the system variables in between one each. */
+/* Value references: groups of TF_NODES each, the system variables in between one each, then the Boolean variables. */
 enum {
     FIRST_SYSTEM_VR = TF_FIRST_SYSTEM * TF_NODES,
     FIRST_DER_VR = FIRST_SYSTEM_VR + TF_SYSTEM,
@@ -26,6 +24,9 @@ enum {
 #if TF_INTERVAL
                + 2 * TF_NODES /* the bounds of the prediction interval */
 #endif /* TF_INTERVAL */
+    ,
+    IN_DOMAIN = VR_COUNT,
+    CLAMP_TO_DOMAIN
 };
 
 #define STATUS(good) ((good) ? fmi2OK : fmi2Error)
@@ -151,6 +152,11 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
     for (size_t k = 0, length; k < n; k += length) {
         int group = 0;
         size_t point = 0;
+        if (vr[k] == IN_DOMAIN) { /* some importers read all outputs so, and know no events */
+            value[k] = tf_in_domain(m);
+            length = 1;
+            continue;
+        }
         NEED(place_of(m, vr[k], &group, &point));
         length = run_of(vr + k, n - k, group, point);
         NEED(tf_get(m, group, point, length, value + k));

@@ -50,8 +50,10 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
     if (n == 0) return STATUS(good); /* nothing is asked for, so no seed can be wrong */
     for (; good && seeded < nKnown; seeded += (size_t)good)
         good = place_of(m, knowns[seeded], &group, &point) && tf_add_seed(m, dP, group, point, seed[seeded]);
-    for (size_t k = 0; good && k < n; ++k)
-        good = place_of(m, unknowns[k], &group, &point) && tf_forward(m, dP, group, point, result + k);
+    for (size_t k = 0; good && k < n; ++k) {
+        if (unknowns[k] == IN_DOMAIN) result[k] = 0.0; /* it jumps, and is constant in between */
+        else good = place_of(m, unknowns[k], &group, &point) && tf_forward(m, dP, group, point, result + k);
+    }
     for (size_t k = 0; k < seeded; ++k) /* only what was accepted above: these calls cannot fail */
         if (place_of(m, knowns[k], &group, &point)) *tf_seed_place(m, dP, group, point) = 0.0;
     return STATUS(good);

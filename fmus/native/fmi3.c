@@ -1,5 +1,5 @@
 /* FMI 3.0 of a friction model: co-simulation, and model exchange unless the memory is no differential equation.
-   All quantities of a point are arrays whose length is the structural parameter n.
+   The quantities of a point are scalars (TF_FIXED_NODES), or arrays whose length is the structural parameter n.
    Compile this file alone (C99); it includes the generated model.h and the other headers beside it. */
 
 #include <math.h>
@@ -16,7 +16,7 @@
 #include "sensitivity.h"
 #include "snapshot.h"
 
-/* Value references: the Float64 variables are 1 + their group; interface3.py numbers them so. */
+/* Value references: the Float64 variables are 1 + their group; friction_variables.py numbers them so. */
 enum {
     VR_TIME = 0,
     VR_FIRST = 1,
@@ -54,7 +54,10 @@ static int given(const tf_instance *m, size_t n, const void *a, const void *b) {
 static int is_group(fmi3ValueReference vr) { return vr >= VR_FIRST && vr < VR_FIRST + TF_GROUPS; }
 
 /* Number of values of a group. */
-static size_t length_of(const tf_instance *m, int group) { return group >= TF_FIRST_SYSTEM && group < TF_FIRST_DER ? 1 : m->n; }
+static size_t length_of(const tf_instance *m, int group) {
+    (void)m; /* one point is a constant */
+    return group >= TF_FIRST_SYSTEM && group < TF_FIRST_DER ? 1 : TF_N(m);
+}
 
 /* Whether the variables have `count` values together, so that nothing outside the arrays of the call is touched. */
 static int fits(const tf_instance *m, const fmi3ValueReference vr[], size_t n, size_t count) {
@@ -175,6 +178,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t 
             values += length_of(m, group);
         } else if (vr[k] == VR_TIME) *values++ = m->head.time;
         else if (vr[k] == VR_INDICATOR && TF_INDICATORS) *values++ = tf_indicator(m);
+        else if (vr[k] == VR_IN_DOMAIN) *values++ = tf_in_domain(m); /* some importers read all outputs so, and know no events */
         else return STATUS(unknown(m, "Float64", vr[k]));
     }
     return fmi3OK;
@@ -222,7 +226,7 @@ fmi3Status fmi3GetUInt64(fmi3Instance c, const fmi3ValueReference vr[], size_t n
     INSTANCE(c);
     NEED(given(m, n, vr, values) && fits(m, vr, n, count));
     for (size_t k = 0; k < n; ++k) {
-        if (vr[k] != VR_N) return STATUS(unknown(m, "UInt64", vr[k]));
+        if (!TF_IS_SIZED || vr[k] != VR_N) return STATUS(unknown(m, "UInt64", vr[k]));
         values[k] = m->n;
     }
     return fmi3OK;
@@ -233,7 +237,7 @@ fmi3Status fmi3SetUInt64(fmi3Instance c, const fmi3ValueReference vr[], size_t n
     INSTANCE(c);
     NEED(given(m, n, vr, values) && fits(m, vr, n, count));
     for (size_t k = 0; k < n; ++k) {
-        if (vr[k] != VR_N) return STATUS(unknown(m, "UInt64", vr[k]));
+        if (!TF_IS_SIZED || vr[k] != VR_N) return STATUS(unknown(m, "UInt64", vr[k]));
         NEED(tf_allowed(m, "setting n", TF_IN(TF_CONFIGURATION)));
         if (values[k] < 1 || values[k] > TF_MAX_NODES) {
             char text[TF_MESSAGE];

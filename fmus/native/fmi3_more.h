@@ -57,7 +57,7 @@ fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance c, fmi3ValueReferenc
     INSTANCE(c);
     if (!dependencies_a_point(vr)) return STATUS(unknown(m, "calculated", vr));
     if (!count) return STATUS(tf_fail(m, "an array of the call is missing"));
-    *count = dependencies_a_point(vr) * m->n;
+    *count = dependencies_a_point(vr) * TF_N(m);
     return fmi3OK;
 }
 
@@ -66,7 +66,7 @@ fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference vr, si
     INSTANCE(c);
     const size_t each = dependencies_a_point(vr);
     if (!each) return STATUS(unknown(m, "calculated", vr));
-    if (count != each * m->n) return STATUS(tf_fail(m, "the number of dependencies is not the one that was told"));
+    if (count != each * TF_N(m)) return STATUS(tf_fail(m, "the number of dependencies is not the one that was told"));
     NEED(given(m, count, dependents, independents) && given(m, count, elements, kinds));
     for (size_t k = 0; k < count; ++k) {
         const size_t i = k / each, what = k % each;
@@ -85,13 +85,14 @@ fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference vr, si
 
 /* ---- derivatives ---- */
 
-/* Whether the arrays of a derivative call fit, and all variables are Float64 variables of groups. */
-static int derivative_call(const tf_instance *m, const fmi3ValueReference vr[], size_t n, const void *values, size_t count) {
+/* Whether the arrays of a derivative call fit, and all variables are Float64 variables of groups, or the output in_domain. */
+static int derivative_call(const tf_instance *m, const fmi3ValueReference vr[], size_t n, const void *values, size_t count,
+                           int outputs) {
     if (!given(m, n, vr, values)) return 0;
     for (size_t k = 0; k < n; ++k) {
         if (vr[k] == VR_TIME) return tf_fail(m, "derivatives of time and with respect to it are not given");
         if (vr[k] == VR_INDICATOR && TF_INDICATORS) return tf_fail(m, "derivatives of domain_indicator are not given");
-        if (!is_group(vr[k])) return unknown(m, "differentiable", vr[k]);
+        if (!is_group(vr[k]) && !(outputs && vr[k] == VR_IN_DOMAIN)) return unknown(m, "differentiable", vr[k]);
     }
     return fits(m, vr, n, count);
 }
@@ -103,7 +104,7 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
     double dP[TF_AT_LEAST_ONE(TF_SYSTEM)] = {0.0};
     size_t at = 0;
     int good;
-    NEED(derivative_call(m, unknowns, nUnknowns, sensitivity, nSensitivity) && derivative_call(m, knowns, nKnowns, seed, nSeed));
+    NEED(derivative_call(m, unknowns, nUnknowns, sensitivity, nSensitivity, 1) && derivative_call(m, knowns, nKnowns, seed, nSeed, 0));
     good = 1;
     for (size_t k = 0; good && k < nKnowns; ++k) {
         const int group = (int)knowns[k] - VR_FIRST;
@@ -112,9 +113,10 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
     at = 0;
     for (size_t k = 0; good && k < nUnknowns; ++k) {
         const int group = (int)unknowns[k] - VR_FIRST;
-        for (size_t i = 0; good && i < length_of(m, group); ++i) good = tf_forward(m, dP, group, i, sensitivity + at++);
+        if (unknowns[k] == VR_IN_DOMAIN) sensitivity[at++] = 0.0; /* it jumps, and is constant in between */
+        else for (size_t i = 0; good && i < length_of(m, group); ++i) good = tf_forward(m, dP, group, i, sensitivity + at++);
     }
-    memset(m->seed, 0, (TF_LOADS + TF_STATES) * m->n * sizeof(double));
+    memset(m->seed, 0, (TF_LOADS + TF_STATES) * TF_N(m) * sizeof(double));
     return STATUS(good);
 }
 
@@ -133,9 +135,14 @@ static int adjoint_at(const tf_instance *m, const fmi3ValueReference unknowns[],
     else dP[group - TF_FIRST_SYSTEM] = 1.0;
     for (size_t k = 0; k < n; ++k) {
         const int wanted = (int)unknowns[k] - VR_FIRST;
-        const double weight = seed[at + i];
+        double weight;
         tf_tangent t;
-        at += m->n; /* every unknown is an array over the points */
+        if (unknowns[k] == VR_IN_DOMAIN) { /* one value, whose derivatives are 0 */
+            ++at;
+            continue;
+        }
+        weight = seed[at + i];
+        at += TF_N(m); /* every other unknown is an array over the points */
         if (weight == 0.0) continue;
         if (!isfinite(weight)) return tf_fail_value(m, "the seed of ", wanted, i, weight);
         if (!tf_differentiate(m, wanted, i, dL, dS, dP, &t)) return 0;
@@ -149,21 +156,21 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
                                     fmi3Float64 sensitivity[], size_t nSensitivity) {
     INSTANCE(c);
     size_t at = 0;
-    NEED(derivative_call(m, unknowns, nUnknowns, seed, nSeed) && derivative_call(m, knowns, nKnowns, sensitivity, nSensitivity));
-    for (size_t k = 0; k < nUnknowns; ++k) NEED(is_output(m, (int)unknowns[k] - VR_FIRST));
+    NEED(derivative_call(m, unknowns, nUnknowns, seed, nSeed, 1) && derivative_call(m, knowns, nKnowns, sensitivity, nSensitivity, 0));
+    for (size_t k = 0; k < nUnknowns; ++k) NEED(unknowns[k] == VR_IN_DOMAIN || is_output(m, (int)unknowns[k] - VR_FIRST));
     for (size_t k = 0; k < nKnowns; ++k) {
         const int group = (int)knowns[k] - VR_FIRST;
         double unused[TF_AT_LEAST_ONE(TF_SYSTEM)];
         NEED(tf_seed_place(m, unused, group, 0) != NULL);
-        if (length_of(m, group) == m->n && (group < TF_FIRST_SYSTEM)) {
-            for (size_t i = 0; i < m->n; ++i, ++at) {
+        if (length_of(m, group) == TF_N(m) && (group < TF_FIRST_SYSTEM)) {
+            for (size_t i = 0; i < TF_N(m); ++i, ++at) {
                 double sum = 0.0;
                 NEED(adjoint_at(m, unknowns, nUnknowns, seed, group, i, &sum));
                 sensitivity[at] = sum;
             }
         } else { /* a system variable acts on all points */
             double sum = 0.0;
-            for (size_t i = 0; i < m->n; ++i) NEED(adjoint_at(m, unknowns, nUnknowns, seed, group, i, &sum));
+            for (size_t i = 0; i < TF_N(m); ++i) NEED(adjoint_at(m, unknowns, nUnknowns, seed, group, i, &sum));
             sensitivity[at++] = sum;
         }
     }
@@ -255,13 +262,13 @@ fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time) {
 fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 x[], size_t n) {
     INSTANCE(c);
     NEED(tf_allowed(m, "fmi3SetContinuousStates", TF_IN(TF_CONTINUOUS)));
-    SIZE(n, TF_CONTINUOUS_STATES * m->n, "continuous states");
+    SIZE(n, TF_CONTINUOUS_STATES * TF_N(m), "continuous states");
     return STATUS(given(m, n, x, x) && tf_set_states(m, x));
 }
 
 fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n) {
     INSTANCE(c);
-    SIZE(n, TF_CONTINUOUS_STATES * m->n, "continuous states");
+    SIZE(n, TF_CONTINUOUS_STATES * TF_N(m), "continuous states");
     NEED(given(m, n, x, x));
     if (n) memcpy(x, m->state, n * sizeof *x);
     return fmi3OK;
@@ -269,15 +276,15 @@ fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n) {
 
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 derivatives[], size_t n) {
     INSTANCE(c);
-    SIZE(n, TF_CONTINUOUS_STATES * m->n, "continuous states");
+    SIZE(n, TF_CONTINUOUS_STATES * TF_N(m), "continuous states");
     return STATUS(given(m, n, derivatives, derivatives) && tf_all_rates(m, derivatives));
 }
 
 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominals[], size_t n) {
     INSTANCE(c);
-    SIZE(n, TF_CONTINUOUS_STATES * m->n, "continuous states");
+    SIZE(n, TF_CONTINUOUS_STATES * TF_N(m), "continuous states");
     NEED(given(m, n, nominals, nominals));
-    for (size_t k = 0; k < n; ++k) nominals[k] = tf_nominal((int)(k / m->n));
+    for (size_t k = 0; k < n; ++k) nominals[k] = tf_nominal((int)(k / TF_N(m)));
     return fmi3OK;
 }
 
@@ -297,6 +304,6 @@ fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) {
 
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n) {
     INSTANCE(c);
-    if (n) *n = TF_CONTINUOUS_STATES * m->n;
+    if (n) *n = TF_CONTINUOUS_STATES * TF_N(m);
     return STATUS(n || tf_fail(m, "there is no place for the number"));
 }

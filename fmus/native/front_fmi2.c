@@ -214,8 +214,8 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
     tf_front *f = (tf_front *)c;
     const fmi2Status status = !f ? fmi2Error : n ? tf_ensure_started(f) : fmi2OK;
     for (size_t k = 0; status == fmi2OK && k < n; ++k) {
-        if (vr[k] >= flag_count()) return unknown(f, "Boolean", vr[k]);
-        value[k] = f->data.flags[vr[k]] ? fmi2True : fmi2False;
+        if (vr[k] < TF_REALS || vr[k] - TF_REALS >= flag_count()) return unknown(f, "Boolean", vr[k]);
+        value[k] = f->data.flags[vr[k] - TF_REALS] ? fmi2True : fmi2False;
     }
     return status;
 }

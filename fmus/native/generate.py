@@ -13,24 +13,25 @@ from ..source import FrictionSource
 from . import ops
 from .emission import BLOCK, Writer
 from .graph import Graph, read_graph, refuse, rules_of
+from .parts import WHOLE, chosen, function
 from .tables import Tables, interface_tables
 
 #: Largest buffers of a block on the stack; of a network that needs more, the points are run one by one.
 _STACK_BYTES = 64 * 1024
-#: The same for one point: more than this is not offered.
-_STACK_LIMIT = 512 * 1024
 _POINT = "const double *L, const double *S, const double *P"
+_VALUE = f"{_POINT}, double *out"
 _SEEDS = "const double *dL, const double *dS, const double *dP"
-_UNUSED = "(void)L; (void)S; (void)P; (void)fused;"
 
-_LOOP = """\
-    double l[5], s[TF_STATES + 1];
-    for (int i = 0; i < TF_BLOCK; ++i) { /* too wide for a block on the stack */
-        for (int k = 0; k < 5; ++k) l[k] = L[k * TF_BLOCK + i];
-        for (int k = 0; k < TF_STATES; ++k) s[k] = S[k * TF_BLOCK + i];
-        tf_model_mu_body(l, s, P, out + i, fused);
-    }
-"""
+#: A block of points that is too wide or too long to be computed together.
+_LOOP = (
+    "double l[5], s[TF_STATES + 1];",
+    "for (int i = 0; i < TF_BLOCK; ++i) {",
+    "    for (int k = 0; k < 5; ++k) l[k] = L[k * TF_BLOCK + i];",
+    "    for (int k = 0; k < TF_STATES; ++k) s[k] = S[k * TF_BLOCK + i];",
+    "    if (fused) tf_model_mu_wide(l, s, P, out + i);",
+    "    else tf_model_mu_plain(l, s, P, out + i);",
+    "}",
+)
 
 
 def generate(source: FrictionSource, interface: FrictionInterface) -> str:
@@ -58,21 +59,18 @@ def _generate(source: FrictionSource, interface: FrictionInterface) -> str:
             raise refuse(where, f"output {role!r} depends on the length of the step 'dt'")
     tables = Tables()
     functions = [
-        _chosen("tf_model_mu", f"{_POINT}, double *out", _body(Writer(graph, "mu", tables, where))),
-        _chosen("tf_model_mu_block", f"{_POINT}, double *out", _block(graph, tables, where)),
+        function("tf_model_mu", _VALUE, Writer(graph, "mu", tables, where)),
+        _block("tf_model_mu_block", graph, tables, where),
         _seeded("tf_model_mu_d", graph, "mu", tables, where),
     ]
     if source.states:
         writer = Writer(graph, "state_next", tables, where)
-        arguments = f"{_POINT}, double dt, double *out"
-        functions.append(_chosen("tf_model_step", arguments, f"    (void)dt;\n{_body(writer)}"))
+        functions.append(function("tf_model_step", f"{_POINT}, double dt, double *out", writer))
     if ode:
-        writer = Writer(graph, "state_der", tables, where)
-        functions.append(_chosen("tf_model_der", f"{_POINT}, double *out", _body(writer)))
+        functions.append(function("tf_model_der", _VALUE, Writer(graph, "state_der", tables, where)))
         functions.append(_seeded("tf_model_der_d", graph, "state_der", tables, where))
     if interface.interval is not None:
-        writer = Writer(graph, MARGIN, tables, where)
-        functions.append(_chosen("tf_model_margin", f"{_POINT}, double *out", _body(writer)))
+        functions.append(function("tf_model_margin", _VALUE, Writer(graph, MARGIN, tables, where)))
         functions.append(_seeded("tf_model_margin_d", graph, MARGIN, tables, where))
     text = "\n".join(functions)
     # Only the kernels that are called; those of the exponential functions also stand behind power and logarithm.
@@ -88,6 +86,7 @@ def _generate(source: FrictionSource, interface: FrictionInterface) -> str:
         [
             "/* Generated from the model's ONNX graph: constants of the interface, kernels, formulas. */",
             f"#define TF_NODES {interface.nodes}",
+            *([] if interface.sized else ["#define TF_FIXED_NODES"]),
             f"#define TF_STATES {len(source.states)}",
             f"#define TF_SYSTEM {len(source.system)}",
             f"#define TF_HAS_DOMAIN {int(bool(interface.domain))}",
@@ -127,39 +126,14 @@ def _index_type(graph: Graph) -> str:
     return "short" if largest < 1 << 16 else "int"
 
 
-def _body(writer: Writer) -> str:
-    needed = 8 * writer.buffers.total()
-    if not writer.lanes and needed > _STACK_LIMIT:
-        raise refuse(writer.where, f"the values of one point need {needed} bytes, allowed: {_STACK_LIMIT}")
-    return "".join(f"    {line}\n" for line in writer.statements())
-
-
-def _block(graph: Graph, tables: Tables, where: str) -> str:
+def _block(name: str, graph: Graph, tables: Tables, where: str) -> str:
     writer = Writer(graph, "mu", tables, where, lanes=True)
-    return _body(writer) if 8 * writer.buffers.total() <= _STACK_BYTES else _LOOP
-
-
-def _chosen(name: str, arguments: str, body: str) -> str:
-    """Return a function in two builds, and the one that chooses."""
-    names = ", ".join(a.split()[-1].lstrip("*") for a in arguments.split(", "))
-    return f"""\
-TF_INLINE void {name}_body({arguments}, const int fused) {{
-    {_UNUSED}
-{body}}}
-TF_WIDE void {name}_wide({arguments}) {{ {name}_body({names}, 1); }}
-TF_APART void {name}_plain({arguments}) {{ {name}_body({names}, 0); }}
-TF_UNUSED static void {name}({arguments}) {{
-    if (tf_wide()) {name}_wide({names});
-    else {name}_plain({names});
-}}
-"""
+    if 8 * writer.buffers.total() <= _STACK_BYTES and len(writer.lines) <= WHOLE:
+        return function(name, _VALUE, writer)
+    return chosen(name, _VALUE, _LOOP)
 
 
 def _seeded(name: str, graph: Graph, role: str, tables: Tables, where: str) -> str:
     """Return a function with forward derivatives."""
-    body = _body(Writer(graph, role, tables, where, seeded=True))
-    return _chosen(
-        name,
-        f"{_POINT}, {_SEEDS}, double *out, double *dout",
-        f"    (void)dL; (void)dS; (void)dP;\n{body}",
-    )
+    writer = Writer(graph, role, tables, where, seeded=True)
+    return function(name, f"{_POINT}, {_SEEDS}, double *out, double *dout", writer)

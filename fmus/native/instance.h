@@ -9,11 +9,14 @@
 #define TF_MODEL_EXCHANGE (TF_STATES == 0 || TF_ODE)
 #define TF_CONTINUOUS_STATES (TF_ODE ? TF_STATES : 0)
 
-/* FMI 2.0 fixes the number of points when the FMU is made; a constant lets the compiler drop the loops of one point. */
+/* FMI 2.0, and FMI 3.0 without arrays, fix the number of points when the FMU is made; a constant lets the compiler drop
+   the loops of one point. */
 #ifdef TF_FIXED_NODES
 #define TF_N(m) ((size_t)TF_NODES)
+#define TF_IS_SIZED 0
 #else
 #define TF_N(m) ((m)->n)
+#define TF_IS_SIZED 1
 #endif
 
 enum { TF_INSTANTIATED = 0, TF_CONFIGURATION, TF_INITIALIZATION, TF_EVENT, TF_CONTINUOUS, TF_STEP, TF_TERMINATED, TF_MODES };

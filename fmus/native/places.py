@@ -106,6 +106,13 @@ class Buffers:
         """Return the definitions of all arrays."""
         return [f"double {name}[{length}];" for name, length in self._lengths.items()]
 
+    def offsets(self) -> dict[str, int]:
+        """Return where each array begins when they stand in one."""
+        found, at = {}, 0
+        for name, length in self._lengths.items():
+            found[name], at = at, at + length
+        return found
+
     def total(self) -> int:
         """Return the doubles of all arrays."""
         return sum(self._lengths.values())

@@ -41,7 +41,7 @@ def guarded(method: Callable[..., Any]) -> Callable[..., Any]:
 
 
 class SolverSlave(Fmi2Slave):
-    """Slave around a `Solver`; value references are the places in the solver's array.
+    """Slave around a `Solver`; value references are the places in the solver's array, then those of its flags.
 
     The file `interface.json` beside the script names the variables and holds their start values.
     What is allowed when, and the messages, are those of the native front (`fmus/native/front_fmi2.c`).
@@ -115,7 +115,10 @@ class SolverSlave(Fmi2Slave):
     @guarded
     def get_boolean(self, vrs: list[int]) -> list[bool]:
         self.ensure_started()
-        result: list[bool] = self.solver.flags[np.array(vrs, dtype=np.int64)].tolist()
+        index = np.array(vrs, dtype=np.int64) - len(self.solver.values)
+        if (index < 0).any():
+            raise ValueError(f"{self.solver.names[min(vrs)]} is no Boolean variable")
+        result: list[bool] = self.solver.flags[index].tolist()
         return result
 
     @guarded

@@ -1,8 +1,8 @@
 """Friction FMU in Python: ONNX Runtime behind FMI 2.0.
 
 This file is copied into the FMU under a name of its own and needs numpy and onnxruntime only.
-Value references of the Real variables run in groups of `nodes`: five loads, mu, domain_distance,
-states; then the system variables. The behaviour is that of the native FMU.
+Value references run in groups of `nodes`: five loads, mu, domain_distance, states; then the system
+variables, and behind all Real variables in_domain and clamp_to_domain. The behaviour is that of the native FMU.
 """
 
 from __future__ import annotations
@@ -30,7 +30,6 @@ except ModuleNotFoundError:
 # module's dictionary that it does not own; without one more the dictionary is gone after some instances.
 ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
 
-IN_DOMAIN, CLAMP_TO_DOMAIN = 0, 1
 LOADS, SIGMA_N = 5, 2
 
 
@@ -71,6 +70,8 @@ class FrictionSlave(Fmi2Slave):
         self.graph_inputs = [i.name for i in self.session.get_inputs()]
         self.nodes = int(config["nodes"])
         self.names = list(config["names"])
+        self.in_domain: int = config["references"]["in_domain"]
+        self.clamp_to_domain: int = config["references"]["clamp_to_domain"]
         self.states, self.system = len(config["state_start"]), len(config["system_start"])
         self.lower, self.upper = (np.array(config[k]) for k in ("load_lower", "load_upper"))
         domain = [[-math.inf] * LOADS, [math.inf] * LOADS] if config["domain"] is None else config["domain"]
@@ -212,17 +213,17 @@ class FrictionSlave(Fmi2Slave):
 
     @guarded
     def get_boolean(self, vrs: list[int]) -> list[bool]:
-        if IN_DOMAIN not in vrs:
+        if self.in_domain not in vrs:
             return [self.clamp for _ in vrs]
         loads = self.loads()
         outside = ((loads < self.domain_lower) | (loads > self.domain_upper)).any(axis=1)
         inside = not (outside & (loads[:, SIGMA_N] > 0.0)).any()
-        return [bool(inside) if vr == IN_DOMAIN else self.clamp for vr in vrs]
+        return [bool(inside) if vr == self.in_domain else self.clamp for vr in vrs]
 
     @guarded
     def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
         for vr, value in zip(vrs, values):
-            if vr != CLAMP_TO_DOMAIN:
+            if vr != self.clamp_to_domain:
                 raise ValueError("in_domain is an output and cannot be set")
             self.clamp, self.stale = bool(value), True
 

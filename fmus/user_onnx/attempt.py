@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 import tempfile
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from forming.child import python_command
 from friction_models.loads import InputError
 
 from .parity import original_mu, session
@@ -22,9 +22,6 @@ Array = npt.NDArray[Any]
 #: Longest time [s] and most memory [bytes] of the attempt.
 TIME_LIMIT = 60.0
 MEMORY_LIMIT = 2 * 1024**3
-_START = (
-    "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from fmus.user_onnx.attempt import main; main()"
-)
 
 
 def try_original(content: bytes, signature: Signature, points: Array, where: str) -> None:
@@ -40,11 +37,13 @@ def try_original(content: bytes, signature: Signature, points: Array, where: str
         (folder / "original.onnx").write_bytes(content)
         task = {"where": where, "signature": signature.to_dict(), "points": points.tolist()}
         (folder / "task.json").write_text(json.dumps(task), encoding="utf-8")
-        paths = json.dumps([p or os.getcwd() for p in sys.path])
-        command = [sys.executable, "-c", _START, paths, name]
         try:
             subprocess.run(
-                command, stdin=subprocess.DEVNULL, capture_output=True, timeout=TIME_LIMIT, check=False
+                python_command(__name__, name),
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                timeout=TIME_LIMIT,
+                check=False,
             )
         except subprocess.TimeoutExpired:
             raise InputError(
@@ -62,11 +61,11 @@ def try_original(content: bytes, signature: Signature, points: Array, where: str
 
 
 def main() -> None:
-    """Run the task in the folder of the second argument; the answer is a sentence, or empty."""
+    """Run the task in the folder of the first argument; the answer is a sentence, or empty."""
     from ..trial import limit_memory
 
     limit_memory(MEMORY_LIMIT)
-    folder = Path(sys.argv[2])
+    folder = Path(sys.argv[1])
     task = json.loads((folder / "task.json").read_text(encoding="utf-8"))
     where, error = str(task["where"]), ""
     entry = task["signature"]

@@ -16,7 +16,7 @@ from .metadata import recorded
 from .noise_floor import Layout, NoiseFloor, Whitener, estimate, independent_columns
 from .scan import Fit, Prepared, Projector, prepare_candidate, rank
 from .significance import Simulated, confusion_set, maximum_gains, p_value, simulate
-from .unseen_loads import lacking, varied_first
+from .unseen_loads import varied_first
 
 #: Standard deviations from the rest of its test beyond which a bin is an outlier.
 OUTLYING = 8.0
@@ -220,7 +220,7 @@ def testable(
             continue
         if effect.driver[0] in campaign.absent:
             continue  # the warning that the data lack this load says it
-        without = lacking(effect, campaign)
+        without = effect.lacking(campaign.absent)
         if without:
             notes.append(
                 f"{effect.name} was not tested: it needs {' and '.join(without)}, which the data lack"

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..loads import FloatArray
+from ..loads import LOAD_NAMES, FloatArray
 from .analysis import Round
 from .base_law import BaseLaw
 from .binning import FEW_TESTS, Campaign
@@ -86,7 +86,7 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
     factor = unrecorded_factor(campaign, residual - moved)
     if factor is not None and verdict == "nothing_missing":
         confidence = min(confidence, EITHER)  # what sets the two groups apart is missing
-    where = list(evidence.structure.where) if verdict == "unknown_structure" and evidence.unexplained else []
+    where = _places(campaign, evidence) if verdict == "unknown_structure" else []
     warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
     if level.off:
         where += [level.entry(campaign)] if verdict == "unknown_structure" else []
@@ -102,7 +102,7 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
     if len(rivals) == 1:
         rivals += [f for f in found.ranking if f.name != rivals[0].name and f.gain > 0][:1]
     proposals, inseparable = propose(campaign, found, rivals, mu, base)
-    if named and len(evidence.confusion_set) > 1:
+    if named and (len(evidence.confusion_set) > 1 or not proposals):
         warnings += inseparable
     return Diagnosis(
         verdict=verdict,
@@ -143,6 +143,28 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
         threshold=float(np.quantile(found.null, 1.0 - LEVEL)),
         averages=averages(campaign, usual, usual - moved, chosen if names else ()),
     )
+
+
+def _places(campaign: Campaign, evidence: Evidence) -> list[dict[str, Any]]:
+    """Return where structure is left: the blocks that stand out, else the loads of the winner, along which its form is not right."""
+    if not evidence.unexplained:
+        return []
+    if evidence.structure.where or evidence.winner is None or not evidence.misfit.excess > 0.0:
+        return list(evidence.structure.where)
+    winner, excess = evidence.winner, evidence.misfit.excess
+    region = {}
+    for name in winner.prepared.candidate.effect.driver:
+        if name in LOAD_NAMES and campaign.varies(name):
+            values = getattr(campaign.loads, name)
+            region[name] = [float(values.min()), float(values.max())]
+    return [
+        {
+            "variables": list(region),
+            "region": region,
+            "shape": f"another form than {winner.name}",
+            "share": float(excess / (winner.gain + excess)),
+        }
+    ]
 
 
 def _parameters(fit: Fit) -> dict[str, Any]:

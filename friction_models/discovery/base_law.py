@@ -11,6 +11,7 @@ import numpy as np
 
 from ..loads import LOAD_NAMES, FloatArray, InputError
 from .binning import Campaign
+from .predicted import ALLOWED, predict_points
 
 FOLDS = 5
 
@@ -104,25 +105,11 @@ def base_law(model: Any, campaign: Campaign, seed: int = 0) -> BaseLaw:
             columns = np.column_stack([polynomial_columns(campaign, 1), offset])
             return BaseLaw(family, columns, zero, model=model)
     if isinstance(model, type) or not hasattr(model, "predict"):
-        raise InputError(
-            f"model {model!r:.80}: allowed is a family name, a model, or an object with predict(loads)"
-        )
-    offset = _fixed_prediction(model, campaign)
-    if offset.shape != zero.shape or not np.isfinite(offset).all():
-        raise InputError(
-            f"model {model!r:.80}: predict gave {offset.shape} values, allowed: one finite value a point"
-        )
+        raise InputError(f"model {model!r:.80}: allowed is a family name, a model, or {ALLOWED}")
+    offset = predict_points(f"model {model!r:.80}", model, campaign.loads, campaign.loads.tests_table())
     file = getattr(model, "path", None)  # an FMU, an ONNX file
     name = file.name if isinstance(file, Path) else str(getattr(model, "family", type(model).__name__))
     return BaseLaw(name, polynomial_columns(campaign, 0), offset, fixed=True, model=model)
-
-
-def _fixed_prediction(model: Any, campaign: Campaign) -> FloatArray:
-    """Return mu of a model as it is: with time and metadata of the tests where it takes them, for its memory."""
-    loads = campaign.loads
-    if hasattr(model, "predict_frame"):
-        return np.asarray(model.predict_frame(loads.to_frame(), loads.tests_table()), dtype=float).ravel()
-    return np.asarray(model.predict(loads.as_array()), dtype=float).ravel()
 
 
 def _power_law(model: Any, campaign: Campaign) -> BaseLaw:
@@ -132,11 +119,12 @@ def _power_law(model: Any, campaign: Campaign) -> BaseLaw:
     fitted = clone(model).fit(campaign.loads, campaign.mu)
     mu = fitted.predict(campaign.loads)
     loads = campaign.loads
+    v0, s0, d0 = fitted.offsets()
     logs = [
-        np.log(loads.v_rel + 1.0),
+        np.log(loads.v_rel + v0),
         loads.T,
-        np.log(loads.sigma_n + 100.0),
-        np.log(loads.sd + 1.0),
+        np.log(loads.sigma_n + s0),
+        np.log(loads.sd + d0),
         np.log(loads.psi),
     ]
     columns = np.column_stack([mu, *(mu * (f - f.mean()) / max(float(f.std()), 1e-12) for f in logs)])

@@ -8,7 +8,17 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ..loads import LOAD_NAMES, LOADS, MU, FloatArray, InputError, TriboLoads, check_column, missing_column
+from ..loads import (
+    LOAD_NAMES,
+    LOADS,
+    MEASURED_MU,
+    FloatArray,
+    InputError,
+    TriboLoads,
+    check_column,
+    missing_column,
+    not_measured,
+)
 from .metadata import about_table, metadata_columns
 
 BINS = 19  # a test, with many tests
@@ -56,8 +66,6 @@ class Campaign:
         Bins that lie far off their neighbours; they carry no weight.
     spikes : float
         Share of the points that lay far off their neighbours and were replaced.
-    absent : tuple of str
-        Loads that the data lack; they are held constant.
     integrated : dict
         States of effects whose evolution does not depend on shape parameters, with the mu that drove them.
     """
@@ -76,13 +84,17 @@ class Campaign:
     grouped: bool = True
     distrusted: npt.NDArray[np.bool_] | None = None
     spikes: float = 0.0
-    absent: tuple[str, ...] = ()
     integrated: dict[str, tuple[FloatArray, dict[str, FloatArray]]] = field(default_factory=dict, repr=False)
 
     def average(self, values: FloatArray) -> FloatArray:
         """Return bin means of `values`, shape (n,) or (n, k)."""
         sums = np.add.reduceat(values, self.starts, axis=0)
         return sums / (self.count if sums.ndim == 1 else self.count[:, None])
+
+    @property
+    def absent(self) -> tuple[str, ...]:
+        """Loads that the data lack; they are held constant."""
+        return self.loads.absent
 
     @property
     def point_test(self) -> npt.NDArray[np.intp]:
@@ -116,13 +128,10 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> Campaign:
         raise missing_column("mu", frame.columns)
     if frame.empty:
         raise InputError("data: no points; allowed: at least one test with some points")
-    absent = [q for q in LOADS if q.name not in frame.columns]
-    if len(absent) == len(LOADS):
-        raise missing_column("v_rel", frame.columns)
-    if absent:
-        names = ", ".join(q.name for q in absent)
+    absent = not_measured(frame.columns)
+    if absent and len(absent) < len(LOADS):
+        names = ", ".join(absent)
         warnings.append(f"the data lack {names}: held constant, effects of these loads cannot be seen")
-        frame = frame.assign(**{q.name: 1.0 if q.name == "psi" else q.nominal for q in absent})
     if "test_id" not in frame.columns:
         warnings.append("the data have no test_id: all points count as one test")
         frame = frame.assign(test_id="all")
@@ -130,21 +139,18 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> Campaign:
     if blank.any():
         raise InputError(f"data: column 'test_id', row {int(np.argmax(blank))}: no value; allowed: any name")
     frame = frame.assign(test_id=frame["test_id"].astype(str))
-    order, _ = pd.factorize(frame["test_id"])
-    if np.any(np.diff(order) < 0):
-        rows = np.argsort(order, kind="stable")
-        frame, order = frame.iloc[rows].reset_index(drop=True), order[rows]
+    loads, rows = TriboLoads.from_frame(frame, tests).in_order(memory=False)
+    frame = frame.iloc[rows].reset_index(drop=True)
     frame = _without_copies(frame, warnings)
     frame = _thinned(frame, warnings)
     loads = TriboLoads.from_frame(frame, tests)
     warnings += [*_about_order(loads), *about_table(loads)]
-    measured = check_column(frame["mu"].to_numpy(), MU, "data")
+    measured = check_column(frame["mu"].to_numpy(), MEASURED_MU, "data")
     mu = _without_spikes(measured, frame["test_id"], warnings)
     campaign = campaign_of(loads, mu, loads.test_id)
-    campaign.absent = tuple(q.name for q in absent)
     campaign.spikes = float(np.mean(mu != measured))
     campaign.system = metadata_columns(loads)
-    campaign.warnings = warnings + _remarks(campaign, {q.name for q in absent})
+    campaign.warnings = warnings + _remarks(campaign)
     return campaign
 
 
@@ -195,7 +201,7 @@ def _without_copies(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
 
     No two tests agree in all loads and in mu to `SAME_VALUE` of the range of each: the noise of the sensor is larger.
     """
-    columns = [q.name for q in LOADS] + ["mu"]
+    columns = [q.name for q in LOADS if q.name in frame.columns] + ["mu"]
     values = frame[columns].apply(pd.to_numeric, errors="coerce").to_numpy(dtype=np.float64)
     span = np.ptp(values, axis=0)
     values = values / (SAME_VALUE * np.where((span > 0.0) & np.isfinite(span), span, 1.0))
@@ -244,7 +250,7 @@ def _without_spikes(mu: FloatArray, test: pd.Series, warnings: list[str]) -> Flo
     return cleaned
 
 
-def _remarks(campaign: Campaign, absent: set[str]) -> list[str]:
+def _remarks(campaign: Campaign) -> list[str]:
     """Return what the user should know about thin data."""
     warnings, tests = [], len(campaign.tests)
     if campaign.count.size == tests:
@@ -256,7 +262,7 @@ def _remarks(campaign: Campaign, absent: set[str]) -> list[str]:
     elif tests < FEW_TESTS:
         warnings.append(f"only {tests} tests: the scatter between tests is poorly known")
     for name in LOAD_NAMES:
-        if name not in absent and not campaign.varies(name):
+        if name not in campaign.absent and not campaign.varies(name):
             warnings.append(f"{name} does not vary in the data: effects of {name} cannot be seen")
     return warnings
 

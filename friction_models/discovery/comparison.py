@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
-from ..loads import FloatArray, InputError, TriboLoads
+from ..loads import FloatArray, InputError
+from ..training.seen import Seen, seen_in_training
 from .binning import Campaign, prepare
+from .predicted import predict_points
 
 REPLICATES = 1000
 #: With fewer tests resampling says little, and no model is clearly ahead.
@@ -58,6 +61,8 @@ class Comparison:
         RMSE, one row a test, one column a model.
     synthetic : bool
         Whether the data says of itself that it is synthetic (``data.attrs["synthetic"]``).
+    seen : dict of str to Seen
+        Models that were trained on some of the tests.
     """
 
     errors: dict[str, ModelErrors]
@@ -67,6 +72,7 @@ class Comparison:
     points: int
     per_test: pd.DataFrame
     synthetic: bool = False
+    seen: Mapping[str, Seen] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """Return JSON-able data."""
@@ -84,6 +90,7 @@ class Comparison:
                     "rmse_interval": _plain(e.rmse_interval),
                     "bias_interval": _plain(e.bias_interval),
                     "wins": e.wins,
+                    "trained_on_tests": self.seen[name].tests if name in self.seen else [],
                 }
                 for name, e in self.errors.items()
             },
@@ -92,6 +99,10 @@ class Comparison:
                 for test, row in self.per_test.iterrows()
             ],
         }
+
+    def remarks(self) -> list[str]:
+        """Return a sentence for each model that was trained on tests that it is judged by."""
+        return [self.seen[name].sentence(name) for name in self.ranking if name in self.seen]
 
     def report(self) -> str:
         """Return a text table, best model first."""
@@ -117,7 +128,7 @@ class Comparison:
                 f"{e.mae:.5f} [{e.mae_interval[0]:.5f}, {e.mae_interval[1]:.5f}]  "
                 f"{e.bias:+.5f} [{e.bias_interval[0]:+.5f}, {e.bias_interval[1]:+.5f}]  {100 * e.wins:3.0f} % of tests"
             )
-        return "\n".join(lines) + "\n"
+        return "\n".join([*lines, *([""] if self.seen else []), *self.remarks()]) + "\n"
 
 
 def compare(
@@ -144,32 +155,23 @@ def compare(
     if not models:
         raise InputError("compare: no model was given; allowed: at least one")
     campaign = prepare(data, tests)
-    frame = campaign.loads.to_frame()
-    errors = {}
+    errors, seen = {}, {}
+    ids, measured = _as_given(data)
     for name, model in models.items():
-        predicted = predict_points(name, model, campaign.loads, frame, tests)
+        predicted = predict_points(f"model {name!r}", model, campaign.loads, tests)
         errors[str(name)] = predicted - campaign.mu
+        trained = seen_in_training(model, ids, measured)
+        if trained is not None:
+            seen[str(name)] = trained
     result = _compare(campaign, errors, np.random.default_rng(seed))
-    return replace(result, synthetic=bool(data.attrs.get("synthetic", False)))
+    return replace(result, synthetic=bool(data.attrs.get("synthetic", False)), seen=seen)
 
 
-def predict_points(
-    name: str, model: Any, loads: TriboLoads, frame: pd.DataFrame, tests: pd.DataFrame | None
-) -> FloatArray:
-    """Return predictions of anything that predicts, checked."""
-    if hasattr(model, "predict_frame"):
-        predicted = np.asarray(model.predict_frame(frame, tests), dtype=float).ravel()
-    elif hasattr(model, "predict"):
-        predicted = np.asarray(model.predict(loads.as_array()), dtype=float).ravel()
-    else:
-        raise InputError(
-            f"model {name!r}: {type(model).__name__} cannot predict; allowed: an object with predict"
-        )
-    if predicted.shape != (len(loads),) or not np.isfinite(predicted).all():
-        raise InputError(
-            f"model {name!r}: predict gave {predicted.shape} values, allowed: one finite value a point"
-        )
-    return predicted
+def _as_given(data: pd.DataFrame) -> tuple[npt.NDArray[Any], FloatArray]:
+    """Return test and measured mu of each point as they stand in the data; no points where the tests are not known."""
+    if "test_id" not in data.columns:
+        return np.empty(0, dtype=str), np.empty(0)
+    return data["test_id"].to_numpy(), data["mu"].to_numpy(dtype=float)
 
 
 def _compare(campaign: Campaign, errors: Mapping[str, FloatArray], rng: np.random.Generator) -> Comparison:

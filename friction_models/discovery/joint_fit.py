@@ -85,7 +85,7 @@ def fit_jointly(
         target = mu - problem.contribution(amplitudes)
     # the target of the base may be negative where an effect carries the level: the check of mu does not apply
     fitted._fit(loads, target, groups)
-    fitted.domain_ = Domain.of(loads.as_array())
+    fitted.domain_ = Domain.of(loads)
     fitted.training_, fitted.errors_ = {}, {}
     named = [
         {a.name: float(v) for a, v in zip(e.amplitudes, values, strict=True)}

@@ -27,7 +27,7 @@ from .zero_reading import ZERO, expected
 RIVALS = 3
 #: Largest separation that is promised.
 MOST = 50.0
-#: A test that separates by less tells nothing.
+#: A test that separates by less standard errors tells nothing and is not proposed.
 USELESS = 0.5
 
 
@@ -51,7 +51,7 @@ def propose(
     Returns
     -------
     proposals : list of dict
-        The most telling first.
+        The most telling first; none that tells nothing.
     remarks : list of str
         One for each rival that no proposal separates.
     """
@@ -84,7 +84,7 @@ def propose(
             if max(own, default=0.0) < ENOUGH:
                 remarks.append(_inseparable(campaign, found, first, rival, max(own, default=0.0)))
     telling = [p for p in result if p["expected_t"] >= USELESS]
-    return (telling or result[:1])[:5], remarks
+    return telling[:5], remarks
 
 
 def _inseparable(campaign: Campaign, found: Round, first: Fit, rival: Fit, best: float) -> str:
@@ -94,7 +94,7 @@ def _inseparable(campaign: Campaign, found: Round, first: Fit, rival: Fit, best:
     text = f"{first.name} and {rival.name}: "
     if drivers[0] == drivers[1]:
         text += f"same driver ({', '.join(drivers[0])}), other formula; "
-    text += f"no proposed test is expected to separate them (at best {best:.1f} standard errors, {ENOUGH:g} are needed); "
+    text += f"no test that could be proposed is expected to separate them (at best {best:.1f} standard errors, {ENOUGH:g} are needed); "
     text += f"in the tests that are there they differ by {apart:.2g} in mu (rms)"
     if apart**2 < LEAST_SHARE * found.floor.total**2:
         text += ", too little to matter: within the tested range either predicts alike"

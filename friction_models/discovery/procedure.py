@@ -15,9 +15,11 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from ..base import FrictionModel
+from ..domain import Domain
 from ..effects import CATALOGUE, make_effect
 from ..effects.base import Effect
-from ..loads import LOAD_NAMES, FloatArray, InputError
+from ..loads import LOAD_NAMES, FloatArray, InputError, require_loads
 from .analysis import Round, distrust_outliers, search, testable
 from .answer import NAMED, Judged, assemble
 from .base_law import BaseLaw, base_law, polynomial_columns
@@ -81,9 +83,14 @@ def diagnose(
     Raises
     ------
     InputError
-        Data without points or columns, values outside physical limits, an unknown model or effect.
+        Data without points or columns, or without a load that a trained model was given; values outside physical limits,
+        an unknown model or effect.
     """
     campaign = prepare(data, tests)
+    if isinstance(model, FrictionModel) and model.is_fitted:
+        require_loads(campaign.loads, model.needed_loads, f"the {model.name} model")
+    if len(campaign.tests) > 1:
+        campaign.loads.in_order(memory=True)  # effects with memory are among those that are looked for
     base = base_law(model, campaign, seed)
     _check_enough(campaign, base)
     floor = distrust_outliers(campaign, base)
@@ -262,4 +269,6 @@ def _share_outside(campaign: Campaign, base: BaseLaw) -> float:
         domain = getattr(model, "domain", None)
     if domain is None or not hasattr(domain, "distance"):
         return 0.0
+    if isinstance(domain, Domain):
+        domain = domain.without(campaign.absent)
     return float(np.mean(np.asarray(domain.distance(campaign.loads.as_array())) > 0.1))

@@ -98,6 +98,15 @@ class Settings:
         row = {k: value for k, value in row.items() if k not in self.unknown}
         return row | ({"psi_set": self.psi_set} if self.psi_set is not None else {})
 
+    def shown(self, setpoints: dict[str, Any]) -> dict[str, Any]:
+        """Return set points for people without those of loads that the data lack."""
+        names = {f"{load} [": key for load, key in SET_BY.items()} | {"T_tool [": "T_tool"}
+        return {
+            k: value
+            for k, value in setpoints.items()
+            if names.get(k.partition("[")[0] + "[") not in self.unknown
+        }
+
     def loads(
         self, v: FloatArray, sigma: FloatArray, tool: float, distance: float, rest_at: int | None = None
     ) -> TriboLoads:
@@ -122,7 +131,7 @@ def protocols(campaign: Campaign) -> list[Proposal]:
     found = [
         Proposal(
             "speed step",
-            {"v_rel [mm/s]": list(levels), "sigma_n [MPa]": usual},
+            s.shown({"v_rel [mm/s]": list(levels), "sigma_n [MPa]": usual}),
             [
                 {
                     **s.row(usual, slow, tool, distance),
@@ -139,7 +148,7 @@ def protocols(campaign: Campaign) -> list[Proposal]:
         found.append(
             Proposal(
                 "pressure ramp",
-                {"sigma_n [MPa]": [high, low], "v_rel [mm/s]": middle},
+                s.shown({"sigma_n [MPa]": [high, low], "v_rel [mm/s]": middle}),
                 [{**s.row(high, middle, tool, distance), "protocol": "pressure_ramp", "sigma_end": low}],
                 [s.loads(flat, ramp, tool, distance)],
             )
@@ -149,7 +158,7 @@ def protocols(campaign: Campaign) -> list[Proposal]:
         found.append(
             Proposal(
                 "hold",
-                {"v_rel [mm/s]": middle, "rest [s]": REST, "after [mm]": half},
+                s.shown({"v_rel [mm/s]": middle, "rest [s]": REST, "after [mm]": half}),
                 [{**s.row(usual, middle, tool, distance), "protocol": "hold", "hold_at": half, "hold": REST}],
                 [s.loads(flat, even, tool, distance, POINTS // 2)],
             )
@@ -159,7 +168,7 @@ def protocols(campaign: Campaign) -> list[Proposal]:
         found.append(
             Proposal(
                 "long run",
-                {"sd [mm]": longer, "v_rel [mm/s]": middle},
+                s.shown({"sd [mm]": longer, "v_rel [mm/s]": middle}),
                 [s.row(usual, middle, tool, longer)],
                 [s.loads(flat, even, tool, longer)],
             )

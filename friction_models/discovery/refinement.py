@@ -88,7 +88,8 @@ def refine(
     held = _held_out(loads)
     if not added:
         rows = ~held if held is not None else np.ones(len(mu), dtype=bool)
-        return clone(base).fit(loads.take(rows), mu[rows], _names(loads, rows)).record_data(data.attrs)
+        plain = clone(base).fit(loads.take(rows), mu[rows], _names(loads, rows))
+        return plain.record_data(data.attrs).record_tests(data)
     refined = ComposedFriction(clone(inner), [*present, *added])
     history = list(getattr(base, "error_history_", []))
     folds = [held] if held is not None else _folds(campaign.point_test, len(campaign.tests), seed)
@@ -127,7 +128,7 @@ def refine(
         history.append(entry)
         fitted.record_errors("held_out" if held is not None else "cross_validated", entry["after"])
     fitted.error_history_ = history
-    return fitted.record_data(data.attrs)
+    return fitted.record_data(data.attrs).record_tests(data)
 
 
 def history_text(history: Sequence[Mapping[str, Any]]) -> str:

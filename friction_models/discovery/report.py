@@ -102,19 +102,22 @@ def _grid(d: Diagnosis, found: LoadMap | None) -> list[str]:
     lines = [f"The same over {found.x} and {found.y}, in 0.001 (blank: no test there)"]
     parts = ["before", *(["after"] if d.effects else [])]
     head = f"  {with_unit(found.y):>14} "
-    middles = 0.5 * (found.x_edges[1:] + found.x_edges[:-1])
-    axis = "".join(f"{m:>7.4g}" for m in middles)
-    lines.append(head + "   ".join(f"{p + ', ' + with_unit(found.x):<{7 * CELLS}}" for p in parts))
+    middles = [f"{m:.4g}" for m in 0.5 * (found.x_edges[1:] + found.x_edges[:-1])]
+    cells = {p: [[_cell(v) for v in row] for row in found.mean[p]] for p in parts}
+    # At least one blank between columns, whatever stands in them.
+    width = max(7, *(len(c) + 1 for c in [*middles, *(c for p in parts for row in cells[p] for c in row)]))
+    axis = "".join(f"{m:>{width}}" for m in middles)
+    lines.append(head + "   ".join(f"{p + ', ' + with_unit(found.x):<{width * CELLS}}" for p in parts))
     lines.append(" " * len(head) + "   ".join([axis] * len(parts)))
     for k in reversed(range(CELLS)):
         middle = 0.5 * (found.y_edges[k] + found.y_edges[k + 1])
-        rows = ["".join(_cell(v) for v in found.mean[p][k]) for p in parts]
+        rows = ["".join(f"{c:>{width}}" for c in cells[p][k]) for p in parts]
         lines.append(f"  {middle:>14.4g} " + "   ".join(rows))
     return [x.rstrip() for x in lines]
 
 
 def _cell(value: float) -> str:
-    return f"{1000 * value:>+7.1f}" if math.isfinite(value) else " " * 7
+    return f"{1000 * value:+.1f}" if math.isfinite(value) else ""
 
 
 def _evidence(d: Diagnosis) -> list[str]:

@@ -179,7 +179,7 @@ class Bench:
         best = [corners[k] for k in np.argsort(each)[::-1][:SEVERAL]]
         rows = [s.row(sigma, v, tool, s.distance) for sigma, v, tool in best]
         names = ("sigma_n [MPa]", "v_rel [mm/s]", "T_tool [degC]")
-        shown = {n: [c[k] for c in best] for k, n in enumerate(names)}
+        shown = s.shown({n: [c[k] for c in best] for k, n in enumerate(names)})
         t = self.separation(first, second, [loads(c) for c in best])
         return Proposal("points of the plan", shown, rows, []), t
 

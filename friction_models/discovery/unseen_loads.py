@@ -20,11 +20,6 @@ EITHER = 0.5
 SPEED_FACTOR = 2.0
 
 
-def lacking(effect: Effect, campaign: Campaign) -> list[str]:
-    """Return the loads without which an effect is not what it is, and which the data lack."""
-    return [n for n in effect.needed_loads if n in campaign.absent]
-
-
 def constant(effect: Effect, campaign: Campaign) -> list[str]:
     """Return the loads without which an effect is not what it is, and which do not vary.
 

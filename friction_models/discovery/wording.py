@@ -51,7 +51,10 @@ def sentence(
     if verdict == "data_problem":
         return f"the residual of {model} looks like a fault of the data: {names} {sure}, p = {p:.3f}."
     if verdict == "unknown_structure":
-        places = "; ".join(" x ".join(w["variables"]) for w in where[:2] if w["variables"])
+        joints = {"interaction": " x "}
+        places = "; ".join(
+            joints.get(w["shape"], " and ").join(w["variables"]) for w in where[:2] if w["variables"]
+        )
         if not places:
             return f"{model} is off by the same amount everywhere ({where[0]['shape']}), which no effect of a load explains {sure}."
         return f"something systematic is missing from {model} that no effect in the catalogue explains, along {places} {sure}."

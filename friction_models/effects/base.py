@@ -8,7 +8,7 @@ computes numbers and draws the ONNX graph.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
@@ -195,6 +195,10 @@ class Effect:
     def needed_loads(self) -> tuple[str, ...]:
         """Loads that have to vary for the effect to be told from others."""
         return tuple(n for n in (self.driver if self.needs is None else self.needs) if n in LOAD_NAMES)
+
+    def lacking(self, absent: Collection[str]) -> list[str]:
+        """Return the loads of `absent` (not measured) without which the effect is not what it is."""
+        return [n for n in dict.fromkeys((self.driver[0], *self.needed_loads)) if n in absent]
 
     @property
     def needs_metadata(self) -> bool:

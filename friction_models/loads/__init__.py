@@ -1,28 +1,33 @@
 """The loads contract and the data sets that keep it; imports no other part of the project."""
 
+from .columns import STAND_IN, missing_column, not_measured, require_every_load
 from .contract import (
     LOAD_NAMES,
     LOADS,
+    MEASURED_MU,
     MU,
     POINT_COLUMNS,
     POINT_UNITS,
     QUANTITIES,
     TIME,
     Quantity,
-    check_units,
 )
-from .dataset import DataSet, header_units, read_points
-from .errors import InputError, nearest, unknown_name
-from .files import atomic_folder, atomic_path, write_json, write_text
-from .tribo_loads import FloatArray, TriboLoads, check_column, missing_column
+from .dataset import DataSet
+from .errors import InputError, nearest, shown, unknown_name
+from .files import atomic_folder, atomic_path, check_file, write_json, write_text
+from .folders import check_folder, check_outputs, grown
+from .points import read_points
+from .tribo_loads import FloatArray, TriboLoads, check_column, require_loads
 
 __all__ = [
     "LOADS",
     "LOAD_NAMES",
+    "MEASURED_MU",
     "MU",
     "POINT_COLUMNS",
     "POINT_UNITS",
     "QUANTITIES",
+    "STAND_IN",
     "TIME",
     "DataSet",
     "FloatArray",
@@ -32,11 +37,17 @@ __all__ = [
     "atomic_folder",
     "atomic_path",
     "check_column",
-    "check_units",
-    "header_units",
+    "check_file",
+    "check_folder",
+    "check_outputs",
+    "grown",
     "missing_column",
     "nearest",
+    "not_measured",
     "read_points",
+    "require_every_load",
+    "require_loads",
+    "shown",
     "unknown_name",
     "write_json",
     "write_text",

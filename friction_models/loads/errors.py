@@ -45,3 +45,11 @@ def unknown_name(kind: str, name: object, allowed: Iterable[str], where: str = "
     place = f"{where}: " if where else ""
     guess = f"; did you mean {hint!r}?" if hint else ""
     return InputError(f"{place}unknown {kind} {str(name)!r}; allowed: {', '.join(names)}{guess}")
+
+
+def shown(text: object, most: int = 300) -> str:
+    """Return a text from elsewhere on one line, without what a terminal would obey, and not longer than `most`."""
+    # No more of it is looked at than could be shown: it may be of any size.
+    line = " ".join(str(text)[: 20 * most].split())
+    line = "".join(c for c in line if c.isprintable())
+    return line if len(line) <= most else f"{line[: most - 4]} ..."

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import json
 import os
 import shutil
@@ -11,7 +13,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from .errors import InputError
+from .errors import InputError, shown
+from .folders import FolderKind, check_folder, check_parents
 
 
 @contextmanager
@@ -23,41 +26,131 @@ def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
     Raises
     ------
     InputError
-        `target` is a folder.
+        `target` is a folder, or cannot be: see `check_file`.
     """
-    final = Path(target)
-    if final.is_dir():
-        raise InputError(f"{final}: is a folder; allowed: a file")
-    final.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{final.name}.", suffix=final.suffix, dir=final.parent)
-    os.close(handle)
-    temporary = Path(name)
-    try:
-        yield temporary
-        temporary.chmod(0o644)
-        temporary.replace(final)
-    finally:
-        temporary.unlink(missing_ok=True)
+    final = check_file(target)
+    with _naming(final), _parents(final):
+        # A short part of the name: the temporary one must not be longer than names may be.
+        handle, name = tempfile.mkstemp(
+            prefix=f".{final.name[:40]}.", suffix=final.suffix[:20], dir=final.parent
+        )
+        os.close(handle)
+        temporary = Path(name)
+        try:
+            yield temporary
+            temporary.chmod(0o644)
+            temporary.replace(final)
+        finally:
+            temporary.unlink(missing_ok=True)
 
 
 @contextmanager
-def atomic_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
-    """Yield a temporary folder beside `target`; put it in place of `target` when the block succeeds."""
-    final = Path(target)
-    final.parent.mkdir(parents=True, exist_ok=True)
-    temporary = Path(tempfile.mkdtemp(prefix=f".{final.name}.", dir=final.parent))
+def atomic_folder(target: str | os.PathLike[str], kind: FolderKind) -> Iterator[Path]:
+    """Yield a temporary folder beside `target`; put it in place of `target` when the block succeeds.
+
+    On an error, or an interrupt, the temporary folder is removed and `target` stays as it was.
+
+    Raises
+    ------
+    InputError
+        `target` is something else than a new or empty folder, or one of this kind; see `check_folder`.
+    """
+    final = check_folder(target, kind)
+    with _naming(Path(target)), _parents(final):
+        temporary = Path(tempfile.mkdtemp(prefix=f".{final.name[:40]}.", dir=final.parent))
+        try:
+            yield temporary
+            temporary.chmod(0o755)
+            check_folder(target, kind)  # again: much may have happened meanwhile
+            _put_in_place(temporary, final)
+        finally:
+            shutil.rmtree(temporary, ignore_errors=True)
+
+
+@contextmanager
+def _parents(target: Path) -> Iterator[None]:
+    """Make the folders above `target`; on an error those that were made go again."""
+    made = [folder for folder in target.absolute().parents if not folder.exists()]
     try:
-        yield temporary
-        temporary.chmod(0o755)
-        if final.exists():
-            old = Path(tempfile.mkdtemp(prefix=f".{final.name}.old.", dir=final.parent))
-            final.replace(old / final.name)
-            temporary.replace(final)
-            shutil.rmtree(old)
-        else:
-            temporary.replace(final)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        yield
+    except BaseException:
+        with contextlib.suppress(OSError):  # no longer empty: somebody uses them
+            for folder in made:
+                folder.rmdir()
+        raise
+
+
+def _put_in_place(folder: Path, final: Path) -> None:
+    """Rename a folder onto another, which is removed when that was done."""
+    if not final.exists():
+        folder.replace(final)
+        return
+    aside = Path(tempfile.mkdtemp(prefix=f".{final.name[:40]}.old.", dir=final.parent))
+    try:
+        final.replace(aside / "old")
+        try:
+            folder.replace(final)
+        except BaseException:
+            (aside / "old").replace(final)
+            raise
     finally:
-        shutil.rmtree(temporary, ignore_errors=True)
+        # Never with what could not be put back.
+        if final.exists():
+            shutil.rmtree(aside, ignore_errors=True)
+
+
+def check_file(target: str | os.PathLike[str]) -> Path:
+    """Return the path of a file to be written, when it can be; nothing is changed.
+
+    Raises
+    ------
+    InputError
+        A folder, a name without an end, too long, below a file or where one may not write.
+    """
+    final = Path(target)
+    try:
+        if final.is_dir():
+            raise InputError(f"{final}: is a folder; allowed: a file")
+        if not final.is_file():
+            check_parents(final)
+    except OSError as error:
+        raise InputError(f"{shown(final)}: cannot be written ({error.strerror})") from None
+    return final
+
+
+#: Errors that say that something cannot be written, whoever raises them.
+_OF_THE_DISK = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS}
+
+
+@contextmanager
+def _naming(target: Path) -> Iterator[None]:
+    """Let errors of the disk name what was to be written, not the temporary beside it.
+
+    Raises
+    ------
+    OSError
+        With the name of `target`, also where a library met a full disk and says something else.
+    """
+    try:
+        yield
+    except InputError:
+        raise
+    except (OSError, RuntimeError) as error:
+        # A library that meets a full disk may call it anything: netCDF a missing permission.
+        number = errno.ENOSPC if _full(target) else getattr(error, "errno", None)
+        hidden = f".{target.name[:40]}."
+        name = getattr(error, "filename", None)
+        ours = any(part.startswith(hidden) for part in Path(str(name)).parts)
+        if number is not None and (ours or (name is None and number in _OF_THE_DISK)):
+            raise OSError(number, os.strerror(number), str(target)) from error
+        raise
+
+
+def _full(target: Path) -> bool:
+    """Return whether the disk of a path has no room left."""
+    above = next((p for p in Path(os.path.abspath(target)).parents if p.exists()), None)
+    return above is not None and shutil.disk_usage(above).free < 1 << 16
 
 
 def write_text(target: str | os.PathLike[str], text: str) -> Path:
@@ -81,7 +174,7 @@ def read_json(path: Path) -> dict[str, Any]:
         The file cannot be read, is not JSON, or holds something else.
     """
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
     except (ValueError, OSError, RecursionError) as error:
         raise InputError(f"{path}: not readable JSON ({error})") from None
     if not isinstance(content, dict):

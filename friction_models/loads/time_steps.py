@@ -34,8 +34,10 @@ def rests(loads: TriboLoads, dt: FloatArray) -> FloatArray:
     Points stand at equal distances, so a rest shows as time that the distance to the last point at the speed of this
     one does not need. Points that do not move at all are left as they are: their speed says it. A rest is an exception:
     where most points of a test take longer than their speed says, the speed is not theirs (a set value), and only
-    what is still longer counts.
+    what is still longer counts. Without distance and speed nothing shows a rest.
     """
+    if {"v_rel", "sd"} & set(loads.absent):
+        return np.zeros(len(dt))
     way = np.diff(loads.sd, prepend=loads.sd[:1])
     sliding = np.maximum(way, 0.0) / np.maximum(loads.v_rel, 1e-9)
     rest = (way > 0.0) & (loads.v_rel > 0.0) & (dt > REST_FACTOR * sliding) & (dt - sliding > LEAST_REST)

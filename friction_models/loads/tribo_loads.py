@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -10,13 +10,17 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from .contract import LOAD_NAMES, LOADS, POINT_UNITS, QUANTITIES, Quantity
-from .errors import InputError, unknown_name
+from .columns import STAND_IN, measured_loads
+from .contract import LOAD_NAMES, LOADS, QUANTITIES, Quantity
+from .errors import InputError
+from .order import order_of_tests
 
 FloatArray = npt.NDArray[np.float64]
 
 
-def check_column(values: npt.ArrayLike, quantity: Quantity, where: str = "loads") -> FloatArray:
+def check_column(
+    values: npt.ArrayLike, quantity: Quantity, where: str = "loads", may_lack: bool = False
+) -> FloatArray:
     """Return `values` as a contiguous float64 vector, or say which row breaks which limit.
 
     Parameters
@@ -27,6 +31,8 @@ def check_column(values: npt.ArrayLike, quantity: Quantity, where: str = "loads"
         Name, unit and physical limits.
     where : str
         File or place, for the message.
+    may_lack : bool
+        Whether NaN may stand for a value that is missing.
 
     Raises
     ------
@@ -38,13 +44,16 @@ def check_column(values: npt.ArrayLike, quantity: Quantity, where: str = "loads"
         array = np.ascontiguousarray(values, dtype=np.float64)
     except (TypeError, ValueError):
         cells = np.ravel(np.asarray(values, dtype=object))
-        row = int(np.argmax(pd.isna(pd.to_numeric(pd.Series(cells), errors="coerce"))))
+        text = pd.isna(pd.to_numeric(pd.Series(cells), errors="coerce")) & ~pd.isna(cells)
+        row = int(np.argmax(text))
         raise InputError(
             f"{where}: column {quantity.name!r}, row {row}: value {cells[row]!r} is not a number [{quantity.unit}]"
         ) from None
     if array.ndim != 1:
         raise InputError(f"{where}: column {quantity.name!r} has shape {array.shape}, allowed: (n,)")
     good = np.isfinite(array) & (array >= quantity.lower) & (array <= quantity.upper)
+    if may_lack:
+        good |= np.isnan(array)
     if not good.all():
         row = int(np.argmin(good))
         raise InputError(
@@ -63,17 +72,19 @@ class TriboLoads:
     v_rel, T, sigma_n, sd, psi : array_like, shape (n,)
         Loads in mm/s, degC, MPa, mm, 1.
     t : array_like, shape (n,), optional
-        Time [s]; needed by effects with memory. Must not run backwards within a test.
+        Time [s]; needed by effects with memory.
     test_id : array_like, shape (n,), optional
-        The test each point belongs to; points of one test are consecutive and ordered in time.
+        The test each point belongs to; the points may stand in any order that `t` can sort, see `in_order`.
     context : pandas.DataFrame, optional
         Metadata by test, index `test_id` (tool roughness, lubricant batch, order, ...).
+    absent : tuple of str
+        Loads that were not measured: their columns hold a constant that says nothing.
 
     Raises
     ------
     InputError
         Unequal lengths, values that are not finite or outside the physical limits, time running
-        backwards within a test.
+        backwards within a test where it does not sort its points.
     """
 
     v_rel: FloatArray
@@ -84,6 +95,7 @@ class TriboLoads:
     t: FloatArray | None = None
     test_id: npt.NDArray[np.str_] | None = None
     context: pd.DataFrame | None = field(default=None, repr=False)
+    absent: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for quantity in LOADS:
@@ -107,16 +119,8 @@ class TriboLoads:
                     f"tests: test_id {str(twice[0])!r} stands in {int((table.index == twice[0]).sum())} rows; allowed: one row a test"
                 )
             object.__setattr__(self, "context", table)
-        if self.t is not None and len(self) > 1:
-            backwards = np.diff(self.t) < 0
-            if self.test_id is not None:
-                backwards &= self.test_id[1:] == self.test_id[:-1]
-            if backwards.any():
-                row = int(np.argmax(backwards)) + 1
-                raise InputError(
-                    f"loads: column 't', row {row}: time {float(self.t[row])!r} s comes after "
-                    f"{float(self.t[row - 1])!r} s; time must not run backwards within a test"
-                )
+        if self.t is not None:
+            order_of_tests(self.test_id, self.t, self.sd)
 
     @classmethod
     def from_array(cls, array: npt.ArrayLike) -> TriboLoads:
@@ -139,18 +143,21 @@ class TriboLoads:
     def from_frame(cls, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> TriboLoads:
         """Build from a table with the columns of the contract; `t` and `test_id` are taken when there.
 
+        A load that is not there was not measured: it is `absent`.
+
         Raises
         ------
         InputError
-            A load column is missing, or a value is outside the physical limits.
+            No load column, one with nearly the name of a load, or a value outside the physical limits.
         """
-        for name in LOAD_NAMES:
-            if name not in data.columns:
-                raise missing_column(name, data.columns)
-        v_rel, T, sigma_n, sd, psi = (data[n].to_numpy() for n in LOAD_NAMES)
+        measured = measured_loads(data.columns)
+        v_rel, T, sigma_n, sd, psi = (
+            data[n].to_numpy() if n in measured else np.full(len(data), STAND_IN[n]) for n in LOAD_NAMES
+        )
         t = data["t"].to_numpy() if "t" in data.columns else None
         test_id = data["test_id"].to_numpy() if "test_id" in data.columns else None
-        return cls(v_rel, T, sigma_n, sd, psi, t=t, test_id=test_id, context=tests)
+        absent = tuple(n for n in LOAD_NAMES if n not in measured)
+        return cls(v_rel, T, sigma_n, sd, psi, t=t, test_id=test_id, context=tests, absent=absent)
 
     def __len__(self) -> int:
         return len(self.v_rel)
@@ -171,13 +178,38 @@ class TriboLoads:
             t=None if self.t is None else self.t[index],
             test_id=None if self.test_id is None else self.test_id[index],
             context=self.context,
+            absent=self.absent,
         )
 
+    def in_order(self, memory: bool) -> tuple[TriboLoads, npt.NDArray[np.intp]]:
+        """Return the points with those of each test together, by time, and the row in which each of them stands here.
+
+        Parameters
+        ----------
+        memory : bool
+            Whether the order matters for what follows: without `t` the distance must then not fall within a test.
+
+        Raises
+        ------
+        InputError
+            See `order_of_tests`.
+        """
+        rows = order_of_tests(self.test_id, self.t, self.sd, memory=memory)
+        return (self, np.arange(len(self))) if rows is None else (self.take(rows), rows)
+
     def segments(self) -> list[slice]:
-        """Return one slice per run of equal `test_id` (the whole range when there are no tests)."""
+        """Return one slice a test (the whole range when there are no tests) of points that stand in order.
+
+        Raises
+        ------
+        ValueError
+            The points of a test do not stand together; see `in_order`.
+        """
         if self.test_id is None or len(self) == 0:
             return [slice(0, len(self))]
         edges = np.flatnonzero(self.test_id[1:] != self.test_id[:-1]) + 1
+        if len(np.unique(self.test_id[np.r_[0, edges]])) <= len(edges):
+            raise ValueError("points of a test do not stand together; take in_order() first")
         bounds = [0, *edges.tolist(), len(self)]
         return [slice(a, b) for a, b in pairwise(bounds)]
 
@@ -194,21 +226,21 @@ class TriboLoads:
         return self.context.reset_index()
 
     def to_frame(self) -> pd.DataFrame:
-        """Return a table with the columns of the contract that are present."""
+        """Return a table with the columns of the contract that are present; loads that were not measured are none."""
         columns: dict[str, object] = {}
         if self.test_id is not None:
             columns["test_id"] = self.test_id
         if self.t is not None:
             columns["t"] = self.t
-        columns |= {n: getattr(self, n) for n in LOAD_NAMES}
+        columns |= {n: getattr(self, n) for n in LOAD_NAMES if n not in self.absent}
         return pd.DataFrame(columns)
 
 
-def missing_column(name: str, present: Sequence[str] | pd.Index, where: str = "data") -> InputError:
-    """Build the error for a column that is not there, with the nearest column that is."""
-    hint = unknown_name("column", name, [str(p) for p in present])
-    near = str(hint).rpartition("; did you mean ")[2] if "did you mean" in str(hint) else ""
-    unit = POINT_UNITS.get(name)
-    what = f"{name!r}" + (f" [{unit}]" if unit else "")
-    guess = f"; is it {near}" if near else ""
-    return InputError(f"{where}: column {what} is missing; present: {', '.join(map(str, present))}{guess}")
+def require_loads(loads: TriboLoads, needed: Iterable[str], model: str) -> None:
+    """Raise `InputError` where a load was not measured that a model needs; `model` names it in the message."""
+    lacking = [n for n in needed if n in loads.absent]
+    if lacking:
+        raise InputError(
+            f"{model} was given {' and '.join(lacking)} in training, which these data lack; allowed: data with "
+            f"{'that column' if len(lacking) == 1 else 'those columns'}, or a model trained without"
+        )

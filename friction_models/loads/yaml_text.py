@@ -19,11 +19,13 @@ def read_yaml(file: Path) -> Any:
     Raises
     ------
     InputError
-        Not UTF-8, not YAML, nested deeper than `MAX_DEPTH`, or an alias (aliases may grow without bound).
+        Not UTF-8, not YAML, nested deeper than `MAX_DEPTH`, a key that stands twice, or an alias (aliases may grow
+        without bound).
     """
     try:
-        text = file.read_text(encoding="utf-8")
+        text = file.read_text(encoding="utf-8-sig")
         _check_events(text, str(file))
+        _check_keys(yaml.compose(text, Loader=yaml.SafeLoader), str(file))
         return yaml.safe_load(text)
     except InputError:
         raise
@@ -39,3 +41,22 @@ def _check_events(text: str, where: str) -> None:
             raise InputError(f"{where}: holds an alias (*name), allowed: plain keys and values")
         if depth > MAX_DEPTH:
             raise InputError(f"{where}: nested deeper than {MAX_DEPTH} levels, allowed: at most that")
+
+
+def _check_keys(node: yaml.Node | None, where: str) -> None:
+    """Refuse a key that stands twice: YAML would keep the last one and say nothing."""
+    if isinstance(node, yaml.SequenceNode):
+        for child in node.value:
+            _check_keys(child, where)
+    if not isinstance(node, yaml.MappingNode):
+        return
+    seen: set[str] = set()
+    for key, value in node.value:
+        if isinstance(key, yaml.ScalarNode):
+            if key.value in seen:
+                line = key.start_mark.line + 1
+                raise InputError(
+                    f"{where}: key {key.value!r} stands twice, again in line {line}; allowed: once"
+                )
+            seen.add(key.value)
+        _check_keys(value, where)

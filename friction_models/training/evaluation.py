@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from ..domain import known_domain
-from ..loads import LOAD_NAMES, MU, DataSet, FloatArray, InputError, check_column, missing_column
+from ..loads import MEASURED_MU, DataSet, FloatArray, InputError, TriboLoads, check_column, missing_column
 from .measures import error_measures, range_warning
 
 if TYPE_CHECKING:
@@ -119,14 +119,14 @@ def evaluate(
         raise missing_column("mu", data.columns)
     if data.empty:
         raise InputError("evaluate: the table has no rows")
-    mu = check_column(data["mu"].to_numpy(), MU)
+    mu = check_column(data["mu"].to_numpy(), MEASURED_MU)
     ids = data["test_id"].to_numpy().astype(str) if "test_id" in data.columns else np.full(len(data), "all")
     predicted = np.asarray(model.predict_frame(data, tests), dtype=np.float64)
     if predicted.shape != mu.shape or not np.isfinite(predicted).all():
         raise InputError(f"evaluate: the model gives {predicted.shape} values, not {mu.shape} finite ones")
+    loads = TriboLoads.from_frame(data)
     domain = known_domain(model)
-    loads = data[list(LOAD_NAMES)].to_numpy(dtype=np.float64)
-    outside = None if domain is None else ~domain.contains(loads)
+    outside = None if domain is None else ~domain.without(loads.absent).contains(loads.as_array())
     table = _per_test(mu, predicted, outside, ids, _roles(tests))
     roles = {}
     for role in sorted({r for r in table["role"] if r}, key=lambda r: (r != "train", r)):

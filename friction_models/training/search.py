@@ -14,7 +14,15 @@ from sklearn.base import clone
 
 from ..base import FrictionModel, LoadsLike
 from ..ffnn import FeedForwardFriction, fit_together
-from ..loads import MU, FloatArray, InputError, TriboLoads, check_column, missing_column, unknown_name
+from ..loads import (
+    MEASURED_MU,
+    FloatArray,
+    InputError,
+    TriboLoads,
+    check_column,
+    missing_column,
+    unknown_name,
+)
 from .measures import error_measures
 from .splits import k_fold
 
@@ -81,7 +89,7 @@ def _cross_validate(
     for name in ("test_id", "mu"):
         if name not in data.columns:
             raise missing_column(name, data.columns)
-    mu = check_column(data["mu"].to_numpy(), MU)
+    mu = check_column(data["mu"].to_numpy(), MEASURED_MU)
     ids = data["test_id"].to_numpy().astype(str)
     loads = TriboLoads.from_frame(data, tests)
     splits = list(k_fold(ids, folds, seed))

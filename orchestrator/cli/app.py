@@ -20,8 +20,9 @@ from . import (
     studying,
     verifying,
 )
+from .commands import Commands
 
-app = typer.Typer(
+app = Commands(
     name="tribofmu",
     no_args_is_help=True,
     add_completion=False,

@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
+from .commands import Writes
 from .console import keeping, progress, say, write_result
-from .options import Jobs, Json
+from .options import Jobs, Json, Report
 
 
 def attribute(
@@ -28,21 +29,24 @@ def attribute(
         typer.Option(
             help="Folder in which runs are kept and found again (default: the user's cache folder)."
         ),
+        Writes("SENSITIVITIES"),
     ] = None,
     jobs: Jobs = None,
     json: Json = None,
-    report: Annotated[Path | None, typer.Option(help="Also write an HTML report.")] = None,
+    report: Report = None,
 ) -> None:
     """Say which cause force-stroke curves point to: friction effects, flow stress, heat, the press. Not a proof."""
+    from friction_models.loads import check_outputs
+
     from ..attribution import attribute as find
-    from ..attribution_runs import cache_folder
     from ..system import System
 
     systems = [System.load(path) for path in system]
-    folder = runs or cache_folder()
-    kept = f"finished runs are kept in {folder}; the same command goes on from there"
+    fmus = [s.fmu_path(name) for s in systems for name in s.components]
+    check_outputs([p for p in (runs, json, report) if p is not None], fmus)
+    kept = f"finished runs are kept in {runs or 'the cache folder'}; the same command goes on from there"
     with keeping(lambda: kept), progress("sensitivities") as tick:
-        result = find(press, systems, causes, folder, jobs, tick)
+        result = find(press, systems, causes, runs, jobs, tick)
     say(result.report())
     if json is not None:
         write_result(json, result.to_dict())

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import errno
 import math
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+
+from . import interrupts
 
 #: Called with (done, total, what).
 Tick = Callable[[int, int, str], None]
@@ -31,11 +35,22 @@ def keeping(what: Callable[[], str]) -> Iterator[None]:
 
 
 @contextmanager
+def saying_what_is_kept() -> Iterator[None]:
+    """Turn Ctrl-C into the sentence that came with it, where one did."""
+    try:
+        yield
+    except KeyboardInterrupt as interrupt:
+        if not str(interrupt):
+            raise
+        raise Interrupted(str(interrupt)) from None
+
+
+@contextmanager
 def progress(title: str, says_time: bool = False) -> Iterator[Tick]:
     """Show a progress bar on stderr (plain lines where stderr is no terminal); `says_time`: its texts hold the time left."""
     if not sys.stderr.isatty():
         with _plain(title) as tick:
-            yield tick
+            yield _interruptible(tick)
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -51,7 +66,17 @@ def progress(title: str, says_time: bool = False) -> Iterator[Tick]:
     )
     with bar:
         task = bar.add_task(title, total=1, what="")
-        yield lambda done, total, what: bar.update(task, completed=done, total=total, what=what)
+        yield _interruptible(
+            lambda done, total, what: bar.update(task, completed=done, total=total, what=what)
+        )
+
+
+def _interruptible(tick: Tick) -> Tick:
+    def checked(done: int, total: int, what: str) -> None:
+        interrupts.check()
+        tick(done, total, what)
+
+    return checked
 
 
 @contextmanager
@@ -76,7 +101,17 @@ def share(tick: Tick, steps: int, what: str = "") -> Callable[[float], None]:
 
 def say(text: str) -> None:
     """Print a line of the result to stdout."""
-    print(text, flush=True)
+    try:
+        print(text, flush=True)
+    except OSError as error:
+        if error.errno == errno.ENOSPC:
+            raise OSError(error.errno, os.strerror(error.errno), "standard output") from None
+        raise
+
+
+def note(text: str) -> None:
+    """Print a remark to stderr."""
+    print(f"note: {text}", file=sys.stderr, flush=True)
 
 
 def plain(value: Any) -> Any:

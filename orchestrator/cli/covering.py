@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from .console import say, write_result
-from .options import Data, Json, Tests, read_data
+from .options import Data, Json, NextTests, Report, Tests, read_data
 
 
 def coverage(
@@ -35,13 +35,11 @@ def coverage(
     ] = None,
     tests: Tests = None,
     json: Json = None,
-    report: Annotated[Path | None, typer.Option(help="Also write an HTML report.")] = None,
-    plan: Annotated[
-        Path | None, typer.Option(help="Also write the proposed tests as a plan (CSV, one row a test).")
-    ] = None,
+    report: Report = None,
+    plan: NextTests = None,
 ) -> None:
     """Say where a forming process leaves the tested loads, and which further tests would cover it."""
-    from friction_models.loads import InputError, write_text
+    from friction_models.loads import InputError, require_every_load, write_text
 
     from ..contact_history import ContactHistory
     from ..coverage import coverage as compare
@@ -66,6 +64,7 @@ def coverage(
         else ContactHistory.read(history or "", columns)
     )
     dataset = read_data(data, tests, need_mu=False)
+    require_every_load(dataset.points.columns, str(data))
     found = compare(dataset.points, states, dataset.synthetic)
     propose_tests(found, dataset.points, dataset.tests, limits)
     say(found.report())

@@ -7,13 +7,23 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from .commands import Reads, Writes
 from .console import say, write_result
 from .modelling import Interval, add_interval
-from .options import Json, Names, OutFolder, Tests, any_model, given_names, read_data
+from .options import (
+    Isolate,
+    Json,
+    Names,
+    NextTests,
+    OutFolder,
+    Report,
+    Tests,
+    any_model,
+    given_names,
+    read_data,
+)
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from friction_models.loads import DataSet
 
 Campaigns = Annotated[
@@ -29,24 +39,25 @@ Campaigns = Annotated[
 def diagnose(
     data: Campaigns,
     model: Annotated[
-        str, typer.Option(help="Model folder, .fmu or .onnx file, number (constant mu) or name of a family.")
+        str,
+        typer.Option(help="Model folder, .fmu or .onnx file, number (constant mu) or name of a family."),
+        Reads(),
     ],
     tests: Tests = None,
     seed: Annotated[int, typer.Option(help="Seed of the bootstrap.")] = 0,
     json: Json = None,
-    report: Annotated[Path | None, typer.Option(help="Also write an HTML report.")] = None,
-    plan: Annotated[
-        Path | None, typer.Option(help="Also write the proposed tests as a plan (CSV, one row a test).")
-    ] = None,
+    report: Report = None,
+    plan: NextTests = None,
     names: Names = None,
+    isolate: Isolate = None,
 ) -> None:
     """Say which physical effect the model is missing: or that nothing is, or that the data cannot tell."""
     from friction_models.discovery import diagnose as search
 
     friction = any_model(model, given_names([model], names))
-    dataset, absent = read_campaigns(data, tests)
+    dataset = read_campaigns(data, tests)
     part = dataset.select("train")  # tests that are held out stay unseen
-    result = search(part.points.drop(columns=absent), part.tests, model=friction, seed=seed)
+    result = search(part.points, part.tests, model=friction, seed=seed)
     say(result.report())
     if json is not None:
         write_result(json, {"synthetic": result.synthetic, **result.to_dict()})
@@ -76,14 +87,14 @@ def _write_plan(plan: Path, next_tests: list[dict[str, Any]]) -> None:
 
 def refine(
     data: Campaigns,
-    model: Annotated[str, typer.Option(help="Model folder or name of a family.")],
+    model: Annotated[str, typer.Option(help="Model folder or name of a family."), Reads()],
     add: Annotated[list[str], typer.Option("--add", help="Effects to add, one or more.")],
-    out: OutFolder,
+    out: Annotated[OutFolder, Writes("MODEL")],
     tests: Tests = None,
     force: Annotated[
         bool, typer.Option("--force", help="Keep an addition that makes tests not seen in the fit worse.")
     ] = False,
-    report: Annotated[Path | None, typer.Option(help="Also write an HTML report.")] = None,
+    report: Report = None,
     interval: Interval = True,
 ) -> None:
     """Add physical effects to a model, refit everything together and save the new model.
@@ -102,7 +113,7 @@ def refine(
     if Path(model).suffix == ".fmu":
         raise InputError(f"{model}: an FMU is a fixed law; allowed: a model folder or the name of a family")
     friction = any_model(model)
-    dataset, _ = read_campaigns(data, tests)
+    dataset = read_campaigns(data, tests)
     better = improve(dataset.points, dataset.tests, model=friction, add=add, force=force)
     if friction.is_fitted:
         say(evaluate(friction, dataset, name=f"before: {model}").report())
@@ -124,19 +135,19 @@ def refine(
         say(f"report written: {report}")
 
 
-def read_campaigns(data: list[Path], tests: Path | None) -> tuple[DataSet, list[str]]:
-    """Read one data set, or several as one, and say what was changed to join them; see `read_some_loads`.
+def read_campaigns(data: list[Path], tests: Path | None) -> DataSet:
+    """Read one data set, or several as one, and say what was changed to join them.
 
     Raises
     ------
     InputError
-        What `read_some_loads` refuses; a data set that is given twice, a test table beside several of them, campaigns
+        What `DataSet.load` refuses; a data set that is given twice, a test table beside several of them, campaigns
         with other loads than the others.
     """
     from friction_models.loads import InputError
 
     if len(data) == 1:
-        return read_some_loads(data[0], tests)
+        return _in_order(read_data(data[0], tests))
     if tests is not None:
         raise InputError(
             f"--tests {tests}: beside {len(data)} --data; allowed: folders that hold their tests.csv"
@@ -149,65 +160,21 @@ def read_campaigns(data: list[Path], tests: Path | None) -> tuple[DataSet, list[
     from friction_models.discovery.joined import join_campaigns
 
     names = [p.name for p in known]
-    parts, absent = {}, {}
-    for full, path in known.items():
-        name = full.name if names.count(full.name) == 1 else str(path)
-        part, absent[name] = read_some_loads(path, None)
-        part.points = part.points.drop(columns=absent[name])
-        parts[name] = part
+    parts = {
+        full.name if names.count(full.name) == 1 else str(path): _in_order(read_data(path))
+        for full, path in known.items()
+    }
     dataset, remarks = join_campaigns(parts)
     for remark in remarks:
         say(remark)
-    lacking = next(iter(absent.values()))  # the same in all: others were refused
-    dataset.points = constants(dataset.points, lacking)
-    return dataset, lacking
+    return dataset
 
 
-def read_some_loads(data: Path, tests: Path | None) -> tuple[DataSet, list[str]]:
-    """Read a data set that may lack some of the five loads; return it with constants for them, and their names.
-
-    Raises
-    ------
-    InputError
-        What `DataSet.load` refuses, other than missing loads; no load at all.
-    """
-    from friction_models.loads import LOADS, DataSet
-    from friction_models.loads.dataset import check_points, read_info, read_table, says_synthetic
-
-    file = data
-    if data.is_dir():
-        file = next((data / n for n in ("points.csv", "points.parquet") if (data / n).is_file()), data)
-    if file.is_dir() or not file.is_file():
-        return read_data(data, tests), []
-    table = read_table(file)
-    absent = [q for q in LOADS if q.name not in table.columns]
-    if not absent or len(absent) == len(LOADS) or "mu" not in table.columns:
-        return read_data(data, tests), []
-    if "test_id" not in table.columns:
-        table["test_id"] = "all"
-    names = [q.name for q in absent]
-    points = check_points(constants(table, names), str(file))
-    beside = data / "tests.csv"
-    listed = tests if tests is not None else beside if data.is_dir() and beside.is_file() else None
-    frame = None
-    if listed is not None:
-        from friction_models.loads import missing_column
-
-        frame = read_table(listed)
-        if "test_id" not in frame.columns:
-            raise missing_column("test_id", frame.columns, str(listed))
-        frame["test_id"] = frame["test_id"].astype(str)
-    info = read_info(data)
-    if frame is not None and says_synthetic(frame):
-        info["synthetic"] = True
-    return DataSet(points, frame, info), names
-
-
-def constants(points: pd.DataFrame, names: list[str]) -> pd.DataFrame:
-    """Return points with a constant for each of the loads in `names`."""
-    from friction_models.loads import QUANTITIES
-
-    return points.assign(**{n: 1.0 if n == "psi" else QUANTITIES[n].nominal for n in names})
+def _in_order(dataset: DataSet) -> DataSet:
+    """Return the data set; its points must have an order, since effects with memory are among those looked for."""
+    if dataset.points["test_id"].nunique() > 1:
+        dataset.require_order()
+    return dataset
 
 
 def add_commands(app: typer.Typer) -> None:

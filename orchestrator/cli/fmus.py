@@ -8,8 +8,9 @@ from typing import Annotated
 
 import typer
 
+from .commands import Reads, Writes
 from .console import say
-from .options import Swap, as_number, key_values, swapped
+from .options import Names, Swap, as_number, key_values, swapped
 
 Boundary = Annotated[
     bool,
@@ -26,8 +27,13 @@ def pack(
             help="Model folder, .onnx file, a number for constant mu, or `forming` or `twin` for the solvers.",
             metavar="MODEL",
         ),
+        Reads(),
     ],
-    out: Annotated[Path, typer.Option("-o", "--out", help="FMU (.fmu) to write; a folder for the exports.")],
+    out: Annotated[
+        Path,
+        typer.Option("-o", "--out", help="FMU (.fmu) to write; a folder for the exports."),
+        Writes("EITHER"),
+    ],
     target: Annotated[
         str | None,
         typer.Option(
@@ -37,6 +43,20 @@ def pack(
     ] = None,
     fmi: Annotated[str, typer.Option(help="FMI version, 2 or 3.")] = "2.0",
     nodes: Annotated[int, typer.Option(min=1, help="Contact points of a friction FMU.")] = 1,
+    arrays: Annotated[
+        bool,
+        typer.Option(
+            "--arrays",
+            help="FMI 3: arrays whose length `n` the simulator can set, also with one contact point. Without it one "
+            "point is scalars, which more simulators load.",
+        ),
+    ] = False,
+    name: Annotated[
+        str | None,
+        typer.Option(
+            help="Name of the friction FMU as in C (modelIdentifier); else it is made of the family and a hash."
+        ),
+    ] = None,
     platforms: Annotated[
         list[str] | None,
         typer.Option(help="Platforms of a native FMU, by commas: linux64,aarch64-linux,win64,macos; or all."),
@@ -61,6 +81,7 @@ def pack(
         typer.Option(
             "--set", help="Parameter of a solver FMU or option of an export: half_angle=45, tolerance=1e-3."
         ),
+        Reads(),
     ] = None,
 ) -> None:
     """Pack a friction model, a forming process or the twin: as an FMU, or for codes that load none."""
@@ -70,12 +91,14 @@ def pack(
     values = key_values(parameters or [])
     wanted = [name for text in platforms or [] for name in text.replace(",", " ").split()] or None
     for text in parameters or []:
-        key, _, name = text.partition("=")
+        key, _, value = text.partition("=")
         if key in {"material", "tool_material"}:  # the name of a steel may look like a number: 1.2379
-            values[key] = name
+            values[key] = value
     if model in {"forming", "twin"}:
         if spec is not None or ssp or interval:
             raise InputError(f"--spec, --ssp and --interval: allowed for friction models, not for {model!r}")
+        if arrays or name is not None:
+            raise InputError(f"--arrays and --name: allowed for friction models, not for {model!r}")
         if nodes != 1 or fmi not in {"2", "2.0"}:
             points = "--set n_points=80" if model == "forming" else "neither"
             raise InputError(f"--nodes and --fmi are those of friction FMUs; allowed for {model!r}: {points}")
@@ -88,8 +111,9 @@ def pack(
     chosen = target or "native"
     source = read_source(_source(model), spec=spec, target=chosen)
     options = {"target": chosen, "nodes": nodes, "fmi": fmi, "platforms": wanted, **values}
-    if interval:
-        options["interval"] = True
+    options |= {key: value for key, value in (("interval", interval), ("arrays", arrays)) if value}
+    if name is not None:
+        options["name"] = name
     if boundary and not (ssp or out.suffix == ".ssp"):
         raise InputError("--boundary: belongs to an archive; allowed: with --ssp or a file .ssp")
     if ssp or out.suffix == ".ssp":
@@ -106,14 +130,18 @@ def pack(
 
 def export(
     system: Annotated[Path, typer.Argument(help="System description (YAML).")],
-    out: Annotated[Path, typer.Option("-o", "--out", help="SSP archive (.ssp) to write.")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="SSP archive (.ssp) to write."), Writes()],
     swap: Swap = None,
+    names: Names = None,
     boundary: Boundary = False,
 ) -> None:
     """Write a system and its FMUs as one SSP archive, which other simulators load."""
+    from friction_models.loads import check_outputs
+
     from ..system import System
 
-    description = swapped(System.load(system), swap)
+    description = swapped(System.load(system), swap, names)
+    check_outputs([out], [description.fmu_path(name) for name in description.components])
     say(f"written: {description.export(out, boundary=boundary)}")
 
 

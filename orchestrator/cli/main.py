@@ -5,20 +5,35 @@ Exit codes: 0 done; 1 something failed; 2 bad input (a file, a name, a value, an
 
 from __future__ import annotations
 
+import errno
 import os
+import signal
 import sys
 from collections.abc import Sequence
 
-from .app import app
+from . import interrupts
 from .console import Interrupted
 
+INTERRUPTED = 130
+#: Longest sentence that is printed.
+LONGEST = 1400
+#: Errors of the system that are those of a name: another one helps.
+_BAD_NAMES = {
+    *(errno.ENOENT, errno.EEXIST, errno.ENOTDIR, errno.EISDIR, errno.EACCES, errno.EPERM),
+    *(errno.ENAMETOOLONG, errno.EROFS, errno.ELOOP, errno.EINVAL),
+}
+#: Whose errors are sentences; those of others are shown with their names.
+PACKAGES = ("friction_models", "sct_twin", "forming", "fmus", "orchestrator")
 #: Options that take several values: ``--models A B`` is read as ``--models A --models B``.
 MANY = ("--models", "--add", "--only", "--platforms", "--column", "--rig", "--causes", "--system")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit code."""
-    sys.exit(run(sys.argv[1:] if arguments is None else list(arguments)))
+    code = run(sys.argv[1:] if arguments is None else list(arguments))
+    # All is done and said: there is nothing left to interrupt.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.exit(code)
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -26,22 +41,36 @@ def run(arguments: Sequence[str]) -> int:
 
     The environment variable ``TRIBOFMU_TRACEBACK`` lets unexpected failures through with their traceback.
     """
+    with interrupts.watched():
+        try:
+            result = _called(arguments)
+        except Interrupted as error:
+            return _say(str(error), INTERRUPTED)
+        except KeyboardInterrupt:
+            result = INTERRUPTED
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return 0
+        except Exception as error:
+            # Foreign code takes an interrupt for an error of its own.
+            result = INTERRUPTED if interrupts.received() else _failure(error)
+        # Typer keeps it to itself, and says nothing.
+        if result == INTERRUPTED or interrupts.received():
+            return _say("interrupted; nothing half-written is left", INTERRUPTED)
+    return result
+
+
+def _called(arguments: Sequence[str]) -> int:
+    """Call the command; imports are part of it, as they take most of the time of some."""
     from typer._click.exceptions import ClickException
+
+    from .app import app
 
     try:
         result = app(spread(arguments), prog_name="tribofmu", standalone_mode=False)
     except ClickException as error:
         error.show()
         return int(error.exit_code)
-    except Interrupted as error:
-        return _say(str(error), 130)
-    except KeyboardInterrupt:
-        return _say("interrupted; nothing was written", 130)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
-    except Exception as error:
-        return _failure(error)
     return result if isinstance(result, int) else 0
 
 
@@ -64,19 +93,24 @@ def spread(arguments: Sequence[str]) -> list[str]:
 def _failure(error: Exception) -> int:
     from friction_models.loads import InputError
 
-    if isinstance(error, InputError):
+    # The second is pathlib's way to say that a link leads to itself.
+    if isinstance(error, InputError) or str(error).startswith("Symlink loop from "):
         return _say(str(error), 2)
     if os.environ.get("TRIBOFMU_TRACEBACK"):
         raise error
-    if isinstance(error, FileExistsError | NotADirectoryError | IsADirectoryError | PermissionError):
-        return _say(f"{error.filename}: {error.strerror}", 2)
-    text = " ".join(str(error).split()) or type(error).__name__
-    named = text if type(error).__name__ == "SimulationError" else f"{type(error).__name__}: {text}"
+    if isinstance(error, OSError) and error.filename is not None:
+        return _say(f"{error.filename}: {error.strerror}", 2 if error.errno in _BAD_NAMES else 1)
+    text = str(error).strip() or type(error).__name__
+    ours = type(error).__module__.partition(".")[0] in PACKAGES
+    named = text if ours else f"{type(error).__name__}: {text}"
     return _say(named, 1)
 
 
 def _say(sentence: str, code: int) -> int:
-    label = "interrupted" if code == 130 else "error"
-    text = sentence if sentence.startswith(label) else f"{label}: {sentence}"
-    print(f"tribofmu: {text}", file=sys.stderr)
+    if code != INTERRUPTED:  # which may have broken off any import
+        from friction_models.loads import shown
+
+        # Files and FMUs of others say what they like: here it becomes one line of bounded length.
+        sentence = f"error: {shown(sentence, LONGEST)}"
+    print(f"tribofmu: {sentence}", file=sys.stderr)
     return code

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from .commands import Reads, Writes
 from .console import keeping, progress, say
 from .options import Jobs, OutFolder
 
@@ -15,9 +16,9 @@ _KEPT_BY_LAB = "what is finished is kept beside the campaign folder; the same co
 
 
 def lab(
-    out: OutFolder,
+    out: Annotated[OutFolder, Writes("CAMPAIGN")],
     plan: Annotated[
-        str, typer.Option(help="Test plan by name, or a CSV file with a row a test.")
+        str, typer.Option(help="Test plan by name, or a CSV file with a row a test."), Reads()
     ] = "factorial-81+30",
     hidden: Annotated[
         str | None, typer.Option(help="Effect hidden in the truth; without it nothing is hidden.")
@@ -57,12 +58,24 @@ def lab(
 def ingest(
     files: Annotated[list[Path], typer.Argument(help="Measurement files, or a folder of them.")],
     out: Annotated[
-        Path | None, typer.Option("-o", "--out", help="Folder to write; not needed with --dry-run.")
+        Path | None,
+        typer.Option("-o", "--out", help="Folder to write; not needed with --dry-run."),
+        Writes("CAMPAIGN"),
     ] = None,
     channels: Annotated[
         Path | None, typer.Option("--map", help="YAML: which column is which channel, units, signs, offsets.")
     ] = None,
-    tests: Annotated[Path | None, typer.Option("--tests", help="Test table with a column test_id.")] = None,
+    tests: Annotated[
+        Path | None,
+        typer.Option("--tests", help="Test table with a column test_id; comma, semicolon or tab."),
+    ] = None,
+    test_id: Annotated[
+        str | None,
+        typer.Option(
+            help="Which part of a file's name is the test's: '*_SCT{test_id}_raw'; * is any text, ? any character. "
+            "Without it the map's test_id, or the whole name."
+        ),
+    ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Only show what was found, write nothing.")
     ] = False,
@@ -83,19 +96,19 @@ def ingest(
     width = min(max(shutil.get_terminal_size((80, 24)).columns, 60), 160)
     if dry_run:
         with progress("reading") as tick:
-            text = preview(source, channels, tests, tick, width)
+            text = preview(source, channels, tests, tick, width, test_id)
         say(text)
         return
     with progress("reading") as tick, keeping(lambda: f"{out} was not written"):
         report = read(
-            source, channels, out, tests, tick, show=lambda found: say(describe(found, channels, width))
+            source, channels, out, tests, tick, lambda found: say(describe(found, channels, width)), test_id
         )
     say(report.headline())
 
 
 def twin(
     campaign: Annotated[Path, typer.Argument(help="Campaign folder (from lab or ingest).")],
-    out: OutFolder,
+    out: Annotated[OutFolder, Writes("TWIN")],
     jobs: Jobs = None,
     check: Annotated[
         int,

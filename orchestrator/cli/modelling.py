@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .console import say, write_result
+from .commands import Reads, Writes
+from .console import note, say, write_result
 from .options import (
     Data,
+    Isolate,
     Json,
     Names,
     OutFile,
@@ -50,7 +52,7 @@ def train(
         ),
     ],
     data: Data,
-    out: OutFolder,
+    out: Annotated[OutFolder, Writes("MODEL")],
     tests: Tests = None,
     parameters: Annotated[
         list[str] | None, typer.Option("--set", help="Parameter of the family, for example degree=2.")
@@ -65,6 +67,7 @@ def train(
     dataset = read_data(data, tests)
     _refuse_empty(len(dataset.select("train").points), data)
     from friction_models.intervals import check_level
+    from friction_models.model_card import tied_loads
     from friction_models.training import train as fit
 
     check_level(level)
@@ -74,6 +77,9 @@ def train(
     say(result.report())
     if said:
         say(said)
+    tied = tied_loads(model.card["data"])
+    if tied:
+        note(tied)
     say(f"model written: {out}")
 
 
@@ -91,19 +97,22 @@ def add_interval(model: Any, dataset: DataSet, level: float = 0.95) -> str:
 
 def evaluate(
     model: Annotated[
-        str, typer.Argument(help="Model folder, .fmu or .onnx file, or a number for constant mu.")
+        str,
+        typer.Argument(help="Model folder, .fmu or .onnx file, or a number for constant mu."),
+        Reads(),
     ],
     data: Data,
     tests: Tests = None,
     json: Json = None,
     level: Level = None,
     names: Names = None,
+    isolate: Isolate = None,
 ) -> None:
     """Show the errors of a model: overall, by role (train, test) and test by test; and what its interval holds."""
     from friction_models import evaluate as measure
 
     friction = fitted_model(model, given_names([model], names))
-    dataset = read_data(data, tests)
+    dataset = read_data(data, tests, [friction])
     _refuse_level(friction, model, level)
     result = measure(friction, dataset, name=model)
     say(result.report())
@@ -119,17 +128,20 @@ def evaluate(
 
 def predict(
     model: Annotated[
-        str, typer.Argument(help="Model folder, .fmu or .onnx file, or a number for constant mu.")
+        str,
+        typer.Argument(help="Model folder, .fmu or .onnx file, or a number for constant mu."),
+        Reads(),
     ],
     data: Data,
     out: OutFile,
     tests: Tests = None,
     level: Level = None,
     names: Names = None,
+    isolate: Isolate = None,
 ) -> None:
     """Write the points with the column `mu_model` and, from a model with a prediction interval, `mu_low` and `mu_high`.
 
-    The output is CSV or Parquet, by its suffix.
+    The output is CSV or Parquet, by its suffix: the rows and columns of the input as they stand in it.
     """
     from friction_models.loads import InputError, atomic_path
     from friction_models.training.measures import range_warning
@@ -138,18 +150,19 @@ def predict(
         raise InputError(f"{out}: suffix {out.suffix!r}, allowed: .csv, .parquet")
     friction = fitted_model(model, given_names([model], names))
     _refuse_level(friction, model, level)
-    dataset = read_data(data, tests, need_mu=False)
-    frame = dataset.points.assign(mu_model=friction.predict_frame(dataset.points, dataset.tests))
+    dataset = read_data(data, tests, [friction], need_mu=False, keep_given=True)
+    predicted = {"mu_model": friction.predict_frame(dataset.points, dataset.tests)}
     if has_interval(friction):
-        low, high = friction.predict_interval_frame(dataset.points, dataset.tests, level)
-        frame = frame.assign(mu_low=low, mu_high=high)
+        bounds = friction.predict_interval_frame(dataset.points, dataset.tests, level)
+        predicted |= dict(zip(("mu_low", "mu_high"), bounds, strict=True))
+    frame = dataset.as_given(**predicted)
     with atomic_path(out) as temporary:
         if out.suffix == ".csv":
             frame.to_csv(temporary, index=False, lineterminator="\n")
         else:
             frame.to_parquet(temporary, index=False)
     say(f"written: {out} ({len(frame)} points)")
-    if warning := range_warning(frame["mu_model"].to_numpy()):
+    if warning := range_warning(predicted["mu_model"]):
         say(warning)
 
 

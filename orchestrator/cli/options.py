@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from .commands import Reads, Writes
+from .console import note
 
 if TYPE_CHECKING:
     from friction_models.loads import DataSet
@@ -21,8 +25,16 @@ Tests = Annotated[
     Path | None, typer.Option("--tests", help="Test table (one row a test), where --data is a single file.")
 ]
 OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder to write.")]
-OutFile = Annotated[Path, typer.Option("-o", "--out", help="File to write.")]
-Json = Annotated[Path | None, typer.Option("--json", help="Also write the result to this JSON file.")]
+OutFile = Annotated[Path, typer.Option("-o", "--out", help="File to write."), Writes()]
+Json = Annotated[
+    Path | None, typer.Option("--json", help="Also write the result to this JSON file."), Writes()
+]
+Report = Annotated[Path | None, typer.Option("--report", help="Also write an HTML report."), Writes()]
+NextTests = Annotated[
+    Path | None,
+    typer.Option("--plan", help="Also write the proposed tests as a plan (CSV, one row a test)."),
+    Writes(),
+]
 Names = Annotated[
     Path | None,
     typer.Option(
@@ -30,35 +42,86 @@ Names = Annotated[
     ),
 ]
 Swap = Annotated[
-    list[str] | None, typer.Option("--swap", help="Run another FMU in a component: friction=FILE.fmu.")
+    list[str] | None,
+    typer.Option(
+        "--swap",
+        help="Run another model in a component: friction=FILE.fmu; for friction also a model folder, an .onnx file or a number.",
+    ),
+    Reads(),
+]
+
+
+def _isolated(context: typer.Context, value: bool | None) -> bool | None:
+    """Let the option decide for this command and the processes that it starts."""
+    if value is not None:
+        before = os.environ.get(ISOLATE)
+        os.environ[ISOLATE] = str(int(value))
+        context.call_on_close(lambda: _restore(before))
+    return value
+
+
+def _restore(before: str | None) -> None:
+    if before is None:
+        os.environ.pop(ISOLATE, None)
+    else:
+        os.environ[ISOLATE] = before
+
+
+#: `fmus.made_here.VARIABLE`, which is not imported here for the sake of time.
+ISOLATE = "TRIBOFMU_ISOLATE"
+Isolate = Annotated[
+    bool | None,
+    typer.Option(
+        "--isolate/--no-isolate",
+        callback=_isolated,
+        help="Run all FMUs in processes of their own, where a crash does no harm, or none; by default those not made here.",
+    ),
 ]
 Jobs = Annotated[
     int | None, typer.Option("--jobs", "-j", min=1, help="Processes to use (default: all cores).")
 ]
 
 
-def read_data(data: Path, tests: Path | None = None, need_mu: bool = True) -> DataSet:
-    """Read the data set behind `--data` and `--tests`."""
-    from friction_models.loads import DataSet
+def read_data(data: Path, tests: Path | None = None, models: Iterable[Any] = (), **how: bool) -> DataSet:
+    """Read the data set behind `--data` and `--tests`; say what was left out and which loads were not measured.
 
-    return DataSet.load(data, tests, need_mu=need_mu)
+    For `models` with memory the points must have an order; `how` as `DataSet.load` has it.
+    """
+    from friction_models.loads import DataSet, not_measured
+
+    dataset = DataSet.load(data, tests, **how)
+    if any(getattr(law, "states", ()) for m in models for law in (m, getattr(m, "source", None))):
+        dataset.require_order()
+    lacking = not_measured(dataset.points.columns)
+    notes = [f"{data}: {', '.join(lacking)} not measured"] if lacking else []
+    for text in (*notes, *dataset.notes):
+        note(text)
+    return dataset
 
 
-def swapped(system: System, swap: Iterable[str] | None) -> System:
-    """Return the system with other FMUs in the components that `--swap` names.
+def swapped(system: System, swap: Iterable[str] | None, names: Path | None = None) -> System:
+    """Return the system with other models in the components that `--swap` names, whose variables are called as `--names` says.
 
     Raises
     ------
     InputError
-        A text that is not ``component=FILE.fmu``, no such component, or no such file.
+        A text that is not ``component=FILE.fmu``, no such component, no such file, variables that do not fit.
     """
     from friction_models.loads import InputError
 
+    from ..swapping import swap_model
+
+    pairs = []
     for item in swap or []:
-        component, equals, file = item.partition("=")
-        if not equals or not file:
+        component, equals, model = item.partition("=")
+        if not equals or not model:
             raise InputError(f"--swap {item!r}: not of the form component=FILE.fmu")
-        system = system.swap(component, file)
+        pairs.append((component, model))
+    given = given_names([model for _, model in pairs], names)
+    for component, model in pairs:
+        system = swap_model(
+            system, component, model, given.foreign(model) if model in given.entries else None
+        )
     return system
 
 
@@ -96,7 +159,7 @@ def any_model(name: str, names: GivenNames | None = None) -> Any:
 
         model = (names or GivenNames()).open(name)
         if isinstance(model, ForeignFmu) and model.remark():
-            typer.echo(f"note: {model.remark()}", err=True)
+            note(model.remark())
         return model
     if path.suffix == ".onnx":
         from friction_models.onnx_model import OnnxModel
@@ -168,6 +231,8 @@ def key_values(pairs: Iterable[str]) -> dict[str, Any]:
             raise InputError(f"{pair!r}: not of the form key=value")
         try:
             result[key] = yaml.safe_load(value)
-        except yaml.YAMLError:
-            raise InputError(f"{pair!r}: the value cannot be read") from None
+        except (yaml.YAMLError, ValueError, RecursionError):
+            raise InputError(
+                f"{pair[:80]!r}: the value cannot be read; allowed: a number or a name"
+            ) from None
     return result

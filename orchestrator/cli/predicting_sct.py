@@ -7,8 +7,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from .commands import Reads, Writes
 from .console import keeping, progress, say, write_result
-from .options import Jobs, Json, Names, OutFolder, Tests, as_number, given_names, key_values, read_data
+from .options import (
+    Isolate,
+    Jobs,
+    Json,
+    Names,
+    OutFolder,
+    Tests,
+    as_number,
+    given_names,
+    key_values,
+    read_data,
+)
 
 if TYPE_CHECKING:
     from ..sct_schedule import SctSchedule
@@ -16,9 +28,11 @@ if TYPE_CHECKING:
 
 def predict_sct(
     friction: Annotated[
-        str, typer.Argument(help="Model folder, .fmu or .onnx file, or a number for constant mu.")
+        str,
+        typer.Argument(help="Model folder, .fmu or .onnx file, or a number for constant mu."),
+        Reads(),
     ],
-    out: OutFolder,
+    out: Annotated[OutFolder, Writes("PREDICTION")],
     data: Annotated[
         Path | None,
         typer.Option(
@@ -44,16 +58,21 @@ def predict_sct(
         typer.Option(
             "--set", help="Parameter of the twin: bore=20, tip=9, upsetting_mu=0.07, material=16MnCr5."
         ),
+        Reads(),
     ] = None,
     jobs: Jobs = None,
     json: Json = None,
     names: Names = None,
+    isolate: Isolate = None,
 ) -> None:
     """Predict compression tests that were not run: the friction FMU and the twin FMU in a closed loop.
 
     Only normal force, motion and tool temperature go in; friction and the heat it makes come out, and are
     compared with the measurement where the test was run after all.
     """
+    from friction_models.loads import grown
+    from friction_models.loads.folders import PREDICTION
+
     from ..press_study import friction_fmu
     from ..sct_prediction import predict_sct as predict
 
@@ -65,6 +84,7 @@ def predict_sct(
     schedules = _schedules(data, tests, only, plan, inputs, twin)
     label = Path(friction).stem if as_number(friction) is None else f"constant {friction}"
     called = given_names([friction], names).foreign(friction) if Path(friction).suffix == ".fmu" else None
+    grown(out, PREDICTION)
     fmu = friction_fmu(friction, out / "fmus" / "friction.fmu", nodes=1)
     with progress("closed loop") as tick, keeping(lambda: f"finished tests are kept in {out}"):
         found = predict(fmu, schedules, out, twin=twin, label=label, names=called, jobs=jobs, progress=tick)

@@ -7,12 +7,13 @@ from typing import Annotated
 
 import typer
 
+from .commands import Writes
 from .console import keeping, progress, say
 from .options import Jobs, OutFolder
 
 
 def demo(
-    out: OutFolder = Path("tribofmu-demo"),
+    out: Annotated[OutFolder, Writes("DEMO")] = Path("tribofmu-demo"),
     hidden: Annotated[
         str, typer.Option(help="Effect hidden in the virtual laboratory; `none` for nothing.")
     ] = "stribeck",
@@ -37,7 +38,9 @@ def report(
         Path, typer.Argument(help="Run folder, folder of a study, of predicted tests, or of the demo.")
     ],
     out: Annotated[
-        Path | None, typer.Option("-o", "--out", help="HTML file (default: report.html in the folder).")
+        Path | None,
+        typer.Option("-o", "--out", help="HTML file (default: report.html in the folder)."),
+        Writes(),
     ] = None,
 ) -> None:
     """Write a self-contained HTML report (works offline) of a run, a study, predicted tests or a demo."""

@@ -8,14 +8,17 @@ from typing import Annotated
 
 import typer
 
-from .console import progress, say, share
-from .options import OutFolder, Swap, swapped
+from .commands import Writes
+from .console import note, progress, say, saying_what_is_kept, share
+from .options import Isolate, Names, OutFolder, Swap, swapped
 
 
 def simulate(
     system: Annotated[Path, typer.Argument(help="System description (YAML), or an SSP archive (.ssp).")],
-    out: OutFolder,
+    out: Annotated[OutFolder, Writes("RUN")],
     swap: Swap = None,
+    names: Names = None,
+    isolate: Isolate = None,
     mode: Annotated[str, typer.Option(help="gauss_seidel, jacobi or iterated.")] = "gauss_seidel",
     csv: Annotated[bool, typer.Option("--csv", help="Also write results.csv.")] = False,
     fields: Annotated[
@@ -29,16 +32,22 @@ def simulate(
     ] = None,
 ) -> None:
     """Run a system of FMUs and write a run folder (results, manifest, log)."""
+    from friction_models.loads import check_outputs
+
     from ..errors import SimulationError
     from ..forces import compare_force, read_press_curve
     from ..master import Master
     from ..system import System
 
-    description = swapped(System.load(system), swap)
+    description = swapped(System.load(system), swap, names)
     measured = read_press_curve(press) if press is not None else None
+    check_outputs([out], [description.fmu_path(name) for name in description.components])
     master = Master(description, mode=mode)
+    for text in master.warnings:
+        note(text)
     snapshots: int | None = None
     with ExitStack() as stack:
+        stack.enter_context(saying_what_is_kept())
         tick = stack.enter_context(progress(description.name))
         tell = share(tick, description.steps, "steps")
         if fields is None:
@@ -49,7 +58,7 @@ def simulate(
             kept = stack.enter_context(asked_for_fields(fields))
             try:
                 run = master.run(out, progress=tell, csv=csv)
-            except SimulationError:
+            except (SimulationError, KeyboardInterrupt):
                 if (
                     out / "manifest.json"
                 ).is_file():  # the steps until then are kept, and so are their fields
@@ -58,9 +67,11 @@ def simulate(
             snapshots = keep_fields(kept, out)
     timing = run.manifest["timing_s"]
     say(
-        f"run written: {out} ({description.steps} steps in {timing['total']:.1f} s, "
-        f"{1e6 * timing['master'] / description.steps:.0f} us of them in the master each step)"
+        f"run written: {out} ({run.manifest['steps']} steps in {timing['total']:.1f} s, "
+        f"{1e6 * timing['master'] / max(1, run.manifest['steps']):.0f} us of them in the master each step)"
     )
+    if run.message:
+        say(run.message)
     if snapshots is not None:
         say(
             f"{snapshots} snapshots of the fields in {out / 'fields'}"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from .commands import Reads
 from .console import say
 from .options import Jobs
 from .study_options import DryRun, Quick, Scheduler, Seed, StudyFolder, run_campaign, write_manifest
@@ -27,6 +28,7 @@ Data = Annotated[
         metavar="[LUBRICANT=]DIR",
         help="Data set to train on. Default: the virtual laboratory measures.",
     ),
+    Reads(),
 ]
 Model = Annotated[
     list[str] | None,

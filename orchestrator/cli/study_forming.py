@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from .commands import Reads
 from .console import say
 from .options import Jobs
 from .study_options import (
@@ -30,6 +31,7 @@ def forming_error(
             metavar="[LUBRICANT=]DIR",
             help="Folder of press curves of the same lubricants, repeated for several.",
         ),
+        Reads(),
     ] = None,
     seed: Seed = 0,
     quick: Quick = False,

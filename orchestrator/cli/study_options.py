@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from .commands import Reads, Writes
 from .console import keeping, progress, say
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 StudyFolder = Annotated[
     Path,
     typer.Option("-o", "--out", help="Folder of the study; what is there already is not computed again."),
+    Writes("STUDY"),
 ]
 Lubricants = Annotated[
     list[str] | None,
@@ -24,6 +26,7 @@ Lubricants = Annotated[
         metavar="[LUBRICANT=]DIR",
         help="Data set of a lubricant, repeated for each (default: the virtual laboratory).",
     ),
+    Reads(),
 ]
 Seed = Annotated[
     int, typer.Option(min=0, help="Seed of the virtual laboratory, of training sets and of models.")

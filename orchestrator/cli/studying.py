@@ -5,11 +5,12 @@ from __future__ import annotations
 import typer
 
 from . import study_coupling, study_forming, study_learning
+from .commands import Commands
 
 
 def add_commands(app: typer.Typer) -> None:
     """Register the commands of this file."""
-    studies = typer.Typer(
+    studies = Commands(
         name="study",
         help="The paper's studies: resumable, on all cores or on a cluster.",
         no_args_is_help=True,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from .commands import Writes
 from .console import progress, say, write_result
 
 if TYPE_CHECKING:
@@ -18,9 +19,11 @@ def verify(
         list[str] | None, typer.Option(help="Run these cases only: a name, or the start of names.")
     ] = None,
     fast: Annotated[bool, typer.Option("--fast", help="Leave out the cases that take long.")] = False,
-    json: Annotated[Path | None, typer.Option("--json", help="Also write the rows to this file.")] = None,
+    json: Annotated[
+        Path | None, typer.Option("--json", help="Also write the rows to this file."), Writes()
+    ] = None,
     out: Annotated[
-        Path | None, typer.Option("-o", "--out", help="Also write a Markdown page to this file.")
+        Path | None, typer.Option("-o", "--out", help="Also write a Markdown page to this file."), Writes()
     ] = None,
 ) -> int:
     """Compare the simulations with closed forms and with CalculiX: case, reference, ours, deviation, tolerance.

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.loads import DataSet, write_json
+from friction_models.loads import DataSet, grown, write_json
+from friction_models.loads.folders import DEMO
 
 from ..forces import LevelsComparison, compare_force, read_press_curve
 from ..jobs import RunTask, run_all
@@ -69,7 +70,7 @@ class Demo:
         """Do all steps that are not done yet; write ``demo.json`` and ``report.html``."""
         from ..report import write_report
 
-        self.out.mkdir(parents=True, exist_ok=True)
+        grown(self.out, DEMO)
         self.book = StepBook(self.out)
         s = self.scenario
         self._do(

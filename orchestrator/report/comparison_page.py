@@ -1,4 +1,4 @@
-"""The report of `compare`: models on tribometer tests, on press curves, or on both."""
+"""The report of `compare`: models on tribometer tests, on press curves, in one system, or on several of them."""
 
 from __future__ import annotations
 
@@ -11,12 +11,14 @@ from friction_models.loads import FloatArray
 
 from ..comparison import Order, TestsComparison
 from ..comparison_forces import QUANTITIES, ForcesComparison
+from ..comparison_runs import RunsComparison
 from ..metrics import LevelSummary
 from ..runs import versions
 from .markup import bullets, escape, table
 from .page import Page, figure
 from .palette import looks
 from .responses import CAPTION, response_chart
+from .runs_section import add_runs
 from .theme import INK, PRESS, PRESS_BAND, dress
 
 #: Most points of a parity plot, and most tests of the dot chart.
@@ -26,22 +28,34 @@ _PAIRS = 10
 _COLUMNS = 3
 
 
-def comparison_page(tests: TestsComparison | None, forces: ForcesComparison | None) -> str:
-    """Return the HTML of a comparison; one of the two may be missing."""
+def comparison_page(
+    tests: TestsComparison | None, forces: ForcesComparison | None, runs: RunsComparison | None = None
+) -> str:
+    """Return the HTML of a comparison; all but one may be missing."""
+    found = [part for part in (tests, forces, runs) if part is not None]
     page = Page(
-        title=_title(tests, forces),
+        title=_title(tests, forces, runs),
         kicker="tribofmu compare",
-        lead=escape(_lead(tests, forces)),
-        synthetic=bool(tests and tests.synthetic) or bool(forces and forces.synthetic),
+        lead=escape(_lead(tests, forces, runs)),
+        synthetic=any(part.synthetic for part in found),
     )
     if tests is not None:
         _add_tests(page, tests)
     if forces is not None:
         _add_forces(page, forces)
+    if runs is not None:
+        add_runs(page, runs)
     return page.render(f"tribofmu {escape(versions()['tribofmu'])}")
 
 
-def _title(tests: TestsComparison | None, forces: ForcesComparison | None) -> str:
+def _title(
+    tests: TestsComparison | None, forces: ForcesComparison | None, runs: RunsComparison | None
+) -> str:
+    if tests is None and forces is None and runs is not None:
+        loads = [total.max_force for total in runs.totals.values()]
+        return (
+            f"{runs.system}: largest force {min(loads):.1f} to {max(loads):.1f} kN with {len(loads)} models"
+        )
     order = tests.order if tests is not None else forces.orders["max_force"] if forces is not None else None
     assert order is not None
     if len(order.names) < 2:
@@ -52,12 +66,16 @@ def _title(tests: TestsComparison | None, forces: ForcesComparison | None) -> st
     return f"{best} is {share}" + ("" if apart else f", not told apart from {second}")
 
 
-def _lead(tests: TestsComparison | None, forces: ForcesComparison | None) -> str:
+def _lead(tests: TestsComparison | None, forces: ForcesComparison | None, runs: RunsComparison | None) -> str:
     parts = []
     if tests is not None:
         parts.append(f"{tests.result.tests} tests, {tests.result.points} points")
     if forces is not None:
         parts.append(f"{len(forces.names)} press level{'s' if len(forces.names) != 1 else ''}")
+    if runs is not None:
+        parts.append(f"{len(runs.totals)} runs of {runs.system}")
+    if tests is None and forces is None:
+        return f"{parts[0]}. Nothing was measured: the runs show what the choice of the model does, not which model is right."
     return "; ".join(parts) + ". Intervals and probabilities count whole tests and levels, not points."
 
 
@@ -95,7 +113,7 @@ def _add_tests(page: Page, c: TestsComparison) -> None:
         "response",
         "Response curves",
         figure(
-            "response", response_chart(c.loads.as_array(), [(n, styles[n], c.models[n]) for n in names]),
+            "response", response_chart(c.loads, [(n, styles[n], c.models[n]) for n in names]),
             CAPTION, "Response curves of all models over the five loads.",
         ),
     )  # fmt: skip

@@ -6,8 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from friction_models.loads import LOAD_NAMES
-
 from .charts_force import force_chart
 from .charts_friction import residual_chart, worst_tests_chart
 from .evidence import budget_html, next_tests_html, ranking_html, remarks_html, verdict_text
@@ -205,7 +203,7 @@ def _response(story: Story) -> str:
     chart = figure(
         "response",
         response_chart(
-            story.held_out.points[list(LOAD_NAMES)].to_numpy(),
+            story.held_out.loads(),
             [(label, STYLES[part], model) for label, part, model in models],
         ),
         CAPTION,

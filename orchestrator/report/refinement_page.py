@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from friction_models.loads import LOAD_NAMES, DataSet
+from friction_models.loads import DataSet
 
 from ..runs import versions
 from .charts_friction import residual_chart
@@ -28,11 +28,14 @@ def refinement_page(before: Any, after: Any, data: DataSet, label: str) -> str:
     """
     history = list(getattr(after, "error_history_", []))
     held = data.select("test")
-    shown, which = (held, "held-out tests") if len(held.points) else (data, "all tests (none is held out)")
+    none = held is data or not len(held.points)  # where no role is recorded, all tests train
+    shown = data if none else held
+    count = shown.points["test_id"].nunique()
+    which = f"all {count} tests (none is held out)" if none else f"{count} held-out tests"
     page = Page(
         title=f"{label}: refined to {after.name}",
         kicker="tribofmu refinement",
-        lead=f"Charts show {shown.points['test_id'].nunique()} {which}.",
+        lead=f"Charts show {which}.",
         synthetic=data.synthetic,
     )
     page.add("history", "Errors of every round", *_history(history))
@@ -56,7 +59,7 @@ def refinement_page(before: Any, after: Any, data: DataSet, label: str) -> str:
         figure(
             "response",
             response_chart(
-                shown.points[list(LOAD_NAMES)].to_numpy(),
+                shown.loads(),
                 [("before", STYLES["before"], before), ("after", STYLES["after"], after)],
             ),
             CAPTION,

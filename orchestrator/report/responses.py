@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from friction_models.domain import known_domain
-from friction_models.loads import LOADS, FloatArray
+from friction_models.loads import LOADS, TriboLoads
 
 from .markup import escape
 from .theme import LINE, dress
@@ -21,28 +21,29 @@ CAPTION = (
 )
 
 
-def response_chart(loads: FloatArray, curves: Sequence[tuple[str, Mapping[str, Any], Any]]) -> Any:
-    """Return the chart, one panel a load.
+def response_chart(data: TriboLoads, curves: Sequence[tuple[str, Mapping[str, Any], Any]]) -> Any:
+    """Return the chart, one panel a load that was measured.
 
     Parameters
     ----------
-    loads : ndarray, shape (n, 5)
-        The data; it decides the median and the range of each load.
+    data : TriboLoads
+        It decides the median and the range of each load.
     curves : sequence of (str, mapping, model)
         Label, look of the line and model; the model has ``predict(array[n, 5])``.
     """
     from plotly.subplots import make_subplots
 
-    chart = make_subplots(rows=1, cols=len(LOADS), shared_yaxes=True, horizontal_spacing=0.022)
-    middle = np.median(loads, axis=0)
-    for column, quantity in enumerate(LOADS, 1):
-        values = loads[:, column - 1]
+    measured = [q for q in LOADS if q.name not in data.absent]
+    chart = make_subplots(rows=1, cols=len(measured), shared_yaxes=True, horizontal_spacing=0.022)
+    middle = np.median(data.as_array(), axis=0)
+    for column, quantity in enumerate(measured, 1):
+        values = getattr(data, quantity.name)
         low, high = np.quantile(values, [0.05, 0.95]).tolist()
         ends = [float(values.min()), float(values.max())]
         beyond = REACH * (ends[1] - ends[0])
         grid = np.linspace(max(quantity.lower, ends[0] - beyond), min(quantity.upper, ends[1] + beyond), 61)
         points = np.tile(middle, (len(grid), 1))
-        points[:, column - 1] = grid
+        points[:, LOADS.index(quantity)] = grid
         for label, look, model in curves:
             domain = known_domain(model)
             chart.add_scatter(

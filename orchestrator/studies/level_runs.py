@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 CODE = tuple(
     f"orchestrator.{name}"
     for name in (
-        "connections", "fmi2_slave", "fmi3_slave", "fmu_files", "fmu_variables", "friction_names", "instance", "iteration",
+        "components", "connections", "fmi2_slave", "fmi3_slave", "fmu_files", "fmu_variables", "friction_names", "instance", "isolated", "iteration",
         "master", "points", "ports", "processes", "runs", "sizing", "slaves", "studies.level_runs", "studies.models",
         "system", "untouched", "wiring",
     )

@@ -245,8 +245,9 @@ def _with_roles(data: DataSet, seed: int, where: str) -> DataSet:
     import numpy as np
     import pandas as pd
 
-    from friction_models.loads import DataSet
+    from friction_models.loads import DataSet, require_every_load
 
+    require_every_load(data.points.columns, where)
     ids = data.points["test_id"].unique()
     if len(ids) < FEWEST_TESTS:
         raise InputError(f"{where}: {len(ids)} tests; allowed: at least {FEWEST_TESTS} for a study")

@@ -88,12 +88,9 @@ def data_files(data: Path) -> dict[str, Path]:
         for key, file in (("tests", "tests.csv"), ("info", "dataset.json"))
         if (data / file).is_file()
     }
-    from friction_models.loads.dataset import missing_points
+    from friction_models.loads.dataset import points_file
 
-    for file in ("points.csv", "points.parquet"):
-        if (data / file).is_file():
-            return {"points": data / file} | found
-    raise missing_points(data)
+    return {"points": points_file(data)} | found
 
 
 def load_data(files: Mapping[str, Path], needs: Mapping[str, JobResult]) -> Any:
@@ -155,5 +152,5 @@ def train_model(
             model.record_errors("test", measures)
             facts |= {"mae_test": measures["mae"], "rmse_test": measures["rmse"]}
     model.save(folder / MODEL)
-    pack(model, folder / FMU, fmi="3.0")
+    pack(model, folder / FMU, fmi="3.0", arrays=True)
     return {"family": family, "model": MODEL, "fmu": FMU, "domain": model.domain.to_dict(), **facts}

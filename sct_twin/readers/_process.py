@@ -1,4 +1,4 @@
-"""The reading process of `readers.guarded`: ``python -m sct_twin.readers._process``, a line a file."""
+"""The reading process of `readers.guarded`: it answers a line a file."""
 
 from __future__ import annotations
 
@@ -78,7 +78,3 @@ def main() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     for line in sys.stdin:
         print(json.dumps(_answer(json.loads(line))), file=out, flush=True)
-
-
-if __name__ == "__main__":
-    main()

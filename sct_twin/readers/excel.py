@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -15,12 +14,15 @@ import pandas as pd
 from friction_models.loads import InputError
 
 from .formats import library
-from .table import MAX_COLUMNS, RawTable, check_shape, split_unit, text_of
+from .header import find_header, named_columns
+from .table import MAX_COLUMNS, RawTable, check_shape, text_of
 
 #: Unpacked size of a workbook [bytes], parts in it, and rows that Excel has at most.
 MAX_UNPACKED = 1024**3
 MAX_PARTS = 2_000
 MAX_ROWS = 1_048_576
+#: Rows of a sheet above its table at most.
+_HEAD_ROWS = 200
 #: Text this much larger than its archive is no measurement: numbers do not compress that well.
 MAX_RATIO = 200.0
 _DOCTYPE = tuple(
@@ -45,9 +47,10 @@ def read_excel(file: Path) -> RawTable:
             sheet.reset_dimensions()
             found = _sheet(sheet.iter_rows(values_only=True), f"{file}: sheet {text_of(sheet.title)!r}")
             if found is not None:
-                frame, units = found
-                note = f"sheet {text_of(sheet.title)!r}" if len(book.worksheets) > 1 else ""
-                return RawTable(frame, units, str(file), "Excel", (note,) if note else ())
+                frame, units, notes = found
+                if len(book.worksheets) > 1:
+                    notes.insert(0, f"sheet {text_of(sheet.title)!r}")
+                return RawTable(frame, units, str(file), "Excel", tuple(notes))
     finally:
         book.close()
     raise InputError(f"{file}: no sheet has a row of names above rows of numbers; allowed: such a sheet")
@@ -96,58 +99,81 @@ def _check_part(package: zipfile.ZipFile, part: zipfile.ZipInfo, file: Path) -> 
             tail = text[-32:]
 
 
-def _sheet(rows: Iterator[tuple[Any, ...]], where: str) -> tuple[pd.DataFrame, dict[str, str]] | None:
-    """Return the table of a sheet: names, perhaps units, numbers; what stands above them is passed over."""
-    above: list[tuple[Any, ...]] = []
-    first: tuple[Any, ...] | None = None
-    for row in itertools.islice(rows, 200):
+def _sheet(
+    rows: Iterator[tuple[Any, ...]], where: str
+) -> tuple[pd.DataFrame, dict[str, str], list[str]] | None:
+    """Return the table of a sheet, its units and notes: lines above, names, perhaps units, numbers, closing lines."""
+    above: list[list[str]] = []
+    table: list[tuple[Any, ...]] = []
+    closing: list[tuple[int, str]] = []
+    for line, row in enumerate(rows, 1):
         cells = _trim(row)
         if len(cells) > MAX_COLUMNS:
             raise InputError(f"{where}: {len(cells)} columns; allowed: at most {MAX_COLUMNS}")
-        if len(cells) > 1 and above and sum(_is_number(cell) for cell in cells) > len(cells) // 2:
-            first = cells
-            break
-        if cells:
-            above.append(cells)
-    if first is None:
-        return None
-    width = len(first)
-    heads = [row for row in above if len(row) == width and all(isinstance(cell, str) for cell in row)]
-    second = [row for row in above[-1:] if len(row) <= width and heads and row is not heads[-1]]
-    if not heads:
-        return None
-    if len(heads) > 1 and above[-1] is heads[-1] and above[-2:-1] == heads[-2:-1]:
-        names, marks = heads[-2], list(heads[-1])
-    else:
-        # A units row may leave cells empty.
-        names, marks = heads[-1], list(second[0]) if second else []
-    units: dict[str, str] = {}
-    plain: list[str] = []
-    for number, name in enumerate(names):
-        bare, unit = split_unit(text_of(name))
-        if bare in units:
-            raise InputError(f"{where}: column {bare!r} stands twice in the header; allowed: once")
-        mark = marks[number] if number < len(marks) else None
-        units[bare] = text_of(mark) if isinstance(mark, str) else unit
-        plain.append(bare)
-    table: list[tuple[Any, ...]] = []
-    for row in itertools.chain([first], rows):
-        cells = _trim(row)
-        if cells:
-            table.append((*cells[:width], *([None] * (width - len(cells)))))
+        numbers = (
+            len(cells) > 1 and sum(map(_is_number, cells)) > sum(cell is not None for cell in cells) // 2
+        )
+        if not table and not numbers:
+            above.append(["" if cell is None else text_of(cell) for cell in cells])
+            if len(above) > _HEAD_ROWS:
+                return None
+        elif numbers and closing:
+            raise InputError(
+                f"{where}, row {line}: a second table of numbers begins behind {closing[0][1]!r} in row {closing[0][0]}; "
+                "allowed: one table (one test) a sheet"
+            )
+        elif numbers or (
+            table and any(map(_is_number, cells)) and not any(isinstance(c, str) for c in cells)
+        ):
+            table.append(cells)
+        elif cells:
+            closing.append((line, text_of(next(cell for cell in cells if cell is not None))))
         if len(table) > MAX_ROWS:
             raise InputError(f"{where}: more than {MAX_ROWS} rows; allowed: at most {MAX_ROWS}")
+    if not table or not any(above):
+        return None
+    return _framed(above, table, closing, where)
+
+
+def _framed(
+    above: list[list[str]], table: list[tuple[Any, ...]], closing: list[tuple[int, str]], where: str
+) -> tuple[pd.DataFrame, dict[str, str], list[str]]:
+    """Return a sheet's rows as a table with names and units."""
+    width = max(map(len, [*table, *above]))
+    numbered = [
+        k for k in range(width) if any(k < len(row) and _is_number(row[k]) for row in table[:_HEAD_ROWS])
+    ]
+    header = find_header([[*row, *[""] * (width - len(row))] for row in above], numbered, where)
+    names, notes = named_columns(header.names)
+    if header.row is None:
+        notes.insert(0, "no row of names above the numbers: columns are called by their places")
+    if closing:
+        notes.append(
+            f"{len(closing)} row{'s' if len(closing) > 1 else ''} behind the numbers passed over: {closing[0][1]!r}"
+        )
     check_shape(len(table), width, where)
+    padded = [(*row, *([None] * (width - len(row)))) for row in table]
     columns: dict[str, Any] = {}
-    for name, values in zip(plain, zip(*table)):
-        columns[name] = _numbers(values, name, where)
-    return pd.DataFrame(columns), units
+    units: dict[str, str] = {}
+    first = 1 + len(above)
+    for name, said, unit, values in zip(names, header.names, header.units, zip(*padded)):
+        if not said and all(value is None for value in values):
+            continue
+        columns[name] = _numbers(values, name, first, where)
+        units[name] = unit
+    return pd.DataFrame(columns), units, notes
 
 
-def _numbers(values: tuple[Any, ...], name: str, where: str) -> np.ndarray:
-    for row, value in enumerate(values):
-        if value is not None and not _is_number(value):
-            raise InputError(f"{where}: column {name!r}, row {row}: value {text_of(value)!r} is not a number")
+def _numbers(values: tuple[Any, ...], name: str, first: int, where: str) -> np.ndarray:
+    text = [row for row, value in enumerate(values) if value is not None and not _is_number(value)]
+    if 2 * len(text) > sum(value is not None for value in values):
+        # Dates and remarks.
+        return np.array([None if value is None else text_of(value) for value in values], dtype=object)
+    if text:
+        raise InputError(
+            f"{where}, row {first + text[0]}: column {name!r}: value {text_of(values[text[0]])!r} is not a number; "
+            "allowed: numbers (mend the cell, or take the row out)"
+        )
     return np.array([np.nan if value is None else float(value) for value in values])
 
 

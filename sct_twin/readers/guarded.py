@@ -9,10 +9,8 @@ from __future__ import annotations
 import atexit
 import contextlib
 import json
-import os
 import queue
 import subprocess
-import sys
 import tempfile
 import threading
 from pathlib import Path
@@ -21,6 +19,7 @@ from typing import IO, Any
 import numpy as np
 import pandas as pd
 
+from forming.child import python_command
 from friction_models.loads import InputError
 
 from .table import RawTable
@@ -39,13 +38,11 @@ class _Process:
     """A reading process and the thread that listens to it."""
 
     def __init__(self) -> None:
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
         self.process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "sct_twin.readers._process"],
+            python_command("sct_twin.readers._process"),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            env=environment,
             text=True,
             encoding="utf-8",
         )

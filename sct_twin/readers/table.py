@@ -59,6 +59,8 @@ class RawTable:
         What the file turned out to be.
     notes : tuple of str
         What the reader did or left out, for the user to see.
+    first_line : int
+        Line of the file that holds the first row, where every row has a line of its own; else 0.
     """
 
     frame: pd.DataFrame
@@ -66,6 +68,11 @@ class RawTable:
     source: str
     format: str = "CSV"
     notes: tuple[str, ...] = ()
+    first_line: int = 0
+
+    def place(self, row: int) -> str:
+        """Return where a row stands, for messages: its line in the file where that is known."""
+        return f"line {self.first_line + row}" if self.first_line else f"row {row}"
 
 
 @dataclass

@@ -14,9 +14,11 @@ import numpy as np
 import pandas as pd
 
 from forming.pool import Progress, map_unordered
-from friction_models.loads import InputError, atomic_folder, atomic_path, write_text
+from friction_models.loads import InputError, atomic_folder, atomic_path, check_folder, write_text
+from friction_models.loads.folders import CAMPAIGN, UNFINISHED
+from friction_models.loads.locks import locked
 
-from ..raw_campaign import RawCampaign, check_target, write_tables
+from ..raw_campaign import RawCampaign, write_tables
 from ..result import fingerprint
 from .experiment import Specimen, contact_reading, run_test
 from .hidden import with_offset, without_offset
@@ -202,48 +204,53 @@ class Campaign:
         """
         kind = file_format_named(file_format)
         target = Path(out)
-        check_target(target)
+        check_folder(target, CAMPAIGN)
         tests = self.tests
         rows = tests.to_dict("records")
         report = progress or (lambda done, of, what: None)
-        partial = self._partial(target, kind.name)
-        known = {row["test_id"] for row in rows if (partial / "truth" / f"{row['test_id']}.npz").is_file()}
-        shapes = {_shape(row): float(row["bore"]) for row in rows}
-        tables = specimen_tables(
-            shapes,
-            self._rig,
-            None if self.cache is None else str(self.cache),
-            jobs,
-            lambda done, of: report(0, len(rows), f"virtual upsetting {done} of {of}"),
-        )
-        if known:
-            report(len(known), len(rows), f"{len(known)} tests known")
-        open_rows = [row for row in rows if row["test_id"] not in known]
-        items = [
-            (
-                row,
-                self._law.to_dict(),
-                tables[_shape(row)],
+        partial = _unfinished(target)
+        busy = f"{target}: another run makes a campaign here; wait for it, or use another folder"
+        with locked(partial / ".lock", busy):
+            self._prepare(partial, kind.name)
+            known = {
+                row["test_id"] for row in rows if (partial / "truth" / f"{row['test_id']}.npz").is_file()
+            }
+            shapes = {_shape(row): float(row["bore"]) for row in rows}
+            tables = specimen_tables(
+                shapes,
                 self._rig,
-                self._instruments,
-                int(self.seed),
-                self._faults,
-                kind.name,
-                str(partial),
+                None if self.cache is None else str(self.cache),
+                jobs,
+                lambda done, of: report(0, len(rows), f"virtual upsetting {done} of {of}"),
             )
-            for row in open_rows
-        ]
-        for done, (index, _) in enumerate(map_unordered(_test_to_files, items, jobs)):
-            test_id = open_rows[index]["test_id"]
-            report(len(known) + done + 1, len(rows), f"virtual test {test_id}")
-        with atomic_folder(target) as folder:
-            (partial / "raw").rename(folder / "raw")
-            ids = [str(row["test_id"]) for row in rows]
-            scatter = write_truth(partial / "truth", folder, ids, self._truth())
-            write_tables(folder, self._measured_after(tests, scatter), self._info(kind.name))
-            if kind.name != "canonical":
-                write_channel_map(folder, kind, self._instruments.moving_mass)
-        shutil.rmtree(partial, ignore_errors=True)
+            if known:
+                report(len(known), len(rows), f"{len(known)} tests known")
+            open_rows = [row for row in rows if row["test_id"] not in known]
+            items = [
+                (
+                    row,
+                    self._law.to_dict(),
+                    tables[_shape(row)],
+                    self._rig,
+                    self._instruments,
+                    int(self.seed),
+                    self._faults,
+                    kind.name,
+                    str(partial),
+                )
+                for row in open_rows
+            ]
+            for done, (index, _) in enumerate(map_unordered(_test_to_files, items, jobs)):
+                test_id = open_rows[index]["test_id"]
+                report(len(known) + done + 1, len(rows), f"virtual test {test_id}")
+            with atomic_folder(target, CAMPAIGN) as folder:
+                (partial / "raw").rename(folder / "raw")
+                ids = [str(row["test_id"]) for row in rows]
+                scatter = write_truth(partial / "truth", folder, ids, self._truth())
+                write_tables(folder, self._measured_after(tests, scatter), self._info(kind.name))
+                if kind.name != "canonical":
+                    write_channel_map(folder, kind, self._instruments.moving_mass)
+            shutil.rmtree(partial, ignore_errors=True)
         return target
 
     def _measured_after(
@@ -256,9 +263,8 @@ class Campaign:
         read = [contact_reading(d, name, self._instruments, int(self.seed)) for name, d in true]
         return tests.assign(contact_diameter=read)
 
-    def _partial(self, target: Path, kind: str) -> Path:
-        """Return the folder beside `target` in which finished tests wait; emptied if it is another campaign's."""
-        partial = target.parent / f".{target.name}.partial"
+    def _prepare(self, partial: Path, kind: str) -> None:
+        """Empty the folder in which finished tests wait, if it is another campaign's."""
         key = fingerprint(
             self._tests.to_csv(),
             self._law.to_dict(),
@@ -272,11 +278,10 @@ class Campaign:
         mark = partial / "key"
         whole = mark.is_file() and (partial / "raw").is_dir() and (partial / "truth").is_dir()
         if not whole or mark.read_text(encoding="utf-8") != key:
-            shutil.rmtree(partial, ignore_errors=True)
-            (partial / "raw").mkdir(parents=True)
-            (partial / "truth").mkdir()
+            for name in ("raw", "truth"):
+                shutil.rmtree(partial / name, ignore_errors=True)
+                (partial / name).mkdir()
             write_text(mark, key)
-        return partial
 
     def _truth(self) -> dict[str, Any]:
         return {
@@ -356,3 +361,16 @@ def _test_to_files(
     content = {**test.truth, **{f"scatter/{name}": np.array(value) for name, value in test.scatter.items()}}
     with atomic_path(Path(folder) / "truth" / f"{test_id}.npz") as temporary, temporary.open("wb") as stream:
         np.savez(stream, **content)  # type: ignore[arg-type]
+
+
+def _unfinished(target: Path) -> Path:
+    """Make the folder beside `target` in which finished tests wait, and return it.
+
+    Raises
+    ------
+    InputError
+        A folder of this name holds something else.
+    """
+    partial = check_folder(target.parent / f".{target.name}.partial", UNFINISHED)
+    partial.mkdir(parents=True, exist_ok=True)
+    return partial

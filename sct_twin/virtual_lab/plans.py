@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from friction_models.loads import InputError, missing_column, unknown_name
-from friction_models.loads.dataset import read_table
+from friction_models.loads.table import read_table
 
 from ..raw_campaign import check_test_id
 from .protocols import missing, number, numbers, schedule

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from pathlib import Path
@@ -15,7 +15,8 @@ import forming
 from forming.pool import map_unordered
 from forming.punch_geometry import PunchGeometry
 from forming.upsetting import UpsettingResult
-from friction_models.loads import atomic_path
+from friction_models.loads import InputError, atomic_path
+from friction_models.loads.kept import cache_folder, is_kept, keep
 
 from ..upsetting import robust_upset
 from .plans import SIGMA_LEVELS
@@ -90,33 +91,25 @@ def compute_run(
         "T_tool": T_tool,
         "speed": rig.ram_speed,
     }
-    folder = Path(cache) if cache else cache_folder()
     key = hashlib.sha256(
         (repr((punch, force, rig.mesh_size, sorted(arguments.items()))) + solver_fingerprint()).encode()
-    ).hexdigest()[:24]
-    file = folder / f"upsetting-{key}.npz"
+    ).hexdigest()
     names = [f.name for f in fields(UpsettingResult)]
-    if file.is_file():
-        try:
+    file: Path | None = None
+    with contextlib.suppress(OSError):  # no folder to keep runs in costs time, nothing else
+        file = (Path(cache) if cache else cache_folder()) / f"upsetting-{key[:24]}.npz"
+        if is_kept(file, key):
             with np.load(file, allow_pickle=False) as stored:
                 values: dict[str, Any] = {name: stored[name] for name in names}
             values |= {name: str(values[name]) for name in ("status", "message")}
             return UpsettingResult(**values)
-        except (OSError, ValueError, KeyError):
-            file.unlink(missing_ok=True)
     run = robust_upset(punch, force, rig.mesh_size, "virtual laboratory", **arguments)
-    try:
-        with atomic_path(file) as temporary, temporary.open("wb") as stream:
-            np.savez(stream, **{n: np.asarray(getattr(run, n)) for n in names})  # type: ignore[arg-type]
-    except OSError:
-        return run  # a read-only home folder costs time, nothing else
+    if file is not None:
+        with contextlib.suppress(OSError, InputError):
+            with atomic_path(file) as temporary, temporary.open("wb") as stream:
+                np.savez(stream, **{n: np.asarray(getattr(run, n)) for n in names})  # type: ignore[arg-type]
+            keep(file, key)
     return run
-
-
-def cache_folder() -> Path:
-    """Return the user's cache folder of the project."""
-    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "tribofmu"
 
 
 #: What upsetting uses of the forming package, besides the kernel.

@@ -24,9 +24,10 @@ from .hostile import SECRET, archive, archives, members, texts
 
 #: Texts that name no file to be read: names, numbers, places to write to.
 NO_FILES = {
-    *("demo.out", "demo.hidden", "report.out", "lab.out", "lab.hidden", "ingest.out", "twin.out"),
+    *("demo.out", "demo.hidden", "report.out", "lab.out", "lab.hidden", "ingest.out", "ingest.test_id", "twin.out"),
     *("train.family", "train.out", "train.parameters", "evaluate.json", "predict.out", "pack.out", "pack.target"),
-    *("pack.fmi", "pack.platforms", "pack.parameters", "export.out", "simulate.out", "simulate.mode"),
+    *("pack.fmi", "pack.name", "pack.platforms", "pack.parameters", "export.out", "simulate.out", "simulate.mode"),
+    "compare.mode",
     *("compare.runs", "compare.json", "diagnose.json", "diagnose.report", "refine.add", "refine.out"),
     *("verify.only", "verify.json", "verify.out", "predict-sct.out", "predict-sct.only", "predict-sct.json"),
     *("predict-sct.parameters", "coverage.column", "coverage.rig", "coverage.json", "coverage.report"),

@@ -16,7 +16,8 @@ import pandas as pd
 import pytest
 
 from friction_models import load_model
-from friction_models.loads import LOAD_NAMES, DataSet
+from friction_models.loads import LOAD_NAMES, DataSet, grown
+from friction_models.loads.folders import DEMO
 from orchestrator import Run
 from orchestrator.demo import Demo, Level, Scenario, printed_summary
 from orchestrator.report import write_report
@@ -181,7 +182,7 @@ def demo(home: Path, tmp_path_factory: pytest.TempPathFactory) -> Demo:
         levels=(Level(20.0, 100.0),),
         stroke=7.0,
     )
-    folder = tmp_path_factory.mktemp("demo")
+    folder = grown(tmp_path_factory.mktemp("demo"), DEMO)
     if (home / "data" / "twin").is_dir():  # the same records: the twin takes what it knows already
         shutil.copytree(home / "data" / "twin", folder / "data" / "twin")
     return Demo(folder, scenario, jobs=1)

@@ -1,6 +1,6 @@
 /* Times one generated model and ONNX Runtime's C library on the same points, in turns, single thread.
-   Arguments: shared library of ONNX Runtime, ONNX file, number of rounds. Prints lines "name batch nanoseconds",
-   nanoseconds a point, one line a round; and the largest difference of mu. */
+   Arguments: shared library of ONNX Runtime, ONNX file, the same in single precision, number of rounds. Prints lines
+   "name batch nanoseconds", nanoseconds a point, one line a round; and the largest differences of mu from the first file's. */
 
 #define _GNU_SOURCE /* clock_gettime */
 #include <dlfcn.h>
@@ -24,7 +24,7 @@ enum {
     CREATE_TENSOR = 49,
     CPU_MEMORY = 69
 };
-enum { FATAL = 4, DEVICE_ALLOCATOR = 0, DEFAULT_MEMORY = 0, DOUBLE = 11 };
+enum { FATAL = 4, DEVICE_ALLOCATOR = 0, DEFAULT_MEMORY = 0, SINGLE = 1, DOUBLE = 11 };
 
 typedef void *status;
 typedef struct {
@@ -42,7 +42,12 @@ typedef status (*run_session)(void *session, void *options, const char *const *i
                               const char *const *outputs, size_t m, void **results);
 
 static void *const *ort;
-static void *session, *memory;
+static void *memory;
+
+/* A network in ONNX Runtime with preallocated tensors, one for a single point and one for a batch. */
+typedef struct {
+    void *session, *one_in, *one_out, *many_in, *many_out;
+} runtime;
 
 static void good(status s) {
     if (!s) return;
@@ -50,14 +55,19 @@ static void good(status s) {
     exit(1);
 }
 
-static void open_session(const char *library, const char *path) {
-    void *handle = dlopen(library, RTLD_NOW | RTLD_LOCAL), *environment, *options;
+static void open_library(const char *path) {
+    void *handle = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!handle) {
         fprintf(stderr, "%s\n", dlerror());
         exit(1);
     }
     const ort_base *base = ((const ort_base *(*)(void))dlsym(handle, "OrtGetApiBase"))();
     ort = base->table(1);
+    good(((cpu_memory)ort[CPU_MEMORY])(DEVICE_ALLOCATOR, DEFAULT_MEMORY, &memory));
+}
+
+static void *open_session(const char *path) {
+    void *environment, *options, *session;
     static char content[1 << 24];
     FILE *file = fopen(path, "rb");
     const size_t size = file ? fread(content, 1, sizeof content, file) : 0;
@@ -67,13 +77,14 @@ static void open_session(const char *library, const char *path) {
     good(((set_threads)ort[INTRA_OP_THREADS])(options, 1));
     good(((set_threads)ort[INTER_OP_THREADS])(options, 1));
     good(((create_session)ort[CREATE_SESSION_FROM_ARRAY])(environment, content, size, options, &session));
-    good(((cpu_memory)ort[CPU_MEMORY])(DEVICE_ALLOCATOR, DEFAULT_MEMORY, &memory));
+    return session;
 }
 
-static void *tensor(double *data, int64_t rows, int64_t columns) {
+static void *tensor(void *data, int type, int64_t rows, int64_t columns) {
     const int64_t shape[2] = {rows, columns};
+    const size_t width = type == DOUBLE ? sizeof(double) : sizeof(float);
     void *value = NULL;
-    good(((create_tensor)ort[CREATE_TENSOR])(memory, data, (size_t)(rows * columns) * sizeof *data, shape, 2, DOUBLE, &value));
+    good(((create_tensor)ort[CREATE_TENSOR])(memory, data, (size_t)(rows * columns) * width, shape, 2, type, &value));
     return value;
 }
 
@@ -97,28 +108,34 @@ static double now(void) {
 }
 
 static double loads[5 * MOST], mu[MOST], expected[MOST], one[5], result;
-static void *many_in, *many_out, *one_in, *one_out;
+static float loads32[5 * MOST], mu32[MOST], one32[5], result32;
+static runtime full, single;
 
-static void by_runtime(void *in, void **out) {
+static void by_runtime(const runtime *network, void *in, void **out) {
     static const char *const inputs[] = {"loads"}, *const outputs[] = {"mu"};
-    good(((run_session)ort[RUN])(session, NULL, inputs, &in, 1, outputs, 1, out));
+    good(((run_session)ort[RUN])(network->session, NULL, inputs, &in, 1, outputs, 1, out));
 }
 
 /* One pass over n points, or over 64 points one by one. */
 static void pass(int who, int n) {
     static kernel *const alone[] = {tf_model_mu_plain, tf_model_mu_wide};
     static kernel *const block[] = {tf_model_mu_block_plain, tf_model_mu_block_wide};
+    runtime *network = who == 2 ? &full : &single;
     if (n > 1) {
-        if (who == 2) by_runtime(many_in, &many_out);
+        if (who >= 2) by_runtime(network, network->many_in, &network->many_out);
         else in_blocks(block[who], loads, mu, n);
         return;
     }
     for (int i = 0; i < 64; ++i) {
-        if (who == 2) {
-            memcpy(one, loads + 5 * i, sizeof one);
-            by_runtime(one_in, &one_out);
-            mu[i] = result;
-        } else alone[who](loads + 5 * i, NULL, NULL, mu + i);
+        if (who < 2) {
+            alone[who](loads + 5 * i, NULL, NULL, mu + i);
+            continue;
+        }
+        memcpy(one, loads + 5 * i, sizeof one);
+        memcpy(one32, loads32 + 5 * i, sizeof one32);
+        by_runtime(network, network->one_in, &network->one_out);
+        if (who == 2) expected[i] = result;
+        else mu32[i] = result32;
     }
 }
 
@@ -134,31 +151,42 @@ static double measure(int who, int n) {
 }
 
 int main(int argc, char **argv) {
-    static const char *const names[] = {"baseline", "avx2", "runtime"};
+    static const char *const names[] = {"baseline", "avx2", "runtime", "runtime32"};
     static const int batches[] = {1, 64, MOST};
-    if (argc != 4) return 2;
-    open_session(argv[1], argv[2]);
-    const int rounds = atoi(argv[3]);
+    if (argc != 5) return 2;
+    open_library(argv[1]);
+    full.session = open_session(argv[2]);
+    single.session = open_session(argv[3]);
+    const int rounds = atoi(argv[4]);
     unsigned seed = 1;
     static const double low[5] = {5.0, 20.0, 500.0, 0.0, 1.0}, high[5] = {500.0, 400.0, 2750.0, 60.0, 20.0};
     for (int i = 0; i < 5 * MOST; ++i) {
         seed = seed * 1664525u + 1013904223u;
         loads[i] = low[i % 5] + (high[i % 5] - low[i % 5]) * (seed >> 8) / 16777216.0;
+        loads32[i] = (float)loads[i];
     }
-    one_in = tensor(one, 1, 5);
-    one_out = tensor(&result, 1, 1);
+    full.one_in = tensor(one, DOUBLE, 1, 5);
+    full.one_out = tensor(&result, DOUBLE, 1, 1);
+    single.one_in = tensor(one32, SINGLE, 1, 5);
+    single.one_out = tensor(&result32, SINGLE, 1, 1);
     for (int b = 2; b >= 0; --b) {
-        many_in = tensor(loads, batches[b], 5);
-        many_out = tensor(expected, batches[b], 1);
-        if (batches[b] > 1) by_runtime(many_in, &many_out);
+        const int n = batches[b], points = n > 1 ? n : 64;
+        full.many_in = tensor(loads, DOUBLE, n, 5);
+        full.many_out = tensor(expected, DOUBLE, n, 1);
+        single.many_in = tensor(loads32, SINGLE, n, 5);
+        single.many_out = tensor(mu32, SINGLE, n, 1);
         for (int r = 0; r < rounds; ++r)
-            for (int who = 0; who < 3; ++who)
-                if (who != 1 || tf_wide()) printf("%s %d %.3f\n", names[who], batches[b], measure(who, batches[b]));
-        double worst = 0.0;
-        for (int i = 0; i < 64; ++i) tf_model_mu(loads + 5 * i, NULL, NULL, mu + i);
-        if (batches[b] > 1) in_blocks(tf_model_mu_block, loads, mu, batches[b]);
-        for (int i = 0; i < (batches[b] > 1 ? batches[b] : 64); ++i) worst = fmax(worst, fabs(mu[i] - expected[i]));
-        printf("difference %d %.3g\n", batches[b], worst);
+            for (int who = 0; who < 4; ++who)
+                if (who != 1 || tf_wide()) printf("%s %d %.3f\n", names[who], n, measure(who, n));
+        if (n > 1) in_blocks(tf_model_mu_block, loads, mu, n);
+        else
+            for (int i = 0; i < points; ++i) tf_model_mu(loads + 5 * i, NULL, NULL, mu + i);
+        double worst = 0.0, worst32 = 0.0;
+        for (int i = 0; i < points; ++i) {
+            worst = fmax(worst, fabs(mu[i] - expected[i]));
+            worst32 = fmax(worst32, fabs((double)mu32[i] - expected[i]));
+        }
+        printf("difference %d %.3g\ndifference32 %d %.3g\n", n, worst, n, worst32);
     }
     return 0;
 }

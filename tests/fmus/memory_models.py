@@ -11,8 +11,8 @@ B, K, R, C, D = 0.05, 0.02, 0.1, 1e-4, 20.0
 AGE_0 = 2.0
 
 
-def ageing_bytes() -> bytes:
-    """Return a rate-and-state model whose memory has a closed form at constant speed."""
+def ageing_bytes(distance: float = D) -> bytes:
+    """Return a rate-and-state model whose memory has a closed form at constant speed; it fades over `distance`."""
     nodes = [
         node("Gather", "loads i0", "v", axis=1),
         node("Gather", "loads i1", "temperature", axis=1),
@@ -31,7 +31,7 @@ def ageing_bytes() -> bytes:
     constants = {
         "i0": np.array([0]),
         "i1": np.array([1]),
-        "per_d": np.array(1.0 / D),
+        "per_d": np.array(1.0 / distance),
         "one": np.array(1.0),
         "k": np.array(K),
         "r": np.array(R),

@@ -10,11 +10,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from lxml import etree
 
 from fmus import check, pack, read_friction_fmu
 from fmus.archive import write_archive
+from friction_models import LinearFriction
 from friction_models.loads import InputError, TriboLoads
 from tests.fmus.graphs import BOX, graph_bytes, node, random_loads, runtime, save
+from tests.friction_models.made_up import campaign
 
 Pack = Callable[..., Path]
 
@@ -38,6 +41,21 @@ def test_good_fmus_pass(packed: Pack, linear_onnx: Path, memory_onnx: Path) -> N
         "memory over 10 steps",
     ):
         assert words in text
+
+
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+@pytest.mark.parametrize("lacking", [("T",), ("T", "sd"), ("T", "sd", "psi"), ("v_rel",)])
+def test_a_model_trained_without_some_loads_passes(
+    lacking: tuple[str, ...], fmi: str, tmp_path: Path
+) -> None:
+    model = LinearFriction().fit_frame(campaign(8, 10).drop(columns=list(lacking)))
+    fmu = pack(model, tmp_path / "less.fmu", fmi=fmi, nodes=1 if fmi == "3.0" else 2)
+    report = check(fmu)
+    assert report.ok, str(report)
+    assert "in_domain is true inside" in str(report)
+    xml = etree.fromstring(content_of(fmu)["modelDescription.xml"])
+    said = {v.get("name").partition("[")[0]: v.get("description") for v in xml.iterfind("ModelVariables/*")}
+    assert {n for n in BOX if "not measured in training, no influence" in said[n]} == set(lacking)
 
 
 def test_a_binary_that_does_not_fit_the_packed_model_is_found(

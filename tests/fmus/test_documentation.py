@@ -24,14 +24,16 @@ def source(request: pytest.FixtureRequest, linear_onnx: Path, memory_onnx: Path)
     return read_source({"linear": linear_onnx, "memory": memory_onnx}[request.param])
 
 
-def page_of(source: FrictionSource, nodes: int = 1, fmi: str = "2.0", target: str = "native") -> str:
-    files = friction_documents(source, source.interface(nodes), LIBRARIES, target, fmi)
+def page_of(
+    source: FrictionSource, nodes: int = 1, fmi: str = "2.0", target: str = "native", arrays: bool = False
+) -> str:
+    files = friction_documents(source, source.interface(nodes, arrays=arrays), LIBRARIES, target, fmi)
     return files["documentation/index.html"].decode()
 
 
-@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
-def test_the_page_tells_what_a_user_needs(fmi: str, source: FrictionSource) -> None:
-    text = page_of(source, fmi=fmi)
+@pytest.mark.parametrize(("fmi", "arrays"), [("2.0", False), ("3.0", False), ("3.0", True)])
+def test_the_page_tells_what_a_user_needs(fmi: str, arrays: bool, source: FrictionSource) -> None:
+    text = page_of(source, fmi=fmi, arrays=arrays)
     root = html.fromstring(text)
     plain = " ".join(root.text_content().split())
     for words in (
@@ -44,14 +46,14 @@ def test_the_page_tells_what_a_user_needs(fmi: str, source: FrictionSource) -> N
     ):
         assert words in plain
     rows = [[" ".join(c.text_content().split()) for c in row] for row in root.iter("tr")]
-    size = "[n]" if fmi == "3.0" else ""
+    size = "[n]" if arrays else ""
     for q in LOADS:
         row = next(r for r in rows if r[0] == q.name + size)
         assert row[1:3] == ["input", q.unit]
         assert row[4] == " to ".join(f"{x:.6g}" for x in BOX[q.name])
     names = {r[0] for r in rows}
     assert {f"mu{size}", f"domain_distance{size}", "in_domain", "clamp_to_domain"} <= names
-    assert ("n" in names) == (fmi == "3.0")
+    assert ("n" in names) == arrays
     if source.states:
         assert {f"work{size}", "Ra"} <= names
         assert "The model remembers (work)" in plain

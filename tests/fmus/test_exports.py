@@ -175,9 +175,12 @@ def test_folder_is_complete_reproducible_and_replaces_its_own_kind_only(target: 
     for p in first.rglob("*"):
         if p.is_file() and p.name not in {"model.onnx", "LICENSE.txt"}:
             assert not re.search(r"@[A-Z_0-9]+@", p.read_text()), p
-    (first / "mine.txt").write_text("kept only until the export is written again")
+    (first / "mine.txt").write_text("a folder with other files in it is refused")
+    with pytest.raises(InputError, match=r"mine\.txt"):
+        export(source, first, target)
+    (first / "mine.txt").unlink()
     export(source, first, target)
-    assert not (first / "mine.txt").exists()
+    assert (first / "export.json").is_file()
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "thesis.tex").write_text("...")
     with pytest.raises(InputError, match="holds other files"):
@@ -195,6 +198,6 @@ def test_bad_targets_names_and_paths(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="option of the target 'c'"):
         export(source, tmp_path / "x", "c", tolerance=1.0)
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="this is a file"):
+    with pytest.raises(InputError, match="is a file; allowed: a new or empty folder"):
         export(source, tmp_path / "file", "c")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["file"]

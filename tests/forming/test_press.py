@@ -51,10 +51,12 @@ def test_force_work_and_grid_of_the_repeats():
         "stroke [mm],force [N],repeat\n0,1000,1\n1,2000,1\n",
         "stroke,force,repeat\nmm,N,-\n0,1000,1\n1,2000,1\n",
         "stroke [m],force [kN]\n0,1\n0.001,2\n",
+        "\ufeffstroke;force;repeat;\nm;N;;\n0;1000;1;\n0,001;2000;1;\n",
+        "\ufeffstroke\tforce\nm\tMN\n0\t0.001\n0.001\t0.002\n",
     ],
 )
 def test_units_in_header_or_row_are_converted(tmp_path, text):
-    (tmp_path / "c.csv").write_text(text)
+    (tmp_path / "c.csv").write_text(text, encoding="utf-8")
     curves = read_curves(tmp_path / "c.csv")
     assert curves["stroke"].tolist() == [0.0, 1.0]
     assert curves["force"].tolist() == [1.0, 2.0]
@@ -73,6 +75,8 @@ def test_units_in_header_or_row_are_converted(tmp_path, text):
         ("stroke,force\n2,1\n1,1\n", ["c.csv", "'stroke'", "row 1", "backwards"]),
         ("stroke,force,repeat\n0,1,1\n1,1,\n", ["c.csv", "'repeat'", "row 1"]),
         ("stroke,stroke [mm],force\n0,0,1\n", ["c.csv", "'stroke'", "twice"]),
+        ("stroke,force,force\n0,0,1\n", ["c.csv", "'force'", "twice"]),
+        ("stroke,force,repeat\n2,1,1\n2,1,2\n1,1,1\n", ["c.csv", "'stroke'", "row 2", "backwards"]),
     ],
 )
 def test_a_bad_curve_file_is_named_with_its_row(tmp_path, text, words):
@@ -104,3 +108,19 @@ def test_a_bad_level_is_named_with_its_row(tmp_path, line, words):
 def test_a_folder_without_levels_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"levels\.csv"):
         PressCurves.read(tmp_path)
+
+
+def test_levels_in_other_units_and_clothes(tmp_path):
+    PressCurves((level(),)).save(tmp_path / "press")
+    table = tmp_path / "press" / "levels.csv"
+    table.write_text(
+        "\ufeffT_tool;process;speed [m/s];lubricant;file;\nK;;;;;\n293,15;fre;0,005;oil;a.csv;\n",
+        encoding="utf-8",
+    )
+    (tmp_path / "press" / "press.json").write_text('\ufeff{"press": "servo"}', encoding="utf-8")
+    read = PressCurves.read(tmp_path / "press")
+    assert (read.levels[0].T_tool, read.levels[0].speed) == (pytest.approx(20.0), pytest.approx(5.0))
+    assert read.info["press"] == "servo"
+    table.write_text("process,T_tool,T_tool,speed,lubricant,file\nfre,20,30,5,oil,a.csv\n")
+    with pytest.raises(InputError, match="'T_tool' stands twice"):
+        PressCurves.read(tmp_path / "press")

@@ -86,8 +86,8 @@ def test_bad_data_is_named() -> None:
     model = LinearFriction()
     with pytest.raises(InputError, match=r"column 'mu' .*is missing"):
         model.fit_frame(frame.drop(columns="mu"))
-    with pytest.raises(InputError, match="column 'psi'"):
-        model.fit_frame(frame.drop(columns="psi"))
+    with pytest.raises(InputError, match=r"column 'psi' .*is it 'Psi'"):
+        model.fit_frame(frame.rename(columns={"psi": "Psi"}))
     with pytest.raises(InputError, match=r"column 'mu', row 4: value -0\.5"):
         model.fit_frame(frame.assign(mu=np.where(np.arange(len(frame)) == 4, -0.5, 0.1)))
     with pytest.raises(InputError, match="119 values of mu"):

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from sklearn.ensemble import RandomForestRegressor
+from sklearn.linear_model import LinearRegression
 
 from friction_models import ConstantFriction, LinearFriction
-from friction_models.discovery import diagnose
+from friction_models.discovery import compare, diagnose
 from friction_models.discovery.base_law import base_law
 from friction_models.discovery.binning import prepare
-from friction_models.loads import LOAD_NAMES
+from friction_models.loads import LOAD_NAMES, InputError
 from friction_models.onnx_model import OnnxModel
+
+from . import made_up
 
 LEVEL = 0.074
 
@@ -122,3 +127,43 @@ def test_memory_and_system_variables_of_a_fixed_model_act(tmp_path: Path) -> Non
     assert law.fixed
     np.testing.assert_allclose(law.offset, model.predict_frame(data, rough), atol=1e-9)
     assert np.ptp(law.offset - np.asarray(fixed.predict(data[list(LOAD_NAMES)].to_numpy()))) > 1e-4
+
+
+def test_any_regressor_is_judged_and_one_that_cannot_predict_is_refused() -> None:
+    frame = made_up.campaign(12, 12)
+    loads = frame[list(LOAD_NAMES)].to_numpy()
+    fitted = RandomForestRegressor(5, random_state=0).fit(loads, frame["mu"])
+    answer = diagnose(frame, model=fitted, catalogue=["stribeck"])
+    assert "the RandomForestRegressor model" in answer.sentence
+    three = LinearRegression().fit(loads[:, :3], frame["mu"])
+    for model, said in (
+        (
+            RandomForestRegressor(5),
+            "predict fails (NotFittedError: This RandomForestRegressor instance is not",
+        ),
+        (three, "predict fails (ValueError: X has 5 features, but LinearRegression is expecting 3"),
+    ):
+        for judge in (lambda m: diagnose(frame, model=m), lambda m: compare({"it": m}, frame)):
+            with pytest.raises(InputError) as caught:
+                judge(model)
+            assert said in str(caught.value) and "of the loads v_rel, T, sigma_n, sd, psi" in str(
+                caught.value
+            )
+    for model in (RandomForestRegressor, 3.0, None):
+        with pytest.raises(InputError, match="allowed is a family name, a model, or an object"):
+            diagnose(frame, model=model)
+        with pytest.raises(InputError, match="cannot predict; allowed: an object that is fitted"):
+            compare({"it": model}, frame)
+
+
+def test_columns_of_the_map_never_touch() -> None:
+    found = diagnose(made_up.campaign(20, 20), model="constant")
+    for scale in (1.0, 30.0, 3000.0):
+        averages = found.averages.assign(
+            before=scale * found.averages["before"], sigma_n=30.0 * scale * found.averages["sigma_n"]
+        )
+        lines = replace(found, averages=averages, where=[]).report().splitlines()
+        first = next(k for k, line in enumerate(lines) if line.startswith("The same over sigma_n and T"))
+        rows = [line.split() for line in lines[first + 2 : first + 9]]
+        assert len(rows[0]) in {6, 12}
+        assert all(np.isfinite([float(x) for x in row]).all() for row in rows)  # no two numbers in one word

@@ -156,3 +156,15 @@ def test_the_proposed_protocol_separates_the_rivals_in_the_virtual_laboratory(tm
         earlier["stribeck"] - earlier[rival], later["stribeck"] - later[rival], max(later.values())
     )
     assert found.t > ENOUGH
+
+
+def test_a_test_that_tells_nothing_is_not_proposed() -> None:
+    class Copy(effects.Stribeck):
+        name = "copy"
+
+    points, tests, _ = campaign("stribeck", seed=300, strength=1.4, thin=30, extra=0)
+    found = diagnose(points, tests, catalogue=["stribeck", Copy()])
+    assert set(found.confusion_set) == {"stribeck", "copy"} and not found.next_tests
+    assert "What to test next" not in found.report()
+    said = next(w for w in found.warnings if w.startswith(("stribeck and copy", "copy and stribeck")))
+    assert "no test that could be proposed is expected to separate them (at best 0.0 standard errors" in said

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -15,6 +17,7 @@ from friction_models import (
     LinearFriction,
     PolynomialFriction,
     PowerLawFriction,
+    load_model,
 )
 from friction_models.gradient_boosting import table_of
 from friction_models.loads import LOAD_NAMES, InputError
@@ -53,6 +56,52 @@ def test_linear_leaves_a_constant_load_alone() -> None:
     model = LinearFriction().fit(loads, 0.1 + 1e-5 * loads[:, 1])
     assert model.coef_[4] == 0.0
     np.testing.assert_allclose(model.coef_[1], 1e-5, rtol=1e-9)
+
+
+def tied(decimals: int, seed: int = 0) -> np.ndarray:
+    """Return loads of which T and psi are formulas of v_rel and sd, rounded as a file has them."""
+    loads = anywhere(300, seed)
+    v, _, _, sd, _ = loads.T
+    loads[:, 1] = np.round(20.0 + 0.1 * v + 2.0 * sd, decimals)
+    loads[:, 4] = np.round(1.0 + 0.05 * sd, decimals)
+    return loads
+
+
+@pytest.mark.parametrize("decimals", [7, 9])
+def test_rounding_of_loads_that_follow_from_one_another_is_no_information(decimals: int) -> None:
+    loads = tied(decimals)
+    noise = np.random.default_rng(1).normal(0.0, 0.003, len(loads))
+    mu = 0.1 + 1e-4 * loads[:, 0] + 1e-5 * loads[:, 2] + 5e-4 * loads[:, 3] + noise
+    whole = [loads.min(axis=0), loads.max(axis=0)]
+    box = np.random.default_rng(2).uniform(*whole, (200, 5))
+    for model in (LinearFriction(), PolynomialFriction(degree=1, ridge=0.0)):
+        model.fit(loads, mu)
+        assert np.abs(model.predict(loads) - mu).mean() < 0.004, "as good as the noise where data lie"
+        assert model.predict(box).max() < 0.6, (
+            f"{model.family}: a corner of the domain is not where the data explode"
+        )
+
+
+def test_loads_that_cannot_be_told_apart_are_named(tmp_path: Path) -> None:
+    frame = campaign(8, 20)
+    frame["psi"] = np.round(1.0 + 0.05 * frame["sd"], 9)
+    model = LinearFriction().fit_frame(frame)
+    model.save(tmp_path / "model")
+    for known in (model, load_model(tmp_path / "model")):
+        assert known.card["data"]["not_told_apart"] == ["sd", "psi"]
+    assert "sd and psi follow from one another" in (tmp_path / "model" / "card.md").read_text()
+    assert "not_told_apart" not in LinearFriction().fit_frame(campaign(8, 20)).card["data"]
+    assert "not_told_apart" not in ConstantFriction().fit_frame(frame).card["data"]
+
+
+def test_a_power_law_shares_between_loads_that_follow_from_one_another() -> None:
+    loads = anywhere(300)
+    loads[:, 4] = np.round((loads[:, 3] + 1.0) ** 0.5, 9)  # a power of sd + d0
+    mu = 0.2 * (loads[:, 3] + 1.0) ** -0.3 * np.random.default_rng(1).lognormal(0.0, 0.02, len(loads))
+    model = PowerLawFriction().fit(loads, mu)
+    np.testing.assert_allclose(model.coef_[4] + 0.5 * model.coef_[5], -0.3, atol=0.01)
+    # Both columns are the same when standardised: each carries half.
+    np.testing.assert_allclose(model.coef_[4], 0.5 * model.coef_[5], atol=1e-6)
 
 
 def test_polynomial_represents_every_second_order_surface() -> None:
@@ -259,3 +308,32 @@ def test_training_does_not_change_the_threads_of_torch() -> None:
 def test_bad_parameters_are_named(model: PolynomialFriction, message: str) -> None:
     with pytest.raises(InputError, match=message):
         model.fit_frame(campaign(4, 10))
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.1, 1.0), (0.005, 0.03), (5.0, 60.0)])
+def test_power_law_holds_far_below_the_pressures_of_forming(low: float, high: float, tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    loads = anywhere(300, seed=6)
+    loads[:, 2] = np.exp(rng.uniform(np.log(low), np.log(high), 300))
+    mu = 0.1 * (loads[:, 2] / high) ** -0.4 * ((loads[:, 0] + 1.0) / 100.0) ** -0.1
+    model = PowerLawFriction().fit(loads, mu)
+    assert np.sqrt(np.mean((model.predict(loads) / mu - 1.0) ** 2)) < 0.03
+    coarse = PowerLawFriction(sigma_offset=100.0).fit(loads, mu)  # what every model had before
+    assert np.sqrt(np.mean((coarse.predict(loads) / mu - 1.0) ** 2)) > 0.05
+    same = load_model(model.save(tmp_path / "model"))
+    np.testing.assert_array_equal(same.predict(loads), model.predict(loads))
+    assert same.sigma_offset is None and f"sigma_n + {0.2 * np.median(loads[:, 2]):g})" in same.formula_text()  # type: ignore[attr-defined]
+
+
+def test_power_law_of_before_is_read_and_forming_pressures_keep_its_offset() -> None:
+    loads = anywhere(80)
+    model = PowerLawFriction().fit(loads, law(loads))
+    assert model.sigma_offset_ == 100.0
+    content, arrays = model.parts()
+    old = {**content, "params": {"sigma_offset": 50.0, "v_offset": 1.0, "sd_offset": 1.0}, "learned": {}}
+    read = PowerLawFriction.from_parts(old, arrays)
+    given = PowerLawFriction(sigma_offset=50.0)
+    given.sigma_offset_, given.coef_, given.domain_ = 50.0, model.coef_, model.domain
+    np.testing.assert_array_equal(read.predict(loads), given.predict(loads))
+    with pytest.raises(InputError, match="sigma_offset is -1"):
+        PowerLawFriction.from_parts({**content, "learned": {"sigma_offset": -1.0}}, arrays)

@@ -23,6 +23,7 @@ from friction_models.loads import (
     unknown_name,
     write_json,
 )
+from friction_models.loads.folders import RUN
 
 UNITS = {"v_rel": "mm/s", "T": "degC", "sigma_n": "MPa", "sd": "mm", "psi": "1"}
 
@@ -125,7 +126,7 @@ def test_units_in_the_header_or_in_a_row(points: pd.DataFrame, tmp_path: Path) -
             lambda d: d.rename(columns={"sigma_n": "sigma_N"}),
             r"'sigma_n' \[MPa\] is missing.*is it 'sigma_N'",
         ),
-        (lambda d: d.rename(columns={"T": "T [K]"}), "column 'T' has unit 'K', allowed: 'degC'"),
+        (lambda d: d.rename(columns={"T": "T [MPa]"}), "unit of column 'T' 'MPa'; allowed: K, degC, degF"),
         (lambda d: d.assign(mu=[0.1, np.nan, 0.1]), "column 'mu', row 1: value nan"),
         (lambda d: d.assign(mu=["x", 0.1, 0.1]), "column 'mu', row 0: value 'x' is not a number"),
         (lambda d: d.assign(t=[1.0, 0.0, 0.0]), r"column 't', row 1: time 0\.0 s comes after 1\.0 s"),
@@ -160,7 +161,7 @@ def test_writing_leaves_nothing_half_written(tmp_path: Path) -> None:
     with pytest.raises(RuntimeError), atomic_path(target) as temporary:
         temporary.write_text("new")
         raise RuntimeError
-    with pytest.raises(RuntimeError), atomic_folder(tmp_path / "folder") as folder:
+    with pytest.raises(RuntimeError), atomic_folder(tmp_path / "folder", RUN) as folder:
         (folder / "x").touch()
         raise RuntimeError
     with pytest.raises(ValueError):

@@ -95,9 +95,9 @@ def test_saving_replaces_a_model_but_nothing_else(tmp_path: Path) -> None:
     mine = tmp_path / "thesis"
     mine.mkdir()
     (mine / "chapter.txt").write_text("years of work")
-    with pytest.raises(InputError, match="not a saved model"):
+    with pytest.raises(InputError, match=r"holds other files and no card\.json; allowed: a new or empty"):
         model.save(mine)
-    with pytest.raises(InputError, match="not a saved model"):
+    with pytest.raises(InputError, match="is a file; allowed: a new or empty folder"):
         model.save(mine / "chapter.txt")
     assert (mine / "chapter.txt").read_text() == "years of work"
     with pytest.raises(InputError, match="not fitted"):

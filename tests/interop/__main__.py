@@ -14,10 +14,13 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from friction_models.loads import write_text
 
-from .cases import CASES, Case, Result
+from .cases import CASES
+from .comparing import Case, Result
 from .forming import INCREMENTS, MARKERS, compare_forming
 from .machines import MACHINES
 from .masters import compare_masters
+from .programs import PROGRAMS
+from .running import missing, version
 from .subjects import POINTS, STEP, STEPS, Subjects
 
 _HEADS = ("client", "version", "FMI", "kind", "shape", "model", "result", "largest deviation of mu", "remark")
@@ -48,14 +51,14 @@ def main() -> None:
     parser.add_argument("-o", "--out", type=Path, default=Path("docs/interoperability.md"))
     chosen = parser.parse_args()
     rows = []
-    missing: set[str] = set()
+    absent: set[str] = set()
     with tempfile.TemporaryDirectory(prefix="tribofmu-") as place:
         folder = Path(place)
         (folder / "subjects").mkdir()
         subjects = Subjects(folder / "subjects")
         for k, case in enumerate(CASES):
             if case.version is None:
-                missing.update(case.distributions)
+                absent.update(missing(name) for name in case.needs if version(name) is None)
                 continue
             print(case.label, flush=True)
             rows.append(row(case, case.run(case, subjects, folder / f"case-{k}")))
@@ -71,10 +74,16 @@ def main() -> None:
         "Written by `python -m tests.interop -o docs/interoperability.md` from what it ran; nothing here is typed by hand.",
         "",
         f"Each client runs friction FMUs of two models (one without and one with memory) over {STEPS} steps of {STEP} s with changing "
-        f"loads; N and n are {POINTS} contact points with different loads. mu after each step is compared with ONNX Runtime on the "
-        "same loads; the deviation is relative to mu. SSP: loads from a source FMU, friction, and an FMU that takes mu, written by "
-        "`System.export`. The ecos command line is a program without Python, in an environment without Python; its results are "
+        f"loads; N and n are {POINTS} contact points with different loads. mu after each step is compared with the model's own "
+        "NumPy `predict` on the same loads, in which neither ONNX nor generated C takes part; the deviation is relative to mu. SSP: loads from a source FMU, friction, and an FMU that takes mu, written by "
+        "`System.export`; OMSimulator asks friction again when new loads have arrived, so mu is that of the loads of the same moment. "
+        "An FMU alone in OMSimulator keeps its start values. The ecos command line is a program without Python, in an environment without Python; its results are "
         "printed with six decimals, so that the FMU behind friction gives mu times 1e9.",
+        "",
+        "The distributions come with the extra `[interop]`. fmusim and OMSimulator are not among them: the runs look for them on PATH, or "
+        f"where the variables {' and '.join(f'`{p.variable}`' for p in PROGRAMS.values())} say, and are left out, and named below, where they "
+        "are missing or have another version. "
+        + " ".join(f"{p.name} {p.wanted}: {p.source}." for p in PROGRAMS.values()),
         "",
         f"Run on: {platform.system()} {platform.machine()}, Python {platform.python_version()}.",
         "",
@@ -101,8 +110,8 @@ def main() -> None:
         *table(("compared", "largest relative difference"), masters),
         "",
     ]
-    if missing:
-        lines += [f"Not installed, not run: {', '.join(sorted(missing))}.", ""]
+    if absent:
+        lines += [f"Not here, so not run: {'; '.join(sorted(absent))}.", ""]
     write_text(chosen.out, "\n".join(lines))
     print("\n".join(lines))
 

@@ -2,96 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from friction_models.loads import LOADS, FloatArray
-from orchestrator import System
-
+from .chain import chain, delayed
+from .comparing import CONSTANT, INTEGRATED, Case, Result, compared
 from .ecos_command import run_ecos
-from .running import Outcome, run_child, version
-from .subjects import KINDS, POINTS, SCALE, STEP, STEPS, Subjects, inputs, names, series
-
-#: Largest difference from ONNX Runtime, relative to mu: the same arithmetic in another order.
-CLOSE = 1e-12
-#: mu passes through a printed number, or an integrator.
-PRINTED, INTEGRATED = 1e-11, 1e-6
-
-
-@dataclass
-class Result:
-    """What a case brought.
-
-    Attributes
-    ----------
-    outcome : str
-        ``agrees``, ``differs``, ``refused`` (an error or a crash).
-    deviation : float
-        Largest difference of mu relative to ONNX Runtime; NaN without values.
-    seen : str
-        What stands in the table beside it.
-    """
-
-    outcome: str
-    deviation: float = np.nan
-    seen: str = ""
-
-
-@dataclass(frozen=True)
-class Case:
-    """One run of one client.
-
-    Attributes
-    ----------
-    client, distributions : str, tuple of str
-        Who, and what must be installed for it.
-    fmi, form, shape, model : str
-        Version, kind of the FMU, scalar or array, and which model.
-    run : callable
-        Does it.
-    supported : bool
-        Whether the client is known to be able to do this.
-    """
-
-    client: str
-    distributions: tuple[str, ...]
-    fmi: str
-    form: str
-    shape: str
-    model: str
-    run: Callable[[Case, Subjects, Path], Result]
-    supported: bool = True
-
-    @property
-    def label(self) -> str:
-        """Name in the list of tests."""
-        return f"{self.client}, FMI {self.fmi} {self.form}, {self.shape}, {self.model}"
-
-    @property
-    def points(self) -> int:
-        return 1 if self.shape == "scalar" else int(self.shape.rpartition(" ")[2])
-
-    @property
-    def version(self) -> str | None:
-        """Version of the client, None when something it needs is not installed."""
-        found = [version(name) for name in self.distributions]
-        return None if None in found else found[0]
-
-
-def compared(outcome: Outcome, expected: FloatArray, tolerance: float = CLOSE, scale: float = 1.0) -> Result:
-    """Compare the values of a child process with ONNX Runtime's."""
-    if outcome.result is None or "values" not in outcome.result:
-        return Result("refused", seen=outcome.seen)
-    values = np.array(outcome.result["values"], dtype=float)[: len(expected)] / scale
-    if values.shape != expected.shape:
-        return Result("differs", seen=f"values of shape {values.shape} instead of {expected.shape}")
-    deviation = float(np.max(np.abs(values - expected) / expected))
-    if deviation <= tolerance:
-        return Result("agrees", deviation, outcome.seen)
-    return Result("differs", deviation, "mu is 0.0 throughout" if not values.any() else "other values")
+from .program_cases import PROGRAM_CASES
+from .running import run_child
+from .subjects import KINDS, POINTS, STEP, STEPS, Subjects, inputs, names, series
 
 
 def _job(case: Case, subjects: Subjects) -> dict[str, object]:
@@ -118,18 +38,17 @@ def fmpy_cs(case: Case, subjects: Subjects, folder: Path) -> Result:
 def fmpy_me(case: Case, subjects: Subjects, folder: Path) -> Result:
     """Integrate with an input table; memory against a fine integration by the model itself."""
     work = _job(case, subjects)
+    expected = subjects.expected(case.model, series(case.points))
     if case.model == "memory":
         # Constant loads: what lies between the rows of the table is then no question.
         rows = np.repeat(series(case.points)[:1], STEPS, axis=0)
         work["series"] = rows.tolist()
-        expected = np.vstack(
-            [subjects.start_value(case.model, rows[:1]), subjects.exact(case.model, rows[:-1])]
-        )
+        expected = subjects.integrated(case.model, rows[0], STEPS)
         result = compared(run_child("fmpy_me", work, folder), expected, INTEGRATED)
-        result.seen = result.seen or "loads constant; reference: steps of 20 us"
+        result.seen = result.seen or CONSTANT
         return result
     child = "fmpy_me" if case.points == 1 else "fmpy_me_arrays"
-    return compared(run_child(child, work, folder), subjects.expected(case.model, series(case.points)))
+    return compared(run_child(child, work, folder), expected)
 
 
 def _single(case: Case, subjects: Subjects) -> dict[str, object]:
@@ -178,26 +97,6 @@ def casadi(case: Case, subjects: Subjects, folder: Path) -> Result:
     return Result("agrees", result.deviation, f"derivatives within {worst:.0e} of central differences")
 
 
-def chain(case: Case, subjects: Subjects) -> System:
-    """Return loads -> friction -> meter; what friction has in step k comes from the source after step k - 1."""
-    n = case.points
-    return System.from_dict(
-        {
-            "name": "chain",
-            "communication_step": STEP,
-            "stop_time": STEP * STEPS,
-            "components": {
-                "source": {"fmu": str(subjects.source(n))},
-                "friction": {"fmu": str(subjects.friction(case.model, case.fmi, n))},
-                "meter": {"fmu": str(subjects.meter(n))},
-            },
-            "connections": [f"source.{q.name} -> friction.{q.name}" for q in LOADS]
-            + ["friction.mu -> meter.mu"],
-            "record": ["meter.scaled", "friction.mu"],
-        }
-    )
-
-
 def _ssp(case: Case, subjects: Subjects, folder: Path, boundary: bool = False) -> dict[str, object]:
     folder.mkdir(parents=True, exist_ok=True)
     path = chain(case, subjects).export(folder / "chain.ssp", boundary)
@@ -210,25 +109,16 @@ def _ssp(case: Case, subjects: Subjects, folder: Path, boundary: bool = False) -
     }
 
 
-def _delayed(case: Case, outcome: Outcome, expected: FloatArray, tolerance: float = PRINTED) -> Result:
-    """Compare after the two steps that mu takes to the meter's output."""
-    if outcome.result and "values" in outcome.result:
-        values = outcome.result["values"]
-        outcome = Outcome({"values": values[1:]}, outcome.seen)
-        expected = expected[: len(values) - 1]
-    return compared(outcome, expected, tolerance, SCALE)
-
-
 def ssp_libcosim(case: Case, subjects: Subjects, folder: Path) -> Result:
     """`CosimExecution.from_ssp_file`, with the step of its annotation."""
     outcome = run_child("libcosim", _ssp(case, subjects, folder), folder)
-    return _delayed(case, outcome, subjects.expected(case.model, series(case.points)))
+    return delayed(case, outcome, subjects.expected(case.model, series(case.points)))
 
 
 def ssp_ecospy(case: Case, subjects: Subjects, folder: Path) -> Result:
     """`EcosSimulation(ssp_path=...)`."""
     outcome = run_child("ecos_python", _ssp(case, subjects, folder), folder)
-    return _delayed(case, outcome, subjects.expected(case.model, series(case.points)))
+    return delayed(case, outcome, subjects.expected(case.model, series(case.points)))
 
 
 def ssp_ecos(case: Case, subjects: Subjects, folder: Path) -> Result:
@@ -236,19 +126,16 @@ def ssp_ecos(case: Case, subjects: Subjects, folder: Path) -> Result:
     work = _ssp(case, subjects, folder)
     columns = [str(n).replace(".", "::", 1) for n in work["outputs"]]  # type: ignore[attr-defined]
     outcome = run_ecos(Path(str(work["ssp"])), columns, folder)
-    return _delayed(case, outcome, subjects.expected(case.model, series(case.points)))
+    return delayed(case, outcome, subjects.expected(case.model, series(case.points)))
 
 
 def ssp_fmpy(case: Case, subjects: Subjects, folder: Path) -> Result:
     """fmpy.ssp: validated, then simulated; its connected inputs begin at zero."""
     outcome = run_child("fmpy_ssp", _ssp(case, subjects, folder), folder)
-    loads = series(case.points)
-    loads[0] = 0.0
-    expected = subjects.expected(case.model, loads)
-    if outcome.result is not None:  # the first row of mu is that of zero loads, and says nothing
+    # The first row of mu is that of zero loads: it says nothing, and leaves the memory as it was.
+    if outcome.result is not None:
         outcome.result["values"] = outcome.result["values"][1:]
-        expected = expected[1:]
-    return _delayed(case, outcome, expected)
+    return delayed(case, outcome, subjects.expected(case.model, series(case.points)[1:]))
 
 
 def container(case: Case, subjects: Subjects, folder: Path) -> Result:
@@ -278,7 +165,7 @@ def ssp_container(case: Case, subjects: Subjects, folder: Path) -> Result:
         "series": [[]] * STEPS,
         "step": work["step"],
     }
-    return _delayed(
+    return delayed(
         case, run_child("fmpy_cs", run, folder), subjects.expected(case.model, series(case.points))
     )
 
@@ -316,12 +203,13 @@ def _cases() -> list[Case]:
             Case("ecospy", ecos, three, cosim, "scalar", model, ecospy),
             Case("fmucontainer", box, two, cosim, "scalar", model, container),
             Case("fmucontainer", box, two, cosim, many, model, container),
+            Case("fmucontainer", box, three, cosim, "scalar", model, container),
             *(Case("fmpy", ("fmpy",), v, "validation", "scalar", model, validated) for v in (two, three)),
             *(Case("fmutool", box, v, "validation", "scalar", model, validated) for v in (two, three)),
             Case("ecos command line", ecos, two, "SSP", "scalar", model, ssp_ecos),
         ]
     cases += [
-        Case("CasADi", ("casadi",), two, exchange, "scalar", KINDS[0], casadi),
+        *(Case("CasADi", ("casadi",), v, exchange, "scalar", KINDS[0], casadi) for v in (two, three)),
         Case("fmpy", ("fmpy",), three, exchange, array, KINDS[0], fmpy_me),
         Case("ecos command line", ecos, three, "SSP", "scalar", "memory", ssp_ecos),
         Case("ecos command line", ecos, two, "SSP", large, "memory", ssp_ecos),
@@ -334,9 +222,9 @@ def _cases() -> list[Case]:
         Case("fmucontainer", box, two, "SSP", "scalar", "memory", ssp_container),
         Case("libcosimpy", ("libcosimpy",), three, cosim, "scalar", KINDS[0], libcosim, supported=False),
         Case("ecospy", ecos, three, cosim, array, KINDS[0], ecospy, supported=False),
-        Case("fmucontainer", box, three, cosim, "scalar", KINDS[0], container, supported=False),
+        Case("fmucontainer", box, three, cosim, array, KINDS[0], container, supported=False),
     ]
     return cases
 
 
-CASES = sorted(_cases(), key=lambda case: (case.client.lower(), case.fmi, case.form))
+CASES = sorted(_cases() + PROGRAM_CASES, key=lambda case: (case.client.lower(), case.fmi, case.form))

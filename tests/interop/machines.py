@@ -80,7 +80,7 @@ class Machine:
         return self.label, by, model, "agrees" if deviation <= 1e-12 else "other values", f"{deviation:.1e}"
 
     def deviation(self, subjects: Subjects, model: str, values: FloatArray) -> float:
-        """Return the largest deviation of mu from ONNX Runtime, relative to mu."""
+        """Return the largest deviation of mu from the model's own, relative to mu."""
         expected = subjects.expected(model, series(), HOST_STEP)[:, 0]
         return float(np.max(np.abs(values - expected) / expected))
 

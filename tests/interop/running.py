@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from .programs import PROGRAMS
+
 ROOT = Path(__file__).resolve().parents[2]
 SECONDS = 120
 
@@ -56,9 +58,16 @@ def run(command: list[str], folder: Path, environment: dict[str, str], cwd: Path
     return Outcome(None, said[-1][:200] if said else f"exit code {code}")
 
 
-def version(distribution: str) -> str | None:
-    """Return the version of an installed distribution, None without it."""
+def version(name: str) -> str | None:
+    """Return the version of an installed distribution or of a program, None without it."""
+    if name in PROGRAMS:
+        return PROGRAMS[name].version
     try:
-        return importlib.metadata.version(distribution)
+        return importlib.metadata.version(name)
     except importlib.metadata.PackageNotFoundError:
         return None
+
+
+def missing(name: str) -> str:
+    """Say what is not here, and where it should have been."""
+    return PROGRAMS[name].missing if name in PROGRAMS else f"{name} (extra [interop])"

@@ -1,4 +1,4 @@
-"""What all clients run: friction FMUs, a series of loads, FMUs that give loads and take mu, and ONNX Runtime's answers."""
+"""What all clients run: friction FMUs, a series of loads, FMUs that give loads and take mu, and the models' own answers."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 from fmus import pack
 from friction_models import LinearFriction, PolynomialFriction, effects
-from friction_models.loads import LOAD_NAMES, LOADS, FloatArray
-from friction_models.onnx_model import OnnxModel
+from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, TriboLoads
+from friction_models.ops import LoadColumns, NumpyOps
 from tests.friction_models.made_up import campaign
 from tests.orchestrator.native_fmus import Real, native_fmu
 
@@ -49,7 +50,7 @@ def series(points: int = 1, steps: int = STEPS, first: int = 0) -> FloatArray:
 
 
 def _courses(points: int) -> list[tuple[float, float, float, float]]:
-    return [(*_COURSE[q], 1.0 / (1.0 + 0.02 * k)) for q in LOAD_NAMES for k in range(points)]
+    return [(*_COURSE[q], 1.0 + 0.25 * k / points) for q in LOAD_NAMES for k in range(points)]
 
 
 @dataclass
@@ -75,19 +76,12 @@ class Subjects:
             "memory": (LinearFriction() + effects.WorkExhaustion(W_c=0.4, n=1.0)).fit_frame(worn),
         }
 
-    @cached_property
-    def references(self) -> dict[str, OnnxModel]:
-        """The models' ONNX graphs in ONNX Runtime."""
-        return {
-            kind: OnnxModel(model.to_onnx(self.folder / f"{kind.replace(' ', '-')}.onnx"))
-            for kind, model in self.models.items()
-        }
-
     def friction(self, kind: str, fmi: str = "2.0", points: int = 1, **options: Any) -> Path:
-        """Return a friction FMU; FMI 3.0 ones have arrays of open length."""
+        """Return a friction FMU; with FMI 3.0 several points are an array of open length."""
         key = f"{kind.replace(' ', '-')}-{fmi}-{points}-{'-'.join(map(str, options.values()))}"
         if key not in self._made:
             nodes = points if fmi == "2.0" else 1
+            options |= {"arrays": fmi == "3.0" and points > 1}
             path = self.folder / key / "friction.fmu"
             path.parent.mkdir(parents=True)
             self._made[key] = pack(self.models[kind], path, nodes=nodes, fmi=fmi, **options)
@@ -114,7 +108,9 @@ class Subjects:
         return self._made[key]
 
     def expected(self, kind: str, loads: FloatArray, step: float = STEP) -> FloatArray:
-        """Return mu after each step by ONNX Runtime, shape (steps, points).
+        """Return mu after each step as the model itself computes it with NumPy, shape (steps, points).
+
+        Neither ONNX nor generated C takes part in this.
 
         Parameters
         ----------
@@ -125,46 +121,77 @@ class Subjects:
         step : float
             Length of the steps [s].
         """
-        model = self.references[kind]
+        model, steps = self.models[kind], len(loads)
         points = loads.shape[1] // len(LOADS)
-        state = model.start_state(points) if model.states else None
-        rows: list[FloatArray] = []
-        for row in loads:
-            now = row.reshape(len(LOADS), points).T
-            inside = now if model.domain is None else model.domain.clamp(now)
-            if state is None:
-                rows.append(model.predict(inside))
-                continue
-            if (now[:, 2] > 0.0).any():  # points without contact keep their memory; here all or none
-                _, state = model.step(now, state, step)
-            rows.append(model.predict(inside, state))
-        if state is not None:
+        by_point = loads.reshape(steps, len(LOADS), points).transpose(2, 0, 1)
+        assert (model.domain.clamp(by_point) == by_point).all(), (
+            "FMUs clamp to the domain, `predict` does not"
+        )
+        # `predict` gives the start state to the first point of a test; an FMU first makes a step.
+        rows = np.concatenate([by_point[:, :1], by_point], axis=1)
+        mu = model.predict(
+            TriboLoads(
+                *rows.reshape(-1, len(LOADS)).T,
+                t=np.tile(step * np.arange(steps + 1), points),
+                test_id=np.repeat(np.arange(points).astype(str), steps + 1),
+            )
+        )
+        found = mu.reshape(points, steps + 1)[:, 1:].T
+        if model.states:
             # Without this a client could forget all about memory and nobody would see it.
-            fresh = model.predict(inside, model.start_state(points))
-            assert (np.abs(rows[-1] - fresh) > 1e-3).all()
-        return np.array(rows)
+            fresh = model.predict(by_point[:, -1])
+            assert (np.abs(found[-1] - fresh) > 1e-3).all()
+        return found
 
-    def start_value(self, kind: str, loads: FloatArray) -> FloatArray:
-        """Return mu of one point before the first step, shape (1, 1)."""
-        model = self.references[kind]
-        assert model.domain is not None
-        return np.array([model.predict(model.domain.clamp(loads), model.start_state(1))])
+    def at_once(self, kind: str, loads: FloatArray) -> FloatArray:
+        """Return mu at the beginning of each step: the loads are new, memory is that of the steps before.
 
-    def exact(self, kind: str, loads: FloatArray) -> FloatArray:
-        """Return mu of one point with memory at the ends of steps, in very small parts, as an integrator sees it."""
-        model, parts = self.references[kind], 500
-        state = model.start_state(1)
-        rows = []
-        for row in loads:
-            for _ in range(parts):
-                _, state = model.step(row[None], state, STEP / parts)
-            assert model.domain is not None
-            rows.append(model.predict(model.domain.clamp(row[None]), state))
-        return np.array(rows)
+        So masters see it that ask an FMU again when its inputs have changed; shape (steps, points).
+        """
+        model, steps = self.models[kind], len(loads)
+        points = loads.shape[1] // len(LOADS)
+        rows = np.repeat(loads.reshape(steps, len(LOADS), points).transpose(2, 0, 1), 2, axis=1)
+        times = np.repeat(STEP * np.arange(steps + 1), 2)[1:-1]  # no time passes before every second row
+        test_id = np.repeat(np.arange(points).astype(str), 2 * steps)
+        mu = model.predict(
+            TriboLoads(*rows.reshape(-1, len(LOADS)).T, t=np.tile(times, points), test_id=test_id)
+        )
+        return np.asarray(mu.reshape(points, 2 * steps)[:, ::2].T)
+
+    def integrated(self, kind: str, loads: FloatArray, rows: int) -> FloatArray:
+        """Return mu of the model with memory under constant loads, from fresh contact on, shape (rows, points).
+
+        The friction work obeys dW/dt = mu(W) sigma_n v_rel; the law of mu is the model's, the integrator SciPy's.
+
+        Parameters
+        ----------
+        kind : str
+        loads : ndarray, shape (5 * points,)
+        rows : int
+            A row a step, the first one at the start.
+        """
+        model, x = self.models[kind], NumpyOps()
+        columns = LoadColumns(*(column[:, None] for column in loads.reshape(len(LOADS), -1)))
+
+        def mu(work: FloatArray) -> FloatArray:
+            return np.asarray(x.relu(model.formula(x, columns, [work[:, None]])))[:, 0]
+
+        power = 1e-3 * columns.sigma_n[:, 0] * columns.v_rel[:, 0]  # J/mm2 a second for mu = 1
+        times = STEP * np.arange(rows)
+        found = solve_ivp(
+            lambda _t, work: power * mu(work),
+            (0.0, times[-1]),
+            np.zeros(len(power)),
+            "DOP853",
+            times,
+            rtol=1e-11,
+            atol=1e-13,
+        )
+        return np.array([mu(work) for work in found.y.T])
 
     def slopes(self, kind: str, loads: FloatArray) -> FloatArray:
-        """Return d mu / d loads by central differences of ONNX Runtime, shape (steps, 5)."""
-        model = self.references[kind]
+        """Return d mu / d loads of a model without memory by central differences, shape (steps, 5)."""
+        model = self.models[kind]
         columns = []
         for k in range(len(LOADS)):
             h = 1e-4 * np.maximum(np.abs(loads[:, k]), 1.0)

@@ -11,12 +11,15 @@ from fmus.native.compile import build, fmi_headers
 
 _CODE = """
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
+#include <unistd.h>
 #include "fmi2Functions.h"
 
 enum { %(names)s, COUNT };
-typedef struct { double v[COUNT]; fmi2CallbackLogger logger; void *environment; char name[64]; } model;
+typedef struct { double v[COUNT]; fmi2CallbackLogger logger; void *environment; char name[64]; double reached; } model;
 #define V(x) (m->v[x])
 #define SAY(...) m->logger(m->environment, m->name, fmi2Error, "logStatusError", __VA_ARGS__)
 
@@ -56,7 +59,8 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 }
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean last) {
     (void)last;
-    if (!step(c, t, h)) return fmi2Error;
+    if (!step(c, t, h)) return %(refused)s;
+    ((model *)c)->reached = t + h;
     outputs(c, t + h);
     return fmi2OK;
 }
@@ -83,8 +87,11 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     (void)c; (void)vr; (void)o; (void)x; return n ? fmi2Error : fmi2OK; }
 fmi2Status fmi2CancelStep(fmi2Component c) { (void)c; return fmi2Error; }
 #define STATUS(call, type) fmi2Status call(fmi2Component c, const fmi2StatusKind k, type *x) { (void)c; (void)k; (void)x; return fmi2Discard; }
-STATUS(fmi2GetStatus, fmi2Status) STATUS(fmi2GetRealStatus, fmi2Real) STATUS(fmi2GetIntegerStatus, fmi2Integer)
-STATUS(fmi2GetBooleanStatus, fmi2Boolean) STATUS(fmi2GetStringStatus, fmi2String)
+STATUS(fmi2GetStatus, fmi2Status) STATUS(fmi2GetIntegerStatus, fmi2Integer) STATUS(fmi2GetStringStatus, fmi2String)
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind k, fmi2Boolean *x) {
+    (void)c; *x = %(terminated)d; return k == fmi2Terminated ? fmi2OK : fmi2Discard; }
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind k, fmi2Real *x) {
+    *x = ((model *)c)->reached; return k == fmi2LastSuccessfulTime ? fmi2OK : fmi2Discard; }
 """
 
 _XML = """<?xml version="1.0" encoding="UTF-8"?>
@@ -96,6 +103,16 @@ _XML = """<?xml version="1.0" encoding="UTF-8"?>
   <ModelStructure><Outputs>{outputs}</Outputs><InitialUnknowns>{unknowns}</InitialUnknowns></ModelStructure>
 </fmiModelDescription>
 """
+
+
+#: What units are made of: OMSimulator compares that, not their names.
+_BASE = {
+    "mm/s": 'm="1" s="-1" factor="0.001"',
+    "degC": 'K="1" offset="273.15"',
+    "MPa": 'kg="1" m="-1" s="-2" factor="1000000.0"',
+    "mm": 'm="1" factor="0.001"',
+    "1": "",
+}
 
 
 @dataclass(frozen=True)
@@ -113,7 +130,13 @@ class Real:
 
 
 def native_fmu(
-    path: Path, variables: Sequence[Real], outputs: str = "", step: str = "", platforms: Sequence[str] = ()
+    path: Path,
+    variables: Sequence[Real],
+    outputs: str = "",
+    step: str = "",
+    platforms: Sequence[str] = (),
+    refused: str = "fmi2Error",
+    terminated: bool = False,
 ) -> Path:
     """Compile an FMU.
 
@@ -127,12 +150,18 @@ def native_fmu(
         C statements that compute outputs at time ``t``.
     step : str
         C statements that advance the model from ``t`` by ``h``; ``return 0;`` fails.
+    refused : str
+        Status of such a step.
+    terminated : bool
+        Whether the FMU answers that it ended the simulation when it is asked after a discarded step.
     """
     name = path.stem
     code = _CODE % {
         "names": ", ".join(v.symbol for v in variables),
         "outputs": outputs,
         "step": step,
+        "refused": refused,
+        "terminated": terminated,
         "start": " ".join(f"V({v.symbol}) = {v.start!r};" for v in variables),
     }
     lines, given = [], []
@@ -149,7 +178,7 @@ def native_fmu(
             given.append(f'<Unknown index="{k + 1}" dependencies=""/>')
     xml = _XML.format(
         name=name,
-        units="".join(f'<Unit name="{u}"/>' for u in sorted({v.unit for v in variables})),
+        units="".join(_unit(u) for u in sorted({v.unit for v in variables})),
         variables="".join(lines),
         outputs="".join(given),
         unknowns="".join(given),
@@ -157,3 +186,8 @@ def native_fmu(
     built = build({"model.c": code} | fmi_headers(), "model.c", name, list(platforms) or None)
     files = {"modelDescription.xml": xml.encode()} | {f"binaries/{n}": b for n, b in built.items()}
     return write_archive(path, files)
+
+
+def _unit(name: str) -> str:
+    base = f"<BaseUnit {_BASE[name]}/>" if name in _BASE else ""
+    return f'<Unit name="{name}">{base}</Unit>'

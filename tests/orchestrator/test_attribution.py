@@ -169,13 +169,13 @@ def test_systems_that_cannot_be_varied_are_refused(
 ) -> None:
     alone = System.from_dict({**system.model_dump(mode="json", exclude_none=True), "connections": []})
     with pytest.raises(InputError, match="comes from 0 components"):
-        attribute(pressed(), alone, CAUSES, tmp_path)
+        attribute(pressed(), alone, CAUSES, tmp_path / "runs")
     cup = PressCurves(tuple(replace(v, process="bce") for v in pressed().levels), {})
     with pytest.raises(InputError, match="the systems form fre"):
-        attribute(cup, system, CAUSES, tmp_path)
+        attribute(cup, system, CAUSES, tmp_path / "runs")
     foreign = system.swap("friction", without_graph(system.fmu_path("friction"), tmp_path / "foreign.fmu"))
     with pytest.raises(InputError, match=r"resources/model.onnx.*friction cannot be told"):
-        attribute(pressed(), foreign, CAUSES, tmp_path)
+        attribute(pressed(), foreign, CAUSES, tmp_path / "runs")
 
 
 def without_graph(fmu: Path, target: Path) -> Path:

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 from friction_models.loads import InputError
+from friction_models.loads.kept import path_digest
 from orchestrator.campaign import Campaign, Job, JobResult
-from orchestrator.campaign_keys import path_digest
 from orchestrator.campaign_places import Cluster
 from orchestrator.errors import SimulationError
 
@@ -100,6 +100,7 @@ def test_results_are_kept_and_only_what_changed_is_computed(tmp_path: Path) -> N
         assert drawn.read_bytes() == whole
     # A list of files that leads out of the folder makes no result.
     content = json.loads(damaged.read_text(encoding="utf-8"))
+    del content["sha256"]  # as of a version before
     content["files"] = {"../../../data.txt": [3, path_digest(data)]}
     damaged.write_text(json.dumps(content), encoding="utf-8")
     assert campaign(1).dry_run().to_do == 1
@@ -265,3 +266,24 @@ def test_what_cannot_be_a_campaign_is_refused(tmp_path: Path) -> None:
         campaign.run(jobs=0)
     with pytest.raises(InputError, match="not an address"):
         campaign.run(scheduler="localhost")
+
+
+def test_results_that_were_changed_or_exchanged_are_computed_again(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    jobs = [numbers("one", 1, log=str(log)), numbers("two", 2, log=str(log))]
+    first = Campaign(tmp_path / "study", jobs, CODE).run(jobs=1)
+    expected, (one, two) = totals(first), (r.folder for r in first.values())
+
+    def again() -> list[int]:
+        log.unlink()
+        assert totals(Campaign(tmp_path / "study", jobs, CODE).run(jobs=1)) == expected
+        return calls(log)
+
+    one.rename(tmp_path / "aside")
+    two.rename(one)
+    (tmp_path / "aside").rename(two)
+    assert again() == [1, 2]
+    content = json.loads((one / "result.json").read_text(encoding="utf-8"))
+    content["values"]["total"] += 1.0
+    (one / "result.json").write_text(json.dumps(content), encoding="utf-8")
+    assert again() == [1]

@@ -116,10 +116,10 @@ def test_several_values_of_one_option() -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda f: f.drop(columns="sigma_n"), ["points.csv", "'sigma_n'", "missing"]),
+        (lambda f: f[["test_id", "t", "mu"]], ["points.csv", "'v_rel'", "missing"]),
         (lambda f: f.rename(columns={"sigma_n": "sigma"}), ["'sigma_n'", "is it 'sigma'"]),
-        (lambda f: f.rename(columns={"T": "T [K]"}), ["'T'", "'K'", "allowed: 'degC'"]),
-        (lambda f: f.assign(mu=f["mu"].where(f.index != 7)), ["'mu'", "row 7", "nan"]),
+        (lambda f: f.rename(columns={"T": "T [MPa]"}), ["'T'", "'MPa'", "allowed: K, degC, degF"]),
+        (lambda f: f.assign(mu=f["mu"].where(f.index % 7 != 6)), ["'mu'", "row 6", "8 of 60 points", "10%"]),
         (lambda f: f.assign(t=f["t"].iloc[::-1].to_numpy()), ["'t'", "row 1", "must not run backwards"]),
         (lambda f: f.assign(v_rel=-f["v_rel"]), ["'v_rel'", "row 0", "0 to 100000 mm/s"]),
         (lambda f: f.assign(psi="much"), ["'psi'", "'much'", "not a number"]),
@@ -286,19 +286,19 @@ def test_a_solver_that_refuses_a_value_is_heard(capsys: pytest.CaptureFixture[st
     assert said.endswith("half_angle = 89.0 degrees; allowed: 10 to 80 degrees")
 
 
-def test_settings_in_other_units_are_refused(refused: Check, tmp_path: Path) -> None:
+def test_settings_in_units_that_do_not_fit_are_refused(refused: Check, tmp_path: Path) -> None:
     plan = tmp_path / "plan.csv"
-    plan.write_text("sigma_set [MPa],v_set [mm/s],T_tool [K]\n1000,50,293.15\n")
+    plan.write_text("sigma_set [MPa],v_set [mm/s],T_tool [s]\n1000,50,293.15\n")
     said = refused("lab", "--plan", plan, "-o", tmp_path / "campaign")
-    assert f"{plan}: column 'T_tool' has unit 'K', allowed: 'degC'" in said
+    assert f"{plan}: unknown unit of column 'T_tool' 's'; allowed: K, degC, degF" in said
     press = tmp_path / "press"
     press.mkdir()
     (press / "a.csv").write_text("stroke [mm],force [kN]\n0,0\n1,10\n")
     (press / "levels.csv").write_text(
-        "process,T_tool [°C],speed [m/s],lubricant,file\nfre,20,0.005,oil,a.csv\n", encoding="utf-8"
+        "process,T_tool [°C],speed [MPa],lubricant,file\nfre,20,0.005,oil,a.csv\n", encoding="utf-8"
     )
     said = refused("compare", "--models", "0.08", "--press", press)
-    assert "column 'speed' has unit 'm/s', allowed: 'mm/s'" in said
+    assert "unit of column 'speed' 'MPa'; allowed: " in said and "mm/s" in said
     (press / "levels.csv").write_text(
         "process;T_tool;speed;lubricant;file\nfre;20,5;5;oil;a.csv\nfre;20,5;5;oil;a.csv\n", encoding="utf-8"
     )

@@ -136,7 +136,7 @@ def test_history_with_foreign_names_units_and_signs(tmp_path: Path) -> None:
     ("text", "columns", "message"),
     [
         ("a,b\n1,2\n", {}, "none of its columns is a load"),
-        ("sigma_n [MPa],v_rel\n100,1\n100,x1\n", {}, "finite number"),
+        ("sigma_n [MPa],v_rel,sd\n100,1,5\n100,x1,5\n", {}, "finite number"),
         ("sigma_n [kN],v_rel\n100,1\n", {}, "unit of 'sigma_n'"),
         ("p,v_rel\n100,1\n", {"sigma_n": "pp"}, "'pp'"),
         ("p,v_rel\n100,1\n", {"sigma": "p"}, "did you mean 'sigma_n'"),

@@ -47,7 +47,8 @@ def fmu(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return {
         "one": pack(model, folder / "one.fmu"),
         "all": pack(model, folder / "all.fmu", nodes=POINTS),
-        "three": pack(model, folder / "three.fmu", fmi="3.0"),
+        "three": pack(model, folder / "three.fmu", fmi="3.0", arrays=True),
+        "scalars": pack(model, folder / "scalars.fmu", fmi="3.0"),
         "long": pack(model, folder / "long.fmu", fmi="3.0", nodes=9),
         "process": native_fmu(folder / "process.fmu", variables, "\n".join(lines), step),
     }
@@ -70,10 +71,10 @@ def test_swapping_versions_changes_nothing(fmu: dict[str, Path], tmp_path: Path,
     base = system(fmu, "all")
     runs = {
         which: Master(base.swap("friction", fmu[which]), mode).run(tmp_path / which)
-        for which in ("all", "one", "three", "long")
+        for which in ("all", "one", "three", "long", "scalars")
     }
     assert np.ptp(runs["all"]["friction.mu"][-1]) > 1e-4, "points must differ"
-    for which in ("one", "three", "long"):
+    for which in ("one", "three", "long", "scalars"):
         for name in ("process.force", "process.sd", "friction.mu"):
             np.testing.assert_allclose(runs[which][name], runs["all"][name], rtol=1e-13)
     assert runs["three"]["friction.mu"].shape == (STEPS + 1, POINTS)
@@ -105,7 +106,7 @@ def test_length_by_start_value_and_what_is_refused(fmu: dict[str, Path]) -> None
         system(fmu, "three", **friction(0)).validate()
 
 
-@pytest.mark.parametrize("which", ["one", "three", "long"])
+@pytest.mark.parametrize("which", ["one", "three", "long", "scalars"])
 def test_one_value_for_all_points(fmu: dict[str, Path], tmp_path: Path, which: str) -> None:
     connections = [
         "process.T_all -> friction.T" if q == "T" else f"process.{q} -> friction.{q}" for q in LOAD_NAMES

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -40,3 +41,31 @@ def test_a_failing_run_is_heard_and_finished_ones_stay(tiny: dict[str, Path], tm
         run_all([RunTask(system, tmp_path / "a"), RunTask(fragile, tmp_path / "b")], jobs=1)
     assert (tmp_path / "a" / "manifest.json").is_file()
     assert not Run.load(tmp_path / "b", stopped=True).complete
+
+
+def test_kept_runs_that_were_damaged_or_exchanged_are_computed_again(
+    tiny: dict[str, Path], tmp_path: Path
+) -> None:
+    system = System.from_dict(system_content(tiny["law"], tiny["process"]))
+    tasks = []
+    for name, offset in (("a", 0.1), ("b", 0.2)):
+        changed = system.model_copy(deep=True)
+        changed.components["friction"].start["offset"] = offset
+        tasks.append(RunTask(changed, tmp_path / name, key=f"run {name}"))
+    first = [run["forming.load"].copy() for run in run_all(tasks, jobs=1)]
+    assert not np.array_equal(*first)
+    results, other = (task.folder / "results.nc" for task in tasks)
+    whole = results.read_bytes()
+    # A sound file of the same layout with other numbers; one that is cut; one that is gone; the folder of the other.
+    for damage in (
+        lambda: results.write_bytes(other.read_bytes()),
+        lambda: results.write_bytes(whole[:200]),
+        lambda: results.unlink(),
+        lambda: shutil.copytree(tasks[1].folder, tasks[0].folder, dirs_exist_ok=True),
+    ):
+        damage()
+        again = [run["forming.load"] for run in run_all(tasks, jobs=1)]
+        np.testing.assert_array_equal(again, first)
+    before = results.stat().st_mtime_ns
+    run_all(tasks, jobs=1)
+    assert results.stat().st_mtime_ns == before

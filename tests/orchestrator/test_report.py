@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy import stats
 
 from friction_models import LinearFriction
-from friction_models.discovery import diagnose
+from friction_models.discovery import diagnose, refine
 from friction_models.discovery.refinement import history_text
 from friction_models.discovery.shown import load_map
 from friction_models.discovery.summaries import load_bins
@@ -21,8 +22,10 @@ from friction_models.loads import DataSet, InputError, write_text
 from orchestrator import Master, System
 from orchestrator.report import write_diagnosis_report, write_report
 from orchestrator.report.markup import Change, escape, table
+from orchestrator.report.refinement_page import refinement_page
 from orchestrator.report.residuals import binned_residual
 from tests.benchmarks.discovery_campaigns import campaign
+from tests.friction_models import made_up
 from tests.orchestrator.tiny_fmus import system_content
 
 
@@ -187,3 +190,18 @@ def test_history_says_when_an_addition_did_not_help() -> None:
 
     lines = history_text([entry(0.008, 0.005), entry(0.005, 0.00502)]).splitlines()
     assert lines[1].startswith("  1  + stribeck") and "NO BETTER" not in lines[1] and "NO BETTER" in lines[2]
+
+
+def test_only_tests_that_are_held_out_are_called_so() -> None:
+    points = made_up.campaign(8, 15)
+    table = pd.DataFrame({"test_id": points["test_id"].unique()})
+    before = LinearFriction().fit_frame(points, table)
+    after = refine(points, table, add="stribeck", force=True)
+    pages = {
+        held: refinement_page(
+            before, after, DataSet(points, table.assign(role=roles) if held else table), "it"
+        )
+        for held, roles in ((0, ""), (3, ["train"] * 5 + ["test"] * 3))
+    }
+    assert "Charts show all 8 tests (none is held out)." in pages[0] and "held-out" not in pages[0]
+    assert "Charts show 3 held-out tests." in pages[3] and "mu on 3 held-out tests;" in pages[3]

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lxml import etree
 
 from fmus.archive import write_archive
 from fmus.ssp import DESCRIPTION, pack_ssp
@@ -39,7 +40,8 @@ def fmu(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return {
         "one": pack(model, folder / "one.fmu"),
         "all": pack(model, folder / "all.fmu", nodes=POINTS),
-        "three": pack(model, folder / "three.fmu", fmi="3.0"),
+        "three": pack(model, folder / "three.fmu", fmi="3.0", arrays=True),
+        "scalars": pack(model, folder / "scalars.fmu", fmi="3.0"),
         "constant": pack(ConstantFriction(0.1), folder / "constant.fmu", nodes=POINTS),
         "process": native_fmu(folder / "process.fmu", variables, "\n".join(lines)),
     }
@@ -83,7 +85,7 @@ def test_there_and_back_changes_nothing(fmu: dict[str, Path], tmp_path: Path) ->
     assert Run.load(tmp_path / "b")["process.force"].shape == (STEPS + 1,)
 
 
-@pytest.mark.parametrize("which", ["one", "three"])
+@pytest.mark.parametrize("which", ["one", "three", "scalars"])
 def test_points_become_components_of_one_resource(fmu: dict[str, Path], tmp_path: Path, which: str) -> None:
     original = system(fmu, which)
     path = original.export(tmp_path / "system.ssp")
@@ -213,3 +215,67 @@ def test_a_broken_fmu_inside_is_named(tmp_path: Path) -> None:
     (tmp_path / "garbage.ssp").write_bytes(b"\0" * 50)
     with pytest.raises(InputError, match=r"garbage\.ssp: not an SSP"):
         System.load(tmp_path / "garbage.ssp")
+
+
+def test_omsimulator_finds_its_annotation_first(fmu: dict[str, Path], tmp_path: Path) -> None:
+    """It takes the first annotation for its own, whatever its type says, and aborts on another one."""
+    alone = pack_ssp(ConstantFriction(0.07), tmp_path / "alone.ssp")
+    for path in (alone, system(fmu, "all").export(tmp_path / "system.ssp")):
+        with zipfile.ZipFile(path) as archive:
+            root = etree.fromstring(archive.read(DESCRIPTION))
+        first = next(e for e in root.iter() if etree.QName(e).localname == "Annotation")
+        assert first.get("type") == "org.openmodelica"
+        master = next(e for e in first.iter() if etree.QName(e).localname == "FixedStepMaster")
+        assert float(master.get("stepSize")) == System.load(path).communication_step
+
+
+def test_inputs_of_the_system_have_start_values(fmu: dict[str, Path], tmp_path: Path) -> None:
+    def told(path: Path) -> dict[str, float]:
+        """Return the start values of the system's inputs, as the archive says them."""
+        with zipfile.ZipFile(path) as archive:
+            root = etree.fromstring(archive.read(DESCRIPTION))
+        (inside,) = (e for e in root if etree.QName(e).localname == "System")
+        names = {c.get("name") for c in inside.iterfind("{*}Connectors/{*}Connector[@kind='input']")}
+        values = inside.iterfind("{*}ParameterBindings//{*}Parameter")
+        found = {v.get("name"): float(v[0].get("value")) for v in values}
+        assert names == found.keys()
+        linked = {
+            c.get("startConnector") for c in inside.iterfind("{*}Connections/*") if not c.get("startElement")
+        }
+        assert linked == names
+        return found
+
+    alone = pack_ssp(ConstantFriction(0.07), tmp_path / "alone.ssp", boundary=True)
+    assert told(alone) == {"v_rel": 50.0, "T": 80.0, "sigma_n": 1000.0, "sd": 10.0, "psi": 1.2}
+    connections = [f"process.{q} -> friction.{q}" for q in LOAD_NAMES if q != "T"] + [
+        "friction.mu -> process.mu"
+    ]
+    open_ = System.from_dict(
+        {
+            "communication_step": STEP,
+            "stop_time": STEP * STEPS,
+            "components": {
+                "friction": {"fmu": str(fmu["one"]), "start": {"T": 77.0}},
+                "process": {"fmu": str(fmu["process"])},
+            },
+            "connections": connections,
+            "record": ["process.force"],
+        }
+    )
+    path = open_.export(tmp_path / "open.ssp", boundary=True)
+    assert told(path) == {f"friction_{k + 1}_T": 77.0 for k in range(POINTS)}
+    wanted = Master(open_).run(tmp_path / "a")["process.force"]
+    np.testing.assert_array_equal(Master(System.load(path)).run(tmp_path / "b")["process.force"], wanted)
+    # What the archive says about the system's input holds, not what it says about the component.
+    with zipfile.ZipFile(path) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    root = etree.fromstring(files[DESCRIPTION])
+    (value,) = root.xpath(
+        "//*[local-name()='System']/*[1]/following-sibling::*//*[@name='friction_2_T']/*[@value]"
+    )
+    value.set("value", "277.0")
+    files[DESCRIPTION] = etree.tostring(root)
+    other = Master(System.load(write_archive(tmp_path / "other.ssp", files))).run(tmp_path / "c")[
+        "process.force"
+    ]
+    assert np.all(np.abs(other - wanted)[1:] > 1e-6)

@@ -273,14 +273,17 @@ def test_reduced_training_data_keep_the_held_out_tests(tmp_path: Path) -> None:
 def test_a_model_is_trained_on_some_tests_and_packed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     packed: list[str] = []
     monkeypatch.setattr(
-        "fmus.pack", lambda model, path, fmi: packed.append(f"{model.family} {Path(path).name} {fmi}")
+        "fmus.pack",
+        lambda model, path, fmi, arrays: packed.append(
+            f"{model.family} {Path(path).name} {fmi}{' arrays' * arrays}"
+        ),
     )
     campaign(tests=8, points=6).to_csv(tmp_path / "points.csv", index=False)
     ids = pd.read_csv(tmp_path / "points.csv", dtype={"test_id": str})["test_id"].unique()[:3].tolist()
     job = models.model_job("linear", tmp_path, tests=ids)
     made = models.train_model(job.inputs, job.files, {}, tmp_path)
     assert (made["tests"], made["points"], made["mae_test"]) == (3, 18, None)
-    assert packed == ["linear friction.fmu 3.0"] and (tmp_path / "model" / "model.onnx").is_file()
+    assert packed == ["linear friction.fmu 3.0 arrays"] and (tmp_path / "model" / "model.onnx").is_file()
     assert set(made["domain"]) == set(LOAD_NAMES)
     with pytest.raises(InputError, match="none of the tests"):
         models.train_model({**job.inputs, "tests": ["nowhere"]}, job.files, {}, tmp_path)

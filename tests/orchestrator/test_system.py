@@ -35,6 +35,7 @@ def test_a_sound_system_loads_and_validates(tiny: dict[str, Path], tmp_path: Pat
     [
         ({"stop_tme": 1.0}, "unknown key 'stop_tme'.*did you mean 'stop_time'"),
         ({"communication_step": -1.0}, "communication_step.*greater than 0.*-1.0"),
+        ({"stop_time": 1e300}, "allowed: at most 10000000"),
         ({"stop_time": 1.05}, "not a whole number of communication steps"),
         ({"stop_time": float("nan")}, "stop_time"),
         ({"components": {}}, "components"),

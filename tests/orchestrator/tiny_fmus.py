@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from pythonfmu import FmuBuilder
@@ -89,6 +90,18 @@ def process(folder: Path, name: str, n: int = 2) -> Path:
     return build(PROCESS, name, folder, n=n)
 
 
+def slow_process(folder: Path, name: str, mark: Path) -> Path:
+    """The same process, a tenth of a second a step, all of it in Python; it writes the file `mark` when it steps."""
+    begin = "    def do_step(self, current_time, step_size):\n"
+    slow = (
+        f"        open({str(mark)!r}, 'w').close()\n"
+        "        end = __import__('time').monotonic() + 0.1\n"
+        "        while __import__('time').monotonic() < end:\n"
+        "            pass\n"
+    )
+    return build(PROCESS.replace(begin, begin + slow), name, folder, n=2)
+
+
 def system_content(law_fmu: Path, process_fmu: Path, **changes: object) -> dict[str, object]:
     """The system of both, as it would stand in a YAML file."""
     content: dict[str, object] = {
@@ -102,3 +115,14 @@ def system_content(law_fmu: Path, process_fmu: Path, **changes: object) -> dict[
         "connections": ["forming.load -> friction.load", "friction.mu -> forming.mu"],
     }
     return content | changes
+
+
+def write_system(folder: Path, tiny: Mapping[str, Path]) -> None:
+    """Write a law and a process, and ``system.yaml`` that couples them for five steps, into a user's folder."""
+    for name in ("law", "process"):
+        (folder / f"{name}.fmu").write_bytes(tiny[name].read_bytes())
+    (folder / "system.yaml").write_text(
+        "communication_step: 0.1\nstop_time: 0.5\ncomponents:\n"
+        "  friction: {fmu: law.fmu}\n  forming: {fmu: process.fmu}\n"
+        "connections: ['forming.load -> friction.load', 'friction.mu -> forming.mu']\n"
+    )

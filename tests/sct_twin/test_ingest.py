@@ -98,7 +98,8 @@ def test_one_bad_file_does_not_stop_the_others(tmp_path: Path, record_maker: Mak
     assert "truncated.csv" in said.pop("truncated.csv")
     assert not said
     assert len(RawCampaign.load(tmp_path / "out")) == 1
-    assert str(report).count("left out:") == len(report.left_out)
+    # The same reason with other numbers stands once, with all its files.
+    assert all(Path(file).name in str(report) for file in report.left_out["file"])
 
 
 def test_speed_against_the_test_table(record_maker: Maker) -> None:
@@ -456,7 +457,7 @@ def test_many_tests_are_shown_briefly(tmp_path: Path, record_maker: Maker) -> No
 
 def test_the_channel_map_of_the_documentation(tmp_path: Path, record_maker: Maker) -> None:
     text = (Path(__file__).parents[2] / "docs" / "measurements.md").read_text(encoding="utf-8")
-    example = text.split("```yaml", 1)[1].split("```", 1)[0]
+    example = text.split("## channels.yaml", 1)[1].split("```yaml", 1)[1].split("```", 1)[0]
     record = record_maker(noise=1.0)
     frame = pd.DataFrame(
         {
@@ -469,9 +470,10 @@ def test_the_channel_map_of_the_documentation(tmp_path: Path, record_maker: Make
         }
     )
     units = {"Time  1": "s", "Kraft Z": "kN", "Kraft X": "", "Weg": "mm", "Beschl": "g", "Platte": "K"}
-    WRITERS["catman ASCII"](tmp_path / "t1.asc", frame, units)
+    file = tmp_path / "SCT_t1_50mms.asc"
+    WRITERS["catman ASCII"](file, frame, units)
     (tmp_path / "channels.yaml").write_text(example, encoding="utf-8")
-    report = ingest(tmp_path / "t1.asc", tmp_path / "channels.yaml", tmp_path / "out")
+    report = ingest(file, tmp_path / "channels.yaml", tmp_path / "out")
     again = report.campaign.record("t1")
     assert report.campaign.moving_mass == 25.0 and again.number("T_tool") == 20.0
     for name, tolerance in (("F_n", 0.06), ("F_r", 0.006), ("a", 0.06), ("T_plate", 6e-4)):

@@ -67,17 +67,26 @@ BAD: dict[str, tuple[Callable[[list[str]], list[str]], str]] = {
     "no units": (lambda t: [t[0], *t[2:]], r"column 't' has no unit; allowed: one of s, ms"),
     "not a number": (
         lambda t: [*t[:9], t[9].replace(",", ",x", 1), *t[10:]],
-        r"column 'F_n', row 7: value 'x",
+        r"column 'F_n', line 10: value 'x",
     ),
-    "NaN": (lambda t: [*t[:9], "0.007,,0,7,0,20", *t[10:]], r"column 'F_n', row 7: value nan"),
-    "unordered": (lambda t: [*t[:9], t[8], *t[10:]], r"column 't', row 7: time 0.006 s comes after 0.006 s"),
+    "NaN": (lambda t: [*t[:9], "0.007,,0,7,0,20", *t[10:]], r"column 'F_n', line 10: value nan"),
+    "unordered": (
+        lambda t: [*t[:9], t[8], *t[10:]],
+        r"column 't', line 10: time 0.006 s comes after 0.006 s",
+    ),
     "empty": (lambda t: [], r"the file is empty"),
     "header only": (lambda t: t[:2], r"no rows behind the header"),
     "truncated": (lambda t: [*t[:-1], t[-1][:7]], r"the file looks truncated"),
     "short": (lambda t: t[:12], r"10 rows; a record needs at least 50"),
-    "too many cells": (lambda t: [*t[:20], t[20] + ",1,2", *t[21:]], r"not a readable table.*line 21"),
+    "too many cells": (
+        lambda t: [*t[:20], t[20] + ",1,2", *t[21:]],
+        r"bad.csv, line 21: 8 cells, the table has 6",
+    ),
     "one column": (lambda t: [line.replace(",", " ") for line in t], r"names one column only"),
-    "twice": (lambda t: [t[0].replace("F_r", "F_n"), *t[1:]], r"column 'F_n' stands twice"),
+    "twice": (
+        lambda t: [t[0].replace("F_r", "F_n"), *t[1:]],
+        r"column 'F_n' stands 2 times; .*'F_n \(1\)' or 'F_n \(2\)'",
+    ),
 }
 
 
@@ -163,7 +172,9 @@ def test_ingest_writes_nothing_when_nothing_can_be_used(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="none of 1 files can be used"):
         ingest(tmp_path, None, tmp_path / "out")
     assert not (tmp_path / "out").exists()
-    with pytest.raises(InputError, match="holds other files; allowed: a new folder"):
+    with pytest.raises(
+        InputError, match=r"holds other files and no campaign[.]json; allowed: a new or empty folder"
+    ):
         ingest(tmp_path, None, tmp_path)
     assert (tmp_path / "x.csv").is_file()
 

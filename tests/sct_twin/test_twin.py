@@ -139,6 +139,7 @@ def test_a_killed_run_goes_on_bit_for_bit(
     pd.testing.assert_frame_equal(again.tests, result.tests, check_exact=True)
     assert kept == {name: (out / "twin" / name).read_bytes() for name in kept}
     assert sorted(path.name for path in out.iterdir()) == [
+        ".tribofmu",
         "averages",
         "dataset.json",
         "points.csv",

@@ -134,6 +134,7 @@ def variables_header(root: etree._Element) -> str:
             f"#define FUZZ_INDICATORS {indicators}",
             f"#define FUZZ_MEMORY {int(memory)}",
             f"#define FUZZ_POINTS {count.get('valueReference') if count is not None else 0}",
+            f"#define FUZZ_SIZED {int(count is not None)}",
             f"#define FUZZ_N {count.get('start') if count is not None else 1}",
             "static const variable variables[] = {",
             *rows,

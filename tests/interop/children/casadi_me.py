@@ -19,14 +19,14 @@ def main() -> None:
         archive.extractall(folder)
     dae = casadi.DaeBuilder("friction", str(folder))
     inputs = dae.u()
-    dae.set_y(["mu"])  # of all outputs: a Boolean has no derivative
+    mu = dae.y().index("mu")  # all outputs are asked for, the Boolean one too
     function = dae.create("friction", ["u"], ["y"])
     jacobian = function.factory("slope", ["u"], ["jac:y:u"])
     order = [work["inputs"].index(name) for name in inputs]
     rows = np.array(work["series"])[:, order]
-    values = [[float(function(row))] for row in rows]
+    values = [[float(function(row)[mu])] for row in rows]
     back = np.argsort(order)
-    slopes = [np.array(jacobian(row)).ravel()[back].tolist() for row in rows]
+    slopes = [np.array(jacobian(row))[mu][back].tolist() for row in rows]
     done(values, slopes=slopes)
 
 

@@ -1,0 +1,60 @@
+"""Which of the five loads a table holds: one that was not measured is a constant that no model may use."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+
+import pandas as pd
+
+from .contract import LOAD_NAMES, LOADS, POINT_COLUMNS, POINT_UNITS
+from .errors import InputError, unknown_name
+
+#: What stands for a load that was not measured; without forming nothing expands.
+STAND_IN: dict[str, float] = {q.name: 1.0 if q.name == "psi" else q.nominal for q in LOADS}
+#: A column that is so much like the name of a load that is not there is a misspelt one.
+ALIKE = 0.8
+
+
+def missing_column(name: str, present: Sequence[str] | pd.Index, where: str = "data") -> InputError:
+    """Build the error for a column that is not there, with the nearest column that is."""
+    hint = unknown_name("column", name, [str(p) for p in present])
+    near = str(hint).rpartition("; did you mean ")[2] if "did you mean" in str(hint) else ""
+    unit = POINT_UNITS.get(name)
+    what = f"{name!r}" + (f" [{unit}]" if unit else "")
+    guess = f"; is it {near}" if near else ""
+    return InputError(f"{where}: column {what} is missing; present: {', '.join(map(str, present))}{guess}")
+
+
+def measured_loads(columns: Iterable[object], where: str = "data") -> tuple[str, ...]:
+    """Return the loads among the columns of a table, in the order of the contract.
+
+    Raises
+    ------
+    InputError
+        None of the loads is there, or one is not and a column has nearly its name.
+    """
+    present = [str(c) for c in columns]
+    found = tuple(n for n in LOAD_NAMES if n in present)
+    others = [c for c in present if c not in POINT_COLUMNS]
+    for name in LOAD_NAMES:
+        if name not in found and (not found or any(_alike(name, c) for c in others)):
+            raise missing_column(name, present, where)
+    return found
+
+
+def not_measured(columns: Iterable[object]) -> tuple[str, ...]:
+    """Return the loads that are not among the columns of a table."""
+    present = {str(c) for c in columns}
+    return tuple(n for n in LOAD_NAMES if n not in present)
+
+
+def require_every_load(columns: Iterable[object], where: str) -> None:
+    """Raise `InputError` where a load is missing, for what needs all five."""
+    present = [str(c) for c in columns]
+    for name in not_measured(present):
+        raise missing_column(name, present, where)
+
+
+def _alike(name: str, column: str) -> bool:
+    return difflib.SequenceMatcher(None, name.casefold(), column.casefold()).ratio() >= ALIKE

@@ -1,0 +1,129 @@
+"""The order of points: those of one test together, by time; what has no order is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from .errors import InputError
+
+#: A distance that falls back by more than this share of what a test slides is out of order, not noise.
+FALL = 0.01
+
+Rows = npt.NDArray[np.intp]
+
+
+def order_of_tests(
+    test_id: npt.ArrayLike | None,
+    t: npt.ArrayLike | None,
+    sd: npt.ArrayLike | None,
+    where: str = "loads",
+    memory: bool = False,
+    row_numbers: npt.ArrayLike | None = None,
+) -> Rows | None:
+    """Return the rows in the order of their tests, None where they stand in it.
+
+    The points of a test come together where the test begins; where their time runs backwards they are sorted by it.
+
+    Parameters
+    ----------
+    test_id, t, sd : array_like, shape (n,), or None
+        Test, time [s] and sliding distance [mm] of each point; without `test_id` all are of one test.
+    where : str
+        For messages.
+    memory : bool
+        Whether what follows depends on the order: without `t` the distance must then not fall within a test.
+    row_numbers : array_like of int, shape (n,), optional
+        Row of each point in its file, for messages.
+
+    Raises
+    ------
+    InputError
+        Times that run backwards and do not order a test: the same one twice, or a distance that falls along them; for
+        `memory` no time and a distance that falls, or a time that stands still.
+    """
+    # A distance that was not measured says nothing against any order.
+    way = np.zeros(np.shape(np.asarray(test_id))) if sd is None else np.asarray(sd, dtype=np.float64)
+    shown = np.arange(len(way)) if row_numbers is None else np.asarray(row_numbers)
+    names = np.full(len(way), "") if test_id is None else np.asarray(test_id).astype(str)
+    number = _numbered(names)
+    together = None if number is None else np.argsort(number, kind="stable")
+    rows = np.arange(len(way)) if together is None else together
+    if t is None:
+        if memory:
+            fall = _falls(way[rows], names[rows])
+            if fall is not None:
+                raise InputError(
+                    f"{where}: {_named(names, rows[fall])}column 'sd', row {shown[rows[fall]]}: {way[rows[fall]]:g} mm comes after "
+                    f"{way[rows[fall - 1]]:g} mm and there is no time 't'; allowed: points in order, or 't' to sort them by"
+                )
+        return together
+    time = np.asarray(t, dtype=np.float64)
+    if memory:
+        _refuse_no_time(names[rows], time[rows], way[rows], shown[rows], where)
+    same = names[rows][1:] == names[rows][:-1]
+    back = (np.diff(time[rows]) < 0.0) & same
+    if not back.any():
+        return together
+    by_time = np.lexsort((time, np.zeros(len(time)) if number is None else number))
+    times, of = time[by_time], names[by_time]
+    disordered = np.isin(of, np.unique(names[rows][1:][back]))
+    twice = (np.diff(times) == 0.0) & (of[1:] == of[:-1]) & disordered[1:]
+    fall = None if twice.any() else _falls(way[by_time][disordered], of[disordered])
+    if twice.any() or fall is not None:
+        at = int(np.argmax(back)) + 1
+        why = f"{float(times[int(np.argmax(twice))])!r} s stands there twice"
+        if fall is not None:
+            row = by_time[disordered][fall]
+            why = f"in the order of 't' the distance falls to {float(way[row])!r} mm in row {shown[row]}"
+        raise InputError(
+            f"{where}: {_named(names, rows[at])}column 't', row {shown[rows[at]]}: time {float(time[rows[at]])!r} s comes after "
+            f"{float(time[rows[at - 1]])!r} s and {why}; time must not run backwards within a test, or must sort its points"
+        )
+    return by_time
+
+
+def _refuse_no_time(
+    names: npt.NDArray[np.str_],
+    time: npt.NDArray[np.float64],
+    way: npt.NDArray[np.float64],
+    shown: npt.NDArray[np.intp],
+    where: str,
+) -> None:
+    """Refuse a test that slides while its time stands still."""
+    tests = pd.DataFrame({"t": time, "sd": way}).groupby(names)
+    span = tests.max() - tests.min()
+    still = span.index[(span["t"] == 0.0) & (span["sd"] > 0.0)]
+    if len(still):
+        at = int(np.argmax(names == still[0]))
+        raise InputError(
+            f"{where}: {_named(names, at)}column 't', row {shown[at]}: {float(time[at])!r} s at every point of the test; "
+            "allowed: times that increase, or no column 't'"
+        )
+
+
+def _numbered(names: npt.NDArray[np.str_]) -> npt.NDArray[np.intp] | None:
+    """Return the number of each point's test in the order of appearance, None where every test is in one piece."""
+    starts = np.r_[True, names[1:] != names[:-1]] if len(names) else np.zeros(0, dtype=bool)
+    runs = names[starts]
+    if len(np.unique(runs)) == len(runs):
+        return None
+    number, _ = pd.factorize(runs)
+    return np.asarray(number[np.cumsum(starts) - 1], dtype=np.intp)
+
+
+def _falls(way: npt.NDArray[np.float64], names: npt.NDArray[np.str_]) -> int | None:
+    """Return where the distance first falls within a test, None where it does not."""
+    if len(way) < 2:
+        return None
+    number = np.cumsum(np.r_[True, names[1:] != names[:-1]])
+    tests = pd.Series(way).groupby(number)
+    highest = tests.cummax().to_numpy()
+    span = tests.transform("max").to_numpy() - tests.transform("min").to_numpy()
+    falls = highest - way > FALL * span
+    return int(np.argmax(falls)) if falls.any() else None
+
+
+def _named(names: npt.NDArray[np.str_], row: int) -> str:
+    return f"test {str(names[row])!r}, " if names[row] else ""

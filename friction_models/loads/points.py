@@ -1,0 +1,154 @@
+"""Points of a table: checked, without rows that lack a number, every test in the order of its time."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from .columns import measured_loads, missing_column
+from .contract import MEASURED_MU, POINT_COLUMNS, QUANTITIES, TIME
+from .errors import InputError
+from .order import order_of_tests
+from .table import read_table
+from .tribo_loads import check_column
+
+#: Largest share of the points that may lack a number.
+MOST_LACKING = 0.1
+#: From this share of negative values on, the sign of mu is wrong and not the zero of the force cell.
+MOST_NEGATIVE = 0.5
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points that can be used.
+
+    Attributes
+    ----------
+    frame : pandas.DataFrame
+        The contract's columns first, others behind; the points of a test stand together, ordered by time.
+    rows : ndarray of int
+        Row of each point in the table.
+    notes : tuple of str
+        What was left out, moved or accepted, one sentence each.
+    """
+
+    frame: pd.DataFrame
+    rows: npt.NDArray[np.intp]
+    notes: tuple[str, ...] = ()
+
+
+def read_points(path: str | os.PathLike[str], need_mu: bool = True) -> pd.DataFrame:
+    """Read and check a file of points (CSV or Parquet); see `read_table` and `check_points`."""
+    return check_points(read_table(path), str(path), need_mu).frame
+
+
+def check_points(frame: pd.DataFrame, where: str = "data", need_mu: bool = True) -> Points:
+    """Check the columns of the contract; leave out points that lack a number, and put the tests in order.
+
+    Raises
+    ------
+    InputError
+        `mu`, `test_id` or all loads are missing, a value is outside its physical limits, many numbers are missing, or the times do not order
+        a test; the message names column, row and value.
+    """
+    frame = frame.copy()
+    if "test_id" not in frame.columns:
+        raise missing_column("test_id", frame.columns, where)
+    blank = (frame["test_id"].isna() | (frame["test_id"].astype(str).str.strip() == "")).to_numpy()
+    if blank.any():
+        raise InputError(
+            f"{where}: column 'test_id', row {int(np.argmax(blank))}: no value; allowed: any name"
+        )
+    frame["test_id"] = frame["test_id"].astype(str)
+    lacking: dict[str, npt.NDArray[np.bool_]] = {}
+    measured = [QUANTITIES[name] for name in measured_loads(frame.columns, where)]
+    for quantity in (*measured, *((MEASURED_MU,) if need_mu else ())):
+        if quantity.name not in frame.columns:
+            raise missing_column(quantity.name, frame.columns, where)
+        values = check_column(frame[quantity.name].to_numpy(), quantity, where, may_lack=True)
+        frame[quantity.name], lacking[quantity.name] = values, np.isnan(values)
+    kept, notes = _with_numbers(frame["test_id"].to_numpy(), lacking, where)
+    if TIME.name in frame.columns:
+        times = check_column(frame[TIME.name].to_numpy(), TIME, where, may_lack=True)
+        frame[TIME.name] = times
+        if np.isnan(times).all():
+            frame = frame.drop(columns=TIME.name)
+        elif np.isnan(times[kept]).any():
+            row = int(kept[np.argmax(np.isnan(times[kept]))])
+            test = frame["test_id"].iloc[row]
+            raise InputError(
+                f"{where}: test {test!r}, column 't', row {row}: value nan; allowed: a time for every point, or no column 't'"
+            )
+    if need_mu:
+        notes += _about_negative(frame["mu"].to_numpy()[kept], where)
+    frame = frame.iloc[kept]
+    order = order_of_tests(frame["test_id"], frame.get(TIME.name), frame.get("sd"), where, row_numbers=kept)
+    if order is not None:
+        moved = frame["test_id"].to_numpy()[order] != frame["test_id"].to_numpy()
+        how = "by time" if TIME.name in frame.columns else "in the order of their rows"
+        notes.append(
+            f"{where}: the points of {'tests are mixed' if moved.any() else 'a test are not in order'}: each test is "
+            f"taken as one, {how}"
+        )
+        frame, kept = frame.iloc[order], kept[order]
+    front = [c for c in POINT_COLUMNS if c in frame.columns]
+    frame = frame[front + [c for c in frame.columns if c not in front]].reset_index(drop=True)
+    return Points(frame, kept, tuple(notes))
+
+
+def _with_numbers(
+    test_id: npt.NDArray[np.object_], lacking: dict[str, npt.NDArray[np.bool_]], where: str
+) -> tuple[npt.NDArray[np.intp], list[str]]:
+    """Return the rows with a number in every column, and what to say of the others.
+
+    Raises
+    ------
+    InputError
+        More than `MOST_LACKING` of the points lack a number, or all points of a test.
+    """
+    bad = np.any(list(lacking.values()), axis=0)
+    if not bad.any():
+        return np.arange(len(bad)), []
+    per_test = pd.Series(bad).groupby(test_id).transform("all").to_numpy()
+    if bad.mean() > MOST_LACKING or per_test.any():
+        row = int(np.argmax(per_test if per_test.any() else bad))
+        name = next(n for n, lacks in lacking.items() if lacks[row])
+        much = f"no point of test {test_id[row]!r} is whole" if per_test.any() else "too many lack a number"
+        raise InputError(
+            f"{where}: column {name!r}, row {row}: value nan; {int(bad.sum())} of {len(bad)} points lack a number, {much}; "
+            f"allowed: at most {MOST_LACKING:.0%} of the points, and no whole test"
+        )
+    counts = {name: int(lacks.sum()) for name, lacks in lacking.items() if lacks.any()}
+    if len(counts) == 1:
+        why = f"{next(iter(counts))} is not a number"
+    else:
+        why = "not a number: " + ", ".join(f"{name} in {count}" for name, count in counts.items())
+    first = f"first: row {int(np.argmax(bad))}"
+    return np.flatnonzero(~bad), [f"{where}: {int(bad.sum())} of {len(bad)} points left out: {why} ({first})"]
+
+
+def _about_negative(mu: npt.NDArray[np.float64], where: str) -> list[str]:
+    """Return what to say of slightly negative friction.
+
+    Raises
+    ------
+    InputError
+        So many values are negative that no zero error explains them.
+    """
+    negative = int((mu < 0.0).sum())
+    if not negative:
+        return []
+    lowest = f"the lowest {float(mu.min()):.4g}"
+    if negative > MOST_NEGATIVE * len(mu):
+        raise InputError(
+            f"{where}: column 'mu': {negative} of {len(mu)} values are below 0, {lowest}; allowed: friction against the "
+            "sliding as a positive number (is the sign of the force wrong?)"
+        )
+    return [
+        f"{where}: {negative} of {len(mu)} values of mu are below 0, {lowest}: taken as they are (a zero error of the force "
+        f"cell; allowed: down to {MEASURED_MU.lower:g})"
+    ]

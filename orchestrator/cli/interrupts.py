@@ -1,0 +1,51 @@
+"""Ctrl-C: noticed whatever it hits, in libraries and foreign code that take it for an error of their own, too."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+
+class _Noticed:
+    """Whether there was an interrupt."""
+
+    received = False
+
+
+@contextmanager
+def watched() -> Iterator[None]:
+    """Notice interrupts in this block; they are raised as ever."""
+    _Noticed.received = False
+    before = signal.getsignal(signal.SIGINT)
+    if before is signal.SIG_IGN or threading.current_thread() is not threading.main_thread():
+        yield  # a shell lets its background jobs ignore them
+        return
+    signal.signal(signal.SIGINT, _notice)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _notice(number: int, frame: Any) -> None:
+    _Noticed.received = True
+    raise KeyboardInterrupt
+
+
+def received() -> bool:
+    """Return whether there was an interrupt since `watched` began."""
+    return _Noticed.received
+
+
+def check() -> None:
+    """Raise the interrupt that other code kept to itself.
+
+    Raises
+    ------
+    KeyboardInterrupt
+    """
+    if _Noticed.received:
+        raise KeyboardInterrupt
