@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing.util
 import random
 import re
 import shutil
@@ -77,6 +78,7 @@ def sandbox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sandbox]:
     root = tmp_path_factory.mktemp("hostile")
     box = Sandbox(root)
     (root / "tmp").mkdir()
+    multiprocessing.util.get_temp_dir()  # made once for the whole of this process: not in the watched folder
     before, tempfile.tempdir = tempfile.tempdir, str(root / "tmp")
     yield box
     tempfile.tempdir = before
