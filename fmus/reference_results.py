@@ -16,6 +16,7 @@ from lxml import etree
 
 from friction_models.intervals import MARGIN
 from friction_models.loads import LOADS, FloatArray, InputError, shown
+from friction_models.onnx_session import onnx_session
 
 from .interface import USUAL, FrictionInterface
 from .model_description import number
@@ -173,12 +174,7 @@ def reference_run(
 
 @functools.lru_cache(maxsize=1)  # the curves of the documentation ask for the same model
 def _session(onnx: bytes) -> Any:
-    import onnxruntime
-
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1
-    options.log_severity_level = 4  # what is wrong is said in a sentence
-    return onnxruntime.InferenceSession(onnx, options, providers=["CPUExecutionProvider"])
+    return onnx_session(onnx)
 
 
 def _csv(time: FloatArray, groups: Sequence[tuple[list[str], FloatArray]]) -> bytes:

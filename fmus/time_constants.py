@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from friction_models.loads import LOADS, FloatArray
+from friction_models.onnx_session import onnx_session
 
 from .interface import USUAL
 from .source import FrictionSource
@@ -49,13 +50,8 @@ def hint(fastest: float) -> str:
 def _fastest(
     onnx: bytes, box: tuple[tuple[float, float], ...], start: tuple[float, ...], system: tuple[float, ...]
 ) -> float | None:
-    import onnxruntime
-
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1
-    options.log_severity_level = 4
     try:
-        session = onnxruntime.InferenceSession(onnx, options, providers=["CPUExecutionProvider"])
+        session = onnx_session(onnx)
         inputs = {i.name for i in session.get_inputs()}
         if "state_der" not in {o.name for o in session.get_outputs()}:
             return None

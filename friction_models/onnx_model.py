@@ -15,6 +15,7 @@ from .domain import Domain
 from .intervals import MARGIN
 from .loads import LOAD_NAMES, LOADS, FloatArray, InputError, TriboLoads, require_loads
 from .loads.time_steps import rests, time_steps
+from .onnx_session import onnx_session
 from .parameters import first_line
 from .variables import as_numbers
 
@@ -56,13 +57,8 @@ class OnnxModel:
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
         content = read_onnx(self.path)
-        import onnxruntime
-
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = options.inter_op_num_threads = 1
-        options.log_severity_level = 4
         try:
-            self._session = onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
+            self._session = onnx_session(content)
             self._check_signature()
             self.metadata = self._read_metadata()
             self.states: list[dict[str, Any]] = self._entries("state")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -24,6 +24,23 @@ if TYPE_CHECKING:
     from .master import Master
 
 PACKAGES = ("fmpy", "numpy", "onnx", "onnxruntime", "pandas", "pythonfmu", "scipy", "xarray")
+
+
+def force_labels(recorded: Collection[str], where: str) -> tuple[str, str]:
+    """Return which recorded values are stroke and force of one component.
+
+    Raises
+    ------
+    InputError
+        No component recorded both.
+    """
+    for label in recorded:
+        component, _, name = label.rpartition(".")
+        if name == "force" and f"{component}.stroke" in recorded:
+            return f"{component}.stroke", label
+    raise InputError(
+        f"{where}: no component recorded both 'stroke' and 'force'; recorded: {', '.join(recorded)}"
+    )
 
 
 @dataclass
@@ -122,13 +139,8 @@ class Run:
         """
         from .forces import ForceCurve
 
-        for label in self.values:
-            component, _, name = label.rpartition(".")
-            if name == "force" and f"{component}.stroke" in self.values:
-                return ForceCurve(self.values[f"{component}.stroke"], self.values[label])
-        raise InputError(
-            f"{self.folder}: no component recorded both 'stroke' and 'force'; recorded: {', '.join(self.values)}"
-        )
+        stroke, force = force_labels(self.values, str(self.folder))
+        return ForceCurve(self.values[stroke], self.values[force])
 
     def compare_force(self, press: str | os.PathLike[str]) -> ForceComparison:
         """Compare the force-stroke curve with a measured one (CSV: stroke [mm], force [kN], repeat)."""

@@ -55,15 +55,11 @@ class Agreement:
 
 def session(content: bytes, where: str) -> Any:
     """Return a session of ONNX Runtime on one thread."""
-    import onnxruntime
-
+    from friction_models.onnx_session import onnx_session
     from friction_models.parameters import first_line
 
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = options.inter_op_num_threads = 1
-    options.log_severity_level = 4
     try:
-        return onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
+        return onnx_session(content)
     except Exception as error:  # ONNX Runtime's error classes are not public
         raise InputError(f"{where}: ONNX Runtime refuses the graph ({first_line(error)[:200]})") from None
 

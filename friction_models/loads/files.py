@@ -165,6 +165,11 @@ def write_json(target: str | os.PathLike[str], content: Any) -> Path:
     return write_text(target, json.dumps(content, indent=2, allow_nan=False) + "\n")
 
 
+def _integer(digits: str) -> int | float:
+    """Return a whole number; one that no float holds is infinite, which every check of a number refuses."""
+    return int(digits) if len(digits) < 300 else float(digits)
+
+
 def read_json(path: Path) -> dict[str, Any]:
     """Read a JSON object.
 
@@ -174,7 +179,7 @@ def read_json(path: Path) -> dict[str, Any]:
         The file cannot be read, is not JSON, or holds something else.
     """
     try:
-        content = json.loads(path.read_text(encoding="utf-8-sig"))
+        content = json.loads(path.read_text(encoding="utf-8-sig"), parse_int=_integer)
     except (ValueError, OSError, RecursionError) as error:
         raise InputError(f"{path}: not readable JSON ({error})") from None
     if not isinstance(content, dict):

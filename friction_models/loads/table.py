@@ -198,10 +198,17 @@ def _read_csv(file: Path, known: Mapping[str, str]) -> tuple[pd.DataFrame, list[
     return *_without_blanks(frame, headings, declared, file), units
 
 
+def bounded(cells: pd.Series) -> pd.Series:
+    """Return cells in which whole numbers that no float holds are infinite; pandas hands them on as they are."""
+    return cells.map(lambda cell: float(str(cell)) if type(cell) is int else cell)
+
+
 def _without_blanks(
     frame: pd.DataFrame, headings: list[str], declared: int, file: Path
 ) -> tuple[pd.DataFrame, list[str]]:
     """Leave out rows and unnamed columns without any value, as separators at the ends of lines make them."""
+    for name in frame.select_dtypes("object"):
+        frame[name] = bounded(frame[name])
     empty = frame.isna().to_numpy()
     kept = [bool(heading) or not empty[:, k].all() for k, heading in enumerate(headings)]
     if any(kept[declared:]):

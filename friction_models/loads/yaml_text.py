@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -19,18 +20,31 @@ def read_yaml(file: Path) -> Any:
     Raises
     ------
     InputError
-        Not UTF-8, not YAML, nested deeper than `MAX_DEPTH`, a key that stands twice, or an alias (aliases may grow
-        without bound).
+        Not UTF-8, not YAML, nested deeper than `MAX_DEPTH`, a key that stands twice, an alias (aliases may grow
+        without bound), or a number that no float holds.
     """
     try:
         text = file.read_text(encoding="utf-8-sig")
         _check_events(text, str(file))
         _check_keys(yaml.compose(text, Loader=yaml.SafeLoader), str(file))
-        return yaml.safe_load(text)
+        return _bounded(yaml.safe_load(text), str(file))
     except InputError:
         raise
     except (yaml.YAMLError, RecursionError, ValueError) as error:
         raise InputError(f"{file}: not YAML ({' '.join(str(error).split())[:200]})") from None
+
+
+def _bounded(value: Any, where: str) -> Any:
+    """Return the value, in which no number is longer than a float can be."""
+    for item in (
+        [*value, *value.values()] if isinstance(value, dict) else value if isinstance(value, list) else ()
+    ):
+        _bounded(item, where)
+    if isinstance(value, int) and abs(value) > sys.float_info.max:
+        raise InputError(
+            f"{where}: a number of {len(str(value))} digits, allowed: up to {sys.float_info.max:.1e}"
+        )
+    return value
 
 
 def _check_events(text: str, where: str) -> None:

@@ -39,7 +39,7 @@ def coverage(
     plan: NextTests = None,
 ) -> None:
     """Say where a forming process leaves the tested loads, and which further tests would cover it."""
-    from friction_models.loads import InputError, require_every_load, write_text
+    from friction_models.loads import InputError, write_text
 
     from ..contact_history import ContactHistory
     from ..coverage import coverage as compare
@@ -63,8 +63,7 @@ def coverage(
         if run is not None
         else ContactHistory.read(history or "", columns)
     )
-    dataset = read_data(data, tests, need_mu=False)
-    require_every_load(dataset.points.columns, str(data))
+    dataset = read_data(data, tests, every_load=True, need_mu=False)
     found = compare(dataset.points, states, dataset.synthetic)
     propose_tests(found, dataset.points, dataset.tests, limits)
     say(found.report())

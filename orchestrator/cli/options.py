@@ -82,14 +82,23 @@ Jobs = Annotated[
 ]
 
 
-def read_data(data: Path, tests: Path | None = None, models: Iterable[Any] = (), **how: bool) -> DataSet:
+def read_data(
+    data: Path,
+    tests: Path | None = None,
+    models: Iterable[Any] = (),
+    every_load: bool = False,
+    **how: bool,
+) -> DataSet:
     """Read the data set behind `--data` and `--tests`; say what was left out and which loads were not measured.
 
-    For `models` with memory the points must have an order; `how` as `DataSet.load` has it.
+    For `models` with memory the points must have an order; with `every_load` all five loads must be measured; `how` as
+    `DataSet.load` has it.
     """
-    from friction_models.loads import DataSet, not_measured
+    from friction_models.loads import DataSet, not_measured, require_every_load
 
     dataset = DataSet.load(data, tests, **how)
+    if every_load:
+        require_every_load(dataset.points.columns, str(data))
     if any(getattr(law, "states", ()) for m in models for law in (m, getattr(m, "source", None))):
         dataset.require_order()
     lacking = not_measured(dataset.points.columns)

@@ -37,12 +37,15 @@ def simulate(
     from ..errors import SimulationError
     from ..forces import compare_force, read_press_curve
     from ..master import Master
+    from ..runs import force_labels
     from ..system import System
 
     description = swapped(System.load(system), swap, names)
     measured = read_press_curve(press) if press is not None else None
     check_outputs([out], [description.fmu_path(name) for name in description.components])
     master = Master(description, mode=mode)
+    if measured is not None:
+        force_labels([item.label for item in master.wiring.recorded], description.name)
     for text in master.warnings:
         note(text)
     snapshots: int | None = None

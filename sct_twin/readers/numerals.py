@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from friction_models.loads import InputError
+from friction_models.loads.table import bounded
 
 #: What stands between groups of thousands beside the other of point and comma: blanks and apostrophes.
 _BLANKS = " \u00a0\u2009\u202f'\u2019"
@@ -76,7 +77,7 @@ def numbers_of(values: np.ndarray, decimal: str) -> tuple[np.ndarray, np.ndarray
     """Return cells as numbers, which cells are text, and what separates groups of thousands ('' for nothing)."""
     cells = pd.Series(values, dtype=object)
     if not cells.map(lambda cell: isinstance(cell, str)).any():
-        numbers = pd.to_numeric(cells, errors="coerce").to_numpy(np.float64)
+        numbers = pd.to_numeric(bounded(cells), errors="coerce").to_numpy(np.float64)
         return numbers, np.isnan(numbers) & cells.notna().to_numpy(), ""
     text = cells.where(cells.notna(), "").astype(str).str.strip()
     is_text = cells.map(lambda cell: isinstance(cell, str)).to_numpy()

@@ -156,7 +156,7 @@ def _table(lines: list[str], file: Path) -> _Block:
         first = next((line.strip() for line in lines if line.strip()), "")
         if not any(delimiter in first for delimiter in DELIMITERS):
             raise InputError(
-                f"{file}: the first line {first[:60]!r} names one column only; "
+                f"{file}: the first line names one column only; "
                 "allowed: columns separated by comma, semicolon or tab"
             )
         raise InputError(

@@ -224,3 +224,16 @@ def test_nearly_right_names_get_the_nearest(tmp_path: Path) -> None:
         with pytest.raises(InputError, match=f"'{right}'.* is missing.*is it '{wrong}'"):
             load(tmp_path, many().rename(columns={right: wrong}))
     assert set(LOAD_NAMES) <= set(load(tmp_path, many()).points)
+
+
+def test_whole_numbers_that_no_float_holds(tmp_path: Path) -> None:
+    """pandas hands them on as Python's own, which no float takes: one sentence, from tables, YAML and JSON."""
+    long = "1" + "0" * 400
+    (tmp_path / "points.csv").write_text(f"test_id,v_rel,T,sigma_n,sd,psi,mu\na,1,{long},100,0,1,0.1\n")
+    with pytest.raises(InputError, match=r"column 'T', row 0: value inf"):
+        DataSet.load(tmp_path / "points.csv")
+    (tmp_path / "map.yaml").write_text(f"moving_mass: {long}\n")
+    with pytest.raises(InputError, match="a number of 401 digits"):
+        read_yaml(tmp_path / "map.yaml")
+    (tmp_path / "card.json").write_text(f'{{"r": {long}}}')
+    assert read_json(tmp_path / "card.json") == {"r": float("inf")}

@@ -29,15 +29,15 @@ class Ended:
         What it printed.
     seconds : float
         How long it took; NaN when it was stopped at the limit.
-    left : bool
-        Whether it left a process running.
+    left : str
+        The processes that it left running, empty where there are none.
     """
 
     code: int
     out: str
     err: str
     seconds: float
-    left: bool
+    left: str
 
     @property
     def hung(self) -> bool:
@@ -69,16 +69,31 @@ def in_child(arguments: list[str], place: Path, root: Path, limit: float) -> End
     return Ended(code, out, err, float("nan") if hung else seconds, left)
 
 
-def _stop_group(group: int) -> bool:
-    """End what the child started and left; say whether there was something after a moment of grace."""
+def _stop_group(group: int) -> str:
+    """End what the child started and left; name what was there after a moment of grace."""
     for _ in range(100):
-        try:
-            os.killpg(group, 0)
-        except (ProcessLookupError, PermissionError):
-            return False
+        if not (left := _alive(group)):
+            return ""
         time.sleep(0.02)
-    os.killpg(group, signal.SIGKILL)
-    return True
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(group, signal.SIGKILL)
+    return ", ".join(left)
+
+
+def _alive(group: int) -> list[str]:
+    """Name the processes of a group, without those that have ended and wait to be counted."""
+    found: list[str] = []
+    try:
+        os.killpg(group, 0)
+    except (ProcessLookupError, PermissionError):
+        return found
+    for folder in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            state, _, its_group = (folder / "stat").read_text().rpartition(")")[2].split()[:3]
+            if int(its_group) == group and state not in "ZX":
+                threads = sorted({(t / "wchan").read_text() for t in (folder / "task").iterdir()})
+                found.append(f"{folder.name} ({state}, waits in {' and '.join(threads)})")
+    return found
 
 
 def _become(arguments: list[str], place: Path, root: Path, said: list[Path]) -> None:

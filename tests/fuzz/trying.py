@@ -47,7 +47,9 @@ SLOW = {"twin", "lab", "predict-sct", "refine", "diagnose", "attribute", "compar
 JOBS = {"twin", "lab", "predict-sct", "attribute"}
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x0c\x0e-\x1f\x7f\x85\u2028\u2029\u202e]")
 #: What the next command may say: the file is as good as its source was.
-_HONEST = re.compile(r"is not a finite number|no binary for the platform")
+_HONEST = re.compile(
+    r"is not a finite number|no binary for the platform|column 'mu'|in loading: its process was ended by SIG"
+)
 _RAW = re.compile(
     r"(error: |^)[A-Z]\w*(Error|Exception|Warning|Exit|Interrupt)\b|\.py:\d+: \w*Warning", re.MULTILINE
 )
@@ -202,7 +204,7 @@ def _judged(attack: Attack, ended: Ended) -> list[str]:
     if len(ended.out) + len(ended.err) > TEXT:
         wrong.append("prints too much")
     if ended.left:
-        wrong.append("a process was left running")
+        wrong.append(f"a process was left running: {ended.left}")
     return wrong
 
 
