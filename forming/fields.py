@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from friction_models.loads import InputError, atomic_path, unknown_name
+from friction_models.loads.files import DAMAGED
 
 from .fe.body import nodal_shear_yield
 from .fe.shape import FloatArray, gauss_volumes
@@ -285,7 +286,7 @@ class FieldHistory:
                     found.append(
                         _checked(Snapshot(float(strokes[k]), float(times[k]), tools=chains, **arrays))
                     )
-        except (OSError, ValueError, KeyError, EOFError, TypeError, MemoryError) as error:
+        except (KeyError, *DAMAGED) as error:
             raise InputError(
                 f"{path}: the fields cannot be read ({' '.join(str(error).split())[:200]})"
             ) from None

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import json
-import lzma
 import os
-import struct
 import zipfile
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +13,7 @@ import numpy.typing as npt
 
 from .base import FrictionModel
 from .loads import InputError, atomic_folder, check_folder, write_json, write_text
+from .loads.files import DAMAGED
 from .loads.folders import MODEL
 from .model_card import build_card, card_text
 from .parameters import first_line
@@ -26,11 +24,6 @@ CARD, TEXT, ARRAYS, ONNX = "card.json", "card.md", "parameters.npz", "model.onnx
 MAX_CARD_BYTES = 16 * 1024**2
 MAX_ARRAY_BYTES = 256 * 1024**2
 MAX_ARRAYS = 1000
-#: What the standard library and NumPy raise on damaged archives.
-DAMAGED = (
-    *(zipfile.BadZipFile, zlib.error, struct.error, lzma.LZMAError, EOFError, OSError),
-    *(ValueError, TypeError, SyntaxError, OverflowError, MemoryError, NotImplementedError, RuntimeError),
-)
 
 
 def save_model(model: FrictionModel, folder: str | os.PathLike[str]) -> Path:

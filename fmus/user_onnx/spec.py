@@ -118,7 +118,8 @@ class Spec(BaseModel):
             content = content | {"inputs": _columns(inputs, where)}
         elif isinstance(inputs, dict):
             content = content | {"inputs": {k: {} if v is None else v for k, v in inputs.items()}}
-        for name in content.get("inputs") or {}:
+        named = content.get("inputs")
+        for name in named if isinstance(named, dict) else ():
             if name not in LOAD_NAMES:
                 raise unknown_name("load in inputs", name, LOAD_NAMES, where)
         try:

@@ -5,16 +5,27 @@ from __future__ import annotations
 import contextlib
 import errno
 import json
+import lzma
 import os
 import shutil
+import struct
 import tempfile
+import zipfile
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tokenize import TokenError
 from typing import Any
 
 from .errors import InputError, shown
 from .folders import FolderKind, check_folder, check_parents
+
+#: What the standard library and NumPy raise on damaged archives of arrays.
+DAMAGED = (
+    *(zipfile.BadZipFile, zlib.error, struct.error, lzma.LZMAError, EOFError, OSError, TokenError),
+    *(ValueError, TypeError, SyntaxError, OverflowError, MemoryError, NotImplementedError, RuntimeError),
+)
 
 
 @contextmanager

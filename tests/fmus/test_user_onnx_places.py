@@ -124,6 +124,7 @@ def test_yaml_as_a_list_and_graphs_of_fewer_loads() -> None:
         ({"inputs": {"T": {"range": [20, float("nan")]}}}, "finite number"),
         ({"inputs": {"T": {"divide": 0}}}, "divide = 0.0; allowed: a number that is not 0"),
         ({"inputs": ["T", "T"]}, "load 'T' stands twice"),
+        ({"inputs": 1}, "inputs: input should be a valid dictionary .value 1"),
         ({"inputs": [3]}, r"inputs\[0\] is 3, allowed"),
         ({"domain": {"T": [20, 400]}}, "unknown key 'domain'; allowed: the trained range stands with each input"),
         ({"nam": "x"}, "unknown key 'nam'; allowed: name, .*did you mean 'name'"),

@@ -216,6 +216,9 @@ def test_a_broken_archive(linear: Path) -> None:
     for broken in (b"", content[:50], content[: len(content) // 2], b"PK\x03\x04" + b"\0" * 100):
         (linear / "parameters.npz").write_bytes(broken)
         refused(linear, "not an archive of arrays")
+    with zipfile.ZipFile(linear / "parameters.npz", "w") as archive:  # a header that ends within a bracket
+        archive.writestr("coef.npy", b"\x93NUMPY\x01\x00\x10\x00{'descr': (      ")
+    refused(linear, "not an archive of arrays")
     buffer = io.BytesIO()
     np.save(buffer, np.zeros(5))
     (linear / "parameters.npz").write_bytes(buffer.getvalue())
