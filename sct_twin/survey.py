@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from friction_models.loads import InputError, nearest
+from friction_models.loads import InputError, nearest, shown
 from friction_models.loads.dataset import says_synthetic
 from friction_models.loads.files import read_json
 
@@ -182,7 +182,7 @@ def survey(
             result.rows.append(row)
             result.tests.append({**record.metadata, "test_id": test})
         except InputError as error:
-            reason = str(error)
+            reason = shown(error, 1000)
             if table is not None and test not in listed and "test table" in reason:
                 reason += f"; test {test!r} is {_not_listed(test, listed)}"
             result.left_out.append({"file": str(file), "reason": reason})

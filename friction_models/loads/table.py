@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from .contract import POINT_UNITS, SETTING_UNITS
-from .errors import InputError
+from .errors import InputError, shown
 from .units import UNITS, conversion, differs, spelling
 
 #: Largest table that is read; larger files are refused instead of filling the memory.
@@ -144,8 +144,15 @@ def read_file(
             )
     except InputError:
         raise
-    except (ValueError, OSError, csv.Error) as error:
-        raise InputError(f"{file}: not a readable table ({str(error).strip().splitlines()[0]})") from None
+    except (
+        ValueError,
+        LookupError,
+        TypeError,
+        RuntimeError,
+        OSError,
+        csv.Error,
+    ) as error:  # also of damaged Parquet
+        raise InputError(f"{file}: not a readable table ({shown(error)})") from None
     if frame.columns.empty or frame.empty:
         raise InputError(f"{file}: the table has no rows; allowed: rows below the names of the columns")
     if "test_id" in frame.columns:

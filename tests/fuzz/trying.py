@@ -48,7 +48,7 @@ JOBS = {"twin", "lab", "predict-sct", "attribute"}
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x0c\x0e-\x1f\x7f\x85\u2028\u2029\u202e]")
 #: What the next command may say: the file is as good as its source was.
 _HONEST = re.compile(
-    r"is not a finite number|no binary for the platform|column 'mu'|in loading: its process was ended by SIG"
+    r"is not a finite number|no binary for the platform|column 'mu'|in loading: its process was ended by SIG|the binary cannot be loaded"
 )
 _RAW = re.compile(
     r"(error: |^)[A-Z]\w*(Error|Exception|Warning|Exit|Interrupt)\b|\.py:\d+: \w*Warning", re.MULTILINE
