@@ -15,7 +15,7 @@ import pandas as pd
 from fmus import check, pack
 from friction_models import FrictionModel, TriboLoads
 from friction_models.effects import Amplitude, Effect, Memory, Shape
-from friction_models.ops import LoadColumns, NumpyOps, Ops, Value
+from friction_models.expressions.ops import LoadColumns, NumpyOps, Ops, Value
 
 
 # %% A model: learn in `_fit`, write the law in `formula` against `x`, which computes numbers or draws the graph

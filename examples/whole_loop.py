@@ -12,8 +12,8 @@ import pandas as pd
 
 from fmus import check, pack, pack_forming
 from friction_models import FrictionModel, PolynomialFriction
+from friction_models.common import InputError
 from friction_models.discovery import compare, diagnose, refine
-from friction_models.loads import InputError
 from orchestrator import Master, Run, System
 from sct_twin import SctTwin, virtual_lab
 

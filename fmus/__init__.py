@@ -9,26 +9,26 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .checking import CheckReport as CheckReport
-    from .checking import check as check
-    from .packing import pack as pack
-    from .reading import FmuModel as FmuModel
-    from .reading import read_friction_fmu as read_friction_fmu
-    from .signal_fmu import pack_signals as pack_signals
-    from .solver_fmus import pack_forming as pack_forming
-    from .solver_fmus import pack_twin as pack_twin
-    from .ssp import pack_ssp as pack_ssp
+    from .checks.checking import CheckReport as CheckReport
+    from .checks.checking import check as check
+    from .runtime.fixed_friction import FmuModel as FmuModel
+    from .runtime.fixed_friction import read_friction_fmu as read_friction_fmu
+    from .ssp.systems import pack_ssp as pack_ssp
+    from .targets.packing import pack as pack
+    from .targets.signals import pack_signals as pack_signals
+    from .targets.solvers import pack_forming as pack_forming
+    from .targets.solvers import pack_twin as pack_twin
 
 _EXPORTS = {
-    "CheckReport": "checking",
-    "FmuModel": "reading",
-    "check": "checking",
-    "pack": "packing",
-    "pack_forming": "solver_fmus",
-    "pack_signals": "signal_fmu",
-    "pack_ssp": "ssp",
-    "pack_twin": "solver_fmus",
-    "read_friction_fmu": "reading",
+    "CheckReport": "checks.checking",
+    "FmuModel": "runtime.fixed_friction",
+    "check": "checks.checking",
+    "pack": "targets.packing",
+    "pack_forming": "targets.solvers",
+    "pack_signals": "targets.signals",
+    "pack_ssp": "ssp.systems",
+    "pack_twin": "targets.solvers",
+    "read_friction_fmu": "runtime.fixed_friction",
 }
 
 __all__ = sorted(_EXPORTS)

@@ -11,20 +11,13 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from friction_models.loads import (
-    InputError,
-    Quantity,
-    atomic_folder,
-    check_column,
-    missing_column,
-    unknown_name,
-    write_json,
-)
-from friction_models.loads.files import read_json
-from friction_models.loads.folders import PRESS
+from friction_models.common import InputError, atomic_folder, unknown_name, write_json
+from friction_models.common.files import read_json
+from friction_models.common.folders import PRESS
+from friction_models.loads import Quantity, check_column, missing_column
 from friction_models.loads.table import KNOWN_UNITS, read_file
 
-from .fe.shape import FloatArray
+from .fe.mesh.shape import FloatArray
 
 STROKE = Quantity("stroke", "mm", "punch travel", -1.0, 1e4, 10.0)
 FORCE = Quantity("force", "kN", "punch force", -1e3, 1e5, 300.0)

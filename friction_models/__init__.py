@@ -12,44 +12,44 @@ if TYPE_CHECKING:
     from . import discovery as discovery
     from . import effects as effects
     from . import training as training
-    from .base import FrictionModel as FrictionModel
-    from .composed import ComposedFriction as ComposedFriction
-    from .constant import ConstantFriction as ConstantFriction
-    from .domain import Domain as Domain
-    from .ffnn import FeedForwardFriction as FeedForwardFriction
-    from .gradient_boosting import GradientBoostingFriction as GradientBoostingFriction
-    from .linear import LinearFriction as LinearFriction
+    from .common import InputError as InputError
+    from .families.constant import ConstantFriction as ConstantFriction
+    from .families.ffnn import FeedForwardFriction as FeedForwardFriction
+    from .families.gradient_boosting import GradientBoostingFriction as GradientBoostingFriction
+    from .families.linear import LinearFriction as LinearFriction
+    from .families.polynomial import PolynomialFriction as PolynomialFriction
+    from .families.power_law import PowerLawFriction as PowerLawFriction
     from .loads import DataSet as DataSet
-    from .loads import InputError as InputError
     from .loads import TriboLoads as TriboLoads
-    from .onnx_export import OnnxModel as OnnxModel
-    from .polynomial import PolynomialFriction as PolynomialFriction
-    from .power_law import PowerLawFriction as PowerLawFriction
-    from .registry import FAMILIES as FAMILIES
-    from .registry import make_model as make_model
-    from .saving import load_model as load_model
+    from .models.base import FrictionModel as FrictionModel
+    from .models.composed import ComposedFriction as ComposedFriction
+    from .models.domain import Domain as Domain
+    from .models.onnx_export import OnnxModel as OnnxModel
+    from .models.registry import FAMILIES as FAMILIES
+    from .models.registry import make_model as make_model
+    from .models.saving import load_model as load_model
     from .training import Evaluation as Evaluation
     from .training import evaluate as evaluate
 
 _EXPORTS = {
-    "FAMILIES": "registry",
-    "ComposedFriction": "composed",
-    "ConstantFriction": "constant",
+    "FAMILIES": "models.registry",
+    "ComposedFriction": "models.composed",
+    "ConstantFriction": "families.constant",
     "DataSet": "loads",
-    "Domain": "domain",
+    "Domain": "models.domain",
     "Evaluation": "training.evaluation",
-    "FeedForwardFriction": "ffnn",
-    "FrictionModel": "base",
-    "GradientBoostingFriction": "gradient_boosting",
-    "InputError": "loads",
-    "LinearFriction": "linear",
-    "OnnxModel": "onnx_export",
-    "PolynomialFriction": "polynomial",
-    "PowerLawFriction": "power_law",
+    "FeedForwardFriction": "families.ffnn",
+    "FrictionModel": "models.base",
+    "GradientBoostingFriction": "families.gradient_boosting",
+    "InputError": "common",
+    "LinearFriction": "families.linear",
+    "OnnxModel": "models.onnx_export",
+    "PolynomialFriction": "families.polynomial",
+    "PowerLawFriction": "families.power_law",
     "TriboLoads": "loads",
     "evaluate": "training.evaluation",
-    "load_model": "saving",
-    "make_model": "registry",
+    "load_model": "models.saving",
+    "make_model": "models.registry",
 }
 _SUBPACKAGES = ("discovery", "effects", "training")
 

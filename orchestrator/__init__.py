@@ -9,22 +9,23 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .errors import SimulationError as SimulationError
-    from .forces import ForceComparison as ForceComparison
-    from .forces import compare_force as compare_force
-    from .master import Master as Master
-    from .runs import Run as Run
-    from .sct_prediction import predict_sct as predict_sct
-    from .system import System as System
+    from fmus.runtime.errors import SimulationError as SimulationError
+
+    from .cosim.forces import ForceComparison as ForceComparison
+    from .cosim.forces import compare_force as compare_force
+    from .cosim.master import Master as Master
+    from .cosim.run_folders import Run as Run
+    from .cosim.system import System as System
+    from .prediction.predict_sct import predict_sct as predict_sct
 
 _EXPORTS = {
-    "ForceComparison": "forces",
-    "Master": "master",
-    "Run": "runs",
-    "SimulationError": "errors",
-    "System": "system",
-    "compare_force": "forces",
-    "predict_sct": "sct_prediction",
+    "ForceComparison": "cosim.forces",
+    "Master": "cosim.master",
+    "Run": "cosim.run_folders",
+    "SimulationError": "cosim.master",
+    "System": "cosim.system",
+    "compare_force": "cosim.forces",
+    "predict_sct": "prediction.predict_sct",
 }
 
 __all__ = sorted(_EXPORTS)

@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from . import virtual_lab as virtual_lab
-    from .process import SctProcess as SctProcess
-    from .raw_campaign import RawCampaign as RawCampaign
-    from .record import SctRecord as SctRecord
-    from .twin import SctTwin as SctTwin
-    from .twin import TwinResult as TwinResult
+    from .ingest.raw_campaign import RawCampaign as RawCampaign
+    from .records.record import SctRecord as SctRecord
+    from .twin.digital_twin import SctTwin as SctTwin
+    from .twin.digital_twin import TwinResult as TwinResult
+    from .twin.process import SctProcess as SctProcess
 
 _EXPORTS = {
-    "SctTwin": "twin",
-    "TwinResult": "twin",
-    "SctRecord": "record",
-    "SctProcess": "process",
-    "RawCampaign": "raw_campaign",
+    "SctTwin": "twin.digital_twin",
+    "TwinResult": "twin.digital_twin",
+    "SctRecord": "records.record",
+    "SctProcess": "twin.process",
+    "RawCampaign": "ingest.raw_campaign",
 }
 
 __all__ = ["virtual_lab", *sorted(_EXPORTS)]

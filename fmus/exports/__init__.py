@@ -14,10 +14,10 @@ import os
 from pathlib import Path
 from typing import Any
 
-from friction_models.loads import InputError, check_folder, unknown_name
-from friction_models.loads.folders import EXPORT
+from friction_models.common import InputError, check_folder, unknown_name
+from friction_models.common.folders import EXPORT
 
-from ..source import FrictionSource
+from ..targets.source import FrictionSource
 
 TARGETS = ("c", "ufric", "vfric", "table")
 
@@ -30,7 +30,7 @@ def export(source: FrictionSource, path: str | os.PathLike[str], target: str, **
     Parameters
     ----------
     source : FrictionSource
-        What `fmus.source.read_source` returns.
+        What `fmus.targets.source.read_source` returns.
     path : path-like
         Folder to write; one written by an earlier export is replaced, any other that holds files is refused.
     target : {"c", "ufric", "vfric", "table"}

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from friction_models.loads import LOADS, FloatArray
 
 from ..native.generate import generate
-from ..source import FrictionSource
+from ..targets.source import FrictionSource
 from .common import Trial, c_prefix, description, documents, one_line, template, trial
 
 #: Agreement of a compiled export with ONNX Runtime, relative and absolute.

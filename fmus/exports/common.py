@@ -14,13 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.loads import LOADS, FloatArray, InputError, atomic_folder, unknown_name
-from friction_models.loads.folders import EXPORT
+from friction_models.common import InputError, atomic_folder, unknown_name
+from friction_models.common.folders import EXPORT
+from friction_models.loads import LOADS, FloatArray
 
-from ..documentation import card_json
-from ..interface import USUAL
-from ..native_target import identifier
-from ..source import FrictionSource
+from ..interface.quantities import USUAL
+from ..pages.documentation import card_json
+from ..targets.native import identifier
+from ..targets.source import FrictionSource
 
 #: A folder with this file in it was written by an export and may be replaced by one.
 MARK = "export.json"
@@ -80,7 +81,7 @@ class Reference:
     """mu as the FMU gives it - limits, domain, never negative - computed by ONNX Runtime."""
 
     def __init__(self, source: FrictionSource) -> None:
-        from friction_models.onnx_model import OnnxModel
+        from friction_models.models.onnx_model import OnnxModel
 
         with tempfile.TemporaryDirectory(prefix="tribofmu-") as folder:
             path = Path(folder) / "model.onnx"
@@ -184,7 +185,7 @@ def licence() -> str:
 
 def description(source: FrictionSource) -> dict[str, str]:
     """Return the texts about the model that the templates share."""
-    from friction_models.model_card import package_version
+    from friction_models.models.model_card import package_version
 
     def rows(entries: Sequence[str]) -> str:
         return "\n".join(f"  {e}" for e in entries) or "  none"

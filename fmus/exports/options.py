@@ -5,7 +5,8 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Collection, Mapping, Sequence
 
-from friction_models.loads import LOAD_NAMES, QUANTITIES, InputError, unknown_name
+from friction_models.common import InputError, unknown_name
+from friction_models.loads import LOAD_NAMES, QUANTITIES
 
 
 def number(what: str, value: object, lower: float, upper: float) -> float:

@@ -15,10 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray, InputError
+from friction_models.common import InputError
+from friction_models.loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray
 
-from ..interface import USUAL
-from ..source import FrictionSource
+from ..interface.quantities import USUAL
+from ..targets.source import FrictionSource
 from . import options
 from .common import Reference, description, documents, template
 from .grid import Grid

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..source import FrictionSource
+from ..targets.source import FrictionSource
 from .c_target import c_sources, c_values
 from .common import Reference, c_prefix, documents, template, test_box
 from .ufric_target import depends_on, fortran_number

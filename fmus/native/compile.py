@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from friction_models.loads import InputError, unknown_name
+from friction_models.common import InputError, unknown_name
 
 from .platforms import Platform, host_platform, resolve, universal
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from friction_models.intervals import MARGIN
+from friction_models.models.intervals import MARGIN
 
-from ..interface import FrictionInterface
-from ..source import FrictionSource
+from ..interface.quantities import FrictionInterface
+from ..targets.source import FrictionSource
 from . import ops
 from .emission import BLOCK, Writer
 from .graph import Graph, read_graph, refuse, rules_of

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from friction_models.intervals import MARGIN
-from friction_models.loads import LOADS, InputError
+from friction_models.common import InputError
+from friction_models.loads import LOADS
+from friction_models.models.intervals import MARGIN
 
 Array = npt.NDArray[Any]
 

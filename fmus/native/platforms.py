@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from friction_models.loads import InputError, unknown_name
+from friction_models.common import InputError, unknown_name
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ import numpy as np
 
 from friction_models.loads import LOADS
 
-from ..interface import FrictionInterface
-from ..source import FrictionSource
+from ..interface.quantities import FrictionInterface
+from ..targets.source import FrictionSource
 from .graph import Array
 
 
@@ -67,7 +67,7 @@ def interface_tables(source: FrictionSource, interface: FrictionInterface) -> st
     """Return names, limits and start values of the loads, states and system variables."""
     lower = [interface.domain.get(q.name, (-np.inf, np.inf))[0] for q in LOADS]
     upper = [interface.domain.get(q.name, (-np.inf, np.inf))[1] for q in LOADS]
-    # As friction_models.domain.Domain: the width of the range; for a load that never varied its size, at least 1.
+    # As friction_models.models.domain.Domain: the width of the range; for a load that never varied its size, at least 1.
     scale = [b - a if b > a else max(abs(b), 1.0) for a, b in zip(lower, upper)]
     # C has no empty arrays: without states or system variables one unused element stands there.
     parts = [

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 from .tables import Tables, literal
 

@@ -16,7 +16,7 @@ import numpy as np
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 from .core import Solver
 

@@ -11,7 +11,8 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from friction_models.loads import FloatArray, InputError
+from friction_models.common import InputError
+from friction_models.loads import FloatArray
 
 from .state_bytes import from_bytes, to_bytes
 
@@ -37,7 +38,7 @@ class Solver(ABC):
     config : dict
         Names (`names`), start values (`start`), places of the first input and the first parameter
         (`first_input`, `first_parameter`), number of Boolean outputs (`flags`), and what the solver
-        itself needs; as `fmus.solver_fmus` writes it.
+        itself needs; as `fmus.targets.solvers` writes it.
 
     Attributes
     ----------

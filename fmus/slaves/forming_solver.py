@@ -10,10 +10,10 @@ from forming.fe.body import Body
 from forming.fe.markers import SurfaceLoads, SurfaceMarkers
 from forming.fe.state import Energy, OldMesh, Record, State
 from forming.fe.tool_heat import ToolField, ToolSteel
-from forming.field_recorder import FieldWriter, writer_from_environment
-from forming.material import material_from_dict
-from forming.processes import PROCESSES
-from forming.tooling import Tool
+from forming.fe.tooling import Tool
+from forming.materials.materials import material_from_dict
+from forming.processes.names import PROCESSES
+from forming.results.field_recorder import FieldWriter, writer_from_environment
 
 from .core import Solver
 

@@ -25,7 +25,8 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.loads import FloatArray, InputError
+from friction_models.common import InputError
+from friction_models.loads import FloatArray
 
 from . import protocol
 from .core import Solver

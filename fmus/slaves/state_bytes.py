@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 MARK = b"tribofmu solver state 1\n"
 _DTYPES = ("float64", "int64", "int32", "bool")

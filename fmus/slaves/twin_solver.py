@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from forming.material import material_from_dict
-from sct_twin.contact_temperature import ContactTemperature, SlidingContact, ThermalBody, ThermalSettings
-from sct_twin.process import ProcessSnapshot, SctProcess
-from sct_twin.upsetting import ContactState
+from forming.materials.materials import material_from_dict
+from sct_twin.twin.contact_temperature import ContactTemperature, SlidingContact, ThermalBody, ThermalSettings
+from sct_twin.twin.process import ProcessSnapshot, SctProcess
+from sct_twin.twin.upsetting import ContactState
 
 from .core import Solver
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from forming.child import python_command
-from friction_models.loads import InputError
+from friction_models.common import InputError
+from friction_models.common.child_processes import python_command
 
 from .parity import original_mu, session
 from .signature import Feed, Signature
@@ -62,7 +62,7 @@ def try_original(content: bytes, signature: Signature, points: Array, where: str
 
 def main() -> None:
     """Run the task in the folder of the first argument; the answer is a sentence, or empty."""
-    from ..trial import limit_memory
+    from ..checks.trial import limit_memory
 
     limit_memory(MEMORY_LIMIT)
     folder = Path(sys.argv[1])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 if TYPE_CHECKING:
     import onnx

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.loads import LOAD_NAMES, MU, InputError
-from friction_models.onnx_graph import GraphBuilder, Node
+from friction_models.common import InputError
+from friction_models.expressions.onnx_graph import GraphBuilder, Node
+from friction_models.loads import LOAD_NAMES, MU
 
 from .reading import ForeignGraph, NotTranslated, refuse
 from .registry import DECIDING, DOMAINS, MOVING, translated

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from friction_models.loads import LOADS, InputError
+from friction_models.common import InputError
+from friction_models.loads import LOADS
 
 from .reading import refuse
 from .signature import Signature
@@ -55,8 +56,8 @@ class Agreement:
 
 def session(content: bytes, where: str) -> Any:
     """Return a session of ONNX Runtime on one thread."""
+    from friction_models.expressions.parameters import first_line
     from friction_models.onnx_session import onnx_session
-    from friction_models.parameters import first_line
 
     try:
         return onnx_session(content)
@@ -72,7 +73,7 @@ def original_mu(running: Any, signature: Signature, points: Array, where: str) -
     InputError
         The graph cannot be run, or gives other than one number a point.
     """
-    from friction_models.parameters import first_line
+    from friction_models.expressions.parameters import first_line
 
     parts = [points] if signature.batch else [points[k : k + 1] for k in range(len(points))]
     found = []

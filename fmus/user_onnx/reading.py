@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 if TYPE_CHECKING:
     import onnx

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from friction_models.loads import LOAD_NAMES, LOADS, InputError, unknown_name
+from friction_models.common import InputError, unknown_name
+from friction_models.loads import LOAD_NAMES, LOADS
 
 from .reading import ForeignInput
 from .spec import LoadEntry, Spec

@@ -8,8 +8,9 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from friction_models.loads import LOAD_NAMES, InputError, nearest, unknown_name
-from friction_models.loads.yaml_text import read_yaml
+from friction_models.common import InputError, nearest, unknown_name
+from friction_models.common.yaml_files import read_yaml
+from friction_models.loads import LOAD_NAMES
 
 MAX_SPEC_BYTES = 64 * 1024
 Number = Annotated[float, Field(allow_inf_nan=False)]

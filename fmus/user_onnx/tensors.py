@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from friction_models.onnx_graph import GraphBuilder, Node, OnnxOps
+from friction_models.expressions.onnx_graph import GraphBuilder, Node, OnnxOps
 
 from .reading import MAX_ELEMENTS, Array, refuse
 

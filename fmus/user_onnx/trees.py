@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.trees import TreeTable
+from friction_models.expressions.trees import TreeTable
 
 from .reading import Array, refuse
 from .tensors import Canvas, Constant, Symbol, Tensor

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from friction_models.loads import LOADS, Quantity, unknown_name
+from friction_models.common import unknown_name
+from friction_models.loads import LOADS, Quantity
 
-from ..interface import UNITS
+from ..interface.quantities import UNITS
 
-#: More spellings and multiples of what the contract measures, as in `fmus.interface.UNITS`.
+#: More spellings and multiples of what the contract measures, as in `fmus.interface.quantities.UNITS`.
 _MORE: dict[str, dict[str, float]] = {
     "m/s": {"m": 1, "s": -1},
     "um/s": {"m": 1, "s": -1, "factor": 1e-6},

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from .flow import flow_stress
-from .shape import FloatArray, IntArray, gauss_volumes
+from .mesh.shape import FloatArray, IntArray, gauss_volumes
 
 
 @dataclass

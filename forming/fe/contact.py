@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .shape import FloatArray, IntArray
+from .mesh.shape import FloatArray, IntArray
 
 # Columns of the contact table of one tool, one row a surface node. Pressure and shear stand for nodal forces over the
 # whole area of the node, of which only a share faces the tool.

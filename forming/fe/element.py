@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from .flow import elastic_moduli, flow_stress
-from .shape import N_GAUSS, FloatArray, IntArray, gradients
+from .mesh.shape import N_GAUSS, FloatArray, IntArray, gradients
 
 
 @njit(cache=True)

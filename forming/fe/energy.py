@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .contact import NORMAL_R, NORMAL_Z, PRESSURE, SHEAR
-from .shape import FloatArray
+from .mesh.shape import FloatArray
 
 
 class Loading(NamedTuple):

@@ -1,4 +1,4 @@
-"""Flow stress with its slopes, for the material vector that `forming.material` writes.
+"""Flow stress with its slopes, for the material vector that `forming.materials.materials` writes.
 
 Entries: 0-5 numbers of the law, 6 shear modulus, 7 bulk modulus, 8 strain floor, 9 rate floor, 10 law. The vector
 of the common law has shape (10,), that of the others shape (1, n): numba compiles the kernels for each, so
@@ -22,7 +22,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .shape import FloatArray
+from .mesh.shape import FloatArray
 
 EXTENDED, POWER, TABLE = 1.0, 2.0, 3.0
 #: Where the axes of a table begin in the material vector.

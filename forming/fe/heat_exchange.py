@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..material import Material
-from ..temperature import integral
-from ..tooling import Tool
+from ..materials.materials import Material
 from .body import Body
 from .energy import Energy
-from .shape import N_GAUSS, FloatArray, gauss_volumes
+from .heat_data import integral
+from .mesh.shape import N_GAUSS, FloatArray, gauss_volumes
 from .thermal import heat_step
+from .tooling import Tool
 
 #: Stefan-Boltzmann constant [N/(mm s K4)]; 0 degC [K].
 STEFAN_BOLTZMANN, ZERO = 5.670374419e-11, 273.15

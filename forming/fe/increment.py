@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg.lapack import dgbsv
 
-from ..tooling import Tool
 from .body import Body, nodal_shear_yield
 from .contact import FACING, PRESSURE, add_contact, facing_shares, hold_fixed, start_active, surface_weights
 from .element import assemble
-from .shape import FloatArray, IntArray
+from .mesh.shape import FloatArray, IntArray
+from .tooling import Tool
 
 #: An increment does not end with a node that the tool pulls at harder than this [MPa].
 MOST_TENSION = 100.0

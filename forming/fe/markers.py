@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .polyline import arc_length
-from .shape import FloatArray
+from .mesh.polyline import arc_length
+from .mesh.shape import FloatArray
 
 
 @dataclass

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import QhullError
 
-from ..material import Material
+from ..materials.materials import Material
 from .body import Body
 from .heat_exchange import keep_heat
-from .mesher import MeshError
-from .polyline import SizeField
+from .mesh.mesher import MeshError
+from .mesh.polyline import SizeField
+from .mesh.shape import FloatArray
 from .resample import mesh_inside, resample, surface_chain
-from .shape import FloatArray
 from .state import SCALES, OldMesh, State
 from .transfer import transfer
 

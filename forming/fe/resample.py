@@ -8,11 +8,11 @@ from itertools import pairwise
 import numpy as np
 from numba import njit
 
-from ..tooling import Tool
 from .contact import gap_and_normal
-from .mesher import Mesh, quad_mesh
-from .polyline import SizeField, arc_length, at_arc_length, enclosed_volume, spaced
-from .shape import FloatArray, IntArray
+from .mesh.mesher import Mesh, quad_mesh
+from .mesh.polyline import SizeField, arc_length, at_arc_length, enclosed_volume, spaced
+from .mesh.shape import FloatArray, IntArray
+from .tooling import Tool
 
 #: Turns of the surface beyond this angle stay nodes.
 CORNER = np.radians(35.0)

@@ -7,19 +7,19 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..material import Material
-from ..tooling import Tool
+from ..materials.materials import Material
 from .body import Body
 from .energy import Loading
 from .heat_exchange import HeatExchange, exchange_heat
 from .increment import Attempt, Settings, Step, StepError, Workspace, solve_increment
 from .markers import SurfaceLoads, SurfaceMarkers
-from .mesh_kernels import qualities
-from .polyline import SizeField, first_crossing
+from .mesh.mesh_kernels import qualities
+from .mesh.polyline import SizeField, first_crossing
+from .mesh.shape import FloatArray, gauss_volumes
 from .remesh import remesh
-from .shape import FloatArray, gauss_volumes
 from .state import SCALES, OldMesh, Record, RemeshPolicy, State, StepControl
 from .threads import one_blas_thread
+from .tooling import Tool
 from .tractions import bore_pressure, surface_loads
 
 #: Share of the missing expansion that a tool makes up for in one increment. The workpiece pushes back up to

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..tooling import Tool
 from .body import Body
 from .energy import Energy
 from .markers import SurfaceMarkers
-from .shape import FloatArray
+from .mesh.shape import FloatArray
+from .tooling import Tool
 
 #: Scales of the size field that a remeshing tries, one after the other.
 SCALES = (1.0, 0.85, 0.7)

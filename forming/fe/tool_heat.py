@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 
-from ..temperature import Property, scaled
 from .contact import surface_weights
-from .mesher import quad_mesh
-from .polyline import SizeField, arc_length, at_arc_length, spaced
-from .shape import FloatArray, IntArray
+from .heat_data import Property, scaled
+from .mesh.mesher import quad_mesh
+from .mesh.polyline import SizeField, arc_length, at_arc_length, spaced
+from .mesh.shape import FloatArray, IntArray
 from .thermal import heat_step
 
 #: A tool point further from the workpiece than this has no contact [mm].

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..tooling import Tool
 from .contact import FACING
 from .markers import SurfaceLoads
-from .shape import FloatArray, IntArray
+from .mesh.shape import FloatArray, IntArray
+from .tooling import Tool
 
 #: Least share of a nodal area that a contact is taken to have, where its force becomes a traction.
 LEAST_SHARE = 0.25

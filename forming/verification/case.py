@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 Verdict = Literal["pass", "fail", "skipped", "not judged"]
 VERDICTS: tuple[Verdict, ...] = ("pass", "fail", "skipped", "not judged")

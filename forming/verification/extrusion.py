@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from ..bce import BackwardCupExtrusion
 from ..fe.simulation import Simulation
-from ..fre import ForwardRodExtrusion
+from ..processes.backward_cup_extrusion import BackwardCupExtrusion
+from ..processes.forward_rod_extrusion import ForwardRodExtrusion
 from .case import Case, Row
 from .runs import account_rows, finished, published_flow_stress
 

@@ -9,10 +9,10 @@ import numpy as np
 from ..fe.body import Body
 from ..fe.contact import surface_weights
 from ..fe.heat_exchange import HeatExchange, exchange_heat
-from ..fe.mesher import grid_mesh
-from ..fe.shape import FloatArray
-from ..material import steel_16MnCr5
-from ..tooling import block_field, plate
+from ..fe.mesh.mesher import grid_mesh
+from ..fe.mesh.shape import FloatArray
+from ..fe.tooling import block_field, plate
+from ..materials.materials import steel_16MnCr5
 from .case import Case, Row
 
 GROUP = "Heat"

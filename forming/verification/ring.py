@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from ..friction_input import CONSTANT_SHEAR
-from ..material import Material
-from ..ring import RingCompression
+from ..materials.materials import Material
+from ..processes.friction_input import CONSTANT_SHEAR
+from ..processes.ring import RingCompression
 from .calculix import Compression
 from .case import Case, Outcome, Row, Unfinished
 from .peer import Kept, bore_key, peer, peer_row

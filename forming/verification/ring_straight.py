@@ -11,13 +11,13 @@ import numpy as np
 
 from ..fe.body import Body
 from ..fe.increment import Settings
-from ..fe.mesher import grid_mesh
+from ..fe.mesh.mesher import grid_mesh
 from ..fe.simulation import Simulation
 from ..fe.state import StepControl
-from ..friction_input import CONSTANT_SHEAR
-from ..material import PowerLaw, steel_16MnCr5
-from ..ring import bore_profile
-from ..tooling import flat_punch, plate
+from ..fe.tooling import flat_punch, plate
+from ..materials.materials import PowerLaw, steel_16MnCr5
+from ..processes.friction_input import CONSTANT_SHEAR
+from ..processes.ring import bore_profile
 from .case import Outcome, Row, Unfinished
 from .ring_tables import CURVES, POINTS, REDUCTIONS, SOURCE, within, worst
 

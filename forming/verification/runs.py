@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from ..fe.shape import FloatArray
-from ..material import HenselSpittel, steel_16MnCr5
-from ..process import FormingProcess
-from ..result import FormingResult
+from ..fe.mesh.shape import FloatArray
+from ..materials.materials import HenselSpittel, steel_16MnCr5
+from ..processes.base import FormingProcess
+from ..results.history import FormingResult
 from .case import Row, Unfinished
 
 #: Published coefficients of 16MnCr5, kept apart from the product's: A [MPa], m1 [1/K], m2, m3, m4.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from ..material import steel_16MnCr5
-from ..ring import Upsetting
+from ..materials.materials import steel_16MnCr5
+from ..processes.ring import Upsetting
 from .calculix import Compression
 from .case import Case, Row
 from .peer import Kept, peer, peer_row

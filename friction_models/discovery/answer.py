@@ -7,16 +7,16 @@ from typing import Any
 
 import numpy as np
 
+from ..estimation.analysis import Round
+from ..estimation.base_law import BaseLaw
+from ..estimation.binning import FEW_TESTS, Campaign
+from ..estimation.fixed_level import Level, level_of
+from ..estimation.scan import Fit
+from ..estimation.significance import stays_first
 from ..loads import LOAD_NAMES, FloatArray
-from .analysis import Round
-from .base_law import BaseLaw
-from .binning import FEW_TESTS, Campaign
 from .diagnosis import Diagnosis
+from .further_tests.next_tests import propose
 from .identifiability import limits
-from .level import Level, level_of
-from .next_tests import propose
-from .scan import Fit
-from .significance import stays_first
 from .summaries import averages, base_residual, binned_bias, unrecorded_factor, weighted_rms, worst_tests
 from .unseen_loads import EITHER, doubts
 from .verdict import LEVEL, Evidence

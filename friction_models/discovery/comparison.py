@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ..loads import FloatArray, InputError
+from ..common import InputError
+from ..estimation.binning import Campaign, prepare
+from ..loads import FloatArray
 from ..training.seen import Seen, seen_in_training
-from .binning import Campaign, prepare
 from .predicted import predict_points
 
 REPLICATES = 1000

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..estimation.base_law import BaseLaw
+from ..estimation.binning import Campaign
 from ..loads import LOAD_NAMES
-from .base_law import BaseLaw
-from .binning import Campaign
 from .verdict import Evidence
 
 #: Families that can follow part of an effect.

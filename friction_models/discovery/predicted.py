@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..loads import LOAD_NAMES, FloatArray, InputError, TriboLoads
-from ..parameters import first_line
+from ..common import InputError
+from ..expressions.parameters import first_line
+from ..loads import LOAD_NAMES, FloatArray, TriboLoads
 
 ALLOWED = (
     f"an object that is fitted, with predict(array[n, {len(LOAD_NAMES)}]) of the loads {', '.join(LOAD_NAMES)} or "

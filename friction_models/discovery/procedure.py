@@ -15,22 +15,23 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from ..base import FrictionModel
-from ..domain import Domain
+from ..common import InputError
 from ..effects import CATALOGUE, make_effect
 from ..effects.base import Effect
-from ..loads import LOAD_NAMES, FloatArray, InputError, require_loads
-from .analysis import Round, distrust_outliers, search, testable
+from ..estimation.analysis import Round, distrust_outliers, search, testable
+from ..estimation.base_law import BaseLaw, base_law, polynomial_columns
+from ..estimation.binning import Campaign, prepare
+from ..estimation.candidates import Candidate, evaluate_all, spans_of
+from ..estimation.curves import spline_columns
+from ..estimation.noise_floor import NoiseFloor, independent_columns
+from ..estimation.scan import Fit
+from ..estimation.significance import stays_first
+from ..estimation.structure import Misfit, Structure, find_structure, own_misfit
+from ..loads import LOAD_NAMES, FloatArray, require_loads
+from ..models.base import FrictionModel
+from ..models.domain import Domain
 from .answer import NAMED, Judged, assemble
-from .base_law import BaseLaw, base_law, polynomial_columns
-from .binning import Campaign, prepare
-from .candidates import Candidate, evaluate_all, spans_of
-from .curves import spline_columns
 from .diagnosis import Diagnosis
-from .noise_floor import NoiseFloor, independent_columns
-from .scan import Fit
-from .significance import stays_first
-from .structure import Misfit, Structure, find_structure, own_misfit
 from .summaries import weighted_rms
 from .unseen_loads import AS_GOOD
 from .verdict import LEAST_SHARE, LEVEL, SECOND_LEVEL, Evidence, decide, error_share
@@ -258,7 +259,7 @@ def _second_effect(
 
 def _share_outside(campaign: Campaign, base: BaseLaw) -> float:
     """Return the share of the points outside the domain that the model was trained on; 0 if it has none."""
-    from ..base import FrictionModel
+    from ..models.base import FrictionModel
 
     model = base.model
     if isinstance(model, FrictionModel):

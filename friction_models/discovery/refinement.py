@@ -9,14 +9,15 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from ..common import InputError
 from ..effects import make_effect
 from ..effects.base import Effect
-from ..loads import FloatArray, InputError, TriboLoads
+from ..estimation.binning import campaign_of, prepare
+from ..estimation.candidates import evaluate_points
+from ..estimation.metadata import with_all_metadata
+from ..loads import FloatArray, TriboLoads
+from ..models.variables import as_numbers
 from ..training.measures import error_measures
-from ..variables import as_numbers
-from .binning import campaign_of, prepare
-from .candidates import evaluate_points
-from .metadata import with_all_metadata
 
 FOLDS = 4
 #: An addition is refused when the held-out error rises by more than this, and clearly so (paired over tests).
@@ -68,9 +69,9 @@ def refine(
     """
     from sklearn.base import clone
 
-    from ..base import FrictionModel
-    from ..composed import ComposedFriction
-    from ..registry import make_model
+    from ..models.base import FrictionModel
+    from ..models.composed import ComposedFriction
+    from ..models.registry import make_model
 
     base = make_model(model) if isinstance(model, str) else model
     if not isinstance(base, FrictionModel):

@@ -10,9 +10,9 @@ import numpy as np
 import pandas as pd
 
 from ..effects.base import Effect, Memory
+from ..estimation.candidates import OPS
+from ..expressions.ops import LoadColumns
 from ..loads import LOADS, FloatArray
-from ..ops import LoadColumns
-from .candidates import OPS
 from .diagnosis import Diagnosis
 
 #: Loads over which a residual is mapped, where the data vary them.

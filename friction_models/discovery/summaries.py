@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from ..estimation.analysis import Round
+from ..estimation.binning import Campaign
+from ..estimation.scan import Fit
 from ..loads import LOAD_NAMES, FloatArray
-from .analysis import Round
-from .binning import Campaign
-from .scan import Fit
 
 BIAS_BINS = 6
 

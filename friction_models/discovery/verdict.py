@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from .analysis import Round
-from .scan import Fit
-from .structure import Misfit, Structure
+from ..estimation.analysis import Round
+from ..estimation.scan import Fit
+from ..estimation.structure import Misfit, Structure
 
 #: Family-wise level at which an effect counts as present.
 LEVEL = 0.05

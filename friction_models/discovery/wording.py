@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from .base_law import BaseLaw
-from .binning import FEW_TESTS, Campaign
-from .scan import Fit
+from ..estimation.base_law import BaseLaw
+from ..estimation.binning import FEW_TESTS, Campaign
+from ..estimation.scan import Fit
 from .verdict import Evidence
 
 

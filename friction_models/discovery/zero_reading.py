@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from ..estimation.analysis import Round
+from ..estimation.binning import Campaign
+from ..estimation.candidates import Candidate
+from ..estimation.form_error import FORM_ERROR
+from ..estimation.scan import Fit
 from ..loads import FloatArray
-from .analysis import Round
-from .binning import Campaign
-from .candidates import Candidate
-from .form_error import FORM_ERROR
-from .scan import Fit
 
 #: The effect that a reading without load tells from any other.
 ZERO = "force_zero"

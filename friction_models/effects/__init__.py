@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from importlib.metadata import entry_points
 
-from ..loads import InputError, unknown_name
+from ..common import InputError, unknown_name
 from .base import Amplitude, Effect, Memory, Shape
 from .batch import Batch
 from .declaration import declaration_fault

@@ -2,7 +2,7 @@
 
 An effect adds ``sum_j amplitude_j * basis_j(loads, shape parameters, memory)`` to the friction coefficient:
 linear in its amplitudes, whose physical sign is declared, and nonlinear in few shape parameters. Amplitude
-zero is the base model. Formulas are written against `friction_models.ops.Ops`, so that the same text
+zero is the base model. Formulas are written against `friction_models.expressions.ops.Ops`, so that the same text
 computes numbers and draws the ONNX graph.
 """
 
@@ -15,9 +15,10 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..loads import LOAD_NAMES, InputError, unknown_name
-from ..ops import LoadColumns, Ops, Value
-from ..variables import StateVariable
+from ..common import InputError, unknown_name
+from ..expressions.ops import LoadColumns, Ops, Value
+from ..loads import LOAD_NAMES
+from ..models.variables import StateVariable
 
 FloatArray = npt.NDArray[np.float64]
 #: What spans the data have: quantity -> (low, high); loads and derived quantities (`work`, `flash`).

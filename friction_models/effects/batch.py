@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ..expressions.ops import LoadColumns, Ops, Value
 from ..loads import FloatArray
-from ..ops import LoadColumns, Ops, Value
 from .base import Amplitude, Effect, Memory, Shape, Spans
 
 #: Batches that are tried.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ..ops import LoadColumns, Ops, Value
+from ..expressions.ops import LoadColumns, Ops, Value
 from .base import Amplitude, Effect, Memory, Shape
 
 

@@ -1,5 +1,6 @@
 """The loads contract and the data sets that keep it; imports no other part of the project."""
 
+from ..common.errors import InputError
 from .columns import STAND_IN, missing_column, not_measured, require_every_load
 from .contract import (
     LOAD_NAMES,
@@ -13,9 +14,6 @@ from .contract import (
     Quantity,
 )
 from .dataset import DataSet
-from .errors import InputError, nearest, shown, unknown_name
-from .files import atomic_folder, atomic_path, check_file, write_json, write_text
-from .folders import check_folder, check_outputs, grown
 from .points import read_points
 from .tribo_loads import FloatArray, TriboLoads, check_column, require_loads
 
@@ -34,21 +32,10 @@ __all__ = [
     "InputError",
     "Quantity",
     "TriboLoads",
-    "atomic_folder",
-    "atomic_path",
     "check_column",
-    "check_file",
-    "check_folder",
-    "check_outputs",
-    "grown",
     "missing_column",
-    "nearest",
     "not_measured",
     "read_points",
     "require_every_load",
     "require_loads",
-    "shown",
-    "unknown_name",
-    "write_json",
-    "write_text",
 ]

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 
 import pandas as pd
 
+from ..common.errors import InputError, unknown_name
 from .contract import LOAD_NAMES, LOADS, POINT_COLUMNS, POINT_UNITS
-from .errors import InputError, unknown_name
 
 #: What stands for a load that was not measured; without forming nothing expands.
 STAND_IN: dict[str, float] = {q.name: 1.0 if q.name == "psi" else q.nominal for q in LOADS}

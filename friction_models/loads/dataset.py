@@ -12,11 +12,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from ..common.errors import InputError
+from ..common.files import atomic_folder, read_json, write_json
+from ..common.folders import DATASET
 from .columns import missing_column
 from .contract import POINT_UNITS
-from .errors import InputError
-from .files import atomic_folder, read_json, write_json
-from .folders import DATASET
 from .order import order_of_tests
 from .points import check_points
 from .table import Table, read_file, read_table

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from .errors import InputError
+from ..common.errors import InputError
 
 #: A distance that falls back by more than this share of what a test slides is out of order, not noise.
 FALL = 0.01

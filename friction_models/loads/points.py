@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from ..common.errors import InputError
 from .columns import measured_loads, missing_column
 from .contract import MEASURED_MU, POINT_COLUMNS, QUANTITIES, TIME
-from .errors import InputError
 from .order import order_of_tests
 from .table import read_table
 from .tribo_loads import check_column

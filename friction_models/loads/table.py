@@ -15,9 +15,9 @@ from typing import BinaryIO
 import numpy as np
 import pandas as pd
 
+from ..common.errors import InputError, shown
+from ..common.units import UNITS, conversion, differs, spelling
 from .contract import POINT_UNITS, SETTING_UNITS
-from .errors import InputError, shown
-from .units import UNITS, conversion, differs, spelling
 
 #: Largest table that is read; larger files are refused instead of filling the memory.
 MAX_BYTES = 2 * 1024**3

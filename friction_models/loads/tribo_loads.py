@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from ..common.errors import InputError
 from .columns import STAND_IN, measured_loads
 from .contract import LOAD_NAMES, LOADS, QUANTITIES, Quantity
-from .errors import InputError
 from .order import order_of_tests
 
 FloatArray = npt.NDArray[np.float64]

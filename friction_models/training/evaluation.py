@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import pandas as pd
 
-from ..domain import known_domain
-from ..loads import MEASURED_MU, DataSet, FloatArray, InputError, TriboLoads, check_column, missing_column
+from ..common import InputError
+from ..loads import MEASURED_MU, DataSet, FloatArray, TriboLoads, check_column, missing_column
+from ..models.domain import known_domain
 from .measures import error_measures, range_warning
 
 if TYPE_CHECKING:
-    from ..base import FrictionModel
+    from ..models.base import FrictionModel
 
 #: Typical accuracy of a tribometer in mu; tests with a smaller MAE count as described.
 TRIBOMETER_ACCURACY = 0.01

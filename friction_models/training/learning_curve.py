@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ..loads import FloatArray, InputError
+from ..common import InputError
+from ..loads import FloatArray
 
 #: Share of the repeats whose error lies below the curve.
 PROBABILITY = 0.95

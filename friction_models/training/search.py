@@ -12,17 +12,10 @@ import numpy.typing as npt
 import pandas as pd
 from sklearn.base import clone
 
-from ..base import FrictionModel, LoadsLike
-from ..ffnn import FeedForwardFriction, fit_together
-from ..loads import (
-    MEASURED_MU,
-    FloatArray,
-    InputError,
-    TriboLoads,
-    check_column,
-    missing_column,
-    unknown_name,
-)
+from ..common import InputError, unknown_name
+from ..families.ffnn import FeedForwardFriction, fit_together
+from ..loads import MEASURED_MU, FloatArray, TriboLoads, check_column, missing_column
+from ..models.base import FrictionModel, LoadsLike
 from .measures import error_measures
 from .splits import k_fold
 

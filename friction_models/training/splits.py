@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from ..loads import InputError
+from ..common import InputError
 
 Mask = npt.NDArray[np.bool_]
 #: With fewer tests a held-out part says nothing.

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from . import (
+from .commands import (
     attributing,
     comparing,
     covering,
@@ -20,7 +20,7 @@ from . import (
     studying,
     verifying,
 )
-from .commands import Commands
+from .common.files_named import Commands
 
 app = Commands(
     name="tribofmu",

@@ -11,8 +11,8 @@ import signal
 import sys
 from collections.abc import Sequence
 
-from . import interrupts
-from .console import Interrupted
+from .common import interrupts
+from .common.console import Interrupted
 
 INTERRUPTED = 130
 #: Longest sentence that is printed.
@@ -91,7 +91,7 @@ def spread(arguments: Sequence[str]) -> list[str]:
 
 
 def _failure(error: Exception) -> int:
-    from friction_models.loads import InputError
+    from friction_models.common import InputError
 
     # The second is pathlib's way to say that a link leads to itself.
     if isinstance(error, InputError) or str(error).startswith("Symlink loop from "):
@@ -108,7 +108,7 @@ def _failure(error: Exception) -> int:
 
 def _say(sentence: str, code: int) -> int:
     if code != INTERRUPTED:  # which may have broken off any import
-        from friction_models.loads import shown
+        from friction_models.common import shown
 
         # Files and FMUs of others say what they like: here it becomes one line of bounded length.
         sentence = f"error: {shown(sentence, LONGEST)}"

@@ -12,13 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.loads import DataSet, grown, write_json
-from friction_models.loads.folders import DEMO
+from friction_models.common import grown, write_json
+from friction_models.common.folders import DEMO
+from friction_models.loads import DataSet
 
-from ..forces import LevelsComparison, compare_force, read_press_curve
-from ..jobs import RunTask, run_all
-from ..processes import extrusion_system
-from ..runs import Run, versions
+from ..cosim.batch import RunTask, run_all
+from ..cosim.forces import LevelsComparison, compare_force, read_press_curve
+from ..cosim.ready_made import extrusion_system
+from ..cosim.run_folders import Run, versions
 from .prediction import PARTS, predict_held_out
 from .scenario import Scenario
 from .steps import StepBook

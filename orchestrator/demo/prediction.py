@@ -10,9 +10,9 @@ import numpy as np
 
 from friction_models.loads import DataSet
 
-from ..jobs import RunTask, run_all
-from ..sct_prediction import SctPrediction, SctPredictions, sct_system
-from ..sct_schedule import held_out_schedules
+from ..cosim.batch import RunTask, run_all
+from ..prediction.predict_sct import SctPrediction, SctPredictions, sct_system
+from ..prediction.schedule import held_out_schedules
 
 #: Folder of the predictions, parts of the story that are compared, number of tests.
 FOLDER = "predicted"

@@ -9,9 +9,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from friction_models.loads import write_json
+from friction_models.common import write_json
 
-from ..runs import versions
+from ..cosim.run_folders import versions
 
 
 class StepBook:

@@ -6,9 +6,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from friction_models.loads import InputError, write_text
-
-from ..errors import of_this_version
+from fmus.runtime.errors import of_this_version
+from friction_models.common import InputError, write_text
 
 if TYPE_CHECKING:
     from friction_models.discovery import Diagnosis
@@ -57,8 +56,8 @@ def _page(place: Path) -> str | None:
 
         return demo_page(place)
     if (place / "manifest.json").is_file():
-        from ..studies.kept import study_page
         from .run_page import run_page
+        from .study_pages import study_page
 
         return study_page(place) or run_page(place)
     if (place / "prediction.json").is_file():
@@ -66,8 +65,8 @@ def _page(place: Path) -> str | None:
 
         return prediction_page(place)
     if (place / "forming.json").is_file():
-        from forming.report import report_page
-        from forming.result_files import load_result
+        from forming.results.files import load_result
+        from forming.results.page import report_page
 
         return report_page(*load_result(place))
     return None
@@ -90,7 +89,7 @@ def write_diagnosis_report(
     label : str
         Name of the model.
     """
-    from .confirmation import confirmed
     from .diagnosis_page import diagnosis_page
+    from .sections.confirmation import confirmed
 
     return write_text(out, diagnosis_page(diagnosis, label, confirmed(model, data, diagnosis.effects)))

@@ -8,11 +8,11 @@ import numpy as np
 
 from friction_models.discovery.wording import p_text
 
-from ..attribution_result import Attribution, Fit
-from ..runs import versions
-from .markup import bullets, escape, paragraph, table
-from .page import Page, figure
-from .theme import AFTER, BEFORE, CONSTANT, OTHER, PRESS_BAND, dress
+from ..attribution.result import Attribution, Fit
+from ..cosim.run_folders import versions
+from .parts.markup import bullets, escape, paragraph, table
+from .parts.page import Page, figure
+from .parts.theme import AFTER, BEFORE, CONSTANT, OTHER, PRESS_BAND, dress
 
 _COLORS = (AFTER, BEFORE, OTHER, "#2f6da8", "#8a6d1d", CONSTANT)
 #: Fingerprints that are drawn, and causes that are listed.

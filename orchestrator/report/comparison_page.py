@@ -9,17 +9,17 @@ import numpy as np
 
 from friction_models.loads import FloatArray
 
-from ..comparison import Order, TestsComparison
-from ..comparison_forces import QUANTITIES, ForcesComparison
-from ..comparison_runs import RunsComparison
-from ..metrics import LevelSummary
-from ..runs import versions
-from .markup import bullets, escape, table
-from .page import Page, figure
-from .palette import looks
-from .responses import CAPTION, response_chart
-from .runs_section import add_runs
-from .theme import INK, PRESS, PRESS_BAND, dress
+from ..comparison.in_one_system import RunsComparison
+from ..comparison.on_press import QUANTITIES, ForcesComparison
+from ..comparison.on_tests import Order, TestsComparison
+from ..cosim.metrics import LevelSummary
+from ..cosim.run_folders import versions
+from .charts.responses import CAPTION, response_chart
+from .parts.markup import bullets, escape, table
+from .parts.page import Page, figure
+from .parts.palette import looks
+from .parts.theme import INK, PRESS, PRESS_BAND, dress
+from .sections.runs import add_runs
 
 #: Most points of a parity plot, and most tests of the dot chart.
 _POINTS, _TESTS = 2500, 40

@@ -9,11 +9,11 @@ import numpy as np
 
 from friction_models.discovery.shown import with_unit
 
-from ..coverage import SLOW, Coverage, Region, cell_map, natural
-from ..runs import versions
-from .markup import bullets, escape, paragraph, table
-from .page import Page, figure
-from .theme import AFTER, BEFORE, dress
+from ..cosim.run_folders import versions
+from ..coverage.tested_loads import SLOW, Coverage, Region, cell_map, natural
+from .parts.markup import bullets, escape, paragraph, table
+from .parts.page import Page, figure
+from .parts.theme import AFTER, BEFORE, dress
 
 #: Friction work rises from paper to this colour.
 _SCALE = [

@@ -6,15 +6,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from .charts_force import force_chart
-from .charts_friction import residual_chart, worst_tests_chart
-from .evidence import budget_html, next_tests_html, ranking_html, remarks_html, verdict_text
-from .markup import Change, cards, escape, table
-from .page import Page, figure
-from .prediction_section import prediction_html
-from .responses import CAPTION, response_chart
-from .story import Story
-from .theme import STYLES
+from .charts.force import force_chart
+from .charts.friction import residual_chart, worst_tests_chart
+from .charts.responses import CAPTION, response_chart
+from .parts.markup import Change, cards, escape, table
+from .parts.page import Page, figure
+from .parts.theme import STYLES
+from .sections.evidence import budget_html, next_tests_html, ranking_html, remarks_html, verdict_text
+from .sections.prediction import prediction_html
+from .sections.story import Story
 
 
 def demo_page(folder: Path) -> str:

@@ -10,12 +10,19 @@ import pandas as pd
 from friction_models.discovery.diagnosis import Diagnosis
 from friction_models.discovery.shown import load_map, meanings, structure_pair, with_unit
 
-from ..runs import versions
-from .charts_diagnosis import effect_chart, map_chart
-from .charts_friction import residual_chart, worst_tests_chart
-from .evidence import MEANINGS, budget_html, next_tests_html, ranking_html, remarks_html, verdict_text
-from .markup import Change, cards, escape, paragraph, table
-from .page import Page, figure
+from ..cosim.run_folders import versions
+from .charts.diagnosis import effect_chart, map_chart
+from .charts.friction import residual_chart, worst_tests_chart
+from .parts.markup import Change, cards, escape, paragraph, table
+from .parts.page import Page, figure
+from .sections.evidence import (
+    MEANINGS,
+    budget_html,
+    next_tests_html,
+    ranking_html,
+    remarks_html,
+    verdict_text,
+)
 
 
 def diagnosis_page(found: Diagnosis, label: str, confirmed: Mapping[str, Any] | None = None) -> str:

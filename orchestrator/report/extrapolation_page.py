@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ..runs import versions
-from .markup import bullets, escape, paragraph, table
-from .page import Page, figure, footer
-from .palette import COLORS, looks
-from .theme import dress
+from ..cosim.run_folders import versions
+from .parts.markup import bullets, escape, paragraph, table
+from .parts.page import Page, figure, footer
+from .parts.palette import COLORS, looks
+from .parts.theme import dress
 
 _RULES = {"clamp": COLORS[0], "extrapolate": COLORS[1]}
 _DATA = {"all": "all training tests", "reduced": "low pressure and temperature only"}

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ..campaign_store import JobResult
-from ..studies.forming_error import FormingErrorStudy
-from ..studies.forming_error_result import TAU_OVER_K, FormingErrors, held_out
-from ..studies.forming_error_words import beside_paper, differs, findings, headline, percent
-from .charts_forming_error import (
+from ..jobs.store import JobResult
+from ..studies.forming_error.result import TAU_OVER_K, FormingErrors, held_out
+from ..studies.forming_error.study import FormingErrorStudy
+from ..studies.forming_error.words import beside_paper, differs, findings, headline, percent
+from .charts.forming_error import (
     absolute_bars,
     error_bars,
     force_charts,
@@ -18,9 +18,9 @@ from .charts_forming_error import (
     level_map,
     share_bars,
 )
-from .charts_measurements import parity_chart
-from .markup import bullets, escape, paragraph, table
-from .page import Page, figure, footer
+from .charts.measurements import parity_chart
+from .parts.markup import bullets, escape, paragraph, table
+from .parts.page import Page, figure, footer
 
 
 def forming_error_page(

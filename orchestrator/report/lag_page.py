@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ..runs import versions
-from .markup import bullets, escape, paragraph, table
-from .page import Page, figure, footer
-from .palette import COLORS
-from .theme import dress
+from ..cosim.run_folders import versions
+from .parts.markup import bullets, escape, paragraph, table
+from .parts.page import Page, figure, footer
+from .parts.palette import COLORS
+from .parts.theme import dress
 
 #: Colour of each mode.
 _MODES = {"jacobi": COLORS[1], "gauss_seidel": COLORS[0], "iterated": COLORS[2]}

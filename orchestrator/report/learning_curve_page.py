@@ -6,18 +6,18 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..campaign_store import JobResult
-from ..studies.learning_curve import COLLECTIONS, LearningCurveStudy
-from ..studies.learning_curve_jobs import AVERAGE, MEAN, SERIES
-from ..studies.learning_curve_result import APART, Comparison, LearningCurves
-from ..studies.learning_curve_words import beside_paper, differs, findings, headline
+from ..jobs.store import JobResult
+from ..studies.learning_curve.jobs import AVERAGE, MEAN, SERIES
+from ..studies.learning_curve.result import APART, Comparison, LearningCurves
+from ..studies.learning_curve.study import COLLECTIONS, LearningCurveStudy
+from ..studies.learning_curve.words import beside_paper, differs, findings, headline
 from ..studies.measurements import data_name, load_measurements
-from .charts_measurements import load_space_chart, series_chart
+from .charts.measurements import load_space_chart, series_chart
 from .forming_error_page import figures
-from .markup import bullets, escape, paragraph, table
-from .page import Page, figure, footer
-from .palette import looks
-from .theme import CONSTANT, SOFT, dress
+from .parts.markup import bullets, escape, paragraph, table
+from .parts.page import Page, figure, footer
+from .parts.palette import looks
+from .parts.theme import CONSTANT, SOFT, dress
 
 #: Errors beyond this multiple of the accuracy are cut off: a polynomial of five tests is off by any amount.
 SHOWN = 2.5

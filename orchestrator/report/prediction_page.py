@@ -8,11 +8,11 @@ from typing import Any
 
 import pandas as pd
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
-from .charts_prediction import prediction_chart
-from .markup import escape, table
-from .page import Page, figure
+from .charts.prediction import prediction_chart
+from .parts.markup import escape, table
+from .parts.page import Page, figure
 
 #: Tests that the chart shows.
 SHOWN = 3

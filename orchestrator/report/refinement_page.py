@@ -6,12 +6,12 @@ from typing import Any
 
 from friction_models.loads import DataSet
 
-from ..runs import versions
-from .charts_friction import residual_chart
-from .markup import Change, cards, escape, paragraph, table
-from .page import Page, figure
-from .responses import CAPTION, response_chart
-from .theme import STYLES
+from ..cosim.run_folders import versions
+from .charts.friction import residual_chart
+from .charts.responses import CAPTION, response_chart
+from .parts.markup import Change, cards, escape, paragraph, table
+from .parts.page import Page, figure
+from .parts.theme import STYLES
 
 
 def refinement_page(before: Any, after: Any, data: DataSet, label: str) -> str:

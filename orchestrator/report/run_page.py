@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.loads import LOADS, MU, InputError
+from friction_models.common import InputError
+from friction_models.loads import LOADS, MU
 
-from ..runs import Run
-from .markup import escape, table
-from .page import Page, figure
-from .theme import AFTER, AFTER_BAND, BEFORE, dress
+from ..cosim.run_folders import Run
+from .parts.markup import escape, table
+from .parts.page import Page, figure
+from .parts.theme import AFTER, AFTER_BAND, BEFORE, dress
 
 
 def run_page(folder: Path) -> str:
@@ -65,9 +66,9 @@ def _fields(run: Run) -> str:
     """The fields that `simulate --fields` kept, as animations of 2.5 MB in all."""
     if not (run.folder / "fields").is_dir():
         return ""
-    from forming.animation import LARGEST, animation
+    from forming.results.animation import LARGEST, animation
 
-    from ..run_fields import fields_of
+    from ..cosim.run_fields import fields_of
 
     found = fields_of(run.folder)
     try:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from friction_models.domain import Domain
 from friction_models.loads import LOAD_NAMES, LOADS, FloatArray
+from friction_models.models.domain import Domain
 
 if TYPE_CHECKING:
-    from ..runs import Run
-    from .level_runs import Level
+    from ..comparison.level_runs import Level
+    from ..cosim.run_folders import Run
 
 
 def reference_areas(level: Level) -> FloatArray:
@@ -22,7 +22,7 @@ def reference_areas(level: Level) -> FloatArray:
     tools work on the billet, so these areas differ by a factor of a hundred and more. Times its surface expansion,
     which the solver takes over the same neighbours, it is the area that a marker stands for now.
     """
-    from forming.processes import PROCESSES
+    from forming.processes.names import PROCESSES
 
     solver: Any = PROCESSES[level.process]
     process = solver(**level.numbers)

@@ -7,15 +7,23 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from friction_models.loads import InputError, unknown_name
+from fmus.runtime.errors import SimulationError
+from friction_models.common import InputError, unknown_name
 
-from ..errors import SimulationError
-from .level_runs import RUN, SECONDS_A_MM, Level, friction_file, level_inputs, simulate_level, summary
+from ..comparison.level_runs import (
+    RUN,
+    SECONDS_A_MM,
+    Level,
+    friction_file,
+    level_inputs,
+    simulate_level,
+    summary,
+)
 from .models import ADVANCED
 
 if TYPE_CHECKING:
-    from ..campaign import Job, JobResult
-    from ..runs import Run
+    from ..cosim.run_folders import Run
+    from ..jobs.campaign import Job, JobResult
 
 #: Relative change at which repetitions agree: well above what the solver resolves, well below what matters.
 TOLERANCE = 1e-5
@@ -51,7 +59,7 @@ def coupled_job(
     label : str
         Friction model as the run names it.
     """
-    from ..campaign import Job
+    from ..jobs.campaign import Job
 
     inputs = level_inputs(level, mode, step, start) | {"label": label, "tolerance": TOLERANCE}
     # The cost by millimetre is that of steps of 0.1 mm; the solver makes small ones of its own within a long one.
@@ -81,7 +89,7 @@ def run_coupled(
     SimulationError
         A component failed for another reason than `REASONS`: no result, so that the next start of the study tries again.
     """
-    from ..runs import Run
+    from ..cosim.run_folders import Run
 
     (model,) = needs.values()
     given = {**inputs, "synthetic": bool(model.values.get("synthetic", False))}
@@ -99,7 +107,7 @@ def run_coupled(
 
 def run_of(result: JobResult) -> Run | None:
     """Return the run that a job kept, None where not a single step was made."""
-    from ..runs import Run
+    from ..cosim.run_folders import Run
 
     if not result.values["steps"]:
         return None
@@ -139,7 +147,7 @@ def chosen_level(process: str, stroke: float | None, step: float, speed: float, 
     InputError
         An unknown process, or a stroke shorter than a step.
     """
-    from ..processes import STROKE
+    from ..cosim.ready_made import STROKE
 
     check_names((), (process,))
     wanted = STROKE if stroke is None else stroke

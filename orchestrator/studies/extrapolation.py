@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from friction_models.domain import Domain
-from friction_models.loads import LOADS, FloatArray, InputError
+from friction_models.common import InputError
+from friction_models.loads import LOADS, FloatArray
+from friction_models.models.domain import Domain
 
 from .contact import Contact, exceedance, reference_areas, spread
 from .coupled import check_names, chosen_level, coupled_job, run_of
@@ -20,7 +21,7 @@ from .measurements import FULL_PLAN, QUICK_PLAN, data_jobs, data_name
 from .models import ADVANCED, load_data, model_job
 
 if TYPE_CHECKING:
-    from ..campaign import Job, JobResult
+    from ..jobs.campaign import Job, JobResult
 
 DATA_KINDS = ("all", "reduced")
 #: Value of the FMU's parameter ``clamp_to_domain``.
@@ -68,7 +69,7 @@ class ExtrapolationStudy:
 
     def jobs(self, data: Mapping[str, Path] | None = None) -> list[Job]:
         """Return all jobs: measurements, both training sets, models, runs."""
-        from ..campaign import Job
+        from ..jobs.campaign import Job
 
         ((lubricant, jobs),) = data_jobs(data, (self.lubricant,), self.plan, self.seed).items()
         whole = data_name(lubricant)

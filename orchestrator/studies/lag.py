@@ -13,16 +13,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from friction_models.loads import FloatArray, InputError
+from friction_models.common import InputError
+from friction_models.loads import FloatArray
 
+from ..comparison.level_runs import Level
 from .coupled import SPEED, T_TOOL, check_names, chosen_level, coupled_job, run_of
-from .level_runs import Level
 from .measurements import FULL_PLAN, QUICK_PLAN, data_jobs, data_name
 from .models import model_job
 
 if TYPE_CHECKING:
-    from ..campaign import Job, JobResult
-    from ..runs import Run
+    from ..cosim.run_folders import Run
+    from ..jobs.campaign import Job, JobResult
 
 MODES = ("jacobi", "gauss_seidel", "iterated")
 

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from friction_models.loads import InputError, unknown_name
+from friction_models.common import InputError, unknown_name
 
 from .models import data_files, load_data
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from friction_models.loads import DataSet
 
-    from ..campaign import Job, JobResult
+    from ..jobs.campaign import Job, JobResult
 
 #: The lubricants of the virtual laboratory that the studies compare.
 VIRTUAL = ("polymer", "mos2")
@@ -104,7 +104,7 @@ def measurement_jobs(lubricant: str, plan: str = FULL_PLAN, seed: int = 0) -> li
     from sct_twin.virtual_lab import LUBRICANTS
     from sct_twin.virtual_lab.plans import make_plan
 
-    from ..campaign import Job
+    from ..jobs.campaign import Job
 
     if lubricant not in LUBRICANTS:
         raise unknown_name("lubricant", lubricant, LUBRICANTS)
@@ -142,7 +142,7 @@ def own_data_job(lubricant: str, place: Path, seed: int = 0) -> Job:
     InputError
         It cannot be read, or has too few tests.
     """
-    from ..campaign import Job
+    from ..jobs.campaign import Job
 
     read_own(place, seed)
     inputs = {"lubricant": lubricant, "seed": seed}
@@ -194,7 +194,7 @@ def measure(
     A test depends on the seed and its own row of the plan only, so the parts are those of the whole campaign.
     """
     from sct_twin import SctTwin
-    from sct_twin.twin_result import save_dataset
+    from sct_twin.twin.campaign_result import save_dataset
     from sct_twin.virtual_lab import Campaign
     from sct_twin.virtual_lab.plans import make_plan
 
@@ -266,7 +266,7 @@ def _with_roles(data: DataSet, seed: int, where: str) -> DataSet:
 
 
 def _write(data: DataSet, lubricant: str, folder: Path) -> dict[str, Any]:
-    from sct_twin.twin_result import AVERAGES, TwinResult
+    from sct_twin.twin.campaign_result import AVERAGES, TwinResult
 
     assert data.tests is not None
     used = data.tests[data.tests["test_id"].isin(data.points["test_id"].unique())]

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 if TYPE_CHECKING:
-    from ..campaign import Job, JobResult
+    from ..jobs.campaign import Job, JobResult
 
 #: The five advanced models, simplest first, and the two constants from the literature.
 ADVANCED = ("linear", "polynomial", "power_law", "gradient_boosting", "ffnn")
@@ -45,7 +45,7 @@ def model_job(
     tests : sequence of str, optional
         Train on these tests only; on those with the role ``train``, or on all where there is none, by default.
     """
-    from ..campaign import Job
+    from ..jobs.campaign import Job
 
     files: dict[str, Path] = {}
     needs: tuple[str, ...] = ()
@@ -119,7 +119,7 @@ def train_model(
         held-out tests), ``synthetic``.
     """
     from fmus import pack
-    from friction_models.registry import make_model
+    from friction_models.models.registry import make_model
     from friction_models.training import error_measures
 
     family = str(inputs["family"])

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from friction_models.loads import InputError, unknown_name
+from friction_models.common import InputError, unknown_name
 
-from .level_runs import Level
+from ..comparison.level_runs import Level
 
 if TYPE_CHECKING:
-    from ..campaign import Job, JobResult
-    from ..forces import PressCurve
+    from ..cosim.forces import PressCurve
+    from ..jobs.campaign import Job, JobResult
 
 #: CPU time of the virtual press by millimetre of stroke of one solver run [s], for estimates.
 SECONDS_A_MM = 0.45
@@ -48,7 +48,7 @@ class StudyLevel:
 
     def measured(self, results: Mapping[str, JobResult]) -> PressCurve | None:
         """Return the measured curves; None where their job failed."""
-        from ..forces import read_press_curve
+        from ..cosim.forces import read_press_curve
 
         result = results.get(self.job)
         return None if result is None else read_press_curve(result.file("file"))
@@ -76,7 +76,7 @@ def virtual_levels(
     """
     from sct_twin.virtual_lab.press import VirtualPress
 
-    from ..campaign import Job
+    from ..jobs.campaign import Job
 
     levels, jobs = [], []
     parameters = {"T_billet": VirtualPress().T_billet}
@@ -181,8 +181,8 @@ def own_levels(
     """
     from forming.press import PressCurves
 
-    from ..campaign import Job
-    from ..processes import STEP
+    from ..cosim.ready_made import STEP
+    from ..jobs.campaign import Job
 
     levels: list[StudyLevel] = []
     jobs: list[Job] = []

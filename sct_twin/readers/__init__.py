@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 from .catman import read_catman
 from .csv import read_csv

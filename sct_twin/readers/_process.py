@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 from .formats import read_kind
 from .guarded import MEMORY

@@ -13,7 +13,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 from .table import MAX_COLUMNS, RawTable, Signal, check_shape, is_time, table_of_signals, text_of
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 from .numerals import numbers_of
 from .table import MAX_ROWS, RawTable, check_file, check_shape

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 from .catman import looks_like_catman
 from .table import RawTable, check_file

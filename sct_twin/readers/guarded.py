@@ -19,8 +19,8 @@ from typing import IO, Any
 import numpy as np
 import pandas as pd
 
-from forming.child import python_command
-from friction_models.loads import InputError
+from friction_models.common import InputError
+from friction_models.common.child_processes import python_command
 
 from .table import RawTable
 

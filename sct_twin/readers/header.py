@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 from .numerals import is_number
 from .table import split_unit

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 from .table import MAX_CELLS, MAX_COLUMNS, RawTable, Signal, is_time, split_unit, table_of_signals, text_of
 

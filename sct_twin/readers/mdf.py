@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 from .formats import library
 from .table import MAX_COLUMNS, RawTable, Signal, check_shape, table_of_signals, text_of

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 import pandas as pd
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from friction_models.loads.table import bounded
 
 #: What stands between groups of thousands beside the other of point and comma: blanks and apostrophes.

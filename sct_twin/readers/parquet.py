@@ -7,7 +7,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 from .table import RawTable, Signal, check_shape, split_unit, table_of_signals, text_of
 

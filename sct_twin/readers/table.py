@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 #: Larger files are refused instead of filling the memory (10 million rows of six channels fit).
 MAX_BYTES = 2 * 1024**3

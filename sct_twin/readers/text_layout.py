@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 from .header import find_header, named_columns
 from .numerals import decimal_mark, is_missing, is_number

@@ -9,30 +9,30 @@ if TYPE_CHECKING:
     from .campaign import Campaign as Campaign
     from .further_tests import run_protocol as run_protocol
     from .hidden import HIDDEN as HIDDEN
-    from .instruments import Faults as Faults
-    from .instruments import Instruments as Instruments
     from .lubricants import LUBRICANTS as LUBRICANTS
     from .plans import PLAN_NAMES as PLAN_NAMES
     from .press import NINE_LEVELS as NINE_LEVELS
     from .press import press_curves as press_curves
     from .protocols import PROTOCOLS as PROTOCOLS
-    from .rig_files import FORMATS as FORMATS
-    from .specimen import Rig as Rig
+    from .rig.instruments import Faults as Faults
+    from .rig.instruments import Instruments as Instruments
+    from .rig.rig_files import FORMATS as FORMATS
+    from .rig.specimen import Rig as Rig
     from .truth import load_truth as load_truth
 
 _EXPORTS = {
     "Campaign": "campaign",
     "run_protocol": "further_tests",
     "HIDDEN": "hidden",
-    "Faults": "instruments",
-    "Instruments": "instruments",
+    "Faults": "rig.instruments",
+    "Instruments": "rig.instruments",
     "LUBRICANTS": "lubricants",
     "PLAN_NAMES": "plans",
     "NINE_LEVELS": "press",
     "press_curves": "press",
     "PROTOCOLS": "protocols",
-    "FORMATS": "rig_files",
-    "Rig": "specimen",
+    "FORMATS": "rig.rig_files",
+    "Rig": "rig.specimen",
     "load_truth": "truth",
 }
 

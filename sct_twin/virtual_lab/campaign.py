@@ -13,26 +13,23 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from forming.pool import Progress, map_unordered
-from friction_models.loads import InputError, atomic_folder, atomic_path, check_folder, write_text
-from friction_models.loads.folders import CAMPAIGN, UNFINISHED
-from friction_models.loads.locks import locked
+from friction_models.common import InputError, atomic_folder, atomic_path, check_folder, write_text
+from friction_models.common.folders import CAMPAIGN, UNFINISHED
+from friction_models.common.locks import locked
+from friction_models.common.pool import Progress, map_unordered
 
-from ..raw_campaign import RawCampaign, write_tables
-from ..result import fingerprint
+from ..ingest.raw_campaign import RawCampaign, write_tables
+from ..twin.test_result import fingerprint
 from .experiment import Specimen, contact_reading, run_test
 from .hidden import with_offset, without_offset
-from .instruments import Faults, Instruments
 from .law import TrueLaw
 from .lubricants import lubricant_named
 from .plans import make_plan, parse_plan, read_plan
 from .reality import perturbations
-from .rig_files import file_format as file_format_named
-from .rig_files import write_channel_map
-from .specimen import (
-    Rig,
-    SpecimenTable,
-)
+from .rig.instruments import Faults, Instruments
+from .rig.rig_files import file_format as file_format_named
+from .rig.rig_files import write_channel_map
+from .rig.specimen import Rig, SpecimenTable
 from .specimen_runs import solver_fingerprint, specimen_tables
 from .truth import write_truth
 

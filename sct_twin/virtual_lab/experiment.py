@@ -12,14 +12,14 @@ import pandas as pd
 
 from friction_models.loads import FloatArray
 
-from ..signals import integral
-from ..upsetting import ContactState
+from ..signals.sliding_phase import integral
+from ..twin.upsetting import ContactState
 from .heating import MU_MIN, Sliding, heat
-from .instruments import Faults, Instruments, measured, wander
 from .law import LawInput, TrueLaw
-from .motion import RATE, commanded, on_elastic_drive
 from .protocols import Schedule, schedule
-from .specimen import DIAMETER, HEIGHT, TABLE_MU, Rig, SpecimenTable
+from .rig.instruments import Faults, Instruments, measured, wander
+from .rig.motion import RATE, commanded, on_elastic_drive
+from .rig.specimen import DIAMETER, HEIGHT, TABLE_MU, Rig, SpecimenTable
 
 #: Time in which the load is taken off after a test [s].
 UNLOADING = 0.3

@@ -8,10 +8,10 @@ from typing import Any
 
 import pandas as pd
 
-from ..raw_campaign import RawCampaign
+from ..ingest.raw_campaign import RawCampaign
 from .campaign import Campaign
-from .instruments import Faults, Instruments
 from .law import TrueLaw
+from .rig.instruments import Faults, Instruments
 from .truth import load_truth, rig_from
 
 

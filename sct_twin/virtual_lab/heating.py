@@ -9,12 +9,12 @@ import numpy as np
 
 from friction_models.loads import FloatArray
 
-from ..contact_temperature import SlidingContact
-from ..sliding import rest, step_ends
-from ..upsetting import ContactState
+from ..twin.contact_temperature import SlidingContact
+from ..twin.sliding import rest, step_ends
+from ..twin.upsetting import ContactState
 from .law import LawInput, TrueLaw
-from .motion import RATE
-from .specimen import Rig
+from .rig.motion import RATE
+from .rig.specimen import Rig
 
 #: A plate that stands longer than this has stopped [s].
 _STANDS = 0.05

@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from friction_models.loads import FloatArray, InputError, unknown_name
+from friction_models.common import InputError, unknown_name
+from friction_models.loads import FloatArray
 
-from .instruments import Faults
+from .rig.instruments import Faults
 
 
 @dataclass(frozen=True)

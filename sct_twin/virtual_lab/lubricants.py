@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from friction_models.loads import FloatArray, unknown_name
+from friction_models.common import unknown_name
+from friction_models.loads import FloatArray
 
 from .hidden import LawInput
 

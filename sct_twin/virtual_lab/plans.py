@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from friction_models.loads import InputError, missing_column, unknown_name
+from friction_models.common import InputError, unknown_name
+from friction_models.loads import missing_column
 from friction_models.loads.table import read_table
 
-from ..raw_campaign import check_test_id
+from ..ingest.raw_campaign import check_test_id
 from .protocols import missing, number, numbers, schedule
 
 SIGMA_LEVELS = (500.0, 1750.0, 2750.0)

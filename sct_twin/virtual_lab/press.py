@@ -15,14 +15,15 @@ from typing import Any, cast
 import numpy as np
 import pandas as pd
 
-from forming.bce import BackwardCupExtrusion
-from forming.fre import ForwardRodExtrusion
-from forming.material import steel_16MnCr5
-from forming.pool import Progress, map_unordered
+from forming.materials.materials import steel_16MnCr5
 from forming.press import PressCurves, PressLevel
-from friction_models.loads import FloatArray, InputError, unknown_name
+from forming.processes.backward_cup_extrusion import BackwardCupExtrusion
+from forming.processes.forward_rod_extrusion import ForwardRodExtrusion
+from friction_models.common import InputError, unknown_name
+from friction_models.common.pool import Progress, map_unordered
+from friction_models.loads import FloatArray
 
-from ..raw_campaign import RawCampaign
+from ..ingest.raw_campaign import RawCampaign
 from .campaign import Campaign
 from .law import ContactLaw, TrueLaw
 from .truth import load_truth

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.loads import FloatArray, InputError, unknown_name
+from friction_models.common import InputError, unknown_name
+from friction_models.loads import FloatArray
 
 #: Parameters of each protocol; a column that a protocol does not list means nothing to it.
 PROTOCOLS: dict[str, tuple[str, ...]] = {

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from ..contact_temperature import ThermalSettings
-from .instruments import Instruments
-from .specimen import Rig
+from ..twin.contact_temperature import ThermalSettings
+from .rig.instruments import Instruments
+from .rig.specimen import Rig
 
 
 def perturbations(rig: Rig, instruments: Instruments) -> dict[str, Any]:

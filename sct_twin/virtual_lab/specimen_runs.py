@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 
 import forming
-from forming.pool import map_unordered
-from forming.punch_geometry import PunchGeometry
-from forming.upsetting import UpsettingResult
-from friction_models.loads import InputError, atomic_path
-from friction_models.loads.kept import cache_folder, is_kept, keep
+from forming.processes.upsetting import UpsettingResult
+from forming.tools.punch_geometry import PunchGeometry
+from friction_models.common import InputError, atomic_path
+from friction_models.common.kept import cache_folder, is_kept, keep
+from friction_models.common.pool import map_unordered
 
-from ..upsetting import robust_upset
+from ..twin.upsetting import robust_upset
 from .plans import SIGMA_LEVELS
-from .specimen import DIAMETER, HEIGHT, STEPS, TABLE_MU, TEMPERATURES, Rig, SpecimenTable
+from .rig.specimen import DIAMETER, HEIGHT, STEPS, TABLE_MU, TEMPERATURES, Rig, SpecimenTable
 
 #: Specimens are upset beyond the largest force, for those that are softer.
 FORCE_MARGIN = 1.2

@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.loads import FloatArray, InputError, write_json
+from friction_models.common import InputError, write_json
+from friction_models.loads import FloatArray
 
-from ..contact_temperature import ThermalBody, ThermalSettings
-from .specimen import Rig
+from ..twin.contact_temperature import ThermalBody, ThermalSettings
+from .rig.specimen import Rig
 
 TRUTH_JSON, TRUTH_NPZ = "truth.json", "truth.npz"
 

@@ -16,7 +16,7 @@ import pytest
 import typer
 
 from fmus.native.compile import build
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from orchestrator.cli.app import app
 from orchestrator.cli.main import run
 
@@ -152,7 +152,7 @@ def chosen(attack: Attack, hostile: dict[str, bytes]) -> list[tuple[str, bytes]]
 
 
 def refused_at_once(content: bytes, sandbox: Sandbox) -> bool:
-    from fmus.archive import read_description
+    from fmus.archive.content import read_description
 
     path = sandbox.place / "bad.fmu"
     path.write_bytes(content)

@@ -16,8 +16,9 @@ import pandas as pd
 import pytest
 
 from friction_models import load_model
-from friction_models.loads import LOAD_NAMES, DataSet, grown
-from friction_models.loads.folders import DEMO
+from friction_models.common import grown
+from friction_models.common.folders import DEMO
+from friction_models.loads import LOAD_NAMES, DataSet
 from orchestrator import Run
 from orchestrator.demo import Demo, Level, Scenario, printed_summary
 from orchestrator.report import write_report

@@ -10,13 +10,13 @@ from scipy.integrate import solve_ivp
 
 from forming.fe.body import Body
 from forming.fe.contact import surface_weights
+from forming.fe.heat_data import integral, mean_between, value_at
 from forming.fe.heat_exchange import Environment, HeatExchange, exchange_heat, exposed
-from forming.fe.mesher import grid_mesh
+from forming.fe.mesh.mesher import grid_mesh
 from forming.fe.state import Energy
 from forming.fe.thermal import heat_step
-from forming.material import steel_16MnCr5
-from forming.temperature import integral, mean_between, value_at
-from forming.tooling import plate
+from forming.fe.tooling import plate
+from forming.materials.materials import steel_16MnCr5
 
 #: J/(kg K) of carbon steel after EN 1993-1-2.
 T_STEEL = np.arange(20.0, 700.0, 40.0)

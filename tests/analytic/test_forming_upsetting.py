@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.special import erfc
 
-from forming.fe.mesher import grid_mesh
+from forming.fe.mesh.mesher import grid_mesh
 from forming.fe.thermal import heat_step
-from forming.punch_geometry import PunchGeometry
-from forming.ring import Upsetting
-from forming.upsetting import upset
+from forming.processes.ring import Upsetting
+from forming.processes.upsetting import upset
+from forming.tools.punch_geometry import PunchGeometry
 from forming.verification import CASES, ring
 from forming.verification.table import text_table
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-from friction_models.loads import write_json, write_text
+from friction_models.common import write_json, write_text
 
 from . import (
     attribution,

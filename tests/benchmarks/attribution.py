@@ -15,12 +15,12 @@ import numpy as np
 import pandas as pd
 
 from forming.press import PressLevel
-from friction_models.interval_coverage import wilson
-from orchestrator.attribution_curves import Level, fingerprint, on_common_stroke
-from orchestrator.attribution_fit import attribution
-from orchestrator.attribution_result import Attribution
-from orchestrator.attribution_runs import Sensitivities
-from orchestrator.attribution_scatter import Scatter
+from friction_models.models.interval_coverage import wilson
+from orchestrator.attribution.curves import Level, fingerprint, on_common_stroke
+from orchestrator.attribution.fit import attribution
+from orchestrator.attribution.result import Attribution
+from orchestrator.attribution.runs import Sensitivities
+from orchestrator.attribution.scatter import Scatter
 from sct_twin.virtual_lab.press import VirtualPress
 
 from .attribution_curves import LEVELS, MU, TRUE_MESHES, TRUTHS, USER_MESHES, Store, Truth

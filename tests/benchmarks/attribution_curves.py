@@ -17,16 +17,17 @@ import pandas as pd
 
 from fmus import pack, pack_forming
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
-from forming.heat_input import HeatInput
-from forming.material import steel_16MnCr5
+from forming.materials.materials import steel_16MnCr5
 from forming.press import PressLevel
+from forming.processes.heat_input import HeatInput
 from friction_models import ConstantFriction
-from friction_models.loads import FloatArray, InputError, atomic_path
-from orchestrator.attribution_causes import MACHINE
-from orchestrator.attribution_plant import Plant
-from orchestrator.attribution_runs import Sensitivities, run_sensitivities
-from orchestrator.processes import extrusion_system
-from orchestrator.system import System
+from friction_models.common import InputError, atomic_path
+from friction_models.loads import FloatArray
+from orchestrator.attribution.causes import MACHINE
+from orchestrator.attribution.plant import Plant
+from orchestrator.attribution.runs import Sensitivities, run_sensitivities
+from orchestrator.cosim.ready_made import extrusion_system
+from orchestrator.cosim.system import System
 from sct_twin.virtual_lab.hidden import HIDDEN, LawInput
 
 from .data import sources

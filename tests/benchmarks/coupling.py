@@ -9,7 +9,7 @@ from fmus import pack, pack_forming
 from forming import ForwardRodExtrusion
 from friction_models import ConstantFriction
 from orchestrator import Master
-from orchestrator.processes import extrusion_system
+from orchestrator.cosim.ready_made import extrusion_system
 
 from .common import Section, Table, section
 from .data import models

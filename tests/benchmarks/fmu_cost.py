@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from fmus import pack
+from fmus.runtime.fmu_files import describe, unpack
+from fmus.runtime.instance import Instance
+from fmus.runtime.ports import Port
 from friction_models import OnnxModel
 from friction_models.loads import LOADS
-from orchestrator.fmu_files import describe, unpack
-from orchestrator.instance import Instance
-from orchestrator.ports import Port
 
 from .common import Section, Table, seconds, section
 from .data import models

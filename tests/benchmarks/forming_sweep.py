@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
-from forming.result import FormingResult
-from friction_models.loads import InputError, write_json
+from forming.results.history import FormingResult
+from friction_models.common import InputError, write_json
 
 from .common import Section, Table, section
 from .data import sources

@@ -15,9 +15,9 @@ import onnxruntime
 
 from fmus.native import compile as compiling
 from fmus.native.generate import generate
-from fmus.source import parse_source
-from friction_models.onnx_export import build_onnx
-from friction_models.registry import make_model
+from fmus.targets.source import parse_source
+from friction_models.models.onnx_export import build_onnx
+from friction_models.models.registry import make_model
 from tests.fmus.compiled import compiler
 from tests.fmus.graphs import BOX, Array, campaign, graph_bytes, node
 

@@ -10,11 +10,11 @@ from ctypes import POINTER, c_double, c_int, c_size_t, c_uint, c_void_p
 from pathlib import Path
 
 from fmus import pack
+from fmus.runtime.fmu_files import describe, unpack
+from fmus.runtime.instance import Instance
+from fmus.runtime.ports import Port
 from friction_models import ConstantFriction
 from friction_models.loads import LOADS
-from orchestrator.fmu_files import describe, unpack
-from orchestrator.instance import Instance
-from orchestrator.ports import Port
 from tests.interop.masters import seconds_a_step
 from tests.interop.running import version
 from tests.interop.subjects import Subjects

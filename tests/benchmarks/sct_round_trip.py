@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from forming.pool import default_jobs
+from friction_models.common.pool import default_jobs
 from sct_twin import SctTwin
-from sct_twin.ingest import ingest
+from sct_twin.ingest.campaign_files import ingest
 from sct_twin.virtual_lab import Campaign, load_truth
 from tests.round_trip import deviations
 

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 from sct_twin import SctTwin
-from sct_twin.raw_campaign import RawCampaign
+from sct_twin.ingest.raw_campaign import RawCampaign
 
 
 def main(folder: str) -> None:

@@ -14,8 +14,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-from forming.pool import default_jobs
-from friction_models.loads import write_json
+from friction_models.common import write_json
+from friction_models.common.pool import default_jobs
 
 from .common import Section, Table, section
 

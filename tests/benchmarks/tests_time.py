@@ -7,7 +7,7 @@ from pathlib import Path
 
 from friction_models.discovery import diagnose
 from sct_twin import SctTwin
-from sct_twin.raw_campaign import RawCampaign
+from sct_twin.ingest.raw_campaign import RawCampaign
 
 from .common import Section, Table, section
 from .data import campaign, raw_folder

@@ -14,11 +14,11 @@ from sklearn.base import clone
 
 from fmus import pack, read_friction_fmu
 from friction_models import LinearFriction, OnnxModel, TriboLoads, effects, load_model
-from friction_models.composed import ComposedFriction
-from friction_models.discovery.binning import prepare
-from friction_models.discovery.candidates import evaluate_points, spans_of
 from friction_models.effects import CATALOGUE, Amplitude, Effect, Memory, Shape, make_effect
-from friction_models.ops import LoadColumns, NumpyOps
+from friction_models.estimation.binning import prepare
+from friction_models.estimation.candidates import evaluate_points, spans_of
+from friction_models.expressions.ops import LoadColumns, NumpyOps
+from friction_models.models.composed import ComposedFriction
 from tests.benchmarks.discovery_campaigns import campaign
 
 

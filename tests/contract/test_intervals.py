@@ -10,18 +10,20 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
-from fmus import FmuModel, native_target, pack
+from fmus import FmuModel, pack
+from fmus.checks.trial import Notes
+from fmus.checks.trial_friction import friction as friction_trial
 from fmus.native.generate import generate
-from fmus.native_target import without_interval
-from fmus.running import FmuError, RunningFmu, UnpackedFmu
-from fmus.source import read_source
-from fmus.trial import Notes
-from fmus.trial_friction import friction as friction_trial
+from fmus.runtime.running import FmuError, RunningFmu, UnpackedFmu
+from fmus.targets import native as native_target
+from fmus.targets.native import without_interval
+from fmus.targets.source import read_source
 from friction_models import OnnxModel, TriboLoads, load_model
-from friction_models.base import FrictionModel
-from friction_models.calibration import calibrate
-from friction_models.loads import LOAD_NAMES, InputError
-from friction_models.registry import FAMILIES
+from friction_models.common import InputError
+from friction_models.loads import LOAD_NAMES
+from friction_models.models.base import FrictionModel
+from friction_models.models.calibration import calibrate
+from friction_models.models.registry import FAMILIES
 
 from ..friction_models.made_up import EDGES, anywhere, campaign
 from .test_models import fresh

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.base import FrictionModel
-from friction_models.composed import ComposedFriction
 from friction_models.effects import CATALOGUE, make_effect
-from friction_models.onnx_export import build_onnx
-from friction_models.registry import FAMILIES, make_model
-from friction_models.variables import SystemVariable
+from friction_models.models.base import FrictionModel
+from friction_models.models.composed import ComposedFriction
+from friction_models.models.onnx_export import build_onnx
+from friction_models.models.registry import FAMILIES, make_model
+from friction_models.models.variables import SystemVariable
 from tests.fmus.graphs import campaign
 
 #: Faults of the data and of the twin take part in fits only; they never stand in a file.

@@ -14,7 +14,7 @@ import pytest
 
 from fmus.native import compile as compiling
 from fmus.native.generate import generate
-from fmus.source import FrictionSource, parse_source
+from fmus.targets.source import FrictionSource, parse_source
 
 Array = npt.NDArray[np.float64]
 NATIVE = Path(compiling.__file__).parent

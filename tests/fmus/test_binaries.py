@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from fmus.binaries import read_binaries
+from fmus.archive.binaries import read_binaries
 from fmus.native import compile as compiling
 from fmus.native.platforms import PLATFORMS
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 SOURCE = """
 #include <math.h>

@@ -10,7 +10,7 @@ import onnx
 import pytest
 
 from fmus import check, pack
-from fmus.archive import write_archive
+from fmus.archive.content import write_archive
 from tests.fmus.graphs import save
 from tests.fmus.memory_models import ageing_bytes
 

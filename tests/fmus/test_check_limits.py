@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from fmus import check, pack
-from fmus.archive import write_archive
+from fmus.archive.content import write_archive
+from fmus.checks.trial import problems_of
 from fmus.native import compile as compiling
-from fmus.trial import problems_of
 from tests.fmus.graphs import BOX, graph_bytes, node, save
 
 #: What a library does as soon as it is loaded.
@@ -181,7 +181,7 @@ def test_damaged_reference_results_are_found(
     files[name] = files[name].replace(old, new, 1)
     path = write_archive(tmp_path / "changed.fmu", files)
     if "document type" in words:
-        from friction_models.loads import InputError
+        from friction_models.common import InputError
 
         with pytest.raises(InputError, match=words):
             check(path)

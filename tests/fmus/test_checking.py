@@ -13,9 +13,10 @@ import pytest
 from lxml import etree
 
 from fmus import check, pack, read_friction_fmu
-from fmus.archive import write_archive
+from fmus.archive.content import write_archive
 from friction_models import LinearFriction
-from friction_models.loads import InputError, TriboLoads
+from friction_models.common import InputError
+from friction_models.loads import TriboLoads
 from tests.fmus.graphs import BOX, graph_bytes, node, random_loads, runtime, save
 from tests.friction_models.made_up import campaign
 
@@ -288,8 +289,8 @@ def test_memory_acts_where_the_data_has_time(packed: Pack, memory_onnx: Path) ->
 
 
 def test_the_names_of_the_package_are_functions(linear_onnx: Path, tmp_path: Path) -> None:
-    import fmus.checking
-    import fmus.packing
+    import fmus.checks.checking
+    import fmus.targets.packing
 
     assert callable(fmus.pack)
     assert callable(fmus.check)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fmus.exports import export
-from fmus.running import RunningFmu
+from fmus.runtime.running import RunningFmu
 from friction_models.loads import LOAD_NAMES
 from tests.fmus.exported import (
     FORTRAN,

@@ -10,8 +10,9 @@ import pytest
 
 from fmus.exports import export
 from fmus.exports.table_target import tabulate
-from fmus.running import RunningFmu
-from friction_models.loads import LOAD_NAMES, LOADS, InputError
+from fmus.runtime.running import RunningFmu
+from friction_models.common import InputError
+from friction_models.loads import LOAD_NAMES, LOADS
 from tests.fmus.exported import (
     fmu_at,
     made,

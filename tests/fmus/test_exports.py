@@ -11,9 +11,10 @@ import pytest
 
 from fmus.exports import export
 from fmus.exports.table_target import tabulate
-from fmus.running import RunningFmu
-from fmus.source import read_source
-from friction_models.loads import LOAD_NAMES, LOADS, InputError
+from fmus.runtime.running import RunningFmu
+from fmus.targets.source import read_source
+from friction_models.common import InputError
+from friction_models.loads import LOAD_NAMES, LOADS
 from tests.fmus.exported import (
     NAMES,
     Compiled,

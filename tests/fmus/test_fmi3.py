@@ -15,10 +15,10 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.validation import validate_fmu
 
 from fmus import pack
-from fmus.archive import read_description
-from fmus.friction_variables import MAX_NODES
+from fmus.archive.content import read_description
+from fmus.interface.friction_variables import MAX_NODES
 from fmus.native.compile import fmi_headers
-from fmus.running import FmuError, RunningFmu, UnpackedFmu
+from fmus.runtime.running import FmuError, RunningFmu, UnpackedFmu
 from friction_models.loads import LOAD_NAMES
 from tests.fmus.graphs import inside, random_loads, runtime
 from tests.fmus.memory_models import AGE_0, D, ageing_bytes

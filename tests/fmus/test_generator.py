@@ -10,8 +10,8 @@ import pytest
 
 from fmus.native import graph, ops
 from fmus.native.generate import generate
-from fmus.source import parse_source
-from friction_models.loads import InputError
+from fmus.targets.source import parse_source
+from friction_models.common import InputError
 from tests.fmus.compiled import Compiled
 from tests.fmus.graphs import Array, graph_bytes, inside, node, random_loads, runtime
 

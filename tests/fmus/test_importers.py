@@ -14,11 +14,12 @@ from fmpy.validation import validate_fmu
 from lxml import etree
 
 from fmus import pack, pack_twin
-from fmus.archive import read_description
+from fmus.archive.content import read_description
 from fmus.native.compile import fmi_headers
-from fmus.running import FmuError, RunningFmu, UnpackedFmu
+from fmus.runtime.running import FmuError, RunningFmu, UnpackedFmu
 from friction_models import ConstantFriction
-from friction_models.loads import LOAD_NAMES, LOADS, InputError
+from friction_models.common import InputError
+from friction_models.loads import LOAD_NAMES, LOADS
 from tests.fmus.compiled import compiler
 from tests.fmus.graphs import inside, random_loads, runtime, save
 from tests.fmus.memory_models import AGE_0, D, age_at, ageing_bytes
@@ -222,8 +223,8 @@ def test_nominal_values_and_default_experiment(ageing: Path, tmp_path: Path, fmi
 
 
 def test_a_fast_memory_gets_a_small_step(tmp_path: Path) -> None:
-    from fmus.source import parse_source
-    from fmus.time_constants import fastest_time_constant
+    from fmus.interface.time_constants import fastest_time_constant
+    from fmus.targets.source import parse_source
 
     for slower, step in ((1.0, 0.01), (8.0, 0.002), (80.0, 2e-4), (1e5, 1e-4)):
         content = ageing_bytes(distance=D / slower)

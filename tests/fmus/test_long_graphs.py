@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fmus.native.generate import generate
-from fmus.source import parse_source
+from fmus.targets.source import parse_source
 from tests.fmus.compiled import Compiled
 from tests.fmus.graphs import graph_bytes, node, random_loads, runtime
 

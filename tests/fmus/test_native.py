@@ -13,8 +13,9 @@ from fmpy.validation import validate_fmu
 
 from fmus import pack
 from fmus.native import compile as compiling
-from fmus.running import FmuError, RunningFmu, UnpackedFmu
-from friction_models.loads import LOAD_NAMES, LOADS, InputError
+from fmus.runtime.running import FmuError, RunningFmu, UnpackedFmu
+from friction_models.common import InputError
+from friction_models.loads import LOAD_NAMES, LOADS
 from tests.fmus.graphs import BOX, inside, random_loads, runtime
 
 Pack = Callable[..., Path]

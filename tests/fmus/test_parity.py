@@ -6,10 +6,10 @@ import numpy as np
 import onnxruntime
 import pytest
 
-from friction_models.linear import LinearFriction
+from friction_models.families.linear import LinearFriction
+from friction_models.families.polynomial import PolynomialFriction
+from friction_models.families.power_law import PowerLawFriction
 from friction_models.loads import LOAD_NAMES, LOADS
-from friction_models.polynomial import PolynomialFriction
-from friction_models.power_law import PowerLawFriction
 from tests.fmus.catalogue import EXPORTED, NAMES, content_of, model_of
 from tests.fmus.compiled import Array, Compiled
 

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from fmus import check, pack
-from fmus.binaries import Binary, read_binaries
+from fmus.archive.binaries import Binary, read_binaries
 from fmus.native import compile as compiling
 from fmus.native.platforms import ALIASES, PLATFORMS, host_platform, resolve, universal
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from tests.fmus.graphs import BOX, graph_bytes, node, save
 
 Binaries = dict[str, bytes]

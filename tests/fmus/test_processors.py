@@ -10,7 +10,7 @@ import pytest
 
 from fmus.native import compile as compiling
 from fmus.native.generate import generate
-from fmus.source import parse_source
+from fmus.targets.source import parse_source
 from tests.fmus.catalogue import content_of
 
 #: Without powers, which come from the C library of the machine.

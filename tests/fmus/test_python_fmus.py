@@ -14,10 +14,11 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from fmus import pack, pack_forming, pack_twin
-from fmus.running import FmuError, RunningFmu, UnpackedFmu
+from fmus.runtime.running import FmuError, RunningFmu, UnpackedFmu
 from forming import PROCESSES
 from friction_models import ConstantFriction
-from friction_models.loads import LOAD_NAMES, InputError
+from friction_models.common import InputError
+from friction_models.loads import LOAD_NAMES
 
 Pack = Callable[..., Path]
 N = 40
@@ -71,7 +72,7 @@ def test_solver_fmus_are_valid_and_publish_without_direct_dependence(forming: Pa
 
 
 def test_forming_fmu_is_the_solver(forming: Path) -> None:
-    from forming.fre import ForwardRodExtrusion
+    from forming.processes.forward_rod_extrusion import ForwardRodExtrusion
 
     process = ForwardRodExtrusion(n_points=N, mesh_size=0.6, half_angle=50.0)
     process.start()
@@ -150,7 +151,7 @@ def test_forming_fmu_goes_back_exactly(forming: Path) -> None:
 
 
 def test_twin_fmu_is_the_process(twin: Path) -> None:
-    from sct_twin.process import SctProcess
+    from sct_twin.twin.process import SctProcess
 
     process = SctProcess(T_tool=100.0)
     expected = process.advance(0.0, 200e3, 100.0, 100.0, 0.1)
@@ -208,7 +209,7 @@ if not {installed}:
                     raise ModuleNotFoundError(name, name=name)
                 return spec
     sys.meta_path.insert(0, Hidden())
-from fmus.running import RunningFmu, UnpackedFmu
+from fmus.runtime.running import RunningFmu, UnpackedFmu
 with RunningFmu(UnpackedFmu({str(packed(0.07, "python"))!r})) as fmu:
     assert fmu.get_real(["mu"])[0] == 0.07
 import pythonfmu

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from fmus import check
-from fmus.running import RunningFmu, UnpackedFmu
-from fmus.signal_fmu import pack_signals
-from friction_models.loads import InputError
+from fmus.runtime.running import RunningFmu, UnpackedFmu
+from fmus.targets.signals import pack_signals
+from friction_models.common import InputError
 
 EDGES = [0.0, 0.1, 0.5, 0.6]
 SPEED = [10.0, 100.0, 0.0]

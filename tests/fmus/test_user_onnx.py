@@ -17,13 +17,14 @@ from hypothesis import strategies as st
 
 from fmus import pack
 from fmus.native import ops
-from fmus.running import RunningFmu, UnpackedFmu
-from fmus.source import read_source
+from fmus.runtime.running import RunningFmu, UnpackedFmu
+from fmus.targets.source import read_source
 from fmus.user_onnx import read_user_model
 from fmus.user_onnx.arithmetic import erf
 from fmus.user_onnx.registry import translated
-from friction_models.loads import LOAD_NAMES, InputError
-from friction_models.ops import NumpyOps
+from friction_models.common import InputError
+from friction_models.expressions.ops import NumpyOps
+from friction_models.loads import LOAD_NAMES
 from tests.fmus.foreign import CASES, DOUBLE, FLOAT, Array, case_bytes, forest, model_bytes, node
 from tests.fmus.graphs import random_loads, runtime, save
 

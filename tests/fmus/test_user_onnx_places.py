@@ -16,12 +16,13 @@ import pytest
 from onnx import TensorProto, helper, numpy_helper
 
 from fmus import check, pack
-from fmus.running import RunningFmu, UnpackedFmu
-from fmus.source import read_source
+from fmus.runtime.running import RunningFmu, UnpackedFmu
+from fmus.targets.source import read_source
 from fmus.user_onnx import arithmetic, attempt, read_user_model
 from fmus.user_onnx.spec import Spec
 from friction_models import ConstantFriction, OnnxModel
-from friction_models.loads import LOAD_NAMES, LOADS, InputError
+from friction_models.common import InputError
+from friction_models.loads import LOAD_NAMES, LOADS
 from tests.fmus.foreign import DOUBLE, FLOAT, Array, forest, model_bytes, node
 from tests.fmus.graphs import random_loads, runtime, save
 

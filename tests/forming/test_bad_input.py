@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
-from forming.punch_geometry import PunchGeometry
-from forming.ring import RingCompression, Upsetting
-from forming.upsetting import upset
-from friction_models.loads import InputError
+from forming.processes.ring import RingCompression, Upsetting
+from forming.processes.upsetting import upset
+from forming.tools.punch_geometry import PunchGeometry
+from friction_models.common import InputError
 
 PROCESSES = (ForwardRodExtrusion, BackwardCupExtrusion, Upsetting, RingCompression)
 FLAGS = ("tool_heating", "isothermal", "remeshing")

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from forming import PROCESSES, FormingTask, run_batch
-from forming.result_files import load_result
-from friction_models.loads import InputError
+from forming.results.files import load_result
+from friction_models.common import InputError
 
 COARSE = {"mesh_size": 0.8, "n_points": 20}
 TASKS = [

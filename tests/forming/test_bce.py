@@ -7,8 +7,8 @@ import pytest
 
 from forming import BackwardCupExtrusion
 from forming.fe.contact import gap_and_normal
-from forming.tooling import CupPunch
-from friction_models.loads import InputError
+from forming.fe.tooling import CupPunch
+from friction_models.common import InputError
 
 
 @pytest.fixture(scope="module")

@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 
 from forming import BackwardCupExtrusion, ForwardRodExtrusion, Upsetting
-from forming.ejection import Ejection
-from forming.ejection_result import load_ejection
-from forming.ejection_tools import Stage, ejector, opened
 from forming.fe.body import Body
-from forming.fe.mesher import grid_mesh
+from forming.fe.mesh.mesher import grid_mesh
 from forming.fe.simulation import Simulation
-from forming.material import steel_16MnCr5
-from forming.process import FormingProcess
-from forming.report import report_page
-from forming.result_files import load_result
-from forming.tooling import Tool, flat_punch, line
-from friction_models.loads import InputError
+from forming.fe.tooling import Tool, flat_punch, line
+from forming.materials.materials import steel_16MnCr5
+from forming.processes.base import FormingProcess
+from forming.processes.ejection import Ejection
+from forming.results.ejection_result import load_ejection
+from forming.results.files import load_result
+from forming.results.page import report_page
+from forming.tools.ejection_tools import Stage, ejector, opened
+from friction_models.common import InputError
 
 RADIUS, LENGTH, START = 10.0, 20.0, 100.0
 COARSE = {"mesh_size": 0.8, "n_points": 40, "tool_heating": False}

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
-from forming.elasticity import Elasticity, bore_flexibility
 from forming.fe.tractions import bore_pressure
-from friction_models.loads import InputError
+from forming.tools.elasticity import Elasticity, bore_flexibility
+from friction_models.common import InputError
 
 COARSE = {"mesh_size": 0.6, "n_points": 40, "tool_heating": False}
 

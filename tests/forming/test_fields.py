@@ -13,19 +13,19 @@ import numpy as np
 import pytest
 
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
-from forming.animation import animation
-from forming.fe.shape import gauss_volumes
-from forming.field_recorder import (
+from forming.fe.mesh.shape import gauss_volumes
+from forming.results.animation import animation
+from forming.results.field_recorder import (
     FIELDS_EVERY,
     FIELDS_FOLDER,
     FieldRecorder,
     FieldWriter,
     writer_from_environment,
 )
-from forming.fields import CONTACT_FIELDS, ELEMENT_FIELDS, FIELDS, FieldHistory
-from forming.picture import Window, subdivided, tool_polygon
-from forming.result_files import load_result
-from friction_models.loads import InputError
+from forming.results.fields import CONTACT_FIELDS, ELEMENT_FIELDS, FIELDS, FieldHistory
+from forming.results.files import load_result
+from forming.results.picture import Window, subdivided, tool_polygon
+from friction_models.common import InputError
 
 COARSE = {"mesh_size": 0.7, "n_points": 50}
 
@@ -138,7 +138,7 @@ def test_damaged_files_are_refused_in_one_sentence(kept, tmp_path, monkeypatch):
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("T.npy", "w") as member:
         for _ in range(60):
             member.write(bytes(1_000_000))
-    monkeypatch.setattr("forming.fields._LARGEST", 50_000_000)
+    monkeypatch.setattr("forming.results.fields._LARGEST", 50_000_000)
     with pytest.raises(InputError, match="bytes unpacked"):
         FieldHistory.load(path)
     kept.save(tmp_path / "run")

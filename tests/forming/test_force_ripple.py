@@ -8,7 +8,7 @@ import pytest
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
 from forming.fe.contact import DEEP, FACING, add_contact
 from forming.fe.increment import MOST_TENSION
-from forming.fe.polyline import distance_to_arc
+from forming.fe.mesh.polyline import distance_to_arc
 
 PENALTY = 1e5
 

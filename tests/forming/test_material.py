@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from forming.fe.element import flow_stress
-from forming.material import HenselSpittel, steel_16MnCr5
-from friction_models.loads import InputError
+from forming.materials.materials import HenselSpittel, steel_16MnCr5
+from friction_models.common import InputError
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,8 @@ import yaml
 
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
 from forming.fe.flow import flow_stress
-from forming.material import (
+from forming.materials.files import FORMS, MAX_BYTES, material_from_content
+from forming.materials.materials import (
     FlowTable,
     HenselSpittel,
     Material,
@@ -24,8 +25,7 @@ from forming.material import (
     material_from_dict,
     steel_16MnCr5,
 )
-from forming.material_file import FORMS, MAX_BYTES, material_from_content
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 CONTENT = {
     "name": "test steel",
@@ -375,7 +375,7 @@ def test_numbers_of_steels_and_dictionaries_are_materials():
 def test_a_tabulated_material_goes_into_an_fmu_and_its_state_back(tmp_path):
     """Roll back in the same instance, and continue in another one from bytes: bit by bit the same."""
     from fmus.slaves.forming_solver import FormingSolver
-    from fmus.solver_fmus import pack_forming
+    from fmus.targets.solvers import pack_forming
 
     table = table_of(steel_16MnCr5(), cp=((20.0, 460.0), (300.0, 560.0)))
     path = pack_forming(

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from forming.press import PressCurves, PressLevel, read_curves
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 
 def level(**changes: object) -> PressLevel:

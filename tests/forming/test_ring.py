@@ -7,13 +7,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from forming.fe.mesh_kernels import qualities
-from forming.fe.polyline import enclosed_volume
+from forming.fe.mesh.mesh_kernels import qualities
+from forming.fe.mesh.polyline import enclosed_volume
 from forming.fe.resample import mesh_inside, resample, surface_chain
-from forming.friction_input import CONSTANT_SHEAR
-from forming.ring import RingCompression, Upsetting, bore_profile
-from forming.tooling import plate
-from friction_models.loads import InputError
+from forming.fe.tooling import plate
+from forming.processes.friction_input import CONSTANT_SHEAR
+from forming.processes.ring import RingCompression, Upsetting, bore_profile
+from friction_models.common import InputError
 
 COARSE = {"mesh_size": 0.5, "n_points": 40, "tool_heating": False}
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from forming.punch_geometry import PunchGeometry
-from forming.upsetting import upset
-from friction_models.loads import InputError
+from forming.processes.upsetting import upset
+from forming.tools.punch_geometry import PunchGeometry
+from friction_models.common import InputError
 
 
 @pytest.fixture(scope="module")

@@ -23,9 +23,9 @@ from forming.verification import (
 )
 from forming.verification.calculix import CalculixError, Compression, input_deck
 from forming.verification.table import COLUMNS, cells, markdown_page, summary, text_table
-from friction_models.loads import InputError
+from friction_models.common import InputError
+from orchestrator.cli.commands.verifying import chosen
 from orchestrator.cli.main import run as command
-from orchestrator.cli.verifying import chosen
 
 CCX = pytest.mark.skipif(
     calculix.executable() is None, reason="CalculiX (ccx, Debian package calculix-ccx) is not installed"

@@ -9,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from friction_models import ConstantFriction, LinearFriction, TriboLoads
-from friction_models.domain import Domain
-from friction_models.loads import LOAD_NAMES, LOADS, InputError
-from friction_models.registry import FAMILIES, make_model
+from friction_models.common import InputError
+from friction_models.loads import LOAD_NAMES, LOADS
+from friction_models.models.domain import Domain
+from friction_models.models.registry import FAMILIES, make_model
 
 from .made_up import anywhere, campaign
 

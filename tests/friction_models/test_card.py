@@ -6,7 +6,7 @@ import json
 
 from friction_models import ConstantFriction, FeedForwardFriction, LinearFriction
 from friction_models.loads import LOAD_NAMES
-from friction_models.model_card import card_text
+from friction_models.models.model_card import card_text
 
 from .made_up import campaign
 

@@ -17,8 +17,8 @@ from friction_models import (
     effects,
     load_model,
 )
-from friction_models.composed import ComposedFriction
-from friction_models.loads import InputError
+from friction_models.common import InputError
+from friction_models.models.composed import ComposedFriction
 from tests.benchmarks.discovery_campaigns import campaign
 
 

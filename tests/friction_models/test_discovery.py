@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 
 from friction_models import GradientBoostingFriction, LinearFriction, PolynomialFriction, effects
+from friction_models.common import InputError
 from friction_models.discovery import Diagnosis, compare, diagnose, refine
-from friction_models.loads import InputError
 from tests.benchmarks.discovery_campaigns import HIDDEN, campaign
 
 #: Effects that any plan of this size shows; the pressure effects are twins (below).

@@ -13,11 +13,12 @@ from sklearn.ensemble import RandomForestRegressor
 from sklearn.linear_model import LinearRegression
 
 from friction_models import ConstantFriction, LinearFriction
+from friction_models.common import InputError
 from friction_models.discovery import compare, diagnose
-from friction_models.discovery.base_law import base_law
-from friction_models.discovery.binning import prepare
-from friction_models.loads import LOAD_NAMES, InputError
-from friction_models.onnx_model import OnnxModel
+from friction_models.estimation.base_law import base_law
+from friction_models.estimation.binning import prepare
+from friction_models.loads import LOAD_NAMES
+from friction_models.models.onnx_model import OnnxModel
 
 from . import made_up
 

@@ -7,8 +7,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from friction_models.discovery.joined import join_campaigns
-from friction_models.loads import DataSet, InputError
+from friction_models.common import InputError
+from friction_models.discovery.further_tests.joined import join_campaigns
+from friction_models.loads import DataSet
 from orchestrator.cli.main import run
 from tests.benchmarks.discovery_campaigns import campaign
 

@@ -14,14 +14,14 @@ import pytest
 from fmus import pack, read_friction_fmu
 from friction_models import ConstantFriction, effects
 from friction_models.discovery import Diagnosis, diagnose
-from friction_models.discovery.binning import prepare
-from friction_models.discovery.candidates import integrate
-from friction_models.discovery.next_tests import plan_rows
-from friction_models.discovery.protocols import protocols
-from friction_models.discovery.separation import ENOUGH, separated
+from friction_models.discovery.further_tests.next_tests import plan_rows
+from friction_models.discovery.further_tests.protocols import protocols
+from friction_models.discovery.further_tests.separation import ENOUGH, separated
+from friction_models.estimation.binning import prepare
+from friction_models.estimation.candidates import integrate
 from friction_models.loads import TriboLoads
 from friction_models.loads.time_steps import rests, time_steps
-from friction_models.onnx_model import OnnxModel
+from friction_models.models.onnx_model import OnnxModel
 from sct_twin import SctTwin
 from sct_twin.virtual_lab import Campaign, run_protocol
 from tests.benchmarks.discovery_campaigns import campaign

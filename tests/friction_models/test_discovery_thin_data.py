@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from friction_models.common import InputError
 from friction_models.discovery import diagnose
-from friction_models.loads import InputError
 from orchestrator.cli.main import run
 from tests.benchmarks.discovery_campaigns import campaign
 

@@ -19,8 +19,9 @@ from friction_models import (
     PowerLawFriction,
     load_model,
 )
-from friction_models.gradient_boosting import table_of
-from friction_models.loads import LOAD_NAMES, InputError
+from friction_models.common import InputError
+from friction_models.families.gradient_boosting import table_of
+from friction_models.loads import LOAD_NAMES
 
 from .made_up import anywhere, campaign, law
 

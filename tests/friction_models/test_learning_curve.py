@@ -9,8 +9,9 @@ import pytest
 from sklearn.base import clone
 
 from friction_models import PolynomialFriction
-from friction_models.ffnn import FeedForwardFriction, fit_together
-from friction_models.loads import LOAD_NAMES, InputError
+from friction_models.common import InputError
+from friction_models.families.ffnn import FeedForwardFriction, fit_together
+from friction_models.loads import LOAD_NAMES
 from friction_models.training import (
     best_parameters,
     cross_validate,

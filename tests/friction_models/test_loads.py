@@ -11,19 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from friction_models.loads import (
-    LOAD_NAMES,
-    LOADS,
-    DataSet,
-    InputError,
-    TriboLoads,
-    atomic_folder,
-    atomic_path,
-    nearest,
-    unknown_name,
-    write_json,
-)
-from friction_models.loads.folders import RUN
+from friction_models.common import InputError, atomic_folder, atomic_path, nearest, unknown_name, write_json
+from friction_models.common.folders import RUN
+from friction_models.loads import LOAD_NAMES, LOADS, DataSet, TriboLoads
 
 UNITS = {"v_rel": "mm/s", "T": "degC", "sigma_n": "MPa", "sd": "mm", "psi": "1"}
 

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from friction_models.onnx_graph import GraphBuilder, Node, OnnxOps
-from friction_models.ops import LoadColumns, NumpyOps
+from friction_models.expressions.onnx_graph import GraphBuilder, Node, OnnxOps
+from friction_models.expressions.ops import LoadColumns, NumpyOps
 
 ALLOWED = {
     "Add",

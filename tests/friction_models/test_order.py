@@ -9,12 +9,13 @@ import pandas as pd
 import pytest
 
 from fmus import pack
-from fmus.reading import read_friction_fmu
+from fmus.runtime.fixed_friction import read_friction_fmu
 from friction_models import LinearFriction
+from friction_models.common import InputError
 from friction_models.discovery import diagnose
-from friction_models.discovery.joint_fit import LEAST_TESTS
-from friction_models.loads import DataSet, InputError, TriboLoads
-from friction_models.onnx_model import OnnxModel
+from friction_models.estimation.joint_fit import LEAST_TESTS
+from friction_models.loads import DataSet, TriboLoads
+from friction_models.models.onnx_model import OnnxModel
 from orchestrator.cli.main import run
 
 

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from friction_models import load_model
-from friction_models.loads import InputError
-from friction_models.registry import make_model
+from friction_models.common import InputError
+from friction_models.models.registry import make_model
 
 from .made_up import anywhere, campaign
 

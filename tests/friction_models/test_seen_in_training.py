@@ -13,7 +13,7 @@ from fmus import pack, read_friction_fmu
 from friction_models import ConstantFriction, LinearFriction, OnnxModel, load_model
 from friction_models.discovery import compare, refine
 from friction_models.loads import DataSet
-from orchestrator.comparison import compare_on_tests
+from orchestrator.comparison.on_tests import compare_on_tests
 from orchestrator.report.comparison_page import comparison_page
 
 from .made_up import campaign

@@ -9,11 +9,12 @@ import pandas as pd
 import pytest
 
 from fmus.user_onnx.units import conversion as fmu_conversion
-from friction_models.loads import LOAD_NAMES, LOADS, DataSet, InputError
-from friction_models.loads.files import read_json
+from friction_models.common import InputError
+from friction_models.common.files import read_json
+from friction_models.common.units import UNITS, conversion, units_like
+from friction_models.common.yaml_files import read_yaml
+from friction_models.loads import LOAD_NAMES, LOADS, DataSet
 from friction_models.loads.table import read_table
-from friction_models.loads.units import UNITS, conversion, units_like
-from friction_models.loads.yaml_text import read_yaml
 
 #: One point by hand, in the contract's units and as other laboratories would write it.
 HEADER = "test_id,t,v_rel,T,sigma_n,sd,psi,mu"

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from friction_models import ConstantFriction, DataSet, LinearFriction, PolynomialFriction
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from friction_models.training import (
     cross_validate,
     error_measures,

@@ -21,7 +21,7 @@ from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-from friction_models.loads import write_text
+from friction_models.common import write_text
 
 from .stock import Box, make_stock
 from .trying import Try, one_try

@@ -13,8 +13,8 @@ import pandas as pd
 import yaml
 
 from orchestrator.cli.main import run
-from sct_twin.channels import CHANNELS
-from sct_twin.ingest import ingest
+from sct_twin.ingest.campaign_files import ingest
+from sct_twin.records.channels import CHANNELS
 from tests.acceptance.attacks import Attack, Sandbox
 from tests.fmus.graphs import graph_bytes, node
 from tests.orchestrator.test_command_line import points

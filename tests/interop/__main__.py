@@ -12,7 +12,7 @@ from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-from friction_models.loads import write_text
+from friction_models.common import write_text
 
 from .cases import CASES
 from .comparing import Case, Result

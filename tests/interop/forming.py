@@ -11,7 +11,7 @@ import numpy as np
 from fmus import pack_forming
 from friction_models.loads import FloatArray
 from orchestrator import Master, System
-from orchestrator.processes import STEP, extrusion_system
+from orchestrator.cosim.ready_made import STEP, extrusion_system
 
 from .ecos_command import run_ecos
 from .running import Outcome, run_child, version

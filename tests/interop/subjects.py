@@ -12,8 +12,8 @@ from scipy.integrate import solve_ivp
 
 from fmus import pack
 from friction_models import LinearFriction, PolynomialFriction, effects
+from friction_models.expressions.ops import LoadColumns, NumpyOps
 from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, TriboLoads
-from friction_models.ops import LoadColumns, NumpyOps
 from tests.friction_models.made_up import campaign
 from tests.orchestrator.native_fmus import Real, native_fmu
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.loads import InputError
-from orchestrator.campaign import JobResult
+from friction_models.common import InputError
+from orchestrator.jobs.campaign import JobResult
 
 Needs = dict[str, JobResult]
 

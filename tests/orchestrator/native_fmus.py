@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from fmus.archive import write_archive
+from fmus.archive.content import write_archive
 from fmus.native.compile import build, fmi_headers
 
 _CODE = """

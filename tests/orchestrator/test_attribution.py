@@ -16,26 +16,26 @@ import pytest
 import typer
 
 from fmus import pack, pack_forming
+from fmus.runtime.fmu_files import describe
 from forming import ForwardRodExtrusion
-from forming.material import steel_16MnCr5
+from forming.materials.materials import steel_16MnCr5
 from forming.press import PressCurves, PressLevel
 from friction_models import ConstantFriction, LinearFriction
+from friction_models.common import InputError
 from friction_models.effects import make_effect
-from friction_models.loads import InputError
-from friction_models.onnx_export import export
-from friction_models.onnx_model import OnnxModel
-from orchestrator.attribution import attribute
-from orchestrator.attribution_causes import MACHINE, Cause
-from orchestrator.attribution_curves import Level, on_common_stroke
-from orchestrator.attribution_fit import attribution
-from orchestrator.attribution_probe import addable, strengths, with_effects
-from orchestrator.attribution_runs import Sensitivities
-from orchestrator.cli import attributing
-from orchestrator.fmu_files import describe
-from orchestrator.forces import ForceCurve
-from orchestrator.processes import extrusion_system
+from friction_models.models.onnx_export import export
+from friction_models.models.onnx_model import OnnxModel
+from orchestrator.attribution.attribute import attribute
+from orchestrator.attribution.causes import MACHINE, Cause
+from orchestrator.attribution.curves import Level, on_common_stroke
+from orchestrator.attribution.fit import attribution
+from orchestrator.attribution.probe import addable, strengths, with_effects
+from orchestrator.attribution.runs import Sensitivities
+from orchestrator.cli.commands import attributing
+from orchestrator.cosim.forces import ForceCurve
+from orchestrator.cosim.ready_made import extrusion_system
+from orchestrator.cosim.system import System
 from orchestrator.report.attribution_page import attribution_page
-from orchestrator.system import System
 
 LEVELS = ((20.0, 5.0), (150.0, 100.0))
 STROKE = 5.0

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from friction_models.loads import InputError
-from friction_models.loads.kept import path_digest
-from orchestrator.campaign import Campaign, Job, JobResult
-from orchestrator.campaign_places import Cluster
-from orchestrator.errors import SimulationError
+from fmus.runtime.errors import SimulationError
+from friction_models.common import InputError
+from friction_models.common.kept import path_digest
+from orchestrator.jobs.campaign import Campaign, Job, JobResult
+from orchestrator.jobs.executors import Cluster
 
 HERE = "tests.orchestrator.campaign_jobs"
 #: Tiny jobs: only their own module counts as source.
@@ -80,7 +80,7 @@ def test_results_are_kept_and_only_what_changed_is_computed(tmp_path: Path) -> N
     assert campaign(7).dry_run().to_do == 0  # the content counts, not the place
     elsewhere.write_text("2.0")
     assert campaign(7).dry_run().to_do == 2
-    assert campaign(7, ("orchestrator.metrics",)).dry_run().to_do == 3  # other sources
+    assert campaign(7, ("orchestrator.cosim.metrics",)).dry_run().to_do == 3  # other sources
 
     damaged = results["other"].folder / "result.json"
     damaged.write_text("{", encoding="utf-8")
@@ -159,7 +159,7 @@ def test_workers_that_are_killed(tmp_path: Path) -> None:
 _MAIN = """
 import sys
 from pathlib import Path
-from orchestrator.campaign import Campaign
+from orchestrator.jobs.campaign import Campaign
 from tests.orchestrator.test_campaign import CODE, chain
 
 place = Path(sys.argv[1])
@@ -228,7 +228,7 @@ def test_a_cluster_gives_the_same_numbers(tmp_path: Path) -> None:
 
 def test_a_cluster_is_waited_for_and_may_grow(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     distributed = pytest.importorskip("distributed", reason="extra [cluster] is not installed")
-    monkeypatch.setattr("orchestrator.campaign_places.ASK_AGAIN", 0.0)
+    monkeypatch.setattr("orchestrator.jobs.executors.ASK_AGAIN", 0.0)
     options = {"n_workers": 0, "threads_per_worker": 1, "processes": False, "protocol": "tcp"}
     with distributed.LocalCluster(**options, dashboard_address=None) as cluster:
         address = cluster.scheduler_address

@@ -13,8 +13,9 @@ import pandas as pd
 import pytest
 
 from friction_models import LinearFriction
-from friction_models.loads import DataSet, InputError
-from orchestrator.cli.console import keeping, plain
+from friction_models.common import InputError
+from friction_models.loads import DataSet
+from orchestrator.cli.common.console import keeping, plain
 from orchestrator.cli.main import run, spread
 
 COMMANDS = [
@@ -248,7 +249,7 @@ def test_synthetic_data_that_lack_a_load_stay_synthetic(
 
 
 def test_interrupts_say_what_was_kept(capsys: pytest.CaptureFixture[str]) -> None:
-    from orchestrator.cli.console import Interrupted
+    from orchestrator.cli.common.console import Interrupted
 
     with pytest.raises(Interrupted, match="3 tests are kept"), keeping(lambda: "3 tests are kept"):
         raise KeyboardInterrupt

@@ -11,16 +11,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from friction_models.domain import Domain
-from friction_models.loads import DataSet, FloatArray, InputError
-from orchestrator.cli.console import _plain
+from fmus.runtime.errors import SimulationError
+from fmus.runtime.friction_names import entries_by_model
+from friction_models.common import InputError
+from friction_models.loads import DataSet, FloatArray
+from friction_models.models.domain import Domain
+from orchestrator.cli.common.console import _plain
 from orchestrator.cli.main import run
-from orchestrator.comparison import FEWEST_UNITS, compare_on_tests, known_domain, resampled_errors
-from orchestrator.comparison_forces import ForcesComparison
-from orchestrator.errors import SimulationError
-from orchestrator.forces import ForceCurve, LevelsComparison, PressCurve, compare_force
-from orchestrator.friction_names import entries_by_model
-from orchestrator.press_study import FailedRun, PressResults
+from orchestrator.comparison.on_press import ForcesComparison
+from orchestrator.comparison.on_tests import FEWEST_UNITS, compare_on_tests, known_domain, resampled_errors
+from orchestrator.comparison.press_study import FailedRun, PressResults
+from orchestrator.cosim.forces import ForceCurve, LevelsComparison, PressCurve, compare_force
 from orchestrator.report.comparison_page import comparison_page
 
 

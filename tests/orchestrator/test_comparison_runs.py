@@ -10,10 +10,10 @@ import pytest
 
 from fmus import pack
 from friction_models import ConstantFriction, LinearFriction
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from orchestrator import Run, System
 from orchestrator.cli.main import run
-from orchestrator.comparison_runs import compare_in_system
+from orchestrator.comparison.in_one_system import compare_in_system
 from tests.friction_models.made_up import campaign
 from tests.orchestrator.native_fmus import Real, native_fmu
 

@@ -10,13 +10,13 @@ import pandas as pd
 import pytest
 import typer
 
-from friction_models.loads import InputError
-from orchestrator.cli import covering
-from orchestrator.contact_history import ContactHistory
-from orchestrator.coverage import Coverage, coverage
-from orchestrator.coverage_tests import Rig, propose_tests
+from friction_models.common import InputError
+from orchestrator.cli.commands import covering
+from orchestrator.cosim.run_folders import Run
+from orchestrator.coverage.contact_history import ContactHistory
+from orchestrator.coverage.proposals import Rig, propose_tests
+from orchestrator.coverage.tested_loads import Coverage, coverage
 from orchestrator.report.coverage_page import coverage_page
-from orchestrator.runs import Run
 
 
 def campaign() -> tuple[pd.DataFrame, pd.DataFrame]:

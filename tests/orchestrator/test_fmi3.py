@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from fmus import pack
+from fmus.runtime.fmu_files import describe
 from friction_models import LinearFriction, effects
-from friction_models.loads import LOAD_NAMES, InputError
+from friction_models.common import InputError
+from friction_models.loads import LOAD_NAMES
 from orchestrator import Master, System
-from orchestrator.fmu_files import describe
 from tests.friction_models.made_up import campaign
 from tests.orchestrator.native_fmus import Real, native_fmu
 

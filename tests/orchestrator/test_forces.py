@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from friction_models.loads import InputError
-from orchestrator.forces import (
+from friction_models.common import InputError
+from orchestrator.cosim.forces import (
     ForceCurve,
     LevelsComparison,
     PressCurve,
@@ -18,7 +18,7 @@ from orchestrator.forces import (
     levels_table,
     read_press_curve,
 )
-from orchestrator.metrics import LevelSummary, Measured, ScalarError
+from orchestrator.cosim.metrics import LevelSummary, Measured, ScalarError
 
 
 def ramp(top: float, length: float = 10.0, n: int = 101) -> ForceCurve:

@@ -14,14 +14,15 @@ import pandas as pd
 import pytest
 
 from forming.press import PressCurves, PressLevel
-from friction_models.loads import DataSet, InputError
-from orchestrator.campaign import JobResult
+from friction_models.common import InputError
+from friction_models.loads import DataSet
 from orchestrator.cli.main import run
+from orchestrator.comparison.level_runs import Level
+from orchestrator.jobs.campaign import JobResult
 from orchestrator.report.forming_error_page import forming_error_page
-from orchestrator.studies.forming_error import FormingErrorStudy, Plan, run_name
-from orchestrator.studies.forming_error_files import table
-from orchestrator.studies.forming_error_result import FormingErrors, propagated
-from orchestrator.studies.level_runs import Level
+from orchestrator.studies.forming_error.files import table
+from orchestrator.studies.forming_error.result import FormingErrors, propagated
+from orchestrator.studies.forming_error.study import FormingErrorStudy, Plan, run_name
 from orchestrator.studies.press_levels import chosen_press, press_level
 
 REPEATS = 5

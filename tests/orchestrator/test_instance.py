@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from friction_models.loads import InputError
+from fmus.runtime.fmu_files import describe, unpack
+from fmus.runtime.instance import Instance
+from fmus.runtime.messages import MAX_MESSAGES, Messages
+from fmus.runtime.ports import Port
+from friction_models.common import InputError
 from orchestrator import SimulationError
-from orchestrator.fmu_files import describe, unpack
-from orchestrator.instance import Instance
-from orchestrator.messages import MAX_MESSAGES, Messages
-from orchestrator.ports import Port
 from tests.orchestrator.native_fmus import Real, native_fmu
 
 VARIABLES = [Real("u", "input", 2.0), Real("mode", "parameter", 0.0), Real("y", "output")]
@@ -98,7 +98,7 @@ def test_a_binary_that_is_no_library_or_lacks_functions(unpacked: tuple[Path, Pa
 
 
 def test_a_path_as_model_identifier_is_refused(tmp_path: Path) -> None:
-    from fmus.archive import write_archive
+    from fmus.archive.content import write_archive
 
     xml = b"""<fmiModelDescription fmiVersion="2.0" modelName="x" guid="x">
     <CoSimulation modelIdentifier="../../x"/><ModelVariables/><ModelStructure/></fmiModelDescription>"""
@@ -108,7 +108,7 @@ def test_a_path_as_model_identifier_is_refused(tmp_path: Path) -> None:
 
 
 def test_ports_of_mixed_types_keep_their_order() -> None:
-    from orchestrator.fmu_variables import Variable
+    from fmus.runtime.fmu_variables import Variable
 
     mixed = [
         Variable("n", 7, "Integer", "input", "", "fmi2Integer", starts=(3.0,)),

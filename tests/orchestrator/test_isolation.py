@@ -15,15 +15,15 @@ import numpy as np
 import pytest
 
 from fmus import FmuModel, pack
-from fmus.apart import Apart, Died
-from fmus.archive import write_archive
-from fmus.made_here import VARIABLE, made_here, runs_apart
-from fmus.running import FmuError
+from fmus.archive.content import write_archive
+from fmus.archive.made_here import VARIABLE, made_here, runs_apart
+from fmus.runtime.foreign_friction import friction_model
+from fmus.runtime.running import FmuError
+from fmus.runtime.separate_process import Apart, Died
 from friction_models import ConstantFriction, LinearFriction
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from orchestrator import Master, Run, SimulationError, System
 from orchestrator.cli.main import run
-from orchestrator.foreign_friction import friction_model
 from tests.friction_models.made_up import campaign
 from tests.orchestrator.native_fmus import Real, native_fmu
 

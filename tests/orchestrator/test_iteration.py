@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from friction_models.loads import InputError
+from fmus.runtime.ports import Port
+from friction_models.common import InputError
 from orchestrator import Master, SimulationError, System
-from orchestrator.iteration import DAMPED_AFTER, PATIENCE, Settling
-from orchestrator.ports import Port
-from orchestrator.wiring import Wiring
+from orchestrator.cosim.iteration import DAMPED_AFTER, PATIENCE, Settling
+from orchestrator.cosim.wiring import Wiring
 from tests.orchestrator import tiny_fmus
 from tests.orchestrator.tiny_fmus import system_content
 

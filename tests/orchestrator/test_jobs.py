@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from orchestrator import Master, Run, SimulationError, System
-from orchestrator.jobs import RunTask, run_all
+from orchestrator.cosim.batch import RunTask, run_all
 from tests.orchestrator.tiny_fmus import system_content
 
 

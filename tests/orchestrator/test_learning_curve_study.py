@@ -13,16 +13,16 @@ import pandas as pd
 import pytest
 
 from friction_models import DataSet
-from friction_models.loads import InputError, write_json
-from orchestrator.campaign import JobResult
+from friction_models.common import InputError, write_json
+from orchestrator.jobs.campaign import JobResult
 from orchestrator.report import write_report
 from orchestrator.report.learning_curve_page import learning_curve_page
-from orchestrator.studies.kept import study_page
-from orchestrator.studies.learning_curve import LearningCurvePlan, LearningCurveStudy
-from orchestrator.studies.learning_curve_files import write_results
-from orchestrator.studies.learning_curve_jobs import AVERAGE, MEAN, SERIES, Collection
-from orchestrator.studies.learning_curve_result import LearningCurves
-from orchestrator.studies.learning_curve_words import beside_paper, findings, headline, text_table
+from orchestrator.report.study_pages import study_page
+from orchestrator.studies.learning_curve.files import write_results
+from orchestrator.studies.learning_curve.jobs import AVERAGE, MEAN, SERIES, Collection
+from orchestrator.studies.learning_curve.result import LearningCurves
+from orchestrator.studies.learning_curve.study import LearningCurvePlan, LearningCurveStudy
+from orchestrator.studies.learning_curve.words import beside_paper, findings, headline, text_table
 from orchestrator.studies.measurements import (
     chosen_data,
     data_jobs,
@@ -162,7 +162,7 @@ def test_the_page_is_made_again_from_the_folder(done: Done, monkeypatch: pytest.
         write_json(file, manifest | change)
         with pytest.raises(InputError, match=message):
             study_page(folder)
-    monkeypatch.setattr("orchestrator.studies.kept.MAX_BYTES", 100)
+    monkeypatch.setattr("orchestrator.report.study_pages.MAX_BYTES", 100)
     with pytest.raises(InputError, match="allowed: at most 100"):
         study_page(folder)
     with pytest.raises(InputError, match="allowed: a place in it"):

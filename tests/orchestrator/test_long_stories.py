@@ -12,7 +12,8 @@ from typing import Any
 import pytest
 
 from friction_models import ComposedFriction, LinearFriction, load_model
-from friction_models.loads import DataSet, InputError, shown
+from friction_models.common import InputError, shown
+from friction_models.loads import DataSet
 from orchestrator.cli.main import run
 from tests.orchestrator.processes import COMMAND, environment
 from tests.orchestrator.test_command_line import points

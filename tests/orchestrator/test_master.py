@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from orchestrator import Master, Run, SimulationError, System
-from orchestrator.jobs import RunTask, run_all
+from orchestrator.cosim.batch import RunTask, run_all
 from tests.orchestrator.tiny_fmus import system_content
 
 H, OFFSET, SLOPE = 0.1, 0.1, 0.5

@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 
 from fmus import pack
-from fmus.archive import write_archive
+from fmus.archive.content import write_archive
 from fmus.native.compile import build, fmi_headers
 from friction_models import ConstantFriction
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from orchestrator import Master, Run, SimulationError, System
 from orchestrator.cli.main import run
 from tests.orchestrator.native_fmus import Real, native_fmu

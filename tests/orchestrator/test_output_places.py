@@ -11,8 +11,9 @@ import pandas as pd
 import pytest
 
 from friction_models import LinearFriction
-from friction_models.loads import DataSet, InputError
-from friction_models.loads.locks import locked
+from friction_models.common import InputError
+from friction_models.common.locks import locked
+from friction_models.loads import DataSet
 from orchestrator.cli.main import run
 from tests.orchestrator.test_command_line import points
 from tests.orchestrator.tiny_fmus import write_system

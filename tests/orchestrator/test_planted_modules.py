@@ -12,8 +12,8 @@ import pytest
 
 from friction_models import LinearFriction
 from friction_models.loads import DataSet
-from sct_twin.raw_campaign import write_tables
-from sct_twin.record import write_csv
+from sct_twin.ingest.raw_campaign import write_tables
+from sct_twin.records.record import write_csv
 from tests.fmus.foreign import model_bytes, node
 from tests.orchestrator.processes import COMMAND, environment, has_workers, interrupted, needs_proc
 from tests.orchestrator.test_command_line import points
@@ -141,7 +141,7 @@ def test_a_script_and_its_modules_run_in_processes(tmp_path: Path, words: list[s
     (tmp_path / "script.py").write_text(
         "import pickle, multiprocessing, concurrent.futures\n"
         "import own\n"
-        "from forming.pool import map_unordered\n"
+        "from friction_models.common.pool import map_unordered\n"
         "print(sorted(r for _, r in map_unordered(own.twice, [(1,), (2,)], 2)))\n"
     )
     if words[0] == "-P":  # the script is not started in its folder, which is in the path behind Python's own

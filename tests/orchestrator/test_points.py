@@ -9,7 +9,7 @@ import pytest
 
 from fmus import pack, pack_forming
 from friction_models import LinearFriction, effects
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from orchestrator import Master, System
 from tests.friction_models.made_up import campaign
 

@@ -11,7 +11,7 @@ import pytest
 
 from forming.press import PressCurves, PressLevel
 from orchestrator import Run, System
-from orchestrator.press_study import PressStudy
+from orchestrator.comparison.press_study import PressStudy
 
 
 def level(process: str) -> PressLevel:

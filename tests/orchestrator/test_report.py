@@ -13,17 +13,18 @@ import pytest
 from scipy import stats
 
 from friction_models import LinearFriction
+from friction_models.common import InputError, write_text
 from friction_models.discovery import diagnose, refine
 from friction_models.discovery.refinement import history_text
 from friction_models.discovery.shown import load_map
 from friction_models.discovery.summaries import load_bins
 from friction_models.discovery.wording import p_text
-from friction_models.loads import DataSet, InputError, write_text
+from friction_models.loads import DataSet
 from orchestrator import Master, System
 from orchestrator.report import write_diagnosis_report, write_report
-from orchestrator.report.markup import Change, escape, table
+from orchestrator.report.charts.residuals import binned_residual
+from orchestrator.report.parts.markup import Change, escape, table
 from orchestrator.report.refinement_page import refinement_page
-from orchestrator.report.residuals import binned_residual
 from tests.benchmarks.discovery_campaigns import campaign
 from tests.friction_models import made_up
 from tests.orchestrator.tiny_fmus import system_content

@@ -11,11 +11,11 @@ import pytest
 from typer.testing import CliRunner
 
 from fmus import pack_forming
-from forming.field_recorder import FIELDS_FOLDER
+from forming.results.field_recorder import FIELDS_FOLDER
 from orchestrator.cli.app import app
+from orchestrator.cosim.run_fields import asked_for_fields, fields_of
+from orchestrator.cosim.run_folders import Run
 from orchestrator.report import write_report
-from orchestrator.run_fields import asked_for_fields, fields_of
-from orchestrator.runs import Run
 
 
 @pytest.fixture(scope="module")

@@ -10,15 +10,16 @@ import pandas as pd
 import pytest
 
 from fmus import pack
+from fmus.runtime.fmu_files import describe
+from fmus.runtime.friction_names import FrictionNames
 from friction_models import ConstantFriction
-from friction_models.loads import DataSet, InputError
-from orchestrator.cli.predicting_sct import add_commands
-from orchestrator.fmu_files import describe
-from orchestrator.friction_names import FrictionNames
+from friction_models.common import InputError
+from friction_models.loads import DataSet
+from orchestrator.cli.commands.predicting_sct import add_commands
+from orchestrator.prediction.predict_sct import SctPrediction, predict_sct, sct_system
+from orchestrator.prediction.schedule import SctSchedule, held_out_schedules, planned_schedules
 from orchestrator.report import write_report
-from orchestrator.sct_prediction import SctPrediction, predict_sct, sct_system
-from orchestrator.sct_schedule import SctSchedule, held_out_schedules, planned_schedules
-from sct_twin.process import SctProcess
+from sct_twin.twin.process import SctProcess
 from tests.fmus.memory_models import AGE_0, B, C, D, K, R, ageing_bytes
 from tests.orchestrator.native_fmus import Real, native_fmu
 

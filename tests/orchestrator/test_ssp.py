@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 from lxml import etree
 
-from fmus.archive import write_archive
-from fmus.ssp import DESCRIPTION, pack_ssp
-from fmus.ssp_reading import read_ssp
+from fmus.archive.content import write_archive
+from fmus.ssp.reading import read_ssp
+from fmus.ssp.systems import DESCRIPTION, pack_ssp
 from friction_models import ConstantFriction, LinearFriction
-from friction_models.loads import LOAD_NAMES, InputError
+from friction_models.common import InputError
+from friction_models.loads import LOAD_NAMES
 from orchestrator import Master, Run, System
 from tests.friction_models.made_up import campaign
 from tests.orchestrator.native_fmus import Real, native_fmu

@@ -10,19 +10,20 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from fmus.runtime.errors import SimulationError
 from forming import BackwardCupExtrusion
-from friction_models.domain import Domain
-from friction_models.loads import LOAD_NAMES, DataSet, InputError
+from friction_models.common import InputError
+from friction_models.loads import LOAD_NAMES, DataSet
+from friction_models.models.domain import Domain
 from orchestrator import Master, Run, System
-from orchestrator.campaign import JobResult
 from orchestrator.cli.main import run as command
-from orchestrator.errors import SimulationError
+from orchestrator.comparison.level_runs import Level
+from orchestrator.jobs.campaign import JobResult
 from orchestrator.report.extrapolation_page import extrapolation_page
 from orchestrator.report.lag_page import lag_page
 from orchestrator.studies import coupled, extrapolation, models
 from orchestrator.studies.extrapolation import ExtrapolationStudy
 from orchestrator.studies.lag import LagStudy, table
-from orchestrator.studies.level_runs import Level
 from tests.friction_models.made_up import campaign
 from tests.orchestrator.native_fmus import Real, native_fmu
 

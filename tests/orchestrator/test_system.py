@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from friction_models.loads import InputError
+from fmus.runtime.fmu_files import describe, unpack
+from friction_models.common import InputError
 from orchestrator import System
-from orchestrator.fmu_files import describe, unpack
 from tests.orchestrator.tiny_fmus import system_content
 
 
@@ -192,6 +192,6 @@ def test_component_names_are_no_paths(tiny: dict[str, Path], name: str) -> None:
     ],
 )
 def test_whole_numbers_fit_their_type(exchange: str, limits: tuple[int, int]) -> None:
-    from orchestrator.fmu_variables import integer_limits
+    from fmus.runtime.fmu_variables import integer_limits
 
     assert integer_limits(exchange) == limits

@@ -12,18 +12,18 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from orchestrator.cli.app import app
 from sct_twin import SctRecord
-from sct_twin.channel_guess import draft
-from sct_twin.channel_map import ChannelMap
-from sct_twin.ingest import ingest
-from sct_twin.name_template import NameTemplate, proposed
-from sct_twin.preview import preview, shortened
-from sct_twin.quality import quality_row, warnings
-from sct_twin.raw_campaign import read_tests
+from sct_twin.ingest.campaign_files import ingest
+from sct_twin.ingest.channel_guess import draft
+from sct_twin.ingest.channel_map import ChannelMap
+from sct_twin.ingest.name_template import NameTemplate, proposed
+from sct_twin.ingest.preview import preview, shortened
+from sct_twin.ingest.quality import quality_row, warnings
+from sct_twin.ingest.raw_campaign import read_tests
 from sct_twin.readers import RawTable
-from sct_twin.virtual_lab.rig_files import FORMATS
+from sct_twin.virtual_lab.rig.rig_files import FORMATS
 
 Maker = Callable[..., SctRecord]
 

@@ -14,19 +14,19 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from orchestrator.cli.app import app
 from sct_twin import RawCampaign, SctRecord
-from sct_twin.channel_map import ChannelMap
-from sct_twin.channels import CHANNELS
-from sct_twin.clock import ENOUGH_HZ, Clock
-from sct_twin.force_zero import drift
-from sct_twin.ingest import ingest
-from sct_twin.preview import preview
-from sct_twin.quality import quality_row, repeats, warnings
+from sct_twin.ingest.campaign_files import ingest
+from sct_twin.ingest.channel_map import ChannelMap
+from sct_twin.ingest.preview import preview
+from sct_twin.ingest.quality import quality_row, repeats, warnings
 from sct_twin.readers import guarded
-from sct_twin.signals import process, resample
-from sct_twin.units import conversion
+from sct_twin.records.channels import CHANNELS
+from sct_twin.records.units import conversion
+from sct_twin.signals.clock import ENOUGH_HZ, Clock
+from sct_twin.signals.force_zero import drift
+from sct_twin.signals.sliding_phase import process, resample
 
 from .reader_files import SUFFIX, WRITERS, write_plain
 from .test_readers import NEEDS

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from forming.press import PressCurves
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from sct_twin.virtual_lab import press_curves
 from sct_twin.virtual_lab.law import TrueLaw
 from sct_twin.virtual_lab.press import NINE_LEVELS, VirtualPress

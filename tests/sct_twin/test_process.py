@@ -9,9 +9,10 @@ import pytest
 
 from fmus.slaves.state_bytes import from_bytes, to_bytes
 from fmus.slaves.twin_solver import TwinSolver
-from friction_models.loads import LOAD_NAMES, InputError
+from friction_models.common import InputError
+from friction_models.loads import LOAD_NAMES
 from sct_twin import RawCampaign, SctProcess, TwinResult
-from sct_twin.thermal_settings import ThermalBody, ThermalSettings
+from sct_twin.twin.thermal_settings import ThermalBody, ThermalSettings
 
 
 @pytest.fixture(scope="module")

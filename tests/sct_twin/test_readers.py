@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from sct_twin.readers import read_file
 from sct_twin.readers.table import Signal, split_unit, table_of_signals
 

@@ -17,7 +17,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from sct_twin.readers import csv as csv_reader
 from sct_twin.readers import guarded, read_file
 

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from sct_twin import RawCampaign, SctRecord
-from sct_twin.channel_map import ChannelMap
-from sct_twin.ingest import ingest
+from sct_twin.ingest.campaign_files import ingest
+from sct_twin.ingest.channel_map import ChannelMap
 from sct_twin.readers import read_csv
 
 Maker = Callable[..., SctRecord]

@@ -12,13 +12,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from sct_twin import RawCampaign, SctRecord, SctTwin
-from sct_twin.channel_map import ChannelMap
-from sct_twin.contact_temperature import ThermalSettings
-from sct_twin.ingest import ingest
-from sct_twin.quality import quality_row
+from sct_twin.ingest.campaign_files import ingest
+from sct_twin.ingest.channel_map import ChannelMap
+from sct_twin.ingest.quality import quality_row
 from sct_twin.readers import guarded, read_file
+from sct_twin.twin.contact_temperature import ThermalSettings
 from sct_twin.virtual_lab import (
     FORMATS,
     LUBRICANTS,
@@ -29,12 +29,12 @@ from sct_twin.virtual_lab import (
     load_truth,
     run_protocol,
 )
-from sct_twin.virtual_lab.instruments import CHANNELS, lagged
 from sct_twin.virtual_lab.law import ContactLaw, TrueLaw
-from sct_twin.virtual_lab.motion import commanded, on_elastic_drive
 from sct_twin.virtual_lab.plans import complete_plan
 from sct_twin.virtual_lab.protocols import Schedule
-from sct_twin.virtual_lab.rig_files import DIGITS, write_channel_map
+from sct_twin.virtual_lab.rig.instruments import CHANNELS, lagged
+from sct_twin.virtual_lab.rig.motion import commanded, on_elastic_drive
+from sct_twin.virtual_lab.rig.rig_files import DIGITS, write_channel_map
 
 from .test_virtual_lab import loads
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from sct_twin.readers import RawTable, read_file
 
 ROWS = 120

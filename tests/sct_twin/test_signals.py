@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from sct_twin import SctRecord
-from sct_twin.filters import integral, running_mean, spike_rows
-from sct_twin.signals import process, resample
-from sct_twin.sliding_series import Bins
+from sct_twin.signals.filters import integral, running_mean, spike_rows
+from sct_twin.signals.sliding_phase import process, resample
+from sct_twin.signals.sliding_series import Bins
 
 Maker = Callable[..., SctRecord]
 

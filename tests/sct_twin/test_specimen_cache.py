@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from forming.punch_geometry import PunchGeometry
-from forming.upsetting import UpsettingResult
+from forming.processes.upsetting import UpsettingResult
+from forming.tools.punch_geometry import PunchGeometry
 from sct_twin.virtual_lab import specimen_runs
-from sct_twin.virtual_lab.specimen import Rig
+from sct_twin.virtual_lab.rig.specimen import Rig
 
 PUNCH = PunchGeometry(15.0, 15.0, bore_diameter=20.0)
 

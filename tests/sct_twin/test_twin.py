@@ -15,10 +15,11 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from friction_models.loads import POINT_COLUMNS, DataSet, InputError
+from friction_models.common import InputError
+from friction_models.loads import POINT_COLUMNS, DataSet
 from sct_twin import RawCampaign, SctTwin, TwinResult
-from sct_twin.ingest import ingest
-from sct_twin.result import read_netcdf
+from sct_twin.ingest.campaign_files import ingest
+from sct_twin.twin.test_result import read_netcdf
 from sct_twin.virtual_lab import load_truth
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 from sct_twin import RawCampaign
 from sct_twin.virtual_lab import HIDDEN, Campaign, load_truth
 from sct_twin.virtual_lab.law import ContactLaw, LawInput, TrueLaw

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from friction_models.loads import write_json
+from friction_models.common import write_json
 
 from ..common import Section
 from . import chain, protocols, study

@@ -15,8 +15,9 @@ import numpy as np
 import pandas as pd
 
 from friction_models import make_model
+from friction_models.common import write_json
 from friction_models.discovery import diagnose, refine
-from friction_models.loads import DataSet, write_json
+from friction_models.loads import DataSet
 from sct_twin.virtual_lab import load_truth
 
 from ..common import Section, Table, section

@@ -15,7 +15,7 @@ from unittest import mock
 
 import onnx
 
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 from .models import memory, network
 from .onnx_damage import bytes_changed, graph_changed
@@ -49,7 +49,7 @@ def read(content: bytes, folder: Path, target: str) -> bool:
         Anything but an `InputError` of one short sentence.
     """
     from fmus import pack
-    from friction_models.onnx_model import OnnxModel
+    from friction_models.models.onnx_model import OnnxModel
 
     path = folder / "bad.onnx"
     path.write_bytes(content)

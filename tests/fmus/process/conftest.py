@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fmus import pack_forming, pack_twin
-from fmus.running import RunningFmu, UnpackedFmu
+from fmus.runtime.running import RunningFmu, UnpackedFmu
 
 from .processes import script
 

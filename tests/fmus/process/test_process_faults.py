@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from fmus import pack_twin
-from fmus.running import FmuError, RunningFmu, UnpackedFmu
+from fmus.runtime.running import FmuError, RunningFmu, UnpackedFmu
 from friction_models.loads import LOAD_NAMES
 
 from .processes import children, gone, script
@@ -67,7 +67,7 @@ def test_process_ends_with_the_simulator(twin: UnpackedFmu) -> None:
     code = f"""
 import os, signal, sys, threading, time
 from pathlib import Path
-from fmus.running import RunningFmu, UnpackedFmu
+from fmus.runtime.running import RunningFmu, UnpackedFmu
 fmu = RunningFmu(UnpackedFmu({str(twin.path)!r}))
 pids = [p for f in Path("/proc/self/task").glob("*/children") for p in f.read_text().split()]
 print(*pids, flush=True)
@@ -165,7 +165,7 @@ def test_python_is_looked_for_in_order(
     """The environment variable, then the FMU's own hint, then PATH; PYTHONHOME of the host is not passed on."""
     stand_in("flood")
     monkeypatch.setattr(
-        "fmus.running.offer_interpreter", lambda: None
+        "fmus.runtime.running.offer_interpreter", lambda: None
     )  # as in a simulator that knows nothing
     file = os.environ["TRIBOFMU_PYTHON"]
     hinted = UnpackedFmu(pack_twin(tmp_path / "hinted.fmu", target="process", python=file))
@@ -228,8 +228,8 @@ def test_descriptors_of_the_simulator_are_closed_in_the_process(twin: UnpackedFm
 
 def test_our_own_hosts_offer_their_interpreter(forming: UnpackedFmu, monkeypatch: pytest.MonkeyPatch) -> None:
     """The Python on PATH may be another one than that of the command."""
-    from orchestrator.fmu_files import describe
-    from orchestrator.instance import Instance
+    from fmus.runtime.fmu_files import describe
+    from fmus.runtime.instance import Instance
 
     monkeypatch.delenv("TRIBOFMU_PYTHON", raising=False)
     monkeypatch.setenv("PATH", "/nowhere")

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from fmus import pack_forming, pack_twin
-from fmus.running import FmuError, RunningFmu, UnpackedFmu
+from fmus.runtime.running import FmuError, RunningFmu, UnpackedFmu
 from fmus.slaves.state_bytes import from_bytes, to_bytes
-from friction_models.loads import InputError
+from friction_models.common import InputError
 
 
 @pytest.mark.parametrize("target", ["process", "python"])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fmus import pack_forming
-from fmus.running import RunningFmu, UnpackedFmu
+from fmus.runtime.running import RunningFmu, UnpackedFmu
 from forming import ForwardRodExtrusion
 from friction_models.loads import LOAD_NAMES
 

@@ -17,9 +17,10 @@ from fmpy.validation import validate_fmu
 
 from fmus import pack_forming, pack_twin
 from fmus.native.compile import fmi_headers
-from fmus.process_target import MAIN, SOURCES, front_model
-from fmus.running import FmuError, RunningFmu, UnpackedFmu
-from friction_models.loads import LOAD_NAMES, InputError
+from fmus.runtime.running import FmuError, RunningFmu, UnpackedFmu
+from fmus.targets.process import MAIN, SOURCES, front_model
+from friction_models.common import InputError
+from friction_models.loads import LOAD_NAMES
 
 from .conftest import N
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from fmus import pack_twin
-from fmus.archive import read_description
+from fmus.archive.content import read_description
 from fmus.native.compile import fmi_headers
 
 HERE = Path(__file__).parent

@@ -1,0 +1,1 @@
+"""`check`: an FMU looked at from outside, then tried in a process of its own."""

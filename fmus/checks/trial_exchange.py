@@ -1,0 +1,116 @@
+"""Trial of `check`: model exchange, simulated by fmpy."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from friction_models.common import InputError
+from friction_models.loads import LOADS, FloatArray
+
+from ..runtime.running import RunningFmu
+from ..runtime.unpacked import UnpackedFmu
+
+if TYPE_CHECKING:
+    from .trial import Notes
+
+#: Time of the run [s], and the steps that co-simulation makes of it.
+_TIME, _STEPS = 0.1, 100
+
+
+def exchange(fmu: UnpackedFmu, notes: Notes) -> None:
+    """Simulate the FMU with fmpy's solver; mu of a friction FMU is compared with co-simulation."""
+    if fmu.description.modelExchange is None:
+        notes.note("skipped", "not offered")
+        return
+    from fmpy import simulate_fmu
+
+    is_friction = fmu.is_friction()
+    if is_friction:
+        _memory(fmu, notes)
+    outputs = [n for n, v in fmu.variables.items() if v.causality == "output" and v.type == fmu.real]
+    recorded = fmu.friction()["mu"] if is_friction else outputs
+    start = _start(fmu) if is_friction else {}
+    try:
+        result = simulate_fmu(
+            str(fmu.folder),
+            validate=False,
+            fmi_type="ModelExchange",
+            stop_time=_TIME,
+            output_interval=_TIME / 10,
+            start_values={n: _text(v) for n, v in start.items()},
+            output=recorded,
+            logger=lambda *_: None,
+        )
+    except Exception as error:  # fmpy raises plain exceptions
+        notes.add(False, f"simulated by fmpy: {' '.join(str(error).split())[:300]}")
+        return
+    finite = all(np.isfinite(result[n]).all() for n in recorded)
+    notes.add(
+        finite and len(result) > 1, f"simulated by fmpy over {_TIME} s, {len(recorded)} outputs are finite"
+    )
+    if not is_friction:
+        return
+    if fmu.description.coSimulation is None:
+        _reference(fmu, start, np.concatenate([np.ravel(result[n][0]) for n in recorded]), notes)
+        return
+    with RunningFmu(fmu, "stepped", start=start) as stepped:
+        mine = [stepped.get_real(recorded)]
+        for k in range(_STEPS):
+            stepped.step(_TIME * k / _STEPS, _TIME / _STEPS)
+        mine.append(stepped.get_real(recorded))
+    theirs = [np.concatenate([np.ravel(result[n][k]) for n in recorded]) for k in (0, -1)]
+    first, last = (float(np.abs(a - b).max()) for a, b in zip(mine, theirs, strict=True))
+    # Steps of the memory need not be exact, and the solver has its tolerance.
+    notes.add(
+        first <= 1e-12 and last <= 1e-4,
+        f"mu is that of co-simulation: differences {first:.1e} at the start, {last:.1e} at the end",
+    )
+
+
+def _memory(fmu: UnpackedFmu, notes: Notes) -> None:
+    """Tell how fast the memory is, as far as the packed model says so."""
+    from ..interface.time_constants import fastest_time_constant, hint
+    from ..targets.source import parse_source
+
+    packed = fmu.folder / "resources" / "model.onnx"
+    if not packed.is_file():
+        return
+    try:
+        fastest = fastest_time_constant(parse_source(packed.read_bytes(), "resources/model.onnx"))
+    except InputError:  # the friction trial has said so
+        return
+    if fastest is not None:
+        notes.note("noted", hint(fastest))
+
+
+def _reference(fmu: UnpackedFmu, start: dict[str, Any], mu: FloatArray, notes: Notes) -> None:
+    """Compare mu at the start with ONNX Runtime, where there is no co-simulation to do so at many points."""
+    from .trial_friction import packed_model
+
+    model = packed_model(fmu, notes)
+    if model is None:
+        return
+    names = fmu.friction()
+    loads = np.array([np.concatenate([np.ravel(start[n]) for n in names[q.name]]) for q in LOADS]).T
+    expected = model.predict(loads if model.domain is None else model.domain.clamp(loads))
+    worst = float(np.abs(mu - expected).max())
+    notes.add(worst <= 1e-9, f"mu against ONNX Runtime at the start: difference {worst:.1e}")
+
+
+def _start(fmu: UnpackedFmu) -> dict[str, Any]:
+    """Return loads a little apart from the start values, in the same place of every importer's table."""
+    start: dict[str, Any] = {}
+    for quantity in LOADS:
+        for name in fmu.friction()[quantity.name]:
+            text = str(fmu.variables[name].start or "0").split()
+            values = [float(x) * 1.01 for x in text]
+            count = fmu.length(name)
+            values = values if len(values) == count else [values[0]] * count
+            start[name] = values if fmu.variables[name].dimensions else values[0]
+    return start
+
+
+def _text(value: Any) -> Any:
+    return " ".join(repr(v) for v in value) if isinstance(value, list) else value

@@ -1,0 +1,210 @@
+"""The FMI variables of a friction FMU: one table for both versions of the standard."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from friction_models.loads import LOADS, MU
+
+from .quantities import FrictionInterface, Variable, bounds
+
+#: Names that FMI 3.0 takes besides those of FMI 2.0.
+NAMES = ("time", "n", "domain_indicator")
+#: Most contact points of one instance; `native/instance.h` has the same number.
+MAX_NODES = 100_000
+#: What the description of a load adds that the training data did not hold.
+NOT_MEASURED = "; not measured in training, no influence"
+
+
+def table(interface: FrictionInterface, ode: bool = False) -> list[Variable]:
+    """Return one variable a quantity, not yet numbered; `array` where every contact point has a value of its own.
+
+    The five loads, `mu`, `domain_distance`, the states, the system variables, with `ode` the derivatives of the
+    states, the bounds of a prediction interval; then `in_domain` and `clamp_to_domain`.
+
+    Parameters
+    ----------
+    interface : FrictionInterface
+    ode : bool
+        Whether the states are continuous states.
+    """
+    loads = tuple(q.name for q in LOADS)
+    states = tuple(s.name for s in interface.states)
+    system = tuple(p.name for p in interface.system)
+    now = (*loads, *(states if ode else ()), *system)
+    first = (*loads, *states, *system)
+    rows: list[Variable] = []
+
+    def add(
+        name: str, causality: str, variability: str = "continuous", initial: str = "", **more: object
+    ) -> None:
+        rows.append(Variable(name, 0, causality, variability, initial, **more))  # type: ignore[arg-type]
+
+    def coefficient(name: str, meaning: str) -> None:
+        add(
+            name,
+            "output",
+            initial="calculated",
+            unit=MU.unit,
+            nominal=MU.nominal,
+            lower=0.0,
+            description=meaning,
+            depends=(*now, "clamp_to_domain"),
+            initial_depends=(*first, "clamp_to_domain"),
+            array=True,
+        )
+
+    for q in LOADS:
+        add(
+            q.name,
+            "input",
+            unit=q.unit,
+            nominal=q.nominal,
+            start=interface.start(q),
+            lower=q.lower,
+            upper=q.upper,
+            description=q.meaning + (NOT_MEASURED if q.name in interface.absent else ""),
+            array=True,
+        )
+    coefficient(MU.name, MU.meaning)
+    add(
+        "domain_distance",
+        "output",
+        initial="calculated",
+        unit="1",
+        lower=0.0,
+        description="0 inside the trained domain; outside, largest exceedance in units of a load's range",
+        depends=loads,
+        array=True,
+    )
+    for s in interface.states:
+        add(
+            s.name,
+            "local",
+            initial="exact",
+            unit=s.unit,
+            start=s.start,
+            nominal=s.nominal if ode else None,
+            description="memory of the contact point",
+            array=True,
+        )
+    for p in interface.system:
+        add(
+            p.name,
+            "parameter",
+            "tunable",
+            "exact",
+            unit=p.unit,
+            start=p.start,
+            lower=p.minimum,
+            description=p.description,
+        )
+    for s in interface.states if ode else ():
+        add(
+            f"der({s.name})",
+            "local",
+            initial="calculated",
+            unit=s.rate_unit,
+            derivative=s.name,
+            description=f"rate of {s.name}, 0 without contact",
+            depends=now,
+            initial_depends=first,
+            array=True,
+        )
+    for bound, meaning in bounds(interface.interval):
+        coefficient(bound, meaning)
+    add(
+        "in_domain",
+        "output",
+        "discrete",
+        "calculated",
+        type="Boolean",
+        description="whether every point in contact is inside the trained domain",
+        depends=loads,
+    )
+    add(
+        "clamp_to_domain",
+        "parameter",
+        "tunable",
+        "exact",
+        type="Boolean",
+        start=True,
+        description="evaluate at the nearest point of the trained domain instead of extrapolating",
+    )
+    return rows
+
+
+def variables2(interface: FrictionInterface, ode: bool = False) -> list[Variable]:
+    """Return the scalar variables of FMI 2.0 in file order, every point of a quantity after the other.
+
+    Value references count through the file, over all types: `native/fmi2.c` does the same.
+    """
+    rows = table(interface, ode)
+    by_point = {row.name for row in rows if row.array}
+    # Tunable parameters are known at an event and at a communication point; FMI 2.0 lists them for the start only.
+    parameters = {row.name for row in rows if row.causality == "parameter"}
+    points = range(interface.nodes)
+
+    def named(name: str, i: int) -> str:
+        if interface.nodes == 1 or name not in by_point:
+            return name
+        return f"{name[:-1]}[{i + 1}])" if name.endswith(")") else f"{name}[{i + 1}]"
+
+    def known(names: tuple[str, ...] | None, row: Variable, i: int) -> tuple[str, ...] | None:
+        if names is None or row.array:
+            return None if names is None else tuple(named(name, i) for name in names)
+        return tuple(named(name, k) for name in names for k in points)
+
+    def expanded() -> Iterator[Variable]:
+        for row in rows:
+            always = None if row.depends is None else tuple(d for d in row.depends if d not in parameters)
+            for i in points if row.array else (0,):
+                yield replace(
+                    row,
+                    name=named(row.name, i),
+                    derivative=named(row.derivative, i) if row.derivative else "",
+                    depends=known(always, row, i),
+                    initial_depends=known(row.initial_depends, row, i),
+                    array=False,
+                )
+
+    return [replace(v, reference=k) for k, v in enumerate(expanded())]
+
+
+def variables3(interface: FrictionInterface, ode: bool = False) -> list[Variable]:
+    """Return the variables of FMI 3.0 in file order: scalars, or arrays whose length is the parameter `n`.
+
+    Value references: 0 is the time; then the Real rows of the table, `domain_indicator` (only present with a recorded
+    domain), the Boolean rows, and `n`. Yet `n` stands before the arrays, as some importers resolve a dimension while
+    they read.
+    """
+    rows = [v if interface.sized else replace(v, array=False) for v in table(interface, ode)]
+    rows.insert(
+        sum(v.type == "Real" for v in rows),
+        Variable(
+            "domain_indicator",
+            0,
+            "local",
+            initial="calculated",
+            unit="1",
+            description="above 0 where a point in contact is outside the trained domain; in_domain changes where it crosses 0",
+            depends=tuple(q.name for q in LOADS),
+        ),
+    )
+    numbered = [replace(v, reference=k + 1) for k, v in enumerate(rows)]
+    time = Variable("time", 0, "independent", unit="s", description="simulation time")
+    size = Variable(
+        "n",
+        len(numbered) + 1,
+        "structuralParameter",
+        "fixed",
+        "exact",
+        "UInt64",
+        start=interface.nodes,
+        lower=1,
+        upper=MAX_NODES,
+        description="number of contact points",
+    )
+    shown = [v for v in numbered if interface.domain or v.name != "domain_indicator"]
+    return [time, *([size] if interface.sized else []), *shown]

@@ -1,0 +1,160 @@
+"""What a solver FMU shows, whichever way the solver runs: variables, model description, configuration."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from friction_models.loads import Quantity
+
+from .fmi2_description import Description
+from .quantities import Variable
+
+
+@dataclass(frozen=True)
+class Signal:
+    """An output or input."""
+
+    name: str
+    unit: str
+    meaning: str
+    start: float = 0.0
+    lower: float | None = None
+    upper: float | None = None
+    nominal: float | None = None
+
+
+def indexed(quantity: Quantity, n: int, i: int) -> Signal:
+    """Return the signal of a quantity at marker `i` of `n`; one marker has no index."""
+    name = quantity.name if n == 1 else f"{quantity.name}[{i + 1}]"
+    q = quantity
+    return Signal(name, q.unit, q.meaning, q.nominal, q.lower, q.upper, q.nominal)
+
+
+@dataclass(frozen=True)
+class SolverInterface:
+    """A solver as an FMU.
+
+    Outputs, inputs and parameters are numbered in this order, as `fmus.slaves.core.Solver` keeps them, then the flags.
+
+    Attributes
+    ----------
+    solver : str
+        ``forming`` or ``twin``.
+    title, identifier : str
+        Name, and name as a C identifier.
+    outputs, inputs : sequence of Signal
+    parameters : mapping of str to (str, float)
+        Name to unit and value.
+    flags : sequence of str
+        Boolean outputs.
+    meanings : mapping of str to str
+        What the parameters are.
+    fixed : dict
+        What else the solver is told.
+    experiment : (float, float)
+        Communication step and end of the default experiment [s].
+    """
+
+    solver: str
+    title: str
+    identifier: str
+    outputs: Sequence[Signal]
+    inputs: Sequence[Signal]
+    parameters: Mapping[str, tuple[str, float]]
+    experiment: tuple[float, float]
+    flags: Sequence[str] = ()
+    meanings: Mapping[str, str] = field(default_factory=dict)
+    fixed: Mapping[str, Any] = field(default_factory=dict)
+
+    def variables(self) -> list[Variable]:
+        """Return all variables in file order."""
+        first_input = len(self.outputs)
+        first_parameter = first_input + len(self.inputs)
+        first_flag = first_parameter + len(self.parameters)
+        # Outputs answer the inputs of the step before: no direct dependence, no algebraic loop for any master.
+        computed: dict[str, Any] = {
+            "initial": "calculated",
+            "depends": (),
+            "initial_depends": tuple(self.parameters),
+        }
+        found = [
+            Variable(s.name, i, "output", unit=s.unit, nominal=s.nominal, description=s.meaning, **computed)
+            for i, s in enumerate(self.outputs)
+        ]
+        found += [
+            Variable(
+                s.name,
+                first_input + i,
+                "input",
+                unit=s.unit,
+                start=s.start,
+                lower=s.lower,
+                upper=s.upper,
+                nominal=s.nominal,
+                description=s.meaning,
+            )
+            for i, s in enumerate(self.inputs)
+        ]
+        found += [
+            Variable(
+                name,
+                first_parameter + i,
+                "parameter",
+                "fixed",
+                "exact",
+                unit=unit,
+                start=value,
+                description=self.meanings.get(name, ""),
+            )
+            for i, (name, (unit, value)) in enumerate(self.parameters.items())
+        ]
+        found += [
+            Variable(
+                name,
+                first_flag + i,
+                "output",
+                "discrete",
+                type="Boolean",
+                description="whether the marker is in contact",
+                **computed,
+            )
+            for i, name in enumerate(self.flags)
+        ]
+        return found
+
+    def config(self) -> dict[str, Any]:
+        """Return what the solver is made from."""
+        reals = [v for v in self.variables() if v.type == "Real"]
+        return dict(self.fixed) | {
+            "names": [v.name for v in reals],
+            "first_input": len(self.outputs),
+            "first_parameter": len(self.outputs) + len(self.inputs),
+            "start": [float(v.start or 0.0) for v in reals],
+            "flags": len(self.flags),
+        }
+
+    def description(self, target: str) -> Description:
+        """Return the model description, without GUID; it is the same for all targets but for where it runs."""
+        step, stop = self.experiment
+        where = "Python" if target == "python" else "a Python process of its own"
+        return Description(
+            model_name=self.title,
+            identifier=self.identifier,
+            guid="",
+            text=f"{self.title}; runs in {where} with the package tribofmu",
+            variables=self.variables(),
+            co_simulation={
+                "needsExecutionTool": True,
+                "canHandleVariableCommunicationStepSize": True,
+                "canInterpolateInputs": False,
+                "canBeInstantiatedOnlyOncePerProcess": False,
+                "canNotUseMemoryManagementFunctions": True,
+                "canGetAndSetFMUstate": True,
+                "canSerializeFMUstate": True,
+            },
+            step=step,
+            stop=stop,
+            annotations={"target": target},
+        )

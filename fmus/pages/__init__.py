@@ -1,0 +1,1 @@
+"""What an FMU shows to people: documentation page, response curves, icon, terminal."""

@@ -1,0 +1,149 @@
+"""Pictures of a friction law: mu over each load, as one SVG without scripts for the page inside the FMU."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from html import escape
+
+import numpy as np
+
+from friction_models.loads import LOADS, FloatArray
+
+from ..interface.quantities import USUAL, FrictionInterface
+from ..targets.reference_results import reference_run
+from ..targets.source import FrictionSource
+
+_POINTS = 61
+_WIDTH, _HEIGHT, _GAP = 186, 150, 16
+_LEFT, _TOP, _BOTTOM = 56, 26, 36
+#: The load that is varied from curve to curve, and in its own picture another one.
+_FAMILY, _OTHER = "sigma_n", "T"
+_SHARES = (0.1, 0.5, 0.9)
+
+
+def response_curves(source: FrictionSource, interface: FrictionInterface) -> str:
+    """Return an SVG with mu over each load, the others in the middle of the domain; memory at its start.
+
+    The margins lie outside of the trained domain, where the FMU moves the loads to its border. Numbers
+    are rounded to a tenth of a pixel: equal models give equal pictures. Empty where mu is not a number.
+    """
+    box = {q.name: interface.domain.get(q.name, USUAL[q.name]) for q in LOADS}
+    panels = []
+    for quantity in LOADS:
+        lower, upper = box[quantity.name]
+        margin = 0.12 * (upper - lower) or max(abs(upper), 1.0) * 0.12
+        x = np.linspace(max(lower - margin, quantity.lower), min(upper + margin, quantity.upper), _POINTS)
+        curves = [_curve(source, interface, box, quantity.name, x, share) for share in _SHARES]
+        panels.append((quantity, x, curves))
+    if not all(np.isfinite(y).all() for _, _, curves in panels for y in curves):
+        return ""
+    low = min(float(y.min()) for _, _, curves in panels for y in curves)
+    high = max(float(y.max()) for _, _, curves in panels for y in curves)
+    low, high = 0.0 if low < 0.6 * high else low, high if high > low else low + max(0.01, 0.1 * low)
+    ticks = _ticks(low, high)
+    low, high = min(low, ticks[0]), max(high, ticks[-1])
+    width = _LEFT + len(panels) * (_WIDTH + _GAP)
+    parts = [
+        f'<svg class="curves" viewBox="0 0 {width} {_TOP + _HEIGHT + _BOTTOM}" role="img" '
+        f'aria-label="coefficient of friction over each load">'
+    ]
+    for k, (quantity, x, curves) in enumerate(panels):
+        left = _LEFT + k * (_WIDTH + _GAP)
+        inside = box[quantity.name] if interface.domain else (float(x[0]), float(x[-1]))
+        parts.append(_panel(left, quantity.name, quantity.unit, x, curves, inside, (low, high)))
+        if k == 0:
+            parts += [_label(left, value, (low, high)) for value in ticks]
+    parts.append("</svg>")
+    return "".join(parts)
+
+
+def legend(interface: FrictionInterface) -> str:
+    """Return the sentence that says what the curves are."""
+    box = {q.name: interface.domain.get(q.name, USUAL[q.name]) for q in LOADS}
+    units = {q.name: q.unit for q in LOADS}
+
+    def values(name: str) -> str:
+        lower, upper = box[name]
+        return ", ".join(short(lower + s * (upper - lower)) for s in _SHARES) + f" {units[name]}"
+
+    return (
+        f"Faint to strong: {_FAMILY} = {values(_FAMILY)}; in the picture over {_FAMILY}, {_OTHER} = {values(_OTHER)}. "
+        "The other loads are in the middle of the domain, memory is at its start."
+    )
+
+
+def short(value: float) -> str:
+    """Return a number with three digits or more, never with an exponent where four digits will do."""
+    return f"{value:.0f}" if 1000.0 <= abs(value) < 1e6 else f"{value:.3g}"
+
+
+def _curve(
+    source: FrictionSource,
+    interface: FrictionInterface,
+    box: dict[str, tuple[float, float]],
+    name: str,
+    x: FloatArray,
+    share: float,
+) -> FloatArray:
+    loads = np.empty((1, len(x), len(LOADS)))
+    for j, q in enumerate(LOADS):
+        lower, upper = box[q.name]
+        varied = q.name == (_OTHER if name == _FAMILY else _FAMILY)
+        loads[0, :, j] = x if q.name == name else lower + (share if varied else 0.5) * (upper - lower)
+    points = replace(interface, nodes=len(x))
+    return np.asarray(reference_run(source, points, loads)["mu"][0])
+
+
+def _ticks(low: float, high: float) -> list[float]:
+    """Return three to six round numbers that cover the range."""
+    rough = (high - low) / 4.0
+    power = 10.0 ** np.floor(np.log10(rough))
+    step = next(float(f * power) for f in (1.0, 2.0, 2.5, 5.0, 10.0) if f * power >= rough)
+    first, last = int(np.floor(low / step + 1e-9)), int(np.ceil(high / step - 1e-9))
+    return [step * k for k in range(first, last + 1)]
+
+
+def _y(value: float, span: tuple[float, float]) -> float:
+    return _TOP + _HEIGHT * (1.0 - (value - span[0]) / (span[1] - span[0]))
+
+
+def _label(left: float, value: float, span: tuple[float, float]) -> str:
+    return f'<text class="n" x="{left - 6}" y="{_y(value, span) + 4:.1f}">{value:.4g}</text>'
+
+
+def _panel(
+    left: float,
+    name: str,
+    unit: str,
+    x: FloatArray,
+    curves: Sequence[FloatArray],
+    inside: tuple[float, float],
+    span: tuple[float, float],
+) -> str:
+    def across(value: float) -> float:
+        return left + _WIDTH * (value - float(x[0])) / float(x[-1] - x[0])
+
+    bottom = _TOP + _HEIGHT
+    start, end = across(inside[0]), across(inside[1])
+    parts = [f'<rect class="in" x="{start:.1f}" y="{_TOP}" width="{end - start:.1f}" height="{_HEIGHT}"/>']
+    outside = ((left, start), (end, left + _WIDTH))
+    parts += [
+        f'<rect class="out" x="{a:.1f}" y="{_TOP}" width="{b - a:.1f}" height="{_HEIGHT}"/>'
+        for a, b in outside
+        if b - a > 0.5
+    ]
+    for value in _ticks(*span):
+        y = _y(value, span)
+        if _TOP - 1 <= y <= bottom + 1:
+            parts.append(f'<path class="grid" d="M{left} {y:.1f}h{_WIDTH}"/>')
+    for k, curve in enumerate(curves):
+        points = " ".join(f"{across(a):.1f},{_y(float(b), span):.1f}" for a, b in zip(x, curve, strict=True))
+        parts.append(f'<polyline class="c{k}" points="{points}"/>')
+    label = name if unit == "1" else f"{name} in {unit}"
+    parts.append(f'<text class="t" x="{left}" y="{_TOP - 9}">{escape(label)}</text>')
+    for value, anchor in ((inside[0], "b"), (inside[1], "e")):
+        parts.append(
+            f'<text class="{anchor}" x="{across(value):.1f}" y="{bottom + 16}">{short(value)}</text>'
+        )
+    return "".join(parts)

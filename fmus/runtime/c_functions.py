@@ -1,0 +1,188 @@
+"""The C functions of a co-simulation FMU, FMI 2.0 and 3.0, behind one face.
+
+Functions are bound once and called without declared argument types: ctypes then passes the objects it is
+given as they are, which costs half of what conversion does. Every argument is therefore a ctypes object.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from ctypes import (
+    CDLL,
+    byref,
+    c_bool,
+    c_double,
+    c_void_p,
+)
+from pathlib import Path
+from typing import Any, ClassVar
+
+from friction_models.common import InputError
+
+from .fmu_files import FmuDescription
+
+_STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
+#: Calls that return more than this failed.
+WARNING = 1
+DISCARD = 2
+FATAL = 4
+
+Receiver = Callable[[int, bytes | None], None]
+
+
+class CallFailed(RuntimeError):
+    """A call returned a status that is neither ok nor warning."""
+
+
+class Slave:
+    """A loaded binary and one instance of it; `Fmi2Slave` and `Fmi3Slave` say how its functions are called.
+
+    Parameters
+    ----------
+    description : FmuDescription
+        From `describe`.
+    unpacked : Path
+        Folder of the unpacked archive.
+
+    Attributes
+    ----------
+    now, size : ctypes.c_double
+        Start and length of the next step [s]; `advance` passes them on.
+    wants_to_end, early : ctypes.c_bool
+        Set by a step after which the FMU asks to end the simulation, and by one that did not come to its end (FMI 3.0).
+    reached : ctypes.c_double
+        Time that such a step reached [s].
+
+    Raises
+    ------
+    InputError
+        The binary cannot be loaded or lacks a function.
+    """
+
+    version: ClassVar[str]
+    prefix: ClassVar[str]
+
+    def __init__(self, description: FmuDescription, unpacked: Path) -> None:
+        self.description = description
+        self.unpacked = unpacked
+        self.now, self.size = c_double(0.0), c_double(0.0)
+        self.wants_to_end, self.early = c_bool(False), c_bool(False)
+        self.reached = c_double(0.0)
+        self.fatal = False
+        self._component: c_void_p | None = None
+        self._functions: dict[str, Any] = {}
+        self._keep: Any = None
+        found = [unpacked / place for place in description.binaries()]
+        library = next((place for place in found if place.is_file()), found[0])
+        try:
+            self._library: Any = CDLL(str(library))
+        except OSError as error:
+            reason = " ".join(str(error).split())
+            raise InputError(f"{description.path}: the binary cannot be loaded ({reason})") from None
+
+    def function(self, name: str) -> Any:
+        """Return a function of the binary; `name` without the prefix ``fmi2`` or ``fmi3``."""
+        if name not in self._functions:
+            try:
+                # By item, not attribute: a function object of our own, whose argument types nobody declares.
+                self._functions[name] = self._library[self.prefix + name]
+            except AttributeError:
+                raise InputError(
+                    f"{self.description.path}: the binary lacks the function {self.prefix}{name}"
+                ) from None
+        return self._functions[name]
+
+    def call(self, name: str, *arguments: Any) -> None:
+        """Call a function on the instance.
+
+        Raises
+        ------
+        CallFailed
+            The FMU refused.
+        """
+        self.passed(name, self.function(name)(self._component, *arguments))
+
+    def passed(self, name: str, status: int) -> None:
+        """Raise `CallFailed` for a status above warning."""
+        if status > WARNING:
+            self.refused(name, status)
+
+    def refused(self, name: str, status: int) -> None:
+        """Raise `CallFailed` for this status."""
+        self.fatal = self.fatal or status == FATAL
+        meaning = _STATUS[status] if 0 <= status < len(_STATUS) else f"status {status}"
+        raise CallFailed(f"{self.prefix}{name} returned {meaning}")
+
+    def exchange(self, group: Any, direction: str) -> tuple[Any, tuple[Any, ...]]:
+        """Return function and arguments that get or set (`direction`) a `ports.Group`."""
+        name = f"{direction}{group.exchange.removeprefix(self.prefix)}"
+        return self.function(name), (self._component, *group.arguments)
+
+    def advance(self) -> tuple[Any, tuple[Any, ...]]:
+        """Return function and arguments of a step from `now` by `size`."""
+        raise NotImplementedError
+
+    def terminated(self) -> bool:
+        """Return whether a discarded step says that the FMU ends the simulation (FMI 2.0); `reached` is then set."""
+        return False
+
+    def instantiate(self, name: str, receive: Receiver) -> None:
+        """Create the instance; `receive` gets status and text of its messages."""
+        raise NotImplementedError
+
+    def enter_initialization(self, stop_time: float) -> None:
+        """Begin the initialization mode of a run from 0 to `stop_time`."""
+        raise NotImplementedError
+
+    def exit_initialization(self) -> None:
+        """End the initialization mode."""
+        self.call("ExitInitializationMode")
+
+    def set_string(self, reference: int, value: str) -> None:
+        """Set a string variable."""
+        raise NotImplementedError
+
+    def save_state(self) -> c_void_p:
+        """Return a handle to the whole state."""
+        state = c_void_p()
+        self.call(self._state("Get"), byref(state))
+        return state
+
+    def restore_state(self, state: c_void_p) -> None:
+        """Go back to a saved state."""
+        self.call(self._state("Set"), state)
+
+    def free_state(self, state: c_void_p) -> None:
+        """Give up a saved state."""
+        self.call(self._state("Free"), byref(state))
+
+    def _state(self, verb: str) -> str:
+        return f"{verb}FMU{'state' if self.prefix == 'fmi2' else 'State'}"
+
+    def free(self) -> None:
+        """Free the instance and unload the library, except after a fatal error, when nothing may be called."""
+        from fmpy import freeLibrary
+
+        component, self._component = self._component, None
+        if self.fatal:
+            return
+        if component is not None:
+            self.function("FreeInstance")(component)
+        self._functions.clear()
+        library, self._library = self._library, None
+        if library is not None:
+            freeLibrary(library._handle)
+
+    def _created(self, pointer: int | None) -> None:
+        if not pointer:
+            raise CallFailed("the FMU creates no instance")
+        self._component = c_void_p(pointer)
+
+
+def load(description: FmuDescription, unpacked: Path) -> Slave:
+    """Load the binary of a described FMU."""
+    from .fmi2_functions import Fmi2Slave
+    from .fmi3_functions import Fmi3Slave
+
+    kind = Fmi3Slave if description.version == "3.0" else Fmi2Slave
+    return kind(description, unpacked)

@@ -1,0 +1,263 @@
+"""A friction FMU as a fixed friction model: `predict` through the FMU itself."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from friction_models.common import InputError
+from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, TriboLoads, require_loads
+from friction_models.loads.time_steps import rests, time_steps
+from friction_models.models.domain import Domain
+
+from ..archive.made_here import runs_apart
+from ..interface.quantities import vector
+from ..targets.source import parse_source
+from .running import FmuError, RunningFmu
+from .separate_process import Apart, Died
+from .unpacked import UnpackedFmu
+
+#: Most points of one evaluation of an FMU whose size can be chosen.
+_BLOCK = 1024
+
+
+class FmuModel:
+    """The law inside a friction FMU, ours or a foreign one with the same variables.
+
+    It cannot be refitted. Loads with time are stepped through test by test from a fresh state, so
+    that memory acts; without time a foreign FMU is evaluated at its start state. System variables
+    that the tests record are set for each test.
+
+    Parameters
+    ----------
+    path : path-like
+        FMU for co-simulation (FMI 2.0 or 3.0) with the inputs ``v_rel T sigma_n sd psi`` and the output
+        ``mu``: scalars, scalars named ``v_rel[1]`` ..., or arrays.
+    isolate : bool, optional
+        Run it in a process of its own, where a crash does no harm; by default where it was not made here (`made_here`).
+    folder : Path, optional
+        Where it is unpacked already.
+
+    Raises
+    ------
+    InputError
+        Not an FMU, or not one with these variables and units; with the nearest name.
+    """
+
+    family = "fmu"
+    is_fitted = True
+
+    def __init__(
+        self, path: str | os.PathLike[str], isolate: bool | None = None, folder: Path | None = None
+    ) -> None:
+        self.path = Path(path)
+        self._fmu = UnpackedFmu(self.path, folder)
+        self._elsewhere = Elsewhere(self, self.path) if runs_apart(self.path, isolate) else None
+        names = self._fmu.friction()
+        if self._fmu.description.coSimulation is None:
+            raise InputError(f"{self.path}: the FMU offers no co-simulation, allowed: an FMU that does")
+        self.nodes = sum(self._fmu.length(n) for n in names["mu"])
+        if self.nodes < 1:
+            raise InputError(f"{self.path}: the FMU has no contact point, allowed: at least one")
+        self._inputs = [n for q in LOADS for n in names[q.name]]
+        self._outputs = names["mu"]
+        packed = self._fmu.folder / "resources" / "model.onnx"
+        self.source = parse_source(packed.read_bytes(), str(self.path)) if packed.is_file() else None
+        present = list(self._fmu.variables)
+        self._bounds = [vector(present, n) for n in ("mu_low", "mu_high")]
+
+    @property
+    def domain(self) -> Domain:
+        """The trained domain that the FMU's ONNX model records; the physical limits without one."""
+        return self.source.box if self.source is not None else Domain.physical()
+
+    @property
+    def card(self) -> dict[str, Any]:
+        """The model card inside the FMU; empty without one."""
+        return {} if self.source is None else self.source.card
+
+    @property
+    def needed_loads(self) -> tuple[str, ...]:
+        """The loads without which the FMU cannot be evaluated: all five, but those its model was not given in training."""
+        if self.source is None:
+            return LOAD_NAMES
+        return () if self.source.family == "constant" else self.source.box.measured
+
+    def formula_text(self) -> str:
+        """Return the law as the packed model states it, or the name of the FMU."""
+        if self.source is not None and self.source.formula:
+            return self.source.formula
+        return f"{self._fmu.description.modelName} ({self.path.name})"
+
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
+        """Return mu for a table with the columns of the contract."""
+        return self.predict(TriboLoads.from_frame(data, tests))
+
+    def predict(self, loads: TriboLoads | npt.ArrayLike) -> FloatArray:
+        """Return mu at `loads` (`TriboLoads` or array of shape (n, 5)), shape (n,).
+
+        Raises
+        ------
+        InputError
+            Loads that are not finite or outside the physical limits.
+        FmuError
+            The FMU refuses a value.
+        """
+        return self._read(loads, self._outputs)
+
+    @property
+    def interval_level(self) -> float | None:
+        """Level of the prediction interval that the FMU gives out, None without one."""
+        return self.source.interval if self.source is not None and all(self._bounds) else None
+
+    def predict_interval_frame(
+        self, data: pd.DataFrame, tests: pd.DataFrame | None = None, level: float | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the bounds `mu_low` and `mu_high` for a table with the columns of the contract, each of shape (n,).
+
+        Raises
+        ------
+        InputError
+            The FMU has no such outputs, or another level is asked for.
+        """
+        if self.interval_level is None:
+            raise InputError(f"{self.path}: no prediction interval; allowed: an FMU packed with one")
+        if level is not None and level != self.interval_level:
+            raise InputError(
+                f"{self.path}: level {level:g}; allowed: {self.interval_level:g}, which the FMU was packed with"
+            )
+        loads = TriboLoads.from_frame(data, tests)
+        low, high = (self._read(loads, names) for names in self._bounds)
+        return low, high
+
+    def _read(self, loads: TriboLoads | npt.ArrayLike, outputs: list[str]) -> FloatArray:
+        """Return one output of every contact point at loads, shape (n,)."""
+        points = loads if isinstance(loads, TriboLoads) else TriboLoads.from_array(loads)
+        require_loads(points, self.needed_loads, str(self.path))
+        # What has no memory is evaluated at once: a step for each point would give the same. Without time a law that
+        # is known to remember takes it from distance and speed, as the model itself does.
+        if self.source is None:
+            stepped = points.t is not None
+        else:
+            stepped = bool(self.source.states) and (points.t is not None or points.test_id is not None)
+        points, order = points.in_order(memory=stepped)
+        array = points.as_array()
+        mu = np.empty(len(array))
+        system = self.source.system_values(points) if self.source is not None else {}
+        parts = points.segments() if stepped or system else [slice(0, len(array))]
+        dt = time_steps(points, [p.start for p in parts if p.stop > p.start])
+        pause = rests(points, dt)
+        time = np.cumsum(dt) if points.t is None else points.t
+        for part in parts:
+            # System variables are the same all through a test.
+            start = {name: float(values[part.start]) for name, values in system.items() if len(array)}
+            times = (time[part], pause[part]) if stepped else None
+            mu[order[part]] = self._values(array[part], times, start, outputs)
+        return mu
+
+    def _values(
+        self,
+        array: FloatArray,
+        times: tuple[FloatArray, FloatArray] | None,
+        start: dict[str, float],
+        outputs: list[str],
+    ) -> FloatArray:
+        """Return an output at points of a test, with their times and pauses, or at points without time."""
+        if self._elsewhere is not None:
+            return self._elsewhere.values(array, times, start, outputs)
+        if times is None:
+            return self._at_once(array, start, outputs)
+        return self._in_steps(array, *times, start, outputs)
+
+    def _at_once(self, array: FloatArray, start: dict[str, float], outputs: list[str]) -> FloatArray:
+        """Return an output at points that do not follow each other in time."""
+        mu = np.empty(len(array))
+        width = self._width(len(array))
+        with self._run(width, start) as fmu:
+            for first in range(0, len(array), width):
+                rows = np.minimum(np.arange(first, first + width), len(array) - 1)
+                values = self._evaluate(fmu, array[rows], outputs)
+                count = min(width, len(array) - first)
+                mu[first : first + count] = values[:count]
+        return mu
+
+    def _in_steps(
+        self,
+        array: FloatArray,
+        t: FloatArray,
+        pause: FloatArray,
+        start: dict[str, float],
+        outputs: list[str],
+    ) -> FloatArray:
+        """Return an output all through one test; its memory starts fresh. Before a point the contact stood still for `pause` [s]."""
+        mu = np.empty(len(array))
+        width = self._width(1)
+        with self._run(width, start) as fmu:
+            for row in range(len(array)):
+                # The loads of a point act over the interval that ends there, then mu is read.
+                rows = np.tile(array[row], (width, 1))
+                if row:
+                    time = float(t[row - 1] - t[0])
+                    if pause[row] > 0.0:
+                        still = rows.copy()
+                        still[:, LOAD_NAMES.index("v_rel")] = 0.0
+                        self._write(fmu, still)
+                        fmu.step(time, float(pause[row]))
+                        time += float(pause[row])
+                    self._write(fmu, rows)
+                    fmu.step(time, float(t[row] - t[0]) - time)
+                mu[row] = self._evaluate(fmu, rows, outputs)[0]
+        return mu
+
+    def _width(self, count: int) -> int:
+        """Return how many points are evaluated at once: what fits best where the FMU lets us choose."""
+        if self._fmu.sizing is None:
+            return self.nodes
+        lower, upper = self._fmu.limits(self._fmu.sizing)
+        return max(lower, 1, min(count, _BLOCK if upper is None else upper, _BLOCK))
+
+    def _run(self, width: int, start: dict[str, float]) -> RunningFmu:
+        return RunningFmu(self._fmu, start=start, points=width if self._fmu.sizing is not None else None)
+
+    def _write(self, fmu: RunningFmu, rows: FloatArray) -> None:
+        fmu.set_real(self._inputs, rows.T.ravel())
+
+    def _evaluate(self, fmu: RunningFmu, rows: FloatArray, outputs: list[str]) -> FloatArray:
+        self._write(fmu, rows)
+        return fmu.get_real(outputs)
+
+
+class Elsewhere:
+    """The same model in a process of its own, which starts with the first question and again after a crash."""
+
+    def __init__(self, model: FmuModel, *arguments: Any) -> None:
+        # The folder stays that of this process: one that crashes cannot tidy up.
+        self._make = (type(model), *arguments, False, model._fmu.folder)
+        self._path = model.path
+        self._apart: Apart | None = None
+
+    def values(self, *arguments: Any) -> FloatArray:
+        """Return what `FmuModel._values` returns there.
+
+        Raises
+        ------
+        FmuError
+            The FMU refuses a value, or ends its process.
+        """
+        if self._apart is None:
+            self._apart = Apart(*self._make, errors=(FmuError,))
+        try:
+            return np.asarray(self._apart.call("_values", *arguments), dtype=float)
+        except Died as end:
+            self._apart = None
+            raise FmuError(f"{self._path}: {end}") from None
+
+
+def read_friction_fmu(path: str | os.PathLike[str]) -> FmuModel:
+    """Open a friction FMU as a fixed model; see `FmuModel`."""
+    return FmuModel(path)

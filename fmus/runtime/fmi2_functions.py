@@ -1,0 +1,92 @@
+"""The functions of an FMI 2.0 co-simulation FMU."""
+
+from __future__ import annotations
+
+from ctypes import CFUNCTYPE, Structure, byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p, cast
+from typing import Any
+
+from friction_models.common import InputError
+
+from .c_functions import WARNING, Receiver, Slave
+
+#: What can be asked after a discarded step: the time that it reached, and whether the FMU ends the simulation.
+_LAST_TIME, _TERMINATED = 2, 3
+
+_LOGGER2 = CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p)
+
+
+class _Callbacks2(Structure):
+    _fields_ = (
+        ("logger", _LOGGER2),
+        ("allocate", c_void_p),
+        ("free", c_void_p),
+        ("step_finished", c_void_p),
+        ("environment", c_void_p),
+    )
+
+
+class Fmi2Slave(Slave):
+    """FMI 2.0 for co-simulation."""
+
+    version = "2.0"
+    prefix = "fmi2"
+
+    def instantiate(self, name: str, receive: Receiver) -> None:
+        """Create the instance; `receive` gets status and text of its messages."""
+        from fmpy import calloc, free
+
+        # A receiver of its own for each instance. fmpy's proxy, which fills in the placeholders of formats,
+        # has one receiver a process: messages of every instance would arrive at the one created last.
+        def logger(
+            _environment: Any, _name: bytes, status: int, _category: bytes, message: bytes | None
+        ) -> None:
+            receive(status, message)
+
+        keep = _Callbacks2(_LOGGER2(logger), cast(calloc, c_void_p), cast(free, c_void_p), None, None)
+        self._keep = keep
+        create = self.function("Instantiate")
+        create.restype = c_void_p
+        co_simulation, visible, logging = c_int(1), c_int(0), c_int(1)
+        self._created(
+            create(
+                c_char_p(name.encode()),
+                co_simulation,
+                c_char_p(self.description.raw.guid.encode()),
+                c_char_p((self.unpacked.resolve() / "resources").as_uri().encode()),
+                byref(keep),
+                visible,
+                logging,
+            )
+        )
+
+    def enter_initialization(self, stop_time: float) -> None:
+        """Begin the initialization mode of a run from 0 to `stop_time`."""
+        self.call("SetupExperiment", c_int(0), c_double(0.0), c_double(0.0), c_int(1), c_double(stop_time))
+        self.call("EnterInitializationMode")
+
+    def advance(self) -> tuple[Any, tuple[Any, ...]]:
+        """Return function and arguments of a step from `now` by `size`."""
+        keeps_no_older_state = c_int(1)
+        return self.function("DoStep"), (self._component, self.now, self.size, keeps_no_older_state)
+
+    def terminated(self) -> bool:
+        """Return whether the step was discarded because the FMU ends the simulation; `reached` is then set."""
+        # PythonFMU gives this answer whenever `do_step` returns False, whatever the reason.
+        if "pythonfmu" in str(self.description.raw.generationTool).lower():
+            return False
+        ended, kinds = c_int(0), (c_int(_TERMINATED), c_int(_LAST_TIME))
+        try:
+            if self.function("GetBooleanStatus")(self._component, kinds[0], byref(ended)) > WARNING:
+                return False
+            if not ended.value:
+                return False
+            if self.function("GetRealStatus")(self._component, kinds[1], byref(self.reached)) > WARNING:
+                self.reached.value = self.now.value
+        except InputError:  # a binary without these functions
+            return False
+        return True
+
+    def set_string(self, reference: int, value: str) -> None:
+        """Set a string variable."""
+        text = (c_char_p * 1)(value.encode())
+        self.call("SetString", byref(c_uint(reference)), c_size_t(1), text)

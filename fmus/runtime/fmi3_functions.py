@@ -1,0 +1,88 @@
+"""The functions of an FMI 3.0 co-simulation FMU."""
+
+from __future__ import annotations
+
+import os
+from ctypes import CFUNCTYPE, byref, c_bool, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
+from typing import Any
+
+from .c_functions import Receiver, Slave
+from .ports import Port
+
+_LOGGER3 = CFUNCTYPE(None, c_void_p, c_int, c_char_p, c_char_p)
+
+
+class Fmi3Slave(Slave):
+    """FMI 3.0 for co-simulation, without event mode and early return."""
+
+    version = "3.0"
+    prefix = "fmi3"
+
+    def instantiate(self, name: str, receive: Receiver) -> None:
+        """Create the instance and set its structural parameters; `receive` gets its messages."""
+
+        def logger(_environment: Any, status: int, _category: bytes, message: bytes | None) -> None:
+            receive(status, message)
+
+        self._keep = _LOGGER3(logger)
+        resources = self.unpacked.resolve() / "resources"
+        create = self.function("InstantiateCoSimulation")
+        create.restype = c_void_p
+        no, yes, nothing = c_bool(False), c_bool(True), c_void_p(None)
+        self._created(
+            create(
+                c_char_p(name.encode()),
+                c_char_p(self.description.raw.guid.encode()),
+                c_char_p((str(resources) + os.sep).encode() if resources.is_dir() else None),
+                no,
+                yes,
+                no,
+                no,
+                nothing,
+                c_size_t(0),
+                nothing,
+                self._keep,
+                nothing,
+            )
+        )
+        chosen = self.description.structural()
+        if chosen:
+            self.call("EnterConfigurationMode")
+            port = Port([variable for variable, _ in chosen])
+            port.values[:] = [value for _, value in chosen]
+            port.to_buffers()
+            for group in port.groups:
+                function, arguments = self.exchange(group, "Set")
+                self.passed("Set" + group.exchange.removeprefix(self.prefix), function(*arguments))
+            self.call("ExitConfigurationMode")
+
+    def enter_initialization(self, stop_time: float) -> None:
+        """Begin the initialization mode of a run from 0 to `stop_time`."""
+        self.call(
+            "EnterInitializationMode",
+            c_bool(False),
+            c_double(0.0),
+            c_double(0.0),
+            c_bool(True),
+            c_double(stop_time),
+        )
+
+    def advance(self) -> tuple[Any, tuple[Any, ...]]:
+        """Return function and arguments of a step from `now` by `size`."""
+        events = c_bool(False)
+        keeps_no_older_state = c_bool(True)
+        return self.function("DoStep"), (
+            self._component,
+            self.now,
+            self.size,
+            keeps_no_older_state,
+            byref(events),
+            byref(self.wants_to_end),
+            byref(self.early),
+            byref(self.reached),
+        )
+
+    def set_string(self, reference: int, value: str) -> None:
+        """Set a string variable."""
+        text = (c_char_p * 1)(value.encode())
+        self.call("SetString", byref(c_uint(reference)), c_size_t(1), text, c_size_t(1))

@@ -1,0 +1,194 @@
+"""Variables of an FMU as a master sees them: the elements of FMI 2.0 structured names and of FMI 3.0 arrays."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from friction_models.common import InputError
+
+_INDEXED = re.compile(r"^(?P<base>.*)\[(?P<index>\d+)\]$")
+#: Most elements of all arrays of one FMU.
+MAX_ELEMENTS = 2_000_000
+
+#: FMI 2.0 types; enumerations are exchanged as integers.
+_TYPES2 = {
+    "Real": ("Real", "fmi2Real"),
+    "Integer": ("Integer", "fmi2Integer"),
+    "Enumeration": ("Enumeration", "fmi2Integer"),
+    "Boolean": ("Boolean", "fmi2Boolean"),
+    "String": ("String", "fmi2String"),
+}
+#: FMI 3.0 types under the names of FMI 2.0, so that FMUs of both connect.
+_TYPES3 = {
+    **{name: ("Real", f"fmi3{name}") for name in ("Float64", "Float32")},
+    **{f"{u}Int{bits}": ("Integer", f"fmi3{u}Int{bits}") for u in ("", "U") for bits in (8, 16, 32, 64)},
+    "Enumeration": ("Enumeration", "fmi3Int64"),
+    "Boolean": ("Boolean", "fmi3Boolean"),
+    "String": ("String", "fmi3String"),
+}
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One scalar variable of an FMU, or one element of an array, as far as a master needs it.
+
+    Attributes
+    ----------
+    name : str
+        Full name, ``v_rel[3]`` for an element.
+    reference : int
+        Value reference; the elements of an FMI 3.0 array share it.
+    type : str
+        ``Real``, ``Integer``, ``Enumeration``, ``Boolean``, ``String``, or what else FMI 3.0 calls it.
+    causality, unit : str
+    exchange : str
+        What get and set functions call the type: ``fmi2Real``, ``fmi3Float64``.
+    element : int
+        Place in the array.
+    starts : tuple of float
+        Start values of the whole array; zeros where the FMU gives none.
+    variability : str
+    point : int
+        The contact point whose instance holds it, where an FMU runs once a point.
+    base : str
+        Name of the FMI 3.0 array, or of the variable of each instance; empty where that is `name`.
+    start_text : str or None
+        The start value as the FMU declares it; None where it does not.
+    """
+
+    name: str
+    reference: int
+    type: str
+    causality: str
+    unit: str
+    exchange: str = "fmi2Real"
+    element: int = 0
+    starts: tuple[float, ...] = (0.0,)
+    variability: str = ""
+    point: int = 0
+    base: str = ""
+    start_text: str | None = None
+
+
+def expand(
+    file: Path, raw: Any, sizes: Mapping[str, int]
+) -> tuple[dict[str, Variable], dict[str, list[Variable]]]:
+    """Return the variables by full name and the elements of each structured name in index order.
+
+    Parameters
+    ----------
+    file : Path
+        For messages.
+    raw : object
+        fmpy's model description.
+    sizes : mapping of str to int
+        Values of structural parameters that differ from their start values.
+
+    Raises
+    ------
+    InputError
+        A name that stands twice; more than `MAX_ELEMENTS` elements.
+    """
+    variables: dict[str, Variable] = {}
+    indexed: dict[str, list[tuple[int, Variable]]] = {}
+    version3 = raw.fmiVersion != "2.0"
+    total = 0
+    for item in raw.modelVariables:
+        shape = _shape(item, sizes)
+        total += math.prod(shape)
+        if total > MAX_ELEMENTS:
+            raise InputError(
+                f"{file}: variable {item.name!r} of shape {shape} makes more than {MAX_ELEMENTS} elements"
+            )
+        for variable, base, index in _elements(item, shape, version3, sizes):
+            if variable.name in variables:
+                raise InputError(f"{file}: variable {variable.name!r} stands twice in modelDescription.xml")
+            variables[variable.name] = variable
+            indexed.setdefault(base, []).append((index, variable))
+    arrays = {base: [v for _, v in sorted(found, key=_index)] for base, found in indexed.items()}
+    return variables, arrays
+
+
+def integer_limits(exchange: str) -> tuple[int, int]:
+    """Return the least and the greatest whole number of a type; values pass through float64 on their way."""
+    bits = re.search(r"\d+$", exchange)
+    size = int(bits[0]) if bits else 32
+    low, high = (0, 2**size - 1) if "UInt" in exchange else (-(2 ** (size - 1)), 2 ** (size - 1) - 1)
+    return max(low, -(2**53)), min(high, 2**53)
+
+
+def sizing_parameter(item: Any) -> str | None:
+    """Return the structural parameter that alone gives the length of an FMI 3.0 vector, or None."""
+    if len(item.dimensions) != 1 or item.dimensions[0].variable is None:
+        return None
+    parameter = item.dimensions[0].variable
+    return str(parameter.name) if parameter.causality == "structuralParameter" else None
+
+
+def _shape(item: Any, sizes: Mapping[str, int]) -> tuple[int, ...]:
+    shape = []
+    for dimension in item.dimensions:
+        if dimension.variable is None:
+            shape.append(max(0, int(dimension.start)))
+        else:
+            shape.append(max(0, int(sizes.get(dimension.variable.name, dimension.variable.start))))
+    return tuple(shape)
+
+
+def _elements(
+    item: Any, shape: tuple[int, ...], version3: bool, sizes: Mapping[str, int]
+) -> list[tuple[Variable, str, int]]:
+    declared = item.declaredType
+    unit = item.unit or (declared.unit if declared is not None else None) or ""
+    types = _TYPES3 if version3 else _TYPES2
+    kind, exchange = types.get(item.type, (item.type, ""))
+    count = math.prod(shape)
+    starts = (float(sizes[item.name]),) if item.name in sizes else _starts(item.start, count)
+
+    def variable(name: str, element: int) -> Variable:
+        return Variable(
+            name,
+            int(item.valueReference),
+            kind,
+            item.causality or "local",
+            unit,
+            exchange,
+            element,
+            starts,
+            item.variability or "",
+            base=item.name if shape else "",
+            start_text=None if item.start is None else " ".join(f"{item.start} {unit}".split())[:60],
+        )
+
+    if count == 1:  # a vector of one has the name of a scalar: the same file serves as a scalar FMU
+        match = _INDEXED.match(item.name)
+        base, index = (match["base"], int(match["index"])) if match else (item.name, 0)
+        return [(variable(item.name, 0), base, index)]
+    places = itertools.product(*(range(1, n + 1) for n in shape))
+    return [
+        (variable(f"{item.name}[{','.join(map(str, place))}]", k), item.name, k)
+        for k, place in enumerate(places)
+    ]
+
+
+def _starts(text: Any, count: int) -> tuple[float, ...]:
+    """Return start values for a port's buffers; one value serves all elements."""
+    values = []
+    for word in str(text or "").split():
+        try:
+            values.append(float({"true": 1, "false": 0}.get(word, word)))
+        except ValueError:
+            return (0.0,) * count
+    if len(values) == count:
+        return tuple(values)
+    return (values[0] if values else 0.0,) * count
+
+
+def _index(pair: tuple[int, Variable]) -> int:
+    return pair[0]

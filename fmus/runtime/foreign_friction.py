@@ -1,0 +1,293 @@
+"""Friction FMUs that others made, as models: other names and units, one point or many, with or without delay."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fmus import FmuModel
+from friction_models.common import InputError
+from friction_models.loads import LOAD_NAMES, FloatArray
+from friction_models.models.domain import Domain
+
+from ..archive.content import read_archive
+from ..archive.made_here import runs_apart
+from ..targets.source import parse_source
+from .fixed_friction import Elsewhere
+from .fmu_files import describe
+from .friction_names import FrictionNames, entries_by_model
+from .running import FmuError, RunningFmu
+from .unpacked import UnpackedFmu
+
+#: Two ordinary contact states that differ in all loads: an FMU that answers both alike at once may answer after a step.
+_PROBES = ((5.0, 50.0, 500.0, 2.0, 1.1), (200.0, 150.0, 1500.0, 20.0, 3.0))
+#: Step that lets such an FMU answer [s], where it names none.
+_SHORT = 1e-3
+#: Where our own friction FMUs hold their law.
+MODEL = "resources/model.onnx"
+
+
+def friction_model(
+    path: str | os.PathLike[str], entry: Mapping[str, Any] | None = None, isolate: bool | None = None
+) -> FmuModel:
+    """Open any friction FMU as a model.
+
+    Parameters
+    ----------
+    path : path-like
+    entry : mapping, optional
+        Its entry in a file of names (`read_names`).
+    isolate : bool, optional
+        As of `FmuModel`.
+
+    Raises
+    ------
+    InputError
+        Not an FMU, or one whose variables are neither those of the contract nor named by `entry`.
+    """
+    if entry is None:
+        with _hinted():
+            model = FmuModel(path, isolate)
+        if model.source is not None:
+            return model
+    return ForeignFmu(path, FrictionNames.of(describe(path), entry or {}), isolate)
+
+
+@contextmanager
+def _hinted() -> Iterator[None]:
+    """Let an error about variables say what helps."""
+    try:
+        yield
+    except InputError as error:
+        if not any(word in str(error) for word in ("variable", "output for")):
+            raise
+        raise InputError(
+            f"{error}; for an FMU with other variables --names FILE.yaml says which takes which load"
+        ) from None
+
+
+@dataclass(frozen=True)
+class GivenNames:
+    """What a file of names says of the models of a command line.
+
+    Attributes
+    ----------
+    file : Path or None
+        None where there is no such file.
+    entries : mapping
+        By model (`friction_names.entries_by_model`).
+    """
+
+    file: Path | None = None
+    entries: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, models: Sequence[str], file: Path | None) -> GivenNames:
+        """Read the file, if there is one.
+
+        Raises
+        ------
+        InputError
+            What `entries_by_model` refuses.
+        """
+        return cls() if file is None else cls(file, entries_by_model(models, file))
+
+    def open(self, model: str) -> FmuModel:
+        """Return the friction FMU of that name as `friction_model` does; errors in an entry name the file."""
+        with self._blamed(model):
+            return friction_model(model, self.entries.get(model))
+
+    def foreign(self, model: str) -> FrictionNames | None:
+        """Return what `foreign_names` returns; errors in an entry name the file."""
+        with self._blamed(model):
+            return foreign_names(model, self.entries.get(model))
+
+    @contextmanager
+    def _blamed(self, model: str) -> Iterator[None]:
+        try:
+            yield
+        except InputError as error:
+            if model not in self.entries:
+                raise
+            raise InputError(f"{self.file}: {error}") from None
+
+
+def foreign_names(
+    path: str | os.PathLike[str], entry: Mapping[str, Any] | None = None
+) -> FrictionNames | None:
+    """Return the variables of a friction FMU that others made; None for one of ours, which needs no care.
+
+    Raises
+    ------
+    InputError
+        What `FrictionNames.of` refuses.
+    """
+    described = describe(path)
+    if entry is None and MODEL in read_archive(path):
+        return None
+    with _hinted() if entry is None else nullcontext():
+        return FrictionNames.of(described, entry or {})
+
+
+class ForeignFmu(FmuModel):
+    """A friction FMU of another generator.
+
+    Loads are converted to its units. Points of a data set without time are each evaluated from the start state
+    where the FMU can save it. An FMU whose outputs follow its inputs only after a step is given a short one.
+
+    Parameters
+    ----------
+    path : path-like
+        FMU for co-simulation, FMI 2.0 or 3.0.
+    names : FrictionNames
+        Its variables.
+    isolate, folder
+        As of `FmuModel`.
+
+    Raises
+    ------
+    InputError
+        No co-simulation, no binary for this platform, variables of another type, no contact point, or an FMU that
+        does not answer ordinary loads.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        names: FrictionNames,
+        isolate: bool | None = None,
+        folder: Path | None = None,
+    ) -> None:
+        from fmus.user_onnx.units import conversion
+
+        self.path = Path(path)
+        self.names = names
+        self.source = None
+        self._fmu = UnpackedFmu(self.path, folder)
+        self._domain = _recorded_domain(self._fmu.folder / MODEL)
+        self._outputs = self._fmu.elements(names.mu)
+        self._bounds = [[], []]
+        variables = {load: self._fmu.elements(name) for load, (name, _) in names.loads.items()}
+        self._inputs = [n for parts in variables.values() for n in parts]
+        for name in (*self._inputs, *self._outputs):
+            kind = self._fmu.variables[name].type
+            if kind != self._fmu.real:
+                raise InputError(
+                    f"{self.path}: variable {name!r} is of type {kind}, allowed: {self._fmu.real}"
+                )
+        self.nodes = sum(self._fmu.length(n) for n in self._outputs)
+        if self.nodes < 1:
+            raise InputError(f"{self.path}: the FMU has no contact point, allowed: at least one")
+        if set(LOAD_NAMES) != set(variables) or any(name != load for load, (name, _) in names.loads.items()):
+            self._fmu.sizing = None  # arrays under other names keep their length
+        self._columns = [LOAD_NAMES.index(load) for load in variables]
+        units = [conversion(q, u, str(path)) if u else (1.0, 0.0) for q, (_, u) in names.loads.items()]
+        self._factors, self._offsets = np.array([f for f, _ in units]), np.array([o for _, o in units])
+        self._saves = self._fmu.claims("canGetAndSetFMUState")
+        experiment = self._fmu.description.defaultExperiment
+        try:
+            self._short = float(experiment.stepSize)
+        except (AttributeError, TypeError, ValueError):
+            self._short = _SHORT
+        if not 0.0 < self._short < 1.0:
+            self._short = _SHORT
+        # In another process the same questions are asked there, when it starts.
+        self._elsewhere = Elsewhere(self, self.path, names) if runs_apart(self.path, isolate) else None
+        if self._elsewhere is not None:
+            self._elsewhere.values(np.empty((0, len(LOAD_NAMES))), None, {}, self._outputs)
+            return
+        try:
+            self._late = self._answers_late()
+        except FmuError as error:
+            raise InputError(f"{self.path}: the FMU refuses ordinary loads ({error})") from None
+
+    @property
+    def domain(self) -> Domain:
+        """The trained domain where the FMU holds a model of ours; another generator does not say: the physical limits."""
+        return self._domain
+
+    @property
+    def needed_loads(self) -> tuple[str, ...]:
+        """The loads that enter the FMU."""
+        return tuple(n for n in LOAD_NAMES if n in self.names.loads)
+
+    def remark(self) -> str:
+        """Return which loads do not enter and which inputs stay as they are; empty where all loads enter."""
+        missing = [load for load in LOAD_NAMES if load not in self.names.loads]
+        if not missing:
+            return ""
+        inputs = {n for n, v in self._fmu.variables.items() if v.causality == "input"}
+        free = [f"{n} stays at {v}" for n, v in self.names.start.items() if n in inputs]
+        verb = "does" if len(missing) == 1 else "do"
+        return "; ".join([f"{self.path}: {', '.join(missing)} {verb} not enter it", *free])
+
+    def _answers_late(self) -> bool:
+        """Return whether mu follows the loads only after a step."""
+        first, second = (np.tile(p, (max(self._width(1), 1), 1)) for p in _PROBES)
+        with self._run(self._width(1), {}) as fmu:
+            before = self._evaluate(fmu, first, self._outputs)
+            now = self._evaluate(fmu, second, self._outputs)
+            if not np.array_equal(before, now):
+                return False
+            fmu.step(0.0, self._short)
+            return not np.array_equal(now, fmu.get_real(self._outputs))
+
+    def _at_once(self, array: FloatArray, start: dict[str, float], outputs: list[str]) -> FloatArray:
+        if not self._late and not self._saves:
+            return super()._at_once(array, start, outputs)
+        mu = np.empty(len(array))
+        width = self._width(len(array))
+        with self._run(width, start) as fmu:
+            fresh = fmu.save() if self._saves else None
+            time = 0.0
+            for first in range(0, len(array), width):
+                if fresh is not None:
+                    fmu.restore(fresh)
+                    time = 0.0
+                rows = np.minimum(np.arange(first, first + width), len(array) - 1)
+                values = self._evaluate(fmu, array[rows], outputs)
+                if self._late:
+                    fmu.step(time, self._short)
+                    time += self._short
+                    values = fmu.get_real(outputs)
+                count = min(width, len(array) - first)
+                mu[first : first + count] = values[:count]
+            if fresh is not None:
+                fmu.release(fresh)
+        return mu
+
+    def _in_steps(
+        self, array: FloatArray, t: FloatArray, pause: FloatArray, start: dict[str, float], outputs: list[str]
+    ) -> FloatArray:
+        mu = super()._in_steps(array, t, pause, start, outputs)
+        if self._late and len(mu):  # the first point is read before any step
+            mu[:1] = self._at_once(array[:1], start, outputs)
+        return mu
+
+    def _run(self, width: int, start: dict[str, float]) -> RunningFmu:
+        values: dict[str, Any] = {}
+        for name, value in {**self.names.start, **start}.items():
+            parts = [name] if name in self._fmu.variables else self._fmu.elements(name)
+            several = len(parts) > 1 and isinstance(value, list)
+            values |= dict(zip(parts, value)) if several else dict.fromkeys(parts, value)
+        points = width if self._fmu.sizing is not None else None
+        return RunningFmu(self._fmu, start=values, points=points)
+
+    def _write(self, fmu: RunningFmu, rows: FloatArray) -> None:
+        values = rows[:, self._columns] * self._factors + self._offsets
+        fmu.set_real(self._inputs, values.T.ravel())
+
+
+def _recorded_domain(model: Path) -> Domain:
+    """Return the trained domain that an ONNX file in an FMU records; the physical limits without one."""
+    try:
+        source = parse_source(model.read_bytes(), str(model)) if model.is_file() else None
+    except InputError:
+        source = None  # a file of another kind
+    return Domain.physical() if source is None else source.box

@@ -1,0 +1,294 @@
+"""One running FMU: what is exchanged every step passes through buffers and calls that were prepared once."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from friction_models.common import InputError
+
+from .c_functions import DISCARD, WARNING, CallFailed, Slave, load
+from .errors import SimulationEnded, SimulationError
+from .fmu_files import FmuDescription
+from .fmu_variables import Variable
+from .messages import Messages
+from .ports import Port
+from .running import offer_interpreter
+
+#: Name, function and arguments of a prepared call.
+_Call = tuple[str, Any, tuple[Any, ...]]
+#: A variable and its start value.
+Start = tuple[Variable, bool | int | float | str]
+_clock = time.perf_counter
+
+
+class Instance:
+    """A loaded co-simulation FMU (FMI 2.0 or 3.0) between instantiation and `close`.
+
+    Parameters
+    ----------
+    name : str
+        Name of the component.
+    description : FmuDescription
+        From `describe`.
+    unpacked : Path
+        Folder of the unpacked archive; removed by its owner.
+    log : list of str, optional
+        Receives what the FMU logs.
+    parts : int
+        Steps that the FMU makes in each communication step.
+
+    Raises
+    ------
+    InputError
+        The binary cannot be loaded, or creates no instance (a wrong GUID, for example).
+    """
+
+    def __init__(
+        self,
+        name: str,
+        description: FmuDescription,
+        unpacked: Path,
+        log: list[str] | None = None,
+        parts: int = 1,
+    ) -> None:
+        self.name = name
+        self.description = description
+        self.log = log if log is not None else []
+        #: Time spent in steps, exchange of values included [s].
+        self.seconds = 0.0
+        #: Whether the FMU made its last step: it asked to end the simulation.
+        self.ended = False
+        self._parts = parts
+        self._messages = Messages(name, self.log)
+        self._running = False
+        self._slave: Slave = load(description, unpacked)
+        # FMI 2.0 messages are formats, those of FMI 3.0 plain text.
+        formats = description.version == "2.0"
+        offer_interpreter()
+        try:
+            self._slave.instantiate(name, lambda status, text: self._messages.receive(status, text, formats))
+        except InputError:
+            self._slave.free()
+            raise
+        except Exception as error:
+            self._slave.free()
+            raise InputError(
+                f"{description.path}: component {name!r}: {self._messages.cause(error)}; allowed: an FMU whose binary "
+                f"accepts the GUID of its model description, {str(description.raw.guid)[:60]!r}"
+            ) from None
+        self._now, self._size = self._slave.now, self._slave.size
+        self._inputs = self._outputs = Port([])
+        self._step = self._bound(self._inputs, self._outputs)
+
+    def _failure(self, call: str, at: float, error: BaseException) -> SimulationError:
+        self._running = False
+        cause = self._messages.cause(error)
+        return SimulationError(f"component {self.name!r} failed at t = {at:g} s in {call}: {cause}")
+
+    def initialize(self, starts: Iterable[Start], stop_time: float) -> None:
+        """Set start values and go through initialization mode."""
+        self.enter_initialization(starts, stop_time)
+        self.exit_initialization()
+
+    def enter_initialization(self, starts: Iterable[Start], stop_time: float) -> None:
+        """Set start values and enter initialization mode: now values can be read and written."""
+        slave = self._slave
+        try:
+            numbers: dict[str, tuple[Variable, float]] = {}
+            for variable, value in starts:
+                if variable.type == "String":
+                    slave.set_string(variable.reference, str(value))
+                else:
+                    numbers[variable.name] = (variable, float(value))
+            port = Port([variable for variable, _ in numbers.values()])
+            port.values[:] = [value for _, value in numbers.values()]
+            self._set(port)
+            slave.enter_initialization(stop_time)
+        except CallFailed as error:
+            raise self._failure("initialization", 0.0, error) from None
+
+    def exit_initialization(self) -> None:
+        """Leave initialization mode: the FMU is ready for steps."""
+        try:
+            self._slave.exit_initialization()
+        except CallFailed as error:
+            raise self._failure("initialization", 0.0, error) from None
+        self._running = True
+
+    def step(self, inputs: Port, outputs: Port, now: float, size: float) -> None:
+        """Write the inputs, advance from `now` by `size` seconds, read the outputs.
+
+        Raises
+        ------
+        SimulationError
+            The FMU refused a call.
+        SimulationEnded
+            It ended the simulation before the step was complete. With a complete step `ended` is set.
+        """
+        began = _clock()
+        self._messages.forget()
+        if inputs is not self._inputs or outputs is not self._outputs:
+            self._step = self._bound(inputs, outputs)
+            self._inputs, self._outputs = inputs, outputs
+        self._now.value = now
+        self._size.value = size
+        try:
+            self._step()
+        except CallFailed as error:
+            raise self._failure("a step", now, error) from None
+        self.seconds += _clock() - began
+
+    def _calls(self, port: Port, direction: str) -> list[_Call]:
+        return [
+            (direction + group.exchange[4:], *self._slave.exchange(group, direction)) for group in port.groups
+        ]
+
+    def _bound(self, inputs: Port, outputs: Port) -> Callable[[], None]:
+        """Return one function that makes all calls of a step on these ports; it raises `CallFailed`."""
+        refused = self._slave.refused
+        sets, gets = self._calls(inputs, "Set"), self._calls(outputs, "Get")
+        wants_to_end, finish = self._slave.wants_to_end, self._finish
+        advance, step = self._slave.advance() if self._parts == 1 else (self._in_parts(), ())
+
+        def general() -> None:
+            inputs.to_buffers()
+            for name, function, arguments in sets:
+                status = function(*arguments)
+                if status > WARNING:
+                    refused(name, status)
+            status = advance(*step)
+            if status > WARNING or wants_to_end:
+                finish(status)
+            for name, function, arguments in gets:
+                status = function(*arguments)
+                if status > WARNING:
+                    refused(name, status)
+            outputs.from_buffers()
+
+        if not (inputs.is_direct and outputs.is_direct and len(sets) == len(gets) == 1):
+            return general
+        ((_, write, written),) = sets
+        ((_, read, found),) = gets
+
+        # Real numbers in and out and nothing else: three calls and hardly anything around them.
+        def direct() -> None:
+            status = write(*written)
+            if status > WARNING:
+                refused(sets[0][0], status)
+            status = advance(*step)
+            if status > WARNING or wants_to_end:
+                finish(status)
+            status = read(*found)
+            if status > WARNING:
+                refused(gets[0][0], status)
+
+        return direct
+
+    def _in_parts(self) -> Callable[[], int]:
+        """Return a function that makes the smaller steps of a communication step."""
+        advance, step = self._slave.advance()
+        now, size, parts = self._now, self._size, self._parts
+        wants_to_end = self._slave.wants_to_end
+
+        def several() -> int:
+            begin, whole = now.value, size.value
+            size.value = whole / parts
+            for k in range(parts):
+                now.value = begin + k * (whole / parts)
+                status = int(advance(*step))
+                if status > WARNING or wants_to_end:
+                    if k < parts - 1:
+                        self._slave.early.value = True
+                    break
+            size.value = whole
+            return status
+
+        return several
+
+    def _finish(self, status: int) -> None:
+        """Deal with a step that was refused, or after which the FMU asks to end the simulation."""
+        slave = self._slave
+        end = self._now.value + self._size.value / self._parts
+        if status > WARNING:
+            if status != DISCARD or self._messages.complained or not slave.terminated():
+                slave.refused("DoStep", status)
+            slave.early.value = slave.early.value or slave.reached.value < end - 1e-9 * self._size.value
+        else:
+            slave.reached.value = max(slave.reached.value, self._now.value)
+        if slave.early:
+            said = self._messages.cause("")
+            raise SimulationEnded(
+                f"component {self.name!r} ended the simulation at t = {slave.reached.value:g} s"
+                + (f": {said}" if said else "")
+            )
+        self.ended = True
+
+    def _set(self, port: Port) -> None:
+        port.to_buffers()
+        for name, function, arguments in self._calls(port, "Set"):
+            self._slave.passed(name, function(*arguments))
+
+    def write(self, inputs: Port, now: float = 0.0) -> None:
+        """Write inputs outside a step."""
+        try:
+            self._set(inputs)
+        except CallFailed as error:
+            raise self._failure("setting inputs", now, error) from None
+
+    def read(self, outputs: Port, now: float = 0.0) -> None:
+        """Read outputs outside a step."""
+        try:
+            for name, function, arguments in self._calls(outputs, "Get"):
+                self._slave.passed(name, function(*arguments))
+        except CallFailed as error:
+            raise self._failure("reading outputs", now, error) from None
+        outputs.from_buffers()
+
+    def save_state(self, now: float = 0.0) -> Any:
+        """Return a handle to the FMU's complete state; give it to `free_state` in the end."""
+        try:
+            return self._slave.save_state()
+        except CallFailed as error:
+            raise self._failure("saving the state", now, error) from None
+
+    def restore_state(self, state: Any, now: float = 0.0) -> None:
+        """Go back to a saved state."""
+        try:
+            self._slave.restore_state(state)
+        except CallFailed as error:
+            raise self._failure("restoring the state", now, error) from None
+
+    def free_state(self, state: Any) -> None:
+        """Give up a saved state."""
+        self._slave.free_state(state)
+
+    def reset(self) -> None:
+        """Bring the FMU back to where instantiation left it."""
+        try:
+            self._slave.call("Reset")
+        except CallFailed as error:
+            raise self._failure("reset", 0.0, error) from None
+        self._running = self.ended = False
+
+    def close(self) -> None:
+        """Terminate and unload; safe after a failure."""
+        slave = self._slave
+        if self._running:
+            self._running = False
+            try:
+                slave.call("Terminate")
+            except CallFailed as error:
+                self._messages.note(f"terminate: {self._messages.cause(error)}")
+        slave.free()
+
+    def __enter__(self) -> Instance:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

@@ -1,0 +1,1 @@
+"""SSP 1.0 archives: systems of FMUs, written and read."""

@@ -1,0 +1,124 @@
+"""The text of `SystemStructure.ssd`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+
+from lxml import etree
+
+from .systems import (
+    OMS,
+    OMS_TYPE,
+    OSP,
+    OSP_TYPE,
+    OWN,
+    OWN_TYPE,
+    SSC,
+    SSD,
+    SSV,
+    Component,
+    Connector,
+    Structure,
+    Value,
+)
+
+
+def to_ssd(structure: Structure, units: Mapping[str, Mapping[str, str]]) -> bytes:
+    """Return the text of `SystemStructure.ssd`."""
+    spaces = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "osp": OSP, "oms": OMS, "tribofmu": OWN}
+    root = etree.Element(f"{{{SSD}}}SystemStructureDescription", nsmap=spaces)
+    root.set("version", "1.0")
+    root.set("name", structure.name)
+    root.set("generationTool", "tribofmu")
+    system = _sub(root, SSD, "System", name=structure.name)
+    _connectors(system, structure.connectors)
+    _bindings(system, structure.start, structure)
+    elements = _sub(system, SSD, "Elements")
+    for component in structure.components:
+        element = _sub(
+            elements,
+            SSD,
+            "Component",
+            name=component.name,
+            type="application/x-fmu-sharedlibrary",
+            source=component.source,
+            implementation="CoSimulation",
+        )
+        _connectors(element, component.connectors)
+        _bindings(element, component.start, component)
+    if structure.connections:
+        connections = _sub(system, SSD, "Connections")
+        for start, output, end, given in structure.connections:
+            link = _sub(connections, SSD, "Connection")
+            for key, value in zip(
+                ("startElement", "startConnector", "endElement", "endConnector"), (start, output, end, given)
+            ):
+                if value:
+                    link.set(key, str(value))
+    notes = _sub(system, SSD, "Annotations")
+    if structure.step:  # first: OMSimulator takes the first annotation for its own
+        oms = _sub(_sub(notes, SSC, "Annotation", type=OMS_TYPE), OMS, "Annotations")
+        master = _sub(_sub(oms, OMS, "SimulationInformation"), OMS, "FixedStepMaster", description="oms-ma")
+        master.set("stepSize", repr(float(structure.step)))
+        master.set("absoluteTolerance", "0.0001")
+        master.set("relativeTolerance", "0.0001")
+    own = _sub(notes, SSC, "Annotation", type=OWN_TYPE)
+    _sub(own, OWN, "Notes").text = json.dumps(
+        structure.notes | ({"communication_step": structure.step} if structure.step else {}), sort_keys=True
+    )
+    if units:
+        parent = _sub(root, SSD, "Units")
+        for name, base in units.items():
+            _sub(_sub(parent, SSC, "Unit", name=name), SSC, "BaseUnit", **base)
+    experiment = _sub(root, SSD, "DefaultExperiment", startTime="0.0")
+    if structure.stop is not None:
+        experiment.set("stopTime", repr(float(structure.stop)))
+    if structure.step:
+        note = _sub(_sub(experiment, SSD, "Annotations"), SSC, "Annotation", type=OSP_TYPE)
+        _sub(
+            _sub(note, OSP, "Algorithm"),
+            OSP,
+            "FixedStepAlgorithm",
+            baseStepSize=repr(float(structure.step)),
+        )
+    return bytes(etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True))
+
+
+def _sub(parent: etree._Element, space: str, tag: str, **attributes: str) -> etree._Element:
+    return etree.SubElement(parent, f"{{{space}}}{tag}", attributes)
+
+
+def _connectors(parent: etree._Element, connectors: Sequence[Connector]) -> None:
+    if not connectors:
+        return
+    place = _sub(parent, SSD, "Connectors")
+    for connector in connectors:
+        typed = _sub(
+            _sub(place, SSD, "Connector", name=connector.name, kind=connector.kind), SSC, connector.type
+        )
+        if connector.type == "Real" and connector.unit:
+            typed.set("unit", connector.unit)
+        if connector.type == "Enumeration":
+            typed.set("name", connector.name)
+
+
+def _bindings(parent: etree._Element, start: Mapping[str, Value], owner: Structure | Component) -> None:
+    if not start:
+        return
+    types = {c.name: c.type for c in owner.connectors}
+    binding = _sub(_sub(parent, SSD, "ParameterBindings"), SSD, "ParameterBinding")
+    place = _sub(_sub(binding, SSD, "ParameterValues"), SSV, "ParameterSet", version="1.0", name="start")
+    place = _sub(place, SSV, "Parameters")
+    for name, value in start.items():
+        kind = types.get(name) or _kind(value)
+        text = str(value).lower() if isinstance(value, bool) else str(value)
+        if kind == "Real":
+            text = repr(float(value))
+        _sub(_sub(place, SSV, "Parameter", name=name), SSV, kind, value=text)
+
+
+def _kind(value: Value) -> str:
+    if isinstance(value, bool):
+        return "Boolean"
+    return {int: "Integer", float: "Real"}.get(type(value), "String")

@@ -1,0 +1,1 @@
+"""Packing: what is packed, and the kinds of FMUs that come out."""

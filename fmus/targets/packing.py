@@ -1,0 +1,170 @@
+"""`pack`: a friction model becomes an FMU."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from numbers import Integral
+from pathlib import Path
+from typing import Any
+
+from friction_models.common import InputError, unknown_name
+from friction_models.loads import LOADS
+
+from ..archive.content import write_archive
+from ..archive.made_here import remember
+from ..exports import TARGETS as EXPORT_TARGETS
+from ..interface.friction_variables import MAX_NODES
+from ..interface.friction_variables import NAMES as FMI3_NAMES
+from ..pages.friction_page import friction_documents
+from .source import FrictionSource, read_source
+
+FMI_VERSIONS = ("2.0", "3.0")
+#: Targets that are FMUs; those of `fmus.exports` are folders of sources or tables.
+FMU_TARGETS = ("native", "python")
+TARGETS = (*FMU_TARGETS, *EXPORT_TARGETS)
+#: Longest name of an FMU: it names files and functions.
+_MAX_NAME = 64
+
+
+def pack(
+    model: object,
+    path: str | os.PathLike[str],
+    target: str = "native",
+    nodes: int = 1,
+    fmi: str = "2.0",
+    platforms: Sequence[str] | None = None,
+    spec: str | os.PathLike[str] | None = None,
+    interval: bool = False,
+    arrays: bool = False,
+    name: str | None = None,
+    **options: Any,
+) -> Path:
+    """Write a friction model as an FMU, or as sources or a table for codes that load no FMUs.
+
+    Parameters
+    ----------
+    model : FrictionModel, path-like, FrictionSource
+        A model, a folder it was saved to, or an ONNX file, also one from elsewhere; or what `read_source`
+        made of one.
+    path : path-like
+        The FMU to write (``.fmu``); the folder to write for the other targets.
+    target : {"native", "python", "c", "ufric", "vfric", "table"}
+        `native`: C generated from the ONNX graph, needs nothing to run. `python`: ONNX Runtime in
+        the Python interpreter of the simulator. The others: see `fmus.exports`.
+    nodes : int
+        Number of contact points; above 1 the variables of FMI 2.0 are ``v_rel[1]`` ... ``v_rel[nodes]``,
+        while FMI 3.0 has arrays whose length ``n`` starts at `nodes` and can be set by the simulator.
+    fmi : {"2.0", "3.0"}
+        Version of the standard; ``"2"`` and ``"3"`` will do.
+    platforms : sequence of str, optional
+        Platforms of a native FMU (`fmus.native.platforms`, or ``all``); this machine's by default.
+    spec : path-like, optional
+        YAML file that says what the columns of an ONNX file from elsewhere mean.
+    interval : bool
+        Whether the FMU has the outputs `mu_low` and `mu_high`: the bounds of the model's prediction interval.
+    arrays : bool
+        FMI 3.0: whether one point has arrays of a length that can be set, too, instead of scalars, which more
+        simulators load.
+    name : str, optional
+        Name of the model and C identifier of the FMU (`modelIdentifier`); by default the identifier is made of the
+        family and a hash of the content, so that no two models share it.
+    **options
+        Of the targets of `fmus.exports`.
+
+    Returns
+    -------
+    Path
+        `path`. The same model gives the same bytes.
+
+    Raises
+    ------
+    InputError
+        A model, name or number that cannot be used; an operator that is not translated; no compiler.
+    """
+    if target not in TARGETS:
+        raise unknown_name("target", target, TARGETS)
+    version = {"2": "2.0", "3": "3.0"}.get(str(fmi), str(fmi))
+    if version not in FMI_VERSIONS:
+        raise unknown_name("FMI version", fmi, FMI_VERSIONS)
+    if isinstance(nodes, bool) or not isinstance(nodes, Integral) or not 1 <= nodes <= MAX_NODES:
+        raise InputError(f"nodes = {nodes!r}, allowed: a whole number from 1 to {MAX_NODES}")
+    if target in EXPORT_TARGETS:
+        if interval:
+            raise InputError(
+                f"interval: target {target!r} has no prediction interval; allowed: native, python"
+            )
+        if name is not None or arrays:
+            given = f"name = {name!r}" if name is not None else "arrays"
+            raise InputError(f"{given}: belongs to an FMU; target {target!r} has none")
+        return _export(model, path, target, int(nodes), version, platforms, spec, options)
+    if options:
+        option = next(iter(options))
+        raise InputError(f"{option} = {options[option]!r} is no option of target {target!r}; allowed: none")
+    if Path(path).suffix != ".fmu":
+        raise InputError(f"{path}: suffix {Path(path).suffix!r}, allowed: '.fmu'")
+    if name is not None:
+        _check_identifier(name)
+    if arrays and version != "3.0":
+        raise InputError(f"arrays with FMI version {version!r}, allowed: '3.0' (FMI 2.0 has scalars only)")
+    source = read_source(model, spec=spec, target=target)
+    interface = source.interface(int(nodes), bool(interval), bool(arrays))
+    _check_names(source)
+    if target == "native":
+        from .native import native_files
+
+        files = native_files(source, interface, platforms, version, name or "")
+    else:
+        if platforms:
+            raise InputError(
+                "platforms are chosen for --target native only; a Python FMU runs where Python runs"
+            )
+        if version != "2.0":
+            raise InputError(f"FMI version {version!r} of target 'python', allowed: '2.0'")
+        from .python import friction_files
+
+        files = friction_files(source, interface, name or "")
+    files |= friction_documents(source, interface, files, target, version)
+    return remember(write_archive(path, files))
+
+
+def _export(
+    model: object,
+    path: str | os.PathLike[str],
+    target: str,
+    nodes: int,
+    fmi: str,
+    platforms: Sequence[str] | None,
+    spec: str | os.PathLike[str] | None,
+    options: dict[str, Any],
+) -> Path:
+    if nodes != 1 or fmi != "2.0" or platforms:
+        raise InputError(f"nodes, FMI version and platforms are those of an FMU; target {target!r} has none")
+    if Path(path).suffix == ".fmu":
+        raise InputError(f"{path}: target {target!r} writes a folder, allowed: a name without '.fmu'")
+    from ..exports import export
+
+    return export(read_source(model, spec=spec, target=target), path, target, **options)
+
+
+def _check_identifier(name: str) -> None:
+    from .native import identifier
+
+    if not re.fullmatch(r"[A-Za-z_]\w*", name, flags=re.ASCII) or len(name) > _MAX_NAME:
+        near = identifier(name)[:_MAX_NAME]
+        raise InputError(
+            f"name = {name[:80]!r}, allowed: a name as in C of at most {_MAX_NAME} characters, for instance {near!r}"
+        )
+
+
+def _check_names(source: FrictionSource) -> None:
+    taken = {q.name for q in LOADS} | {"mu", "domain_distance", "in_domain", "clamp_to_domain", *FMI3_NAMES}
+    taken |= {"mu_low", "mu_high"}
+    for name in [s.name for s in source.states] + [p.name for p in source.system]:
+        if name in taken or not re.fullmatch(r"[A-Za-z_]\w*", name, flags=re.ASCII):
+            raise InputError(
+                f"{source.where}: state or system variable {name!r} cannot be an FMI variable; "
+                f"allowed: a plain name that is not yet taken ({', '.join(sorted(taken))})"
+            )
+        taken.add(name)

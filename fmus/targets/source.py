@@ -1,0 +1,311 @@
+"""What is packed: a friction model as float64 ONNX bytes with the metadata that the FMU shows."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from friction_models.common import InputError, unknown_name
+from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, TriboLoads
+from friction_models.models.domain import Domain
+from friction_models.models.intervals import MARGIN, check_level
+from friction_models.models.model_card import trained_on_synthetic
+from friction_models.models.variables import as_numbers
+
+from ..interface.quantities import FrictionInterface, Parameter, State
+
+#: Largest ONNX file that is read.
+MAX_ONNX_BYTES = 64 * 1024**2
+
+
+@dataclass(frozen=True)
+class FrictionSource:
+    """A friction model ready to be packed.
+
+    Attributes
+    ----------
+    onnx : bytes
+        The serialized model.
+    where : str
+        File or class it came from, for messages.
+    family, name, formula : str
+        From the model's metadata; `family` is ``"onnx"`` for a file without them.
+    domain : dict
+        Load name to (lower, upper); empty when none is recorded.
+    states, system : tuple
+        Memory and system variables.
+    card : dict
+        The model card, empty when none is recorded.
+    original : bytes or None
+        The user's file that `onnx` was redrawn from; None for our own models.
+    foreign : dict or None
+        How the loads enter `original`, for a graph that runs in Python only (`onnx` is then empty).
+    note : str
+        What packing should tell the user (how far the redrawn graph is from the original); or empty.
+    interval : float or None
+        Level of the prediction interval, None for a model without one.
+    absent : tuple of str
+        Loads that were not measured in training: inputs of the FMU without influence.
+    """
+
+    onnx: bytes
+    where: str
+    family: str = "onnx"
+    name: str = "friction"
+    formula: str = ""
+    domain: dict[str, tuple[float, float]] = field(default_factory=dict)
+    states: tuple[State, ...] = ()
+    system: tuple[Parameter, ...] = ()
+    card: dict[str, Any] = field(default_factory=dict)
+    original: bytes | None = None
+    foreign: dict[str, Any] | None = None
+    note: str = ""
+    interval: float | None = None
+    absent: tuple[str, ...] = ()
+
+    def interface(self, nodes: int, interval: bool = False, arrays: bool = False) -> FrictionInterface:
+        """Return what an FMU of this model shows at `nodes` contact points, with the bounds of `interval` or without.
+
+        Raises
+        ------
+        InputError
+            The bounds are wanted, and the model has no prediction interval.
+        """
+        if interval and self.interval is None:
+            raise InputError(
+                f"{self.where}: the model has no prediction interval; allowed: a model that was trained with one"
+            )
+        level = self.interval if interval else None
+        return FrictionInterface(
+            nodes, dict(self.domain), self.states, self.system, level, arrays, self.absent
+        )
+
+    @property
+    def synthetic(self) -> bool:
+        """Whether the card says that the model was trained on synthetic data."""
+        return trained_on_synthetic(self.card)
+
+    @property
+    def origin(self) -> str:
+        """What a title or description adds on the training data: nothing, or that they are synthetic."""
+        return ", trained on synthetic data" if self.synthetic else ""
+
+    @property
+    def box(self) -> Domain:
+        """The trained domain; the physical limits where none is recorded."""
+        limits = [self.domain.get(q.name, (q.lower, q.upper)) for q in LOADS]
+        return Domain(tuple(low for low, _ in limits), tuple(high for _, high in limits), self.absent)
+
+    @property
+    def labels(self) -> dict[str, tuple[str, ...]]:
+        """Labels of the numbers 0, 1, 2 ... of the system variables that are text in the metadata of tests."""
+        return {p.name: p.labels for p in self.system if p.labels}
+
+    def system_values(self, loads: TriboLoads) -> dict[str, FloatArray]:
+        """Return the system variables that the table of tests gives, shape (n,) each; labels as numbers."""
+        found = {}
+        for p in self.system:
+            column = loads.context_column(p.name)
+            if column is not None:
+                found[p.name] = as_numbers(column, p.labels, p.start)
+        return found
+
+
+def read_source(
+    model: object, spec: str | os.PathLike[str] | None = None, target: str = "native"
+) -> FrictionSource:
+    """Take a model object, a saved folder or an ONNX file, ours or a user's own.
+
+    Parameters
+    ----------
+    model : FrictionModel, path-like, FrictionSource
+        A model, a folder it was saved to, or an ONNX file; a source is returned as it is.
+    spec : path-like, optional
+        YAML for a user's own ONNX file; see `fmus.user_onnx.spec.Spec`.
+    target : str
+        For ``"python"`` a user's graph that has no translation is taken as it is (`FrictionSource.foreign`).
+
+    Raises
+    ------
+    InputError
+        No such file or folder, not an ONNX file, metadata or a YAML that cannot be used, a graph that
+        has no translation.
+    """
+    if isinstance(model, FrictionSource):
+        if model.foreign is not None and target != "python":
+            raise InputError(
+                f"{model.where}: the graph runs in Python only; allowed: target 'python', not {target!r}"
+            )
+        return model
+    if isinstance(model, str | os.PathLike):
+        path = Path(model)
+        if path.is_dir():
+            if not (path / "model.onnx").is_file():
+                raise InputError(
+                    f"{path}: no model.onnx in this folder; allowed: a folder written by save(), or an ONNX file"
+                )
+            path = path / "model.onnx"
+        if not path.is_file():
+            raise InputError(f"{path}: no such file or folder; allowed: a saved model folder or an ONNX file")
+        if path.stat().st_size > MAX_ONNX_BYTES:
+            raise InputError(f"{path}: {path.stat().st_size} bytes, allowed: at most {MAX_ONNX_BYTES}")
+        from ..user_onnx.external import self_contained
+
+        content = self_contained(path.read_bytes(), path, MAX_ONNX_BYTES)
+        return _file_source(content, str(path), spec, target)
+    if spec is not None:
+        raise InputError(f"{spec}: a YAML is for a user's own ONNX file; allowed: with an ONNX file only")
+    export = getattr(model, "to_onnx", None)
+    if export is None:
+        raise InputError(
+            f"model is a {type(model).__name__}; allowed: a friction model, a folder it was saved to, or an ONNX file"
+        )
+    with tempfile.TemporaryDirectory(prefix="tribofmu-") as folder:
+        written = Path(folder) / "model.onnx"
+        export(written)
+        return parse_source(written.read_bytes(), type(model).__name__)
+
+
+def _file_source(
+    content: bytes, where: str, spec: str | os.PathLike[str] | None, target: str
+) -> FrictionSource:
+    from ..user_onnx import is_ours, looks_ours
+    from ..user_onnx.reading import parse
+
+    model = parse(content, where)
+    if is_ours(model):
+        if spec is not None:
+            raise InputError(
+                f"{spec}: {where} is one of our own models and holds names, units and domain itself; "
+                "allowed: a YAML with a user's own ONNX file"
+            )
+        return parse_source(content, where)
+    if spec is not None or not looks_ours(model):
+        return _user_source(content, where, spec, target)
+    # Without metadata but with our signature: as it is where the generator reads it, else redrawn.
+    from ..native.graph import read_graph
+
+    source = parse_source(content, where)
+    try:
+        read_graph(content, where, len(source.states), len(source.system))
+    except InputError as error:
+        try:
+            return _user_source(content, where, spec, target)
+        except InputError:
+            raise error from None
+    return source
+
+
+def _user_source(
+    content: bytes, where: str, spec: str | os.PathLike[str] | None, target: str
+) -> FrictionSource:
+    from ..user_onnx import read_user_model
+
+    user = read_user_model(content, where, spec, python=target == "python")
+    return FrictionSource(
+        onnx=user.onnx,
+        where=where,
+        family=user.family,
+        name=user.name,
+        formula=user.formula,
+        domain=user.domain,
+        card=user.card,
+        original=content,
+        foreign=None if user.onnx else user.signature.to_dict(),
+        note="" if user.agreement is None else str(user.agreement),
+    )
+
+
+def parse_source(content: bytes, where: str) -> FrictionSource:
+    """Read the metadata of a serialized ONNX model; see `read_source`."""
+    import onnx
+
+    try:
+        model = onnx.load_model_from_string(content)
+    except Exception:
+        raise InputError(f"{where}: not an ONNX file (it cannot be parsed)") from None
+    if not model.graph.output:
+        raise InputError(f"{where}: not an ONNX model (its graph has no output)")
+    for tensor in model.graph.initializer:
+        if tensor.data_location == onnx.TensorProto.EXTERNAL:
+            raise InputError(
+                f"{where}: tensor {tensor.name!r} is stored in another file; allowed: one self-contained file"
+            )
+    texts = {p.key: p.value for p in model.metadata_props}
+
+    def part(key: str, empty: Any) -> Any:
+        if f"tribofmu.{key}" not in texts:
+            return empty
+        try:
+            value = json.loads(texts[f"tribofmu.{key}"])
+        except (ValueError, RecursionError):
+            value = None
+        if not isinstance(value, type(empty)):
+            raise InputError(f"{where}: metadata tribofmu.{key} is not a JSON {type(empty).__name__}")
+        return value
+
+    identity = part("model", {})
+    try:
+        # None stands for a load that was not measured: it has no domain.
+        limits = {str(k): v for k, v in part("domain", {}).items()}
+        domain = {k: (float(v[0]), float(v[1])) for k, v in limits.items() if v is not None}
+        states = tuple(
+            State(
+                str(s["name"]), str(s.get("unit", "1")), float(s.get("start", 0.0)), bool(s.get("ode", False))
+            )
+            for s in part("state", [])
+        )
+        system = tuple(
+            Parameter(
+                str(s["name"]),
+                str(s.get("unit", "1")),
+                float(s.get("start", 0.0)),
+                None if s.get("min") is None else float(s["min"]),
+                None if s.get("max") is None else float(s["max"]),
+                _texts(s.get("labels", [])),
+            )
+            for s in part("system", [])
+        )
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise InputError(f"{where}: metadata of the model cannot be used ({error!r})") from None
+    for load in limits:
+        if load not in LOAD_NAMES:
+            raise unknown_name("load in the domain", load, LOAD_NAMES, where)
+    for load, (lower, upper) in domain.items():
+        if not lower <= upper:
+            raise InputError(
+                f"{where}: domain of {load!r} is {lower!r} to {upper!r}, allowed: lower <= upper"
+            )
+    return FrictionSource(
+        onnx=content,
+        where=where,
+        family=str(identity.get("family", "onnx")),
+        name=str(identity.get("name", "friction")),
+        formula=str(identity.get("formula", "")),
+        domain=domain,
+        states=states,
+        system=system,
+        card=part("card", {}),
+        absent=tuple(n for n in LOAD_NAMES if n in limits and limits[n] is None),
+        interval=_level(part("interval", {}), {o.name for o in model.graph.output}, where),
+    )
+
+
+def _level(content: dict[str, Any], outputs: set[str], where: str) -> float | None:
+    """Return the level of the prediction interval, None without one."""
+    if not content or MARGIN not in outputs:
+        return None
+    try:
+        return check_level(content.get("level"))
+    except InputError as error:
+        raise InputError(f"{where}: metadata tribofmu.interval: {error}") from None
+
+
+def _texts(values: object) -> tuple[str, ...]:
+    if not isinstance(values, list) or not all(isinstance(v, str) for v in values):
+        raise ValueError(f"labels {values!r:.60}")
+    return tuple(values)

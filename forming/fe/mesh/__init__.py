@@ -1,0 +1,1 @@
+"""Meshing of axisymmetric regions: elements, outlines, mesher."""

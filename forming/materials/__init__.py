@@ -1,0 +1,1 @@
+"""Workpiece materials: flow curves, elasticity, heat data, material files."""

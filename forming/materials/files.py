@@ -1,0 +1,306 @@
+"""Material files: YAML with a flow curve in a named form, elasticity, heat data, limits and source."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from friction_models.common import InputError, nearest, unknown_name
+from friction_models.common.yaml_files import read_yaml
+
+from .base import Material
+from .flow_curves import FlowTable, HenselSpittel, PowerLaw
+
+SHIPPED = Path(__file__).parent
+MAX_BYTES = 1024 * 1024
+#: What metals and tool materials have; a value beyond is most often in another unit.
+METALS = {
+    "density": (500.0, 25_000.0),
+    "elasticity.E": (1e3, 2e6),
+    "conductivity": (0.5, 3000.0),
+    "heat_capacity": (50.0, 20_000.0),
+}
+
+
+def _number(value: Any) -> Any:
+    # YAML 1.1 reads 2e-3 as a text: it wants a point.
+    if isinstance(value, str) and re.fullmatch(r"[+-]?\d+(\.\d*)?[eE][+-]?\d+", value):
+        return float(value)
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_number), Field(allow_inf_nan=False)]
+Text = Annotated[str, Field(max_length=4000)]
+Axis = Annotated[list[Number], Field(min_length=1, max_length=FlowTable.longest)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+
+class _HenselSpittel(_Part):
+    form: Literal["hensel_spittel"]
+    A: Number
+    m1: Number
+    m2: Number
+    m3: Number
+    m4: Number = 0.0
+    m5: Number = 0.0
+    m7: Number = 0.0
+    m8: Number = 0.0
+    m9: Number = 0.0
+    strain_floor: Number = 2e-3
+    rate_floor: Number = 1e-3
+
+
+class _RateTemperature(_Part):
+    form: Literal["hensel_spittel_rate_temperature"]
+    A: Number
+    m1: Number
+    m2: Number
+    m3: Number
+    m4: Number
+    strain_floor: Number = 2e-3
+    rate_floor: Number = 1e-3
+
+
+class _Gmt(_Part):
+    form: Literal["hensel_spittel_gmt"]
+    C1: Number
+    C2: Number
+    n1: Number = 0.0
+    n2: Number
+    l1: Number = 0.0
+    l2: Number = 0.0
+    m1: Number = 0.0
+    m2: Number
+    strain_floor: Number = 2e-3
+    rate_floor: Number = 1e-3
+
+
+class _Constant(_Part):
+    form: Literal["constant"]
+    stress: Number
+
+
+class _Ludwik(_Part):
+    form: Literal["ludwik"]
+    yield_stress: Number
+    K: Number
+    n: Number
+    rate_exponent: Number = 0.0
+    reference_rate: Number = 1.0
+
+
+class _Swift(_Part):
+    form: Literal["swift"]
+    K: Number
+    n: Number
+    prestrain: Number
+    rate_exponent: Number = 0.0
+    reference_rate: Number = 1.0
+
+
+class _Table(_Part):
+    form: Literal["table"]
+    strain: Axis
+    rate: Axis
+    T: Axis
+    stress: list[list[list[Number]]]
+
+
+FORMS: dict[str, type[_Part]] = {
+    "hensel_spittel": _HenselSpittel,
+    "hensel_spittel_rate_temperature": _RateTemperature,
+    "hensel_spittel_gmt": _Gmt,
+    "table": _Table,
+    "constant": _Constant,
+    "ludwik": _Ludwik,
+    "swift": _Swift,
+}
+FlowCurve = Annotated[
+    _HenselSpittel | _RateTemperature | _Gmt | _Table | _Constant | _Ludwik | _Swift,
+    Field(discriminator="form"),
+]
+
+
+class _OverT(_Part):
+    T: Axis
+    value: Axis
+
+
+Heat = Number | _OverT
+Limits = Annotated[list[Number], Field(min_length=2, max_length=2)]
+
+
+class _Valid(_Part):
+    strain: Limits | None = None
+    rate: Limits | None = None
+    T: Limits | None = None
+
+
+class _Elasticity(_Part):
+    E: Number
+    nu: Number
+
+
+class MaterialFile(_Part):
+    """What a material file may hold; units: MPa, degC, 1/s, kg/m3, W/(m K), J/(kg K)."""
+
+    name: Annotated[str, Field(min_length=1, max_length=80)]
+    source: Text
+    flow_curve: FlowCurve | None = None
+    valid: _Valid = Field(default_factory=_Valid)
+    elasticity: _Elasticity
+    density: Number
+    conductivity: Heat
+    heat_capacity: Heat
+    taylor_quinney: Number = 0.9
+    emissivity: Number = 0.5
+
+    def material(self, where: str) -> Material:
+        """Return the material.
+
+        Raises
+        ------
+        InputError
+            Values that cannot be.
+        """
+        for name, unit, values in (
+            ("density", "kg/m3", [self.density]),
+            ("elasticity.E", "MPa", [self.elasticity.E]),
+            ("conductivity", "W/(m K)", _values(self.conductivity)),
+            ("heat_capacity", "J/(kg K)", _values(self.heat_capacity)),
+        ):
+            low, high = METALS[name]
+            for value in values:
+                if not low <= value <= high:
+                    raise InputError(
+                        f"{where}: {name} = {value:g} {unit}; allowed: {low:g} to {high:g} {unit} (any metal or tool ceramic)"
+                    )
+        common: dict[str, Any] = {
+            "name": self.name,
+            "source": self.source,
+            "E": self.elasticity.E,
+            "nu": self.elasticity.nu,
+            "rho": self.density,
+            "conductivity": _property(self.conductivity, f"{where}: conductivity"),
+            "cp": _property(self.heat_capacity, f"{where}: heat_capacity"),
+            "taylor_quinney": self.taylor_quinney,
+            "emissivity": self.emissivity,
+        }
+        for name in ("strain", "rate", "T"):
+            limits = getattr(self.valid, name)
+            common[f"{name}_range"] = None if limits is None else tuple(limits)
+        try:
+            return _build(self.flow_curve, common)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
+
+
+#: What the coefficients of the GMT spelling are called in `HenselSpittel`.
+_GMT_NAMES = {"C1": "A", "C2": "m1", "n2": "m2", "l2": "m4", "m1": "m8", "m2": "m3"}
+
+
+def _build(curve: Any, common: dict[str, Any]) -> Material:
+    if curve is None:
+        return Material(**common)
+    law: dict[str, Any] = curve.model_dump(exclude={"form"})
+    if isinstance(curve, _RateTemperature):
+        return HenselSpittel(**law, form="rate_temperature", **common)
+    if isinstance(curve, _HenselSpittel):
+        return HenselSpittel(**law, **common)
+    if isinstance(curve, _Gmt):
+        return HenselSpittel(**{_GMT_NAMES.get(name, name): value for name, value in law.items()}, **common)
+    if isinstance(curve, _Table):
+        table: dict[str, Any] = {"strains": curve.strain, "rates": curve.rate, "temperatures": curve.T}
+        return FlowTable(**table, stresses=curve.stress, **common)  # type: ignore[arg-type]
+    if isinstance(curve, _Constant):
+        return PowerLaw(yield_stress=curve.stress, **common)
+    return PowerLaw(**law, **common)
+
+
+def _values(value: float | _OverT) -> list[float]:
+    return [value] if isinstance(value, float) else value.value
+
+
+def _property(value: float | _OverT, where: str) -> Any:
+    if isinstance(value, float):
+        return value
+    if len(value.T) != len(value.value):
+        raise InputError(
+            f"{where}: {len(value.T)} temperatures and {len(value.value)} values; allowed: as many"
+        )
+    return tuple(zip(value.T, value.value))
+
+
+def shipped() -> list[str]:
+    """Return the names of the shipped materials."""
+    return sorted(file.name.removesuffix(".yaml") for file in SHIPPED.glob("*.yaml"))
+
+
+def read_material(source: str | os.PathLike[str]) -> Material:
+    """Read a shipped material by name, or a YAML file; see `forming.materials.materials.load`."""
+    if not isinstance(source, (str, os.PathLike)):
+        raise unknown_name("material", str(source), [*shipped(), "the path of a .yaml file"])
+    if isinstance(source, str) and source in shipped():
+        file = SHIPPED / f"{source}.yaml"
+    else:
+        file = Path(source)
+        if file.suffix not in (".yaml", ".yml"):
+            raise unknown_name("material", str(source), [*shipped(), "the path of a .yaml file"])
+        if not file.is_file():
+            raise InputError(f"{file}: no such file; allowed: a YAML file that describes a material")
+    if file.stat().st_size > MAX_BYTES:
+        raise InputError(f"{file}: {file.stat().st_size} bytes; allowed: at most {MAX_BYTES}")
+    content = read_yaml(file)
+    return material_from_content(content, file.name if file.parent == SHIPPED else str(file))
+
+
+def material_from_content(content: object, where: str = "material") -> Material:
+    """Return the material of what stands in a file.
+
+    Raises
+    ------
+    InputError
+        Unknown keys, missing ones, or values that cannot be.
+    """
+    if not isinstance(content, dict) or not all(isinstance(k, str) for k in content):
+        raise InputError(
+            f"{where}: holds {type(content).__name__}; allowed: the keys {', '.join(MaterialFile.model_fields)}"
+        )
+    curve = content.get("flow_curve")
+    if isinstance(curve, dict) and not (isinstance(curve.get("form"), str) and curve["form"] in FORMS):
+        raise unknown_name("form of flow_curve", str(curve.get("form")), FORMS, where)
+    try:
+        read = MaterialFile.model_validate(content)
+    except ValidationError as error:
+        found = error.errors()
+        # A misspelt key is missing under its right name, too: it is named first.
+        first = next((item for item in found if item["type"] == "extra_forbidden"), found[0])
+        raise InputError(f"{where}: {_sentence(first)}") from None
+    return read.material(where)
+
+
+def _sentence(item: Any) -> str:
+    """Say one problem that pydantic found, with place, value and the nearest valid key."""
+    # The discriminator's value and the branch of a union stand in the path, but not in the file.
+    keys = [str(p) for p in item["loc"] if str(p) not in {*FORMS, "float", "_OverT"}]
+    parts = [k for k in keys if not k.startswith("function-")]
+    place = ".".join(parts)
+    if item["type"] == "extra_forbidden":
+        form = next((str(p) for p in item["loc"] if str(p) in FORMS), "")
+        models: dict[str, type[BaseModel]] = {"valid": _Valid, "elasticity": _Elasticity}
+        models |= {"flow_curve": FORMS.get(form, _Part), "conductivity": _OverT, "heat_capacity": _OverT}
+        fields = (models.get(parts[0], MaterialFile) if len(parts) > 1 else MaterialFile).model_fields
+        hint = nearest(parts[-1], fields)
+        guess = f"; did you mean {hint!r}?" if hint else ""
+        return f"unknown key {place!r}; allowed: {', '.join(fields)}{guess}"
+    if item["type"] == "missing":
+        return f"{place} is missing; allowed: a value for it"
+    text = str(item["msg"]).removeprefix("Value error, ")
+    return f"{place} = {item['input']!r:.80}; allowed: {text[0].lower() + text[1:]}"

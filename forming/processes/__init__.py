@@ -1,0 +1,1 @@
+"""The forming processes, and how they run: single, in steps, in batches."""

@@ -1,0 +1,275 @@
+"""Backward cup extrusion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from friction_models.common.ranges import check_range
+
+from ..fe.body import Body
+from ..fe.mesh.shape import FloatArray
+from ..fe.resample import mesh_inside, resample
+from ..fe.simulation import Simulation
+from ..fe.state import State, StepControl
+from ..fe.tool_heat import ToolField
+from ..fe.tooling import CupPunch, Tool, line, plate
+from ..materials.materials import MaterialSource
+from ..tools.ejection_tools import OPENING, Stage, ejector, opened, stripper, withdrawn
+from ..tools.elasticity import UNITS, Elasticity
+from .base import FormingProcess
+from .heat_input import TOOLS
+
+#: Elements on the rounding of the punch are smaller than elsewhere below this radius of it and below this wall of the
+#: cup, both as shares of the container's radius; and their smallest size as a share of `mesh_size`.
+FINE_RADIUS, FINE_WALL, FINEST = 0.28, 0.3, 0.375
+
+
+@dataclass(frozen=True)
+class _CupSize:
+    """Element size: `on_edge` on the rounding of the punch, `finest` around it, a few elements through wall and base."""
+
+    finest: float
+    nose: float
+    punch: CupPunch
+    wall: float
+    on_edge: float
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        rp, edge = self.punch.radius, self.punch.edge_radius
+        shoulder = self.nose + self.punch.nose_height
+        distance = np.hypot(points[:, 0] - (rp - 0.3 * edge), points[:, 1] - (shoulder + 0.5 * edge))
+        growth = 0.15 * np.maximum(0.0, distance - 1.2 - edge)
+        size = np.minimum(self.finest + growth, 2.6 * self.finest)
+        off_edge = np.abs(np.hypot(points[:, 0] - rp + edge, points[:, 1] - shoulder - edge) - edge)
+        size = np.minimum(size, self.on_edge + 0.2 * np.maximum(0.0, off_edge - 0.3))
+        above = points[:, 1] > shoulder + edge
+        through_wall = max(self.wall / 4.0, self.finest)
+        through_base = max(max(self.nose, 0.3) / 4.0, 0.6 * self.finest)
+        return np.minimum(size, np.where(above, through_wall, through_base))
+
+
+class BackwardCupExtrusion(FormingProcess):
+    """Axisymmetric backward cup extrusion: a punch presses into a billet in a closed container.
+
+    Parameters
+    ----------
+    diameter, punch_diameter : float
+        Container and punch diameter [mm].
+    billet_length : float
+        Height of the billet [mm].
+    speed : float
+        Punch speed [mm/s].
+    T_billet, T_tool : float
+        Temperatures of billet and tools at the start [degC].
+    material : Material, name or path, optional
+        Billet; 16MnCr5 by default. See `forming.materials.materials.load`.
+    mesh_size : float
+        Element size under the punch [mm]; smaller on its rounding and where the wall asks for it.
+    n_points : int
+        Number of material markers, densest on the face under the punch, which becomes the inner wall.
+    edge_radius, land, relief : float
+        Rounding and land of the punch, and how far its shaft steps back behind the land [mm].
+    nose_angle, tip_radius : float
+        Angle between the nose of the punch and a plane across the axis [degrees], 0 is flat; rounding of a
+        conical nose on the axis [mm].
+    tool_heating : bool
+        Conduct heat in the tools; False holds their surfaces at `T_tool`.
+    die_outer_diameter : float, optional
+        Outer diameter of the die [mm]: it widens elastically; rigid by default.
+    punch_length, press_stiffness : float, optional
+        Length of the punch column [mm] and stiffness of the press [kN/mm]: `stroke` is then that of the ram,
+        ahead of the punch; rigid by default.
+    tool_modulus : float
+        Young's modulus of the tools [GPa].
+    tool_material : Material, name or path
+        Heat data of the tools.
+    htc : float
+        Heat transfer coefficient of the contact [kW/(m2 K)].
+    T_ambient, h_ambient : float
+        Temperature [degC] and heat transfer coefficient [W/(m2 K)] of the air around free surfaces, which also
+        radiate; 0 insulates them.
+    ejector_diameter : float, optional
+        Ejector under the cup's bottom [mm]; by default 0.95 of `diameter`.
+
+    Raises
+    ------
+    InputError
+        A dimension, speed or temperature that cannot be.
+    """
+
+    name = "backward cup extrusion"
+    ejections = ("stripper", "ejector")
+
+    def __init__(
+        self,
+        diameter: float = 20.0,
+        punch_diameter: float = 14.14,
+        billet_length: float = 20.0,
+        speed: float = 5.0,
+        T_billet: float = 20.0,
+        T_tool: float = 20.0,
+        material: MaterialSource = None,
+        mesh_size: float = 0.35,
+        n_points: int = 100,
+        edge_radius: float = 1.5,
+        land: float = 2.0,
+        tool_heating: bool = True,
+        nose_angle: float = 0.0,
+        tip_radius: float = 2.0,
+        relief: float = 0.28,
+        die_outer_diameter: float | None = None,
+        punch_length: float | None = None,
+        press_stiffness: float | None = None,
+        tool_modulus: float = 210.0,
+        tool_material: MaterialSource = TOOLS,
+        htc: float = 35.0,
+        T_ambient: float = 20.0,
+        h_ambient: float = 10.0,
+        ejector_diameter: float | None = None,
+    ) -> None:
+        super().__init__(
+            speed,
+            T_billet,
+            T_tool,
+            material,
+            n_points,
+            tool_heating,
+            tool_material,
+            htc,
+            T_ambient,
+            h_ambient,
+        )
+        self._number("diameter", diameter, 2.0, 200.0, "mm")
+        self._number("punch_diameter", punch_diameter, 0.35 * diameter, 0.92 * diameter, "mm")
+        self._number("billet_length", billet_length, 0.3 * diameter, 5.0 * diameter, "mm")
+        self._number("mesh_size", mesh_size, 0.005 * diameter, 0.05 * diameter, "mm")
+        self._number("edge_radius", edge_radius, 0.01 * diameter, 0.4 * punch_diameter, "mm")
+        self._number("land", land, 0.1, diameter, "mm")
+        self.container_radius = 0.5 * diameter
+        self._number("nose_angle", nose_angle, 0.0, 30.0, "degrees")
+        self._number("tip_radius", tip_radius, 0.05, diameter, "mm")
+        self._number("relief", relief, 0.02, 0.25 * punch_diameter, "mm")
+        self.punch = CupPunch(0.5 * punch_diameter, edge_radius, land, nose_angle, tip_radius, relief)
+        self.elasticity = Elasticity(
+            self.name,
+            diameter,
+            punch_diameter,
+            die_outer_diameter,
+            punch_length,
+            press_stiffness,
+            tool_modulus,
+        )
+        self.units |= UNITS
+        self.billet_length = billet_length
+        self.mesh_size = mesh_size
+        if ejector_diameter is not None:
+            low, high = 0.2 * diameter, 0.98 * diameter
+            check_range(self.name, "ejector_diameter", ejector_diameter, low, high, "mm")
+        self.ejector_diameter = 0.95 * diameter if ejector_diameter is None else ejector_diameter
+        self._check_stroke(billet_length)
+
+    @property
+    def max_stroke(self) -> float:
+        """Largest stroke [mm]: a base of a tenth of the billet, at least 1 mm, stays."""
+        return self.billet_length - max(1.0, 0.1 * self.billet_length)
+
+    def _build(self) -> Simulation:
+        """Put the billet into the container, the punch on top of it."""
+        radius, height = self.container_radius, self.billet_length
+        wall = radius - self.punch.radius
+        finest = min(self.mesh_size, wall / 5.0, max(0.57 * self.mesh_size, 0.35 * self.punch.edge_radius))
+        # The surface is a polygon: small sides on the rounding, of which the force ripples with their square.
+        share = min(self.punch.edge_radius / (FINE_RADIUS * radius), wall / (FINE_WALL * radius))
+        on_edge = min(finest, self.mesh_size * max(FINEST, share))
+
+        def size(stroke: float) -> _CupSize:
+            return _CupSize(finest, height - stroke, self.punch, wall, on_edge)
+
+        shaft = height + 40.0
+        punch = Tool(
+            "punch",
+            self.punch.segments(shaft),
+            np.array([0.0, -self.speed]),
+            np.array([0.0, height - 1e-8]),
+            temperature=self.T_tool,
+        )
+        bore = np.array([line((radius, -5.0), (radius, 10.0 * height + 60.0))])
+        container = Tool(
+            "container",
+            bore,
+            temperature=self.T_tool,
+            flexibility=self.elasticity.flexibility,
+            spread=self.elasticity.spread,
+        )
+        base = plate(0.0, self.T_tool)
+        if self.tool_heating:
+            first = size(0.0)
+            shift = np.array([0.0, height])
+            punch.heat_field = self.punch.heat_field(height, lambda p: first(p + shift), self.T_tool)
+            container.heat_field, base.heat_field = self._outer_fields(size(0.5 * height))
+        outline = np.array([[0.0, 0.0], [radius, 0.0], [radius, height], [0.0, height]])
+        tools = [container, punch, base]
+        surface = resample(outline, size(0.0), tools, None).points
+        mesh = mesh_inside(surface, size(0.0))
+        body = Body.at_rest(
+            mesh.x, mesh.quads, np.ascontiguousarray(mesh.loop[: len(surface)]), self.T_billet
+        )
+        body.velocity[:, 1] = -self.speed * np.clip(body.x[:, 1] / height, 0.0, 1.0)
+        corners = np.cumsum([0.0, radius, height, radius])
+        counted = np.cumsum([0.0, 0.3 * radius, 0.5 * height, 3.0 * radius])
+        markers = np.interp(np.linspace(0.0, counted[-1], self.n_points), counted, corners)
+        control = StepControl(slip=0.5 * finest)
+        simulation = Simulation(
+            body,
+            tools,
+            self.material,
+            markers,
+            size=size,
+            control=control,
+            compliance=self.elasticity.compliance,
+        )
+        return self.heat_input.apply(simulation)
+
+    def ejection_stage(self, how: str, number: int, state: State) -> Stage | None:
+        """Withdraw the punch, a stripper on the rim; then take that back and push the cup's bottom up.
+
+        The container is taken to end at the rim of the cup, the shortest that holds it.
+        """
+        surface, radius = state.body.surface, self.container_radius
+        rim = float(surface[:, 1].max())
+        if number == 0:
+            container, punch, base = state.tools
+            wall = radius - self.punch.radius
+            plate_on_rim = stripper(self.punch.radius + 0.1 * wall, 0.1 * wall, surface, self.T_tool)
+            depth = rim - float(punch.offset[1])
+            tools = (container, withdrawn(punch, self.speed), base, plate_on_rim)
+            return Stage("withdraw", tools, "punch", longest=depth + 2.0, clear=0.05 * radius)
+        if how != "ejector" or number > 2:
+            return None
+        if number == 1:
+            container, _, base, above = state.tools
+            held = (container, base, withdrawn(above, self.speed))
+            return Stage("release", held, "stripper", longest=0.1 * self.billet_length, clear=0.0)
+        container, base = state.tools[:2]
+        pin = ejector(0.5 * self.ejector_diameter, surface, self.speed, self.T_tool)
+        lowest, clear = float(surface[:, 1].min()), rim - 2.0 * OPENING * radius
+        moving = (opened(container, radius, rim), base, pin)
+        return Stage("eject", moving, "ejector", longest=rim - lowest, opening=clear)
+
+    def _outer_fields(self, size: _CupSize) -> tuple[ToolField, ToolField]:
+        """Return the heat fields of container and base plate."""
+        radius, depth = self.container_radius, 1.5 * self.container_radius
+        coarse = 2.6 * self.mesh_size
+        top = 3.0 * self.billet_length
+        bore = np.array([[radius, top], [radius, 0.0]])
+        back = np.array([[radius, 0.0], [radius + depth, 0.0], [radius + depth, top], [radius, top]])
+
+        def even(points: FloatArray) -> FloatArray:
+            return np.full(len(points), coarse)
+
+        container = ToolField.build([bore], back, even, self.T_tool)
+        face = np.array([[radius, 0.0], [0.0, 0.0]])
+        below = np.array([[0.0, 0.0], [0.0, -depth], [radius, -depth], [radius, 0.0]])
+        return container, ToolField.build([face], below, even, self.T_tool)

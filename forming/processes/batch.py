@@ -1,0 +1,139 @@
+"""Many forming runs over a pool of processes; a run that fails keeps its input and its reason."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from friction_models.common import InputError, check_folder, unknown_name
+from friction_models.common.folders import FORMING
+from friction_models.common.pool import Progress, map_unordered
+
+from ..results.history import FormingResult
+from .friction_input import Friction
+
+
+@dataclass(frozen=True)
+class FormingTask:
+    """A run to be done.
+
+    Attributes
+    ----------
+    process : str
+        ``"fre"``, ``"bce"``, ``"upsetting"`` or ``"ring"``.
+    parameters : mapping
+        Parameters of the process.
+    friction : float or callable
+        As in `FormingProcess.run`; a callable must be importable in another process (a function of a module, an
+        object of a class of a module).
+    stroke : float
+        [mm].
+    options : mapping
+        Further arguments of `FormingProcess.run`: `communication_step`, `snapshots`, `eject`.
+    name : str
+        Folder of the result, where results are kept; by default the number of the task.
+    """
+
+    process: str = "fre"
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    friction: Friction = 0.08
+    stroke: float = 10.0
+    options: Mapping[str, Any] = field(default_factory=dict)
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class FormingRun:
+    """A run that was done.
+
+    Attributes
+    ----------
+    task : FormingTask
+    result : FormingResult or None
+        What it gave; where friction failed midway, what there was until then; None for a refused input.
+    error : str
+        Why it was refused or failed; empty for a run that has a result of its own, which may have stopped.
+    """
+
+    task: FormingTask
+    result: FormingResult | None
+    error: str = ""
+
+    @property
+    def ok(self) -> bool:
+        """Whether the run has reached its stroke."""
+        return not self.error and self.result is not None and self.result.status == "ok"
+
+
+def run_batch(
+    tasks: Sequence[FormingTask],
+    jobs: int | None = None,
+    progress: Progress | None = None,
+    out: str | Path | None = None,
+) -> list[FormingRun]:
+    """Do all runs, in parallel where there is more than one job, and return them in order.
+
+    The numbers are those of runs one by one, bit for bit.
+
+    Parameters
+    ----------
+    tasks : sequence of FormingTask
+    jobs : int, optional
+        Processes; by default as many as there are cores.
+    progress : callable, optional
+        Called with (done, total, name of the run that is finished).
+    out : path-like, optional
+        Save each result as a folder of its own in here.
+
+    Raises
+    ------
+    InputError
+        Less than one job, two tasks of one name, a folder that holds something else than a forming result, or a friction law that cannot be sent to another process.
+    """
+    named = [task.name or f"{k + 1:04d}" for k, task in enumerate(tasks)]
+    for name in named:
+        if named.count(name) > 1 or not name.strip(".") or set(name) & set("/\\:\0"):
+            raise InputError(f"batch: name = {name!r}; allowed: one folder name for each task, each its own")
+    for name in named if out is not None else ():
+        check_folder(Path(out or "") / name, FORMING)
+    if jobs != 1 and len(tasks) > 1:
+        for name, task in zip(named, tasks):
+            _check_portable(name, task)
+    runs: list[FormingRun | None] = [None] * len(tasks)
+    results = map_unordered(_run, [(task,) for task in tasks], jobs)
+    for done, (k, (result, error)) in enumerate(results, start=1):
+        runs[k] = FormingRun(tasks[k], result, error)
+        if out is not None and result is not None:
+            result.save(Path(out) / named[k], named[k])
+        if progress is not None:
+            progress(done, len(tasks), named[k])
+    return [run for run in runs if run is not None]
+
+
+def _check_portable(name: str, task: FormingTask) -> None:
+    try:
+        pickle.dumps(task)
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        raise InputError(
+            f"batch: task {name} cannot be sent to another process ({error}); allowed: numbers, texts and "
+            "functions of modules, or jobs = 1"
+        ) from None
+
+
+def _run(task: FormingTask) -> tuple[FormingResult | None, str]:
+    """Do one run in whatever process this is; return its result, and the error that ended it."""
+    from .names import PROCESSES
+
+    process = None
+    try:
+        if task.process not in PROCESSES:
+            raise unknown_name("forming process", task.process, PROCESSES)
+        kind: Any = PROCESSES[task.process]
+        process = kind(**task.parameters)
+        return process.run(task.friction, task.stroke, **task.options), ""
+    except Exception as error:
+        kept = None if process is None else process.result
+        return kept, f"{'' if isinstance(error, InputError) else type(error).__name__ + ': '}{error}"

@@ -1,0 +1,286 @@
+"""Forward rod extrusion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from friction_models.common.ranges import check_range
+
+from ..fe.body import Body
+from ..fe.contact import gap_and_normal
+from ..fe.mesh.polyline import distance_to_arc, distance_to_segment
+from ..fe.mesh.shape import FloatArray
+from ..fe.resample import mesh_inside, resample
+from ..fe.simulation import Simulation
+from ..fe.state import State, StepControl
+from ..fe.tooling import ExtrusionDie, Tool, block_field, flat_punch
+from ..materials.materials import MaterialSource
+from ..tools.ejection_tools import OPENING, Stage, ejector, opened, withdrawn
+from ..tools.elasticity import UNITS, Elasticity
+from .base import FormingProcess
+from .heat_input import TOOLS
+
+#: Gap between billet and container, so that the first touch is at the die shoulder [mm].
+CLEARANCE = 0.05
+
+#: Elements on a rounding are smaller than elsewhere below this radius of it and below this reduction of the radius, both
+#: as shares of the container's radius; and their smallest size as a share of `mesh_size`.
+FINE_RADIUS, FINE_STEP, FINEST = 0.2, 0.16, 0.375
+
+
+@dataclass(frozen=True)
+class _DieSize:
+    """Element size: fine along cone and land, finest on the roundings at both ends of the cone, coarse elsewhere."""
+
+    on_edge: float
+    on_entry: float
+    base: float
+    die: ExtrusionDie
+    cone_end_z: float
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        die = self.die
+        low = np.array([die.exit_radius, die.land - 0.5])
+        high = np.array([die.container_radius, self.cone_end_z])
+        along = self.base + 0.12 * np.maximum(0.0, distance_to_segment(points, low, high) - 1.0)
+        edge, entry = self._distances(points)
+        fine = np.minimum(
+            self.on_edge + 0.2 * np.maximum(0.0, edge - 0.3),
+            self.on_entry + 0.2 * np.maximum(0.0, entry - 0.3),
+        )
+        largest = 2.25 * self.base
+        rod = min(largest, max(die.exit_radius / 4.0, self.base))
+        return np.minimum(np.minimum(along, fine), np.where(points[:, 1] < die.land, rod, largest))
+
+    def _distances(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the distances from the roundings of cone to land and container to cone."""
+        die = self.die
+        edge = (die.exit_radius + die.edge_radius, die.land), die.edge_radius, 180.0 - die.half_angle, 180.0
+        entry = (
+            (die.container_radius - die.entry_radius, self.cone_end_z),
+            die.entry_radius,
+            -die.half_angle,
+            0.0,
+        )
+        first, second = (distance_to_arc(points, *given) for given in (edge, entry))
+        return first, second
+
+
+class ForwardRodExtrusion(FormingProcess):
+    """Axisymmetric forward rod extrusion with rigid tools that take up heat.
+
+    Parameters
+    ----------
+    diameter, exit_diameter : float
+        Container and land diameter [mm].
+    half_angle : float
+        Half the die opening angle [degrees]: 45 for 2 alpha = 90.
+    billet_length : float
+        Length of the billet [mm].
+    speed : float
+        Punch speed [mm/s].
+    T_billet, T_tool : float
+        Temperatures of billet and tools at the start [degC]. The contact temperature at a marker is the mean
+        of the workpiece and the tool surface.
+    material : Material, name or path, optional
+        Billet; 16MnCr5 by default. See `forming.materials.materials.load`.
+    mesh_size : float
+        Element size in the die [mm]; smaller on the roundings of the cone where these or the reduction are small.
+    n_points : int
+        Number of material markers on the billet surface.
+    entry_radius, edge_radius, land, relief : float
+        Roundings from container to cone and from cone to land, length of the land, and the radius at its
+        end [mm].
+    container_length : float, optional
+        Length of the container above the cone [mm]; by default it ends 2 mm above the billet. The billet must
+        stand inside.
+    tool_heating : bool
+        Conduct heat in the tools; False holds their surfaces at `T_tool`.
+    die_outer_diameter : float, optional
+        Outer diameter of the die [mm]: it widens elastically; rigid by default.
+    punch_length, press_stiffness : float, optional
+        Length of the punch column [mm] and stiffness of the press [kN/mm]: `stroke` is then that of the ram,
+        ahead of the punch; rigid by default.
+    tool_modulus : float
+        Young's modulus of the tools [GPa].
+    tool_material : Material, name or path
+        Heat data of the tools.
+    htc : float
+        Heat transfer coefficient of the contact [kW/(m2 K)].
+    T_ambient, h_ambient : float
+        Temperature [degC] and heat transfer coefficient [W/(m2 K)] of the air around free surfaces, which also
+        radiate; 0 insulates them.
+    ejector_diameter : float, optional
+        Pin under the rod that pushes the product back through the container [mm]; by default 0.95 of
+        `exit_diameter`.
+
+    Raises
+    ------
+    InputError
+        A dimension, speed or temperature that cannot be; the message names it, its value and what is allowed.
+    """
+
+    name = "forward rod extrusion"
+    ejections = ("ejector",)
+
+    def __init__(
+        self,
+        diameter: float = 20.0,
+        exit_diameter: float = 14.14,
+        half_angle: float = 45.0,
+        billet_length: float = 30.0,
+        speed: float = 5.0,
+        T_billet: float = 20.0,
+        T_tool: float = 20.0,
+        material: MaterialSource = None,
+        mesh_size: float = 0.4,
+        n_points: int = 80,
+        entry_radius: float = 2.0,
+        edge_radius: float = 1.5,
+        land: float = 2.0,
+        tool_heating: bool = True,
+        relief: float = 1.0,
+        container_length: float | None = None,
+        die_outer_diameter: float | None = None,
+        punch_length: float | None = None,
+        press_stiffness: float | None = None,
+        tool_modulus: float = 210.0,
+        tool_material: MaterialSource = TOOLS,
+        htc: float = 35.0,
+        T_ambient: float = 20.0,
+        h_ambient: float = 10.0,
+        ejector_diameter: float | None = None,
+    ) -> None:
+        super().__init__(
+            speed,
+            T_billet,
+            T_tool,
+            material,
+            n_points,
+            tool_heating,
+            tool_material,
+            htc,
+            T_ambient,
+            h_ambient,
+        )
+        self._number("diameter", diameter, 2.0, 200.0, "mm")
+        self._number("exit_diameter", exit_diameter, 0.2 * diameter, 0.97 * diameter, "mm")
+        self._number("half_angle", half_angle, 10.0, 80.0, "degrees")
+        self._number("billet_length", billet_length, 0.5 * diameter, 10.0 * diameter, "mm")
+        self._number("mesh_size", mesh_size, 0.005 * diameter, 0.05 * diameter, "mm")
+        self._number("entry_radius", entry_radius, 0.05, 0.5 * diameter, "mm")
+        self._number("edge_radius", edge_radius, 0.05, 0.5 * diameter, "mm")
+        self._number("land", land, 0.1, diameter, "mm")
+        self._number("relief", relief, 0.1, diameter, "mm")
+        self.die = ExtrusionDie(
+            0.5 * diameter, 0.5 * exit_diameter, half_angle, entry_radius, edge_radius, land, relief
+        )
+        self.billet_length = billet_length
+        self.mesh_size = mesh_size
+        self.elasticity = Elasticity(
+            self.name, diameter, diameter, die_outer_diameter, punch_length, press_stiffness, tool_modulus
+        )
+        self.units |= UNITS
+        self._cone_end = self.die.segments(1.0)[1]
+        self._billet_bottom = self._first_touch()
+        needed = self._billet_bottom + billet_length - self._cone_end
+        self._optional("container_length", container_length, needed, 1000.0, "mm")
+        self.container_length = needed + 2.0 if container_length is None else float(container_length)
+        if ejector_diameter is not None:
+            low, high = 0.2 * exit_diameter, 0.98 * exit_diameter
+            check_range(self.name, "ejector_diameter", ejector_diameter, low, high, "mm")
+        self.ejector_diameter = 0.95 * exit_diameter if ejector_diameter is None else ejector_diameter
+        self._check_stroke(billet_length)
+
+    @property
+    def max_stroke(self) -> float:
+        """Largest stroke [mm]: the punch stays 1 mm above the cone."""
+        return self._billet_bottom + self.billet_length - self._cone_end - 1.0
+
+    def _first_touch(self) -> float:
+        """Return z of the billet's lower end when it touches the die shoulder [mm]."""
+        segments, cone_end = self.die.segments(1.0)
+        radius = self.die.container_radius - CLEARANCE
+        heights = np.linspace(self.die.land, cone_end + 0.5, 6000)
+        gaps = np.array([gap_and_normal(radius, z, segments, 0.0, 0.0)[0] for z in heights])
+        return float(heights[np.flatnonzero(gaps <= 0.0).max()])
+
+    def _build(self) -> Simulation:
+        """Put the billet on the die shoulder."""
+        die, radius = self.die, self.die.container_radius - CLEARANCE
+        segments, cone_end = die.segments(self.billet_length + 60.0)
+        bottom = self._billet_bottom
+        top = bottom + self.billet_length
+        tools = [
+            Tool(
+                "die",
+                segments,
+                reach=0.5,
+                temperature=self.T_tool,
+                flexibility=self.elasticity.flexibility,
+                spread=self.elasticity.spread,
+            ),
+            flat_punch(top, self.speed, self.T_tool),
+        ]
+        base = min(self.mesh_size, die.exit_radius / 7.0)
+        size = _DieSize(
+            self._size_on(die.edge_radius, base), self._size_on(die.entry_radius, base), base, die, cone_end
+        )
+        if self.tool_heating:
+            tools[0].heat_field = die.heat_field(cone_end + self.container_length, size, self.T_tool)
+            depth = 1.5 * die.container_radius
+            tools[1].heat_field = block_field(die.container_radius, top, depth, size, self.T_tool)
+        outline = np.array([[0.0, bottom], [radius, bottom], [radius, top], [0.0, top]])
+        surface = resample(outline, size, tools, None).points
+        mesh = mesh_inside(surface, size)
+        body = Body.at_rest(
+            mesh.x, mesh.quads, np.ascontiguousarray(mesh.loop[: len(surface)]), self.T_billet
+        )
+        body.velocity[:, 1] = -self.speed
+        control = StepControl(slip=0.5 * base)
+        arc = self._marker_arc(radius)
+        simulation = Simulation(
+            body,
+            tools,
+            self.material,
+            arc,
+            size=lambda travel: size,
+            control=control,
+            compliance=self.elasticity.compliance,
+        )
+        return self.heat_input.apply(simulation)
+
+    def _size_on(self, radius: float, base: float) -> float:
+        """Return the element size on a rounding of the die [mm].
+
+        The surface is a polygon, whose sides cut off h^2 / (8 R) of a rounding: as nodes pass, the bore seems to change
+        by that, and the force with it, the more so the less the diameter is reduced.
+        """
+        container = self.die.container_radius
+        share = min(radius / (FINE_RADIUS * container), (1.0 - self.die.exit_radius / container) / FINE_STEP)
+        return min(base, self.mesh_size * max(FINEST, share))
+
+    def ejection_stage(self, how: str, number: int, state: State) -> Stage | None:
+        """Withdraw the punch; then the pin pushes rod and head back up, until the head is out of the container."""
+        die, surface = state.tools[0], state.body.surface
+        if number == 0:
+            punch = withdrawn(state.tools[1], self.speed)
+            return Stage(
+                "withdraw", (die, punch), "punch", longest=1.0 + 0.05 * self.billet_length, clear=0.0
+            )
+        if number > 1:
+            return None
+        top, radius = self._cone_end + self.container_length, self.die.container_radius
+        # The bore of a die that has widened stands further out; its opening is made in the tool's own frame.
+        die = opened(die, radius, top)
+        pin = ejector(0.5 * self.ejector_diameter, surface, self.speed, self.T_tool)
+        lowest, clear = float(surface[:, 1].min()), top - 2.0 * OPENING * radius
+        return Stage("eject", (die, pin), "ejector", longest=top - lowest, opening=clear)
+
+    def _marker_arc(self, radius: float) -> FloatArray:
+        """Return where the markers start: densest on the side, which the die works on."""
+        corners = np.cumsum([0.0, radius, self.billet_length, radius])
+        counted = np.cumsum([0.0, 0.5 * radius, self.billet_length, 0.25 * radius])
+        return np.interp(np.linspace(0.0, counted[-1], self.n_points), counted, corners)

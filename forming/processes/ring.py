@@ -1,0 +1,203 @@
+"""Upsetting of a cylinder, and compression of a ring, between flat tools."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from friction_models.common import InputError
+from friction_models.common.ranges import check_flag
+
+from ..fe.body import Body
+from ..fe.increment import Settings
+from ..fe.mesh.mesher import grid_mesh
+from ..fe.mesh.shape import FloatArray
+from ..fe.simulation import Simulation
+from ..fe.state import RemeshPolicy, StepControl
+from ..fe.tooling import block_field, flat_punch, plate
+from ..materials.materials import MaterialSource
+from .base import FormingProcess
+from .heat_input import TOOLS
+
+#: Largest share of the height that a stroke may take.
+MOST = 0.8
+
+
+class Upsetting(FormingProcess):
+    """Compression of a cylinder or a ring between a flat plate and a flat punch.
+
+    The mesh is a regular grid that moves with the material: where the side folds onto the tools it carries
+    further than meshes that are replaced, and contact changes less.
+
+    Parameters
+    ----------
+    diameter, height : float
+        Billet [mm].
+    bore_diameter : float
+        Bore of a ring [mm]; 0: a solid cylinder.
+    speed : float
+        Punch speed [mm/s].
+    T_billet, T_tool : float
+        Temperatures at the start [degC].
+    material : Material, name or path, optional
+        Billet; 16MnCr5 by default.
+    mesh_size : float, optional
+        Element size [mm]; by default the smaller of height and wall, over 12.
+    n_points : int
+        Number of material markers on the billet surface.
+    shear_factor : float
+        Friction stress at most this share m of the shear yield stress k. With the coefficient of friction
+        `forming.processes.friction_input.CONSTANT_SHEAR` the friction is then tau = m k.
+    tool_heating : bool
+        Conduct heat in the tools; False holds their surfaces at `T_tool`.
+    isothermal : bool
+        Let no heat arise or flow: the billet stays at `T_billet`.
+    remeshing : bool
+        Replace the mesh when its elements have become poor.
+    tool_material : Material, name or path
+        Heat data of the tools.
+    htc : float
+        Heat transfer coefficient of the contact [kW/(m2 K)].
+    T_ambient, h_ambient : float
+        Temperature [degC] and heat transfer coefficient [W/(m2 K)] of the air around free surfaces, which also
+        radiate; 0 insulates them.
+
+    Raises
+    ------
+    InputError
+        A dimension, speed, temperature or factor that cannot be; the message names it and what is allowed.
+    """
+
+    name = "upsetting"
+    #: As a share of the diameter.
+    smallest_bore = 0.0
+
+    def __init__(
+        self,
+        diameter: float = 15.0,
+        height: float = 15.0,
+        bore_diameter: float = 0.0,
+        speed: float = 5.0,
+        T_billet: float = 20.0,
+        T_tool: float = 20.0,
+        material: MaterialSource = None,
+        mesh_size: float | None = None,
+        n_points: int = 60,
+        shear_factor: float = 1.0,
+        tool_heating: bool = True,
+        isothermal: bool = False,
+        remeshing: bool = False,
+        tool_material: MaterialSource = TOOLS,
+        htc: float = 35.0,
+        T_ambient: float = 20.0,
+        h_ambient: float = 10.0,
+    ) -> None:
+        super().__init__(
+            speed,
+            T_billet,
+            T_tool,
+            material,
+            n_points,
+            tool_heating,
+            tool_material,
+            htc,
+            T_ambient,
+            h_ambient,
+        )
+        self._number("diameter", diameter, 1.0, 300.0, "mm")
+        self._number("height", height, 0.1 * diameter, 2.5 * diameter, "mm")
+        smallest = self.smallest_bore * diameter
+        self._number("bore_diameter", bore_diameter, smallest, 0.9 * diameter, "mm")
+        if 0.0 < bore_diameter < 0.05 * diameter:
+            raise InputError(
+                f"{self.name}: bore_diameter = {bore_diameter!r} mm; allowed: 0 (solid), or "
+                f"{0.05 * diameter:g} to {0.9 * diameter:g} mm"
+            )
+        wall = 0.5 * (diameter - bore_diameter)
+        thin = min(wall, height)
+        mesh_size = thin / 12.0 if mesh_size is None else mesh_size
+        self._number("mesh_size", mesh_size, thin / 60.0, thin / 4.0, "mm")
+        self._number("shear_factor", shear_factor, 0.0, 1.0, "")
+        self.diameter, self.height, self.bore_diameter = diameter, height, bore_diameter
+        self.mesh_size = mesh_size
+        self.shear_factor = shear_factor
+        self.isothermal = check_flag(self.name, "isothermal", isothermal)
+        self.remeshing = check_flag(self.name, "remeshing", remeshing)
+
+    @property
+    def max_stroke(self) -> float:
+        """Largest stroke [mm]."""
+        return MOST * self.height
+
+    def _build(self) -> Simulation:
+        inner, outer, height = 0.5 * self.bore_diameter, 0.5 * self.diameter, self.height
+        n_r, n_z = (max(4, round(length / self.mesh_size)) for length in (outer - inner, height))
+        mesh = grid_mesh(np.linspace(inner, outer, n_r + 1), np.linspace(0.0, height, n_z + 1))
+        chain = np.append(mesh.loop, mesh.loop[0]) if inner else mesh.loop[: 2 * n_r + n_z + 1]
+        body = Body.at_rest(mesh.x, mesh.quads, np.ascontiguousarray(chain), self.T_billet)
+        body.velocity = np.column_stack([0.5 * (body.x[:, 0] - inner), -body.x[:, 1]]) * self.speed / height
+        tools = [plate(0.0, self.T_tool), flat_punch(height, self.speed, self.T_tool)]
+        if self.tool_heating and not self.isothermal:
+            reach, depth = outer / math.sqrt(1.0 - MOST) + 2.0, 1.5 * outer
+            tools[0].heat_field = block_field(reach, 0.0, -depth, self._size, self.T_tool)
+            tools[1].heat_field = block_field(reach, height, depth, self._size, self.T_tool)
+        lengths = np.hypot(*np.diff(body.surface, axis=0).T)
+        simulation = Simulation(
+            body,
+            tools,
+            self.material,
+            np.linspace(0.0, float(lengths.sum()), self.n_points),
+            size=(lambda stroke: self._size) if self.remeshing else None,
+            settings=Settings(penalty=2e5, shear_cap=self.shear_factor),
+            control=StepControl(first=0.005 * height, largest=0.0125 * height, slip=self.mesh_size),
+            policy=RemeshPolicy(every=1_000_000, quality=0.25, strain=math.inf),
+            isothermal=self.isothermal,
+        )
+        return self.heat_input.apply(simulation)
+
+    def _size(self, points: FloatArray) -> FloatArray:
+        return np.full(len(points), self.mesh_size)
+
+
+class RingCompression(Upsetting):
+    """Compression of a ring between flat tools, the usual test of friction: 6:3:2 by default.
+
+    The bore grows where friction is low and shrinks where it is high; the parameters are those of `Upsetting`.
+    """
+
+    name = "ring compression"
+    smallest_bore = 0.05
+
+    def __init__(
+        self, diameter: float = 12.0, height: float = 4.0, bore_diameter: float = 6.0, **more: Any
+    ) -> None:
+        super().__init__(diameter, height, bore_diameter, **more)
+
+    def bore_profile(self, levels: int = 200) -> FloatArray:
+        """Return the radius of the bore at `levels` equal steps of the height, shape (levels,) [mm]."""
+        return bore_profile(self.simulation.state.body.surface, levels)
+
+    @property
+    def bore_radius(self) -> float:
+        """Radius of the straight bore of the same volume [mm]."""
+        return float(np.sqrt((self.bore_profile() ** 2).mean()))
+
+    @property
+    def bore_change(self) -> float:
+        """Change of the bore diameter, that of the straight bore of the same volume, over the one at the start.
+
+        Positive where the bore has grown.
+        """
+        return 2.0 * self.bore_radius / self.bore_diameter - 1.0
+
+
+def bore_profile(surface: FloatArray, levels: int) -> FloatArray:
+    """Return the smallest radius of a closed outline in the middle of `levels` equal steps of its height."""
+    low, high = surface[:, 1].min(), surface[:, 1].max()
+    z = low + (high - low) * (np.arange(levels) + 0.5) / levels
+    (r0, z0), (r1, z1) = surface[:-1].T, surface[1:].T
+    crosses = (z0[None, :] > z[:, None]) != (z1[None, :] > z[:, None])
+    share = (z[:, None] - z0) / np.where(z1 == z0, 1.0, z1 - z0)
+    return np.where(crosses, r0 + share * (r1 - r0), np.inf).min(axis=1)

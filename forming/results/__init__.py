@@ -1,0 +1,1 @@
+"""What a forming run leaves behind: history, fields, files, pictures, pages."""

@@ -1,0 +1,184 @@
+"""What ejecting or stripping a product leaves behind, and its files."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from friction_models.common import write_json
+
+from ..fe.mesh.shape import FloatArray
+from .force_curve import averaged
+
+if TYPE_CHECKING:
+    from .history import ContactHistory
+
+_COLUMNS = {"travel": "mm", "force": "kN", "work": "J", "grip": "kN"}
+#: What a phase may be called.
+PHASES = ("withdraw", "release", "eject")
+_FIGURES = ("energy_balance", "slip_regularisation")
+#: Most rows, and bytes, of a file that is read back.
+_ROWS, _BYTES = 100_000, 20_000_000
+
+
+@dataclass(frozen=True)
+class GripPatch:
+    """A part of the surface that a tool at rest holds after unloading.
+
+    Attributes
+    ----------
+    tool : str
+        Which tool.
+    r_low, r_high, z_low, z_high : float
+        Where it is [mm].
+    pressure : float
+        Mean contact pressure [MPa].
+    friction : float
+        Axial force that friction can carry there, mu times the contact force [kN].
+    """
+
+    tool: str
+    r_low: float
+    r_high: float
+    z_low: float
+    z_high: float
+    pressure: float
+    friction: float
+
+
+@dataclass(frozen=True)
+class EjectionResult:
+    """Force against travel, first while the punch is withdrawn, then while the ejector pushes.
+
+    Attributes
+    ----------
+    how : str
+        ``"ejector"`` or ``"stripper"``.
+    phase : tuple of str
+        ``"withdraw"`` (the punch), ``"release"`` (the stripper goes back) or ``"eject"``, one entry an increment.
+    travel : ndarray, shape (n,)
+        Of the tool that moves in the phase, from its start in the phase [mm].
+    force : ndarray, shape (n,)
+        Of that tool, positive against its motion [kN]: negative where the workpiece, springing back, drives it.
+    work : ndarray, shape (n,)
+        Of that tool in the phase so far [J].
+    grip : ndarray, shape (n,)
+        Axial force that the friction of the tools at rest can carry, mu times the contact force [kN].
+    patches : tuple of GripPatch
+        Where the tools hold the product once the punch is free.
+    contact : ContactHistory
+        Loads at the material markers; its `stroke` is the travel of all phases together.
+    energy_balance : float
+        (plastic + friction + elastic + contact springs) / external - 1 over forming and ejection.
+    slip_regularisation : float
+        v0 of the friction law that the solver needed, as a share of the tool speed; the friction of parts that
+        slip slower than this is not all used.
+    status, message : str
+        ``"ok"``, or ``"stopped"`` and where and why.
+    """
+
+    how: str
+    phase: tuple[str, ...]
+    travel: FloatArray
+    force: FloatArray
+    work: FloatArray
+    grip: FloatArray
+    patches: tuple[GripPatch, ...]
+    contact: ContactHistory | None = None
+    energy_balance: float = 0.0
+    slip_regularisation: float = 0.02
+    status: str = "ok"
+    message: str = ""
+
+    def of_phase(self, phase: str) -> np.ndarray:
+        """Return which entries belong to a phase, shape (n,)."""
+        return np.array([p == phase for p in self.phase], dtype=bool)
+
+    def largest(self, phase: str) -> float:
+        """Return the highest force of a phase, averaged over 0.5 mm of travel [kN]; 0 where nothing resists."""
+        on = self.of_phase(phase)
+        return max(0.0, float(averaged(self.travel[on], self.force[on]).max(initial=0.0)))
+
+    @property
+    def max_force(self) -> float:
+        """Highest force of the step asked for: of the ejector, or of the punch in the stripper [kN]."""
+        return self.largest("eject" if self.how == "ejector" else "withdraw")
+
+    @property
+    def total_work(self) -> float:
+        """Work against the grip, what the springing back gives to the punch not counted [J]."""
+        parts = []
+        for phase in dict.fromkeys(self.phase):
+            on = self.of_phase(phase)
+            travel, force = np.append(0.0, self.travel[on]), np.maximum(self.force[on], 0.0)
+            parts.append(float(np.trapezoid(np.append(force[0], force), travel)))
+        return sum(parts)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return phase, travel [mm], force [kN], work [J] and grip [kN] as a table."""
+        return pd.DataFrame({"phase": list(self.phase)} | {name: getattr(self, name) for name in _COLUMNS})
+
+
+def save_ejection(result: EjectionResult, folder: Path) -> None:
+    """Write ``ejection.csv`` and ``ejection.json`` into a folder."""
+    with (folder / "ejection.csv").open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(["phase", *(f"{name} [{unit}]" for name, unit in _COLUMNS.items())])
+        numbers = zip(*(getattr(result, name) for name in _COLUMNS))
+        writer.writerows([phase, *(f"{v:.9g}" for v in row)] for phase, row in zip(result.phase, numbers))
+    found: dict[str, Any] = {name: getattr(result, name) for name in ("how", "status", "message", *_FIGURES)}
+    found |= {"max_force": result.max_force, "total_work": result.total_work}
+    write_json(folder / "ejection.json", found | {"patches": [asdict(p) for p in result.patches]})
+
+
+def load_ejection(folder: Path) -> EjectionResult | None:
+    """Read what `save_ejection` wrote, without the contact history; None where there is none.
+
+    Raises
+    ------
+    ValueError, KeyError, TypeError, OSError
+        The files hold something else.
+    """
+    table, figures = folder / "ejection.csv", folder / "ejection.json"
+    if not table.is_file() and not figures.is_file():
+        return None
+    if max(table.stat().st_size, figures.stat().st_size) > _BYTES:
+        raise ValueError("the files of the ejection are too large")
+    try:
+        with table.open(encoding="utf-8", newline="") as stream:
+            rows = list(csv.reader(stream))
+    except csv.Error as error:
+        raise ValueError(f"ejection.csv: {error}") from None
+    head = ["phase", *(f"{name} [{unit}]" for name, unit in _COLUMNS.items())]
+    if not rows or rows[0] != head or len(rows) > _ROWS or any(len(row) != len(head) for row in rows):
+        raise ValueError("ejection.csv holds other columns or rows")
+    if not {row[0] for row in rows[1:]} <= set(PHASES):
+        raise ValueError(f"ejection.csv holds a phase that is none of {', '.join(PHASES)}")
+    numbers = np.array([[float(v) for v in row[1:]] for row in rows[1:]]).reshape(-1, len(_COLUMNS))
+    given = json.loads(figures.read_text(encoding="utf-8"))
+    try:
+        patches = tuple(
+            GripPatch(str(p.pop("tool")), **{k: float(v) for k, v in p.items()}) for p in given["patches"]
+        )
+        figure = {name: float(given[name]) for name in _FIGURES}
+    except OverflowError:
+        raise ValueError("ejection.json holds a number that is too large") from None
+    found = [*figure.values(), *(v for p in patches for v in list(vars(p).values())[1:])]
+    if not np.isfinite(numbers).all() or not all(map(math.isfinite, found)):
+        raise ValueError("the ejection holds numbers that are not finite")
+    read: dict[str, Any] = {name: numbers[:, k].copy() for k, name in enumerate(_COLUMNS)}
+    return EjectionResult(
+        how=str(given["how"]),
+        phase=tuple(row[0] for row in rows[1:]),
+        patches=patches,
+        **read | figure,
+        status=str(given["status"]),
+        message=str(given["message"]),
+    )

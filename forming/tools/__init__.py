@@ -1,0 +1,1 @@
+"""Tools: elastic dies and punches, ejection tools, geometry of the punch."""

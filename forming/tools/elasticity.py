@@ -1,0 +1,102 @@
+"""Elastic tools: expansion of a die under its bore pressure, and punch and press as a spring."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from friction_models.common.ranges import check_range
+
+#: Poisson's ratio of tool steel.
+POISSON = 0.3
+#: Units of the numbers.
+UNITS = {
+    "die_outer_diameter": "mm",
+    "punch_length": "mm",
+    "press_stiffness": "kN/mm",
+    "tool_modulus": "GPa",
+}
+
+
+def bore_flexibility(bore_radius: float, outer_radius: float, modulus: float) -> float:
+    """Return the widening of a bore for a pressure in it [mm/MPa].
+
+    Thick-walled cylinder with free ends (Lame): ``u = p a / E ((b^2 + a^2) / (b^2 - a^2) + nu)``. It is loaded
+    along its whole length; see `Elasticity.spread` for a short contact.
+
+    Parameters
+    ----------
+    bore_radius, outer_radius : float
+        a and b [mm].
+    modulus : float
+        E [MPa].
+    """
+    a2, b2 = bore_radius**2, outer_radius**2
+    return bore_radius / modulus * ((b2 + a2) / (b2 - a2) + POISSON)
+
+
+@dataclass(frozen=True)
+class Elasticity:
+    """What gives way under the forming force; None is rigid.
+
+    Parameters
+    ----------
+    process : str
+        For messages.
+    diameter, punch_diameter : float
+        Bore of the die and diameter of the punch [mm].
+    die_outer_diameter : float or None
+        Outer diameter of the die, a shrink ring included [mm].
+    punch_length : float or None
+        Length of the punch column [mm].
+    press_stiffness : float or None
+        Stiffness of press and tool holder [kN/mm].
+    tool_modulus : float
+        Young's modulus of the tools [GPa].
+    """
+
+    process: str
+    diameter: float
+    punch_diameter: float
+    die_outer_diameter: float | None = None
+    punch_length: float | None = None
+    press_stiffness: float | None = None
+    tool_modulus: float = 210.0
+
+    def __post_init__(self) -> None:
+        ranges = {
+            "die_outer_diameter": (1.2 * self.diameter, 100.0 * self.diameter),
+            "punch_length": (1.0, 2000.0),
+            "press_stiffness": (10.0, 1e6),
+            "tool_modulus": (50.0, 800.0),
+        }
+        for name, (low, high) in ranges.items():
+            value = getattr(self, name)
+            if value is not None:
+                check_range(self.process, name, value, low, high, UNITS[name])
+
+    @property
+    def flexibility(self) -> float:
+        """Widening of the die for its mean contact pressure [mm/MPa]; 0: rigid."""
+        if self.die_outer_diameter is None:
+            return 0.0
+        return bore_flexibility(0.5 * self.diameter, 0.5 * self.die_outer_diameter, 1e3 * self.tool_modulus)
+
+    @property
+    def spread(self) -> float:
+        """Least area per radian that carries the contact force [mm2]: the bore over one thickness of the wall.
+
+        The load of a shorter contact reaches that far into the wall around it (Saint-Venant).
+        """
+        if self.die_outer_diameter is None:
+            return 0.0
+        return 0.25 * self.diameter * (self.die_outer_diameter - self.diameter)
+
+    @property
+    def compliance(self) -> float:
+        """Shortening of punch and press for the punch force [mm/N]; 0: rigid."""
+        press = 0.0 if self.press_stiffness is None else 1e-3 / self.press_stiffness
+        if self.punch_length is None:
+            return press
+        section = 0.25 * math.pi * self.punch_diameter**2
+        return press + self.punch_length / (1e3 * self.tool_modulus * section)

@@ -1,0 +1,20 @@
+"""What every package uses: errors, files, folders, locks, units, processes; imports no other part of the project."""
+
+from .errors import InputError, nearest, shown, unknown_name
+from .files import atomic_folder, atomic_path, check_file, write_json, write_text
+from .folders import check_folder, check_outputs, grown
+
+__all__ = [
+    "InputError",
+    "atomic_folder",
+    "atomic_path",
+    "check_file",
+    "check_folder",
+    "check_outputs",
+    "grown",
+    "nearest",
+    "shown",
+    "unknown_name",
+    "write_json",
+    "write_text",
+]

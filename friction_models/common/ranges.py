@@ -1,0 +1,33 @@
+"""Numbers that users give: refused in one sentence when they cannot be."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import InputError
+
+
+def check_range(where: str, name: str, value: float, low: float, high: float, unit: str) -> None:
+    """Raise when a parameter is not a finite number in its range.
+
+    Raises
+    ------
+    InputError
+        Names process, parameter, value and allowed range.
+    """
+    number = isinstance(value, (int, float, np.floating, np.integer)) and not isinstance(value, bool)
+    if not (number and low <= value <= high):
+        raise InputError(f"{where}: {name} = {value!r:.60} {unit}; allowed: {low:g} to {high:g} {unit}")
+
+
+def check_flag(where: str, name: str, value: object) -> bool:
+    """Return a flag; 0 and 1 count, because co-simulation and tables have numbers only.
+
+    Raises
+    ------
+    InputError
+        Something else: text like ``"no"`` would otherwise count as True.
+    """
+    if isinstance(value, (bool, np.bool_, int, float, np.number)) and value in (0, 1):
+        return bool(value)
+    raise InputError(f"{where}: {name} = {value!r:.60}; allowed: True or False")

@@ -1,0 +1,1 @@
+"""Which further tests would tell rival effects apart."""

@@ -1,0 +1,1 @@
+"""Estimation of effects from measurements: noise floor, candidates, scan, joint fit, significance."""

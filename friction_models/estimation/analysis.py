@@ -1,0 +1,250 @@
+"""One round of the search: noise floor, whitening, scan, significance, for a base with given columns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..discovery.unseen_loads import varied_first
+from ..effects.base import Effect
+from ..loads import FloatArray
+from .base_law import BaseLaw, polynomial_columns
+from .binning import Campaign
+from .candidates import Candidate
+from .form_error import FormErrors
+from .metadata import recorded
+from .noise_floor import Layout, NoiseFloor, Whitener, estimate, independent_columns
+from .scan import Fit, Prepared, Projector, prepare_candidate, rank
+from .significance import Simulated, confusion_set, maximum_gains, p_value, simulate
+
+#: Standard deviations from the rest of its test beyond which a bin is an outlier.
+OUTLYING = 8.0
+MOST_OUTLIERS = 0.02
+
+
+@dataclass
+class Round:
+    """What one scan found.
+
+    Attributes
+    ----------
+    floor : NoiseFloor
+    residual : ndarray, shape (m,)
+        Whitened bin means without the base.
+    candidates : list of Prepared
+    ranking : list of Fit
+        The largest evidence first, but for an effect that needs a load which does not vary.
+    null : ndarray, shape (replicates,)
+        Largest gain of any effect where nothing is missing.
+    simulated : Simulated
+    whiten, project : callable
+        Whitening, and removal of the base after it.
+    columns : ndarray, shape (m, p)
+        The base in the bins.
+    y : ndarray, shape (m,)
+        Bin means of mu without the fixed part of the base.
+    count : ndarray, shape (m,)
+        Points in each bin.
+    freedom : float
+        Tests that are left to estimate the scatter between them.
+    least_p : float
+        P-values are not below this: what the same effects reached before one of them helped to estimate the floor.
+    """
+
+    floor: NoiseFloor
+    residual: FloatArray
+    candidates: list[Prepared]
+    ranking: list[Fit]
+    null: FloatArray
+    simulated: Simulated
+    whiten: Whitener
+    project: Projector
+    columns: FloatArray
+    y: FloatArray
+    count: FloatArray
+    freedom: float
+    least_p: float = 0.0
+
+    @property
+    def winner(self) -> Fit | None:
+        """The best effect, if any can be tested."""
+        return self.ranking[0] if self.ranking else None
+
+    def p_value(self, fit: Fit) -> float:
+        """Family-wise p-value of a fit."""
+        return max(p_value(fit.gain, self.null), self.least_p)
+
+    def confusion_set(self) -> list[str]:
+        """Effects that cannot be told from the winner."""
+        return confusion_set(self.ranking, self.simulated)
+
+    def beyond_base(self, values: FloatArray) -> FloatArray:
+        """Return the part of a contribution to mu in the bins that the base, fitted as usual, cannot follow."""
+        root = np.sqrt(self.count)[:, None]
+        follow = np.linalg.lstsq(root * self.columns, root[:, 0] * values, rcond=1e-9)[0]
+        return values - self.columns @ follow
+
+    def change(self, fit: Fit) -> FloatArray:
+        """Return what an effect brings that the base cannot follow, shape (m,)."""
+        return self.beyond_base(fit.binned)
+
+
+def flexible_mean(campaign: Campaign, base: FloatArray) -> FloatArray:
+    """Return columns of a mean that follows more than the base: second order and curves along each load.
+
+    With few tests the interactions, then the curves are left out, so that scatter between tests stays visible.
+    """
+    tests = len(campaign.tests)
+    z = polynomial_columns(campaign, 1)
+    columns = [base]
+    if tests >= 8:
+        columns.append(np.column_stack([z, z**2]))
+    if tests >= 30:
+        columns.append(polynomial_columns(campaign, 2))
+    if tests >= 60:
+        columns.append(np.column_stack([np.maximum(z - q, 0.0) ** 2 for q in (-0.8, 0.8)]))
+    within = campaign.distance[:, None] / max(float(campaign.distance.max()), 1e-300)
+    columns.append(np.column_stack([within, np.sqrt(within), np.exp(-within / 0.03), np.exp(-within / 0.1)]))
+    return np.column_stack(columns)
+
+
+def distrust_outliers(campaign: Campaign, base: BaseLaw) -> NoiseFloor | None:
+    """Take the weight from bins that lie far off the other bins of their test (two passes).
+
+    Returns a first estimate of the noise floor, None where there are too few bins to judge.
+
+    Nothing is done where more than one bin in fifty does: that is structure, not outliers.
+    """
+    y = campaign.average(campaign.mu - base.offset)
+    mean = independent_columns(campaign.average(flexible_mean(campaign, base.columns)))
+    if len(y) < 3 * len(campaign.tests) or len(y) < 2 * mean.shape[1]:
+        return None
+    floor = None
+    for _ in range(2):
+        layout = Layout.of(campaign)
+        floor = estimate(campaign, layout, y, mean, floor)
+        whiten = Whitener(layout, floor, float(np.std(y)) or 1e-6)
+        white = whiten(mean)
+        residual = y - mean @ np.linalg.lstsq(white, whiten(y), rcond=1e-9)[0]
+        far = np.abs(whiten.isolation(residual))
+        known = campaign.distrusted if campaign.distrusted is not None else np.zeros(len(y), dtype=bool)
+        flagged = known | (far > OUTLYING * max(1.4826 * float(np.median(far)), 1e-12))
+        if flagged.sum() == known.sum() or flagged.mean() > MOST_OUTLIERS:
+            break
+        campaign.distrusted = flagged
+    if campaign.distrusted is not None:
+        campaign.warnings.append(
+            f"{int(campaign.distrusted.sum())} of {len(y)} averages lie far off the rest of their test and carry no weight"
+        )
+    return floor
+
+
+def search(
+    campaign: Campaign,
+    base: BaseLaw,
+    terms: FloatArray | None,
+    candidates: list[Candidate],
+    seed: int,
+    start: NoiseFloor | None = None,
+    also_in_mean: FloatArray | None = None,
+) -> Round:
+    """Scan all candidates beyond the base and further terms.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    base : BaseLaw
+    terms : ndarray, shape (m, k), or None
+        Further columns in the bins that belong to the base by now (effects found, freed drivers).
+    candidates : list of Candidate
+    seed : int
+    start : NoiseFloor, optional
+        An earlier estimate of the floor, to start from.
+    also_in_mean : ndarray, shape (m, k), optional
+        Columns that only the estimation of the floor uses (the winner of an earlier round).
+    """
+    layout = Layout.of(campaign)
+    y = campaign.average(campaign.mu - base.offset)
+    columns = campaign.average(base.columns)
+    if terms is not None:
+        columns = np.column_stack([columns, terms])
+    mean = campaign.average(flexible_mean(campaign, base.columns))
+    extra = [e for e in (terms, also_in_mean) if e is not None]
+    mean = np.column_stack([mean, *extra])
+    floor = estimate(campaign, layout, y, mean, start)
+    freedom = _freedom(campaign, mean)
+    scale = float(np.std(y)) or 1e-6
+    whiten = Whitener(layout, floor, scale)
+    project = Projector(whiten(columns))
+    residual = project(whiten(y))
+    prepared = [prepare_candidate(c, whiten, project) for c in candidates]
+    prepared = [p for p in prepared if p.usable.any()]
+    simulated = simulate(prepared, project, len(y), freedom, np.random.default_rng(seed))
+    null = maximum_gains(prepared, simulated) if prepared else np.zeros(1)
+    return Round(
+        floor=floor,
+        residual=residual,
+        candidates=prepared,
+        ranking=varied_first(
+            campaign, FormErrors(campaign, whiten, project).ranked(rank(prepared, residual), residual)
+        ),
+        null=null,
+        simulated=simulated,
+        whiten=whiten,
+        project=project,
+        columns=columns,
+        y=y,
+        count=campaign.count,
+        freedom=freedom,
+    )
+
+
+def _freedom(campaign: Campaign, mean: FloatArray) -> float:
+    """Return how many tests a flexible mean leaves to estimate the scatter between them."""
+    levels = (
+        np.column_stack([np.bincount(campaign.test, campaign.count * column) for column in mean.T])
+        / np.bincount(campaign.test, campaign.count)[:, None]
+    )
+    return float(max(len(levels) - independent_columns(levels).shape[1], 2))
+
+
+def testable(
+    effects: list[Effect], campaign: Campaign, taken: tuple[str, ...] = ()
+) -> tuple[list[Effect], list[str]]:
+    """Return the effects whose metadata the campaign holds, and notes on those that it lacks."""
+    usable, notes = [], []
+    for effect in effects:
+        absent = [m for m in effect.metadata if m not in campaign.system]
+        if effect.name in taken:
+            continue
+        if effect.driver[0] in campaign.absent:
+            continue  # the warning that the data lack this load says it
+        without = effect.lacking(campaign.absent)
+        if without:
+            notes.append(
+                f"{effect.name} was not tested: it needs {' and '.join(without)}, which the data lack"
+            )
+            continue
+        if effect.needs_state and campaign.loads.t is None and "sd" in campaign.absent:
+            notes.append(f"{effect.name} was not tested: memory needs the time t or the distance sd")
+            continue
+        averaged = campaign.count.size == len(campaign.tests)
+        if averaged and len(campaign.tests) > 1 and effect.driver[0] == "sd":
+            notes.append(
+                f"{effect.name} was not tested: it shows along a test, and there is one point a test"
+            )
+            continue
+        if effect.needs_state and averaged:
+            notes.append(f"{effect.name} was not tested: memory needs more than one point a test")
+            continue
+        if absent:
+            notes.append(
+                f"{effect.name} was not tested: {'; '.join(recorded(campaign.loads, m) for m in absent)}"
+            )
+        else:
+            usable.append(effect)
+            notes += [
+                f"{effect.name}: {told}" for m in effect.metadata if (told := recorded(campaign.loads, m))
+            ]
+    return usable, notes

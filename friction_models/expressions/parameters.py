@@ -1,0 +1,80 @@
+"""Checks of parameters and of stored arrays: one sentence with the name, the value and what is allowed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from numbers import Integral, Real
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..common import InputError
+from ..loads import FloatArray
+
+
+def first_line(error: BaseException) -> str:
+    """Return the first line of an error's text, shortened, or its type where it has none."""
+    lines = str(error).strip().splitlines()
+    return lines[0][:120] if lines else type(error).__name__
+
+
+def check_number(family: str, name: str, value: Any, lower: float, upper: float) -> float:
+    """Return `value` as a float within [lower, upper], or raise `InputError`."""
+    good = isinstance(value, Real) and not isinstance(value, (bool, np.bool_)) and math.isfinite(value)
+    if not good or not lower <= value <= upper:
+        raise InputError(f"{family}: {name} is {value!r:.60}, allowed: a number from {lower:g} to {upper:g}")
+    return float(value)
+
+
+def check_integer(family: str, name: str, value: Any, lower: int, upper: int) -> int:
+    """Return `value` as an int within [lower, upper], or raise `InputError`."""
+    good = isinstance(value, Integral) and not isinstance(value, (bool, np.bool_))
+    if not good or not lower <= value <= upper:
+        raise InputError(
+            f"{family}: {name} is {value!r:.60}, allowed: a whole number from {lower} to {upper}"
+        )
+    return int(value)
+
+
+def stored_floats(
+    family: str, arrays: Mapping[str, npt.NDArray[Any]], name: str, shape: tuple[int | None, ...]
+) -> FloatArray:
+    """Return a stored array as float64 of the given shape (None: any length), all values finite."""
+    array = stored_array(family, arrays, name, shape, "f")
+    if not np.isfinite(array).all():
+        raise InputError(
+            f"{family}: array {name!r} holds values that are not finite; allowed: finite numbers"
+        )
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def stored_integers(
+    family: str, arrays: Mapping[str, npt.NDArray[Any]], name: str, shape: tuple[int | None, ...]
+) -> npt.NDArray[np.int64]:
+    """Return a stored array as int64 of the given shape (None: any length)."""
+    return np.ascontiguousarray(stored_array(family, arrays, name, shape, "iu"), dtype=np.int64)
+
+
+def stored_array(
+    family: str,
+    arrays: Mapping[str, npt.NDArray[Any]],
+    name: str,
+    shape: tuple[int | None, ...],
+    kinds: str,
+) -> npt.NDArray[Any]:
+    """Return a stored array after a look at its kind and shape."""
+    if name not in arrays:
+        raise InputError(
+            f"{family}: array {name!r} is missing; present: {', '.join(sorted(arrays)) or 'none'}"
+        )
+    array = arrays[name]
+    fits = array.ndim == len(shape) and all(s is None or s == n for s, n in zip(shape, array.shape))
+    if not fits or array.dtype.kind not in kinds:
+        wanted = "(" + ", ".join("n" if s is None else str(s) for s in shape) + ")"
+        what = "floats" if kinds == "f" else "integers"
+        raise InputError(
+            f"{family}: array {name!r} is {array.dtype} of shape {array.shape}, allowed: {what} of shape {wanted}"
+        )
+    return array

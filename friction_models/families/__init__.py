@@ -1,0 +1,1 @@
+"""The families of friction models, one file each."""

@@ -1,0 +1,61 @@
+"""Linear regression on the five loads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from ..expressions.ops import LoadColumns, Ops, Value
+from ..expressions.parameters import stored_floats
+from ..expressions.scaling import RESOLUTION, Scaling
+from ..loads import LOADS, FloatArray, TriboLoads
+from ..models.base import FrictionModel, Groups
+
+
+class LinearFriction(FrictionModel):
+    """mu = b0 + sum over the loads of b_j x_j, by least squares.
+
+    Attributes
+    ----------
+    intercept_ : float
+    coef_ : ndarray, shape (5,)
+        Per mm/s, degC, MPa, mm, 1. A load that does not vary in the data gets 0; loads that follow from one
+        another but for rounding share their influence (least norm of the coefficients of standardised loads).
+    """
+
+    family: ClassVar[str] = "linear"
+
+    def __init__(self) -> None:
+        """Nothing to choose."""
+
+    def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> None:
+        matrix = loads.as_array()
+        scaling = Scaling.of(matrix)
+        offset = float(np.mean(mu))
+        slopes, *_ = np.linalg.lstsq(scaling.apply(matrix), mu - offset, rcond=RESOLUTION)
+        slopes[np.ptp(matrix, axis=0) == 0.0] = 0.0  # not what rounding leaves of it
+        self.coef_ = slopes / scaling.scale
+        self.intercept_ = offset - float(self.coef_ @ scaling.mean)
+
+    def formula(
+        self,
+        x: Ops,
+        L: LoadColumns,
+        S: Sequence[Value] | None = None,
+        system: Mapping[str, Value] | None = None,
+    ) -> Value:
+        return x.matmul(x.concat(L.columns()), self.coef_[:, None], [self.intercept_])
+
+    def formula_text(self) -> str:
+        terms = (f"{b:+.4g} {q.name}/({q.unit})" for b, q in zip(self.coef_, LOADS))
+        return f"mu = {self.intercept_:.5g} " + " ".join(terms)
+
+    def _learned(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+        return {}, {"coef": self.coef_, "intercept": np.array([self.intercept_])}
+
+    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+        self.coef_ = stored_floats(self.family, arrays, "coef", (len(LOADS),))
+        self.intercept_ = float(stored_floats(self.family, arrays, "intercept", (1,))[0])

@@ -1,0 +1,102 @@
+"""Polynomial regression with interactions (second order by default)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations_with_replacement
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
+from ..expressions.parameters import check_integer, check_number, stored_floats
+from ..expressions.scaling import RESOLUTION, Scaling
+from ..loads import LOAD_NAMES, FloatArray, TriboLoads
+from ..models.base import FrictionModel, Groups
+
+MAX_DEGREE = 4
+
+
+class PolynomialFriction(FrictionModel):
+    """mu = polynomial of the five standardised loads, all products up to `degree`.
+
+    Parameters
+    ----------
+    degree : int
+        1 to 4; 2 is the full second order with interactions (21 coefficients).
+    ridge : float
+        Penalty on the squared coefficients of standardised terms, relative to the number of points.
+
+    Attributes
+    ----------
+    coef_ : ndarray, shape (terms,)
+        Coefficients of `terms`, in standardised loads.
+    intercept_ : float
+    """
+
+    family: ClassVar[str] = "polynomial"
+
+    def __init__(self, degree: int = 2, ridge: float = 1e-6) -> None:
+        self.degree = degree
+        self.ridge = ridge
+
+    @property
+    def terms(self) -> list[tuple[int, ...]]:
+        """The products: tuples of load indices, e.g. (0, 2) for v_rel * sigma_n."""
+        degree = check_integer(self.family, "degree", self.degree, 1, MAX_DEGREE)
+        indices = range(len(LOAD_NAMES))
+        return [t for d in range(1, degree + 1) for t in combinations_with_replacement(indices, d)]
+
+    def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> None:
+        ridge = check_number(self.family, "ridge", self.ridge, 0.0, 1e6)
+        matrix = loads.as_array()
+        self.scaling_ = Scaling.of(matrix)
+        terms = self._features(NumpyOps(), [c[:, None] for c in matrix.T])
+        # The terms are standardised once more, so that the ridge treats all alike.
+        second = Scaling.of(terms)
+        design, offset = second.apply(terms), float(np.mean(mu))
+        normal = design.T @ design / len(mu) + ridge * np.eye(design.shape[1])
+        slopes, *_ = np.linalg.lstsq(normal, design.T @ (mu - offset) / len(mu), rcond=RESOLUTION**2)
+        self.coef_ = slopes / second.scale
+        self.intercept_ = offset - float(self.coef_ @ second.mean)
+
+    def _features(self, x: Ops, columns: list[Value]) -> Value:
+        z = self.scaling_.columns(x, columns)
+        products: dict[tuple[int, ...], Value] = {}
+        for term in self.terms:
+            products[term] = z[term[0]] if len(term) == 1 else products[term[:-1]] * z[term[-1]]
+        return x.concat(list(products.values()))
+
+    def formula(
+        self,
+        x: Ops,
+        L: LoadColumns,
+        S: Sequence[Value] | None = None,
+        system: Mapping[str, Value] | None = None,
+    ) -> Value:
+        return x.matmul(self._features(x, L.columns()), self.coef_[:, None], [self.intercept_])
+
+    def formula_text(self) -> str:
+        order = np.argsort(-np.abs(self.coef_))[:6]
+        terms = self.terms
+        shown = " ".join(f"{self.coef_[i]:+.3g} {'*'.join(LOAD_NAMES[j] for j in terms[i])}" for i in order)
+        rest = len(terms) - len(order)
+        return (
+            f"mu = {self.intercept_:.4g} {shown}"
+            + (f" and {rest} more terms" if rest else "")
+            + (", loads standardised")
+        )
+
+    def _learned(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+        return {}, {
+            "coef": self.coef_,
+            "intercept": np.array([self.intercept_]),
+            **self.scaling_.arrays(),
+        }
+
+    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+        check_number(self.family, "ridge", self.ridge, 0.0, 1e6)
+        self.coef_ = stored_floats(self.family, arrays, "coef", (len(self.terms),))
+        self.intercept_ = float(stored_floats(self.family, arrays, "intercept", (1,))[0])
+        self.scaling_ = Scaling.restore(self.family, arrays, len(LOAD_NAMES))

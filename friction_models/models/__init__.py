@@ -1,0 +1,1 @@
+"""What every friction model offers: fitting, prediction, intervals, domain, card, saving, export to ONNX."""

@@ -1,0 +1,379 @@
+"""`ComposedFriction`: a base model with physical effects on top, all parameters fitted together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Self
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+from sklearn.base import clone
+
+from ..common import InputError, shown
+from ..effects import CATALOGUE, ENTRY_POINT_GROUP, make_effect
+from ..effects.base import Effect, Memory
+from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
+from ..loads import FloatArray, TriboLoads
+from ..loads.order import order_of_tests
+from ..loads.time_steps import rests, time_steps
+from .base import FrictionModel, Groups, LoadsLike
+from .variables import StateVariable, SystemVariable, as_numbers
+
+
+class ComposedFriction(FrictionModel):
+    """mu = base(loads) + sum of effects (loads, memory, metadata), fitted together.
+
+    Made by ``model + effects.Stribeck()``. Faults of the data (`sensor_drift`, ...) take part in the fit,
+    so that they do not spoil the rest, but never in a prediction or an exported file.
+
+    Parameters
+    ----------
+    base : FrictionModel
+        Unfitted model of any family.
+    effects : list of str or Effect
+        Names of the catalogue, or effects.
+
+    Attributes
+    ----------
+    base_ : FrictionModel
+        The base with its jointly fitted parameters.
+    effects_ : list of Effect
+    shapes_, amplitudes_ : list of dict
+        Fitted parameters of each effect by name.
+    system_ : list of SystemVariable
+        Metadata that the exported effects need, with the range of the training data.
+    levels_ : dict
+        Labels of metadata that is text, in the order of their numbers.
+    noise_floor_ : dict
+        Noise floor of the training data (empty where it could not be estimated).
+    """
+
+    family: ClassVar[str] = "composed"
+
+    def __init__(self, base: FrictionModel, effects: Sequence[str | Effect] = ()) -> None:
+        self.base = base
+        self.effects = effects
+
+    def __add__(self, effect: str | Effect) -> ComposedFriction:
+        return ComposedFriction(clone(self.base), [*self.effects, effect])
+
+    @property
+    def name(self) -> str:
+        """Families and effects, for example ``linear + stribeck``."""
+        return " + ".join([self.base.family, *(make_effect(e).name for e in self.effects)])
+
+    # --- fit ------------------------------------------------------------------------------------------
+
+    def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> None:
+        from ..estimation.joint_fit import fit_jointly
+
+        self._check_base()
+        self.effects_ = [make_effect(e) for e in self.effects]
+        names = [e.name for e in self.effects_]
+        twice = next((n for n in names if names.count(n) > 1), None)
+        if twice is not None:
+            raise InputError(f"composed: effect {twice!r} stands twice; allowed: each effect once")
+        _check_loads(loads, self.effects_)
+        rows = order_of_tests(
+            loads.test_id if groups is None else groups,
+            loads.t,
+            loads.sd,
+            memory=any(e.states for e in self.effects_),
+        )
+        if rows is not None:
+            loads, mu = loads.take(rows), mu[rows]
+            groups = None if groups is None else groups[rows]
+        self.levels_ = _levels(loads, self.effects_)
+        fitted = fit_jointly(self.base, self.effects_, loads, mu, groups, self._metadata(loads))
+        self.base_, self.shapes_, self.amplitudes_ = fitted.base, fitted.shapes, fitted.amplitudes
+        self.noise_floor_ = fitted.noise_floor
+        self.system_ = _system_variables(loads, self._metadata(loads), self.exported, self.levels_)
+
+    def _check_base(self) -> None:
+        if not isinstance(self.base, FrictionModel) or isinstance(self.base, ComposedFriction):
+            raise InputError(
+                f"composed: base {self.base!r:.60}; allowed: an unfitted model of another family (add effects with +)"
+            )
+
+    @property
+    def exported(self) -> list[Effect]:
+        """The effects that predictions and files hold: all but faults of the data."""
+        effects = getattr(self, "effects_", None) or [make_effect(e) for e in self.effects]
+        return [e for e in effects if e.kind != "fault"]
+
+    def _terms(self) -> list[tuple[Effect, dict[str, float], list[float]]]:
+        zipped = zip(self.effects_, self.shapes_, self.amplitudes_, strict=True)
+        return [(e, s, list(a.values())) for e, s, a in zipped if e.kind != "fault"]
+
+    # --- law ------------------------------------------------------------------------------------------
+
+    @property
+    def states(self) -> tuple[StateVariable, ...]:
+        if not self.is_fitted and not hasattr(self, "shapes_"):
+            found = [v for e in self.exported for v in e.state_variables(e.start_shape())]
+        else:
+            found = [v for e, shape, _ in self._terms() for v in e.state_variables(shape)]
+        return tuple(found)
+
+    @property
+    def system_variables(self) -> tuple[SystemVariable, ...]:
+        return tuple(getattr(self, "system_", ()))
+
+    def formula(
+        self,
+        x: Ops,
+        L: LoadColumns,
+        S: Sequence[Value] | None = None,
+        system: Mapping[str, Value] | None = None,
+    ) -> Value:
+        held = self._held(x, L, S)
+        known = {v.name: v.start for v in self.system_variables} | dict(system or {})
+        mu = self.base_.formula(x, L)
+        # effects that need the model's own friction coefficient see the sum of those that do not
+        for effect, shape, amplitudes in sorted(
+            self._terms(), key=lambda t: t[0].needs_mu and not t[0].states
+        ):
+            basis = effect.basis(x, L, shape, Memory(mu, held, known))
+            for amplitude, column in zip(amplitudes, basis, strict=True):
+                if amplitude != 0.0:
+                    mu = mu + amplitude * column
+        return mu
+
+    def _held(self, x: Ops, L: LoadColumns, S: Sequence[Value] | None) -> dict[str, Value]:
+        values = S if S is not None else [x.constant(v.start, L.v_rel) for v in self.states]
+        return {v.name: value for v, value in zip(self.states, values, strict=True)}
+
+    def state_update(
+        self, x: Ops, L: LoadColumns, S: Sequence[Value], mu: Value, dt: Value
+    ) -> tuple[list[Value], list[Value] | None]:
+        memory = Memory(mu, self._held(x, L, S), {v.name: v.start for v in self.system_variables})
+        following: list[Value] = []
+        rates: list[Value] = []
+        for effect, shape, _ in self._terms():
+            if effect.states:
+                following += effect.advance(x, L, shape, memory, dt)
+                rates += effect.rate(x, L, shape, memory)
+        return following, rates or None
+
+    # --- prediction -----------------------------------------------------------------------------------
+
+    def predict(self, loads: LoadsLike) -> FloatArray:
+        """Return mu, shape (n,).
+
+        With memory, the states run through every test in the order of its time, from fresh contact; the
+        first point of a test sees the start state. Loads without time and test are fresh contact each.
+        """
+        points = self._evaluable(loads)
+        x = NumpyOps()
+        matrix = np.column_stack(LoadColumns(*points.as_array().T).without(x, self.domain.absent).columns())
+        system = self._metadata(points)
+        if not self.states or (points.test_id is None and points.t is None):
+            L = LoadColumns(*(c[:, None] for c in matrix.T))
+            return x.relu(self.formula(x, L, None, system))[:, 0]
+        points, order = points.in_order(memory=True)
+        matrix, system = matrix[order], {k: v[order] for k, v in system.items()}
+        slices = points.segments()
+        starts = np.array([s.start for s in slices])
+        lengths = np.array([s.stop - s.start for s in slices])
+        dt = time_steps(points, starts)
+        pause = rests(points, dt)
+        mu = np.empty(len(points))
+        S = [np.full((len(starts), 1), v.start) for v in self.states]
+        for step in range(int(lengths.max(initial=0))):
+            running = lengths > step
+            rows = starts[running] + step
+            L = LoadColumns(*(matrix[rows, j : j + 1] for j in range(matrix.shape[1])))
+            inside = {k: v[rows] for k, v in system.items()}
+            held = [s[running] for s in S]
+            if step:
+                if pause[rows].any():  # the contact stood still first, then slid up to here
+                    still = LoadColumns(0.0 * L.v_rel, L.T, L.sigma_n, L.sd, L.psi)
+                    still = still.without(x, self.domain.absent)
+                    before = x.relu(self.formula(x, still, held, inside))
+                    held, _ = self.state_update(x, still, held, before, pause[rows, None])
+                before = x.relu(self.formula(x, L, held, inside))
+                held, _ = self.state_update(x, L, held, before, (dt - pause)[rows, None])
+                for s, new in zip(S, held, strict=True):
+                    s[running] = new
+            mu[order[rows]] = x.relu(self.formula(x, L, held, inside))[:, 0]
+        return mu
+
+    def _metadata(self, loads: TriboLoads) -> dict[str, FloatArray]:
+        """Return metadata that effects need as columns [n, 1]; what a table lacks takes its start value."""
+        effects = self.effects_ if not hasattr(self, "system_") else self.exported
+        columns: dict[str, FloatArray] = {}
+        starts = {v.name: v.start for v in self.system_variables}
+        for name in dict.fromkeys(m for e in effects for m in e.metadata):
+            values = loads.context_column(name)
+            if values is None:
+                continue
+            start = starts.get(name, np.nan)
+            columns[name] = as_numbers(values, self.levels_.get(name, ()), start)[:, None]
+        return columns
+
+    # --- words and files ------------------------------------------------------------------------------
+
+    def formula_text(self) -> str:
+        parts = [self.base_.formula_text()]
+        for effect, shape, amplitudes in self._terms():
+            names = [a.name for a in effect.amplitudes]
+            values = dict(zip(names, amplitudes, strict=True)) | shape
+            shown = ", ".join(f"{k} = {v:.4g}" for k, v in values.items())
+            parts.append(f"{effect.equation} [{shown}]")
+        return "; ".join(parts)
+
+    def _plain_params(self) -> dict[str, Any]:
+        effects = [make_effect(e) for e in self.effects]
+        return {
+            "base": {"family": self.base.family, "params": self.base._plain_params()},
+            "effects": [{"name": e.name, "fixed": e.fixed} for e in effects],
+        }
+
+    def _learned(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+        content, arrays = self.base_.parts()
+        values = {
+            "base": content,
+            "shapes": self.shapes_,
+            "amplitudes": self.amplitudes_,
+            "system": [v.to_dict() for v in self.system_],
+            "levels": self.levels_,
+            "noise_floor": self.noise_floor_,
+            "error_history": getattr(self, "error_history_", []),
+        }
+        return values, {f"base.{k}": v for k, v in arrays.items()}
+
+    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+        from .registry import model_class
+
+        self.effects_ = [make_effect(e) for e in self.effects]
+        inner = {k.removeprefix("base."): v for k, v in arrays.items() if k.startswith("base.")}
+        self.base_ = model_class(self.base.family).from_parts(values["base"], inner)
+        self.shapes_ = [
+            _checked(e, s, [p.name for p in e.shapes]) for e, s in zip(self.effects_, values["shapes"])
+        ]
+        self.amplitudes_ = [
+            _checked(e, a, [p.name for p in e.amplitudes])
+            for e, a in zip(self.effects_, values["amplitudes"])
+        ]
+        if not len(self.shapes_) == len(self.amplitudes_) == len(self.effects_):
+            raise InputError("composed: the parameters do not fit the effects; allowed: one set an effect")
+        self.levels_ = {str(k): [str(x) for x in v] for k, v in values["levels"].items()}
+        # Models saved before the labels stood with the variable have them in `levels` only.
+        self.system_ = [
+            SystemVariable.from_dict({**v, "labels": self.levels_.get(str(v["name"]), [])})
+            for v in values["system"]
+        ]
+        self.noise_floor_ = dict(values["noise_floor"])
+        self.error_history_ = [_checked_round(entry) for entry in values.get("error_history", [])]
+
+    @classmethod
+    def from_parts(cls, content: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Self:
+        """Build a model from `parts`; see `FrictionModel.from_parts`."""
+        from .registry import make_model
+
+        params = content["params"]
+        base = make_model(str(params["base"]["family"]), **params["base"]["params"])
+        effects: list[str | Effect] = []
+        for entry in params["effects"]:
+            if str(entry["name"]) not in CATALOGUE:
+                raise InputError(
+                    f"composed: effect {str(entry['name'])!r} is not in the catalogue; allowed: {', '.join(sorted(CATALOGUE))}, and "
+                    f"effects that an installed package offers under the entry point {ENTRY_POINT_GROUP}"
+                )
+            effect = make_effect(str(entry["name"]))
+            effects.append(type(effect)(**{str(k): float(v) for k, v in entry["fixed"].items()}))
+        model = cls(base, effects)
+        return model._restored(content, arrays)
+
+
+def _checked_round(entry: Any) -> dict[str, Any]:
+    """Return a round of additions as `refine` records it; raise InputError for another."""
+    good = (
+        isinstance(entry, dict)
+        and isinstance(entry.get("judged_by"), str)
+        and all(_are_texts(entry.get(name, [])) for name in ("added", "corrects_data"))
+        and "added" in entry
+        and all(_are_measures(entry.get(name)) for name in ("before", "after"))
+    )
+    if not good:
+        raise InputError(
+            f"error_history: {shown(entry, 80)} is no round of additions; allowed: added, judged_by, and rmse and mae "
+            "before and after"
+        )
+    return dict(entry)
+
+
+def _are_texts(values: Any) -> bool:
+    return isinstance(values, list) and all(isinstance(v, str) for v in values)
+
+
+def _are_measures(values: Any) -> bool:
+    return isinstance(values, dict) and all(
+        isinstance(values.get(n), int | float) and math.isfinite(values[n]) for n in ("rmse", "mae")
+    )
+
+
+def _checked(effect: Effect, values: Mapping[str, Any], names: list[str]) -> dict[str, float]:
+    """Return stored parameters of an effect, complete and finite."""
+    if sorted(values) != sorted(names) or not all(np.isfinite(float(v)) for v in values.values()):
+        raise InputError(
+            f"composed: parameters {dict(values)!r:.80} of effect {effect.name!r}; allowed: finite numbers for {names}"
+        )
+    return {n: float(values[n]) for n in names}
+
+
+def _check_loads(loads: TriboLoads, effects: Sequence[Effect]) -> None:
+    """Refuse an effect of loads that were not measured."""
+    for effect in effects:
+        absent = effect.lacking(loads.absent)
+        if absent:
+            raise InputError(
+                f"effect {effect.name!r} needs {' and '.join(absent)}, which the data lack; allowed: effects of the loads that "
+                "were measured"
+            )
+        if effect.needs_state and loads.t is None and {"sd", "v_rel"} & set(loads.absent):
+            raise InputError(
+                f"effect {effect.name!r} needs the time t, or distance and speed, which the data lack"
+            )
+
+
+def _levels(loads: TriboLoads, effects: Sequence[Effect]) -> dict[str, list[str]]:
+    """Return the labels of metadata that is not numeric; raise where metadata that an effect needs is missing."""
+    levels: dict[str, list[str]] = {}
+    for effect in effects:
+        for name in effect.metadata:
+            values = loads.context_column(name)
+            if values is None:
+                raise InputError(
+                    f"effect {effect.name!r} needs the column {name!r} in the table of tests; allowed: give tests with it"
+                )
+            if bool(pd.isna(values).any()):
+                row = int(np.argmax(pd.isna(values)))
+                raise InputError(
+                    f"effect {effect.name!r}: column {name!r} has no value for the test of row {row}; allowed: one a test"
+                )
+            if pd.to_numeric(pd.Series(values), errors="coerce").isna().any():
+                levels[name] = sorted({str(v) for v in values})
+    return levels
+
+
+def _system_variables(
+    loads: TriboLoads,
+    metadata: Mapping[str, FloatArray],
+    effects: Sequence[Effect],
+    levels: Mapping[str, Sequence[str]],
+) -> list[SystemVariable]:
+    units = {m: u for e in effects for m, u in zip(e.metadata, e.metadata_units, strict=True)}
+    tests = np.array([s.start for s in loads.segments()])
+    found = []
+    for name, unit in units.items():
+        values = metadata[name][tests, 0]
+        labels = tuple(levels.get(name, ()))
+        # Between two labels there is nothing: where the metadata lacks one, the commonest is taken.
+        start = np.bincount(values.astype(int)).argmax() if labels else np.median(values)
+        found.append(
+            SystemVariable(name, unit, float(start), float(values.min()), float(values.max()), labels)
+        )
+    return found

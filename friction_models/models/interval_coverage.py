@@ -1,0 +1,106 @@
+"""How much of the measured friction a prediction interval holds, test by test, and how sure that is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..loads import DataSet, FloatArray
+from .intervals import PredictionInterval
+
+#: Points of a test share its offset. Tests that happen to agree would speak for any number of observations.
+MOST_A_TEST = 3.0
+
+
+def coverage_measures(
+    mu: FloatArray, low: FloatArray, high: FloatArray, groups: npt.NDArray[np.str_], level: float
+) -> dict[str, float]:
+    """Return how much of the measured `mu` lies within `low` and `high`, each test counted alike.
+
+    Returns
+    -------
+    dict
+        `expected` (the level); `share` (mean over tests of the share of points within), with its own interval of 95 %
+        `share_low`, `share_high`: Wilson's, for as many independent observations as the scatter
+        between the tests speaks for, at least one and at most `MOST_A_TEST` a test; `points` (share of all points), `worst_test` (smallest share of
+        a test), `tests`, `mean_width`.
+    """
+    inside = ((mu >= low) & (mu <= high)).astype(np.float64)
+    _, test = np.unique(groups, return_inverse=True)
+    shares = np.bincount(test, weights=inside) / np.bincount(test)
+    tests, share = len(shares), float(shares.mean())
+    independent = float(tests)
+    if tests > 1:
+        variance = float(shares.var(ddof=1)) / tests
+        spoken_for = share * (1.0 - share) / variance if variance > 0.0 else math.inf
+        independent *= min(max(spoken_for / tests, 1.0), MOST_A_TEST)
+    below, above = wilson(share, independent)
+    return {
+        "expected": float(level),
+        "share": share,
+        "share_low": below,
+        "share_high": above,
+        "points": float(inside.mean()),
+        "worst_test": float(shares.min()),
+        "tests": float(tests),
+        "mean_width": float(np.mean(high - low)),
+    }
+
+
+def wilson(share: float, count: float, z: float = 1.959964) -> tuple[float, float]:
+    """Return the interval of a share seen in `count` observations (Wilson 1927, J. Am. Stat. Assoc. 22: 209)."""
+    centre = (share + z * z / (2 * count)) / (1 + z * z / count)
+    half = z / (1 + z * z / count) * math.sqrt(share * (1 - share) / count + z * z / (4 * count * count))
+    return max(centre - half, 0.0), min(centre + half, 1.0)
+
+
+def measured_coverage(model: Any, data: DataSet, level: float | None = None) -> dict[str, dict[str, float]]:
+    """Return `coverage_measures` of a model with an interval by role of the tests, and of ``all``."""
+    points, tests = data.points, data.tests
+    low, high = model.predict_interval_frame(points, tests, level)
+    mu = points["mu"].to_numpy(dtype=np.float64)
+    ids = points["test_id"].to_numpy().astype(str)
+    expected = level if level is not None else float(model.interval_level)
+    chosen = {"all": np.ones(len(mu), dtype=bool)}
+    if tests is not None and "role" in tests.columns:
+        roles = tests.assign(test_id=tests["test_id"].astype(str)).set_index("test_id")["role"]
+        found = roles.reindex(ids).to_numpy(dtype=object)
+        present = dict.fromkeys(str(r) for r in roles.dropna())
+        chosen = {r: found == r for r in sorted(present, key=lambda r: (r != "train", r))} | chosen
+    return {
+        name: coverage_measures(mu[own], low[own], high[own], ids[own], expected)
+        for name, own in chosen.items()
+        if own.any()
+    }
+
+
+def report(interval: PredictionInterval) -> str:
+    """Return a text report of a calibrated interval."""
+    varies = (
+        "the width depends on the loads"
+        if any(interval.slopes)
+        else "the same width everywhere in the domain"
+    )
+    lines = [
+        f"Prediction interval ({100.0 * interval.level:g} %, {interval.method()}): {interval.tests} tests, {interval.source}; {varies}"
+    ]
+    if interval.coverage:
+        return "\n".join(lines) + "\n" + coverage_text(interval.coverage)
+    return lines[0] + "\n"
+
+
+def coverage_text(coverage: Mapping[str, Mapping[str, float]]) -> str:
+    """Return a text table of `coverage_measures` by role."""
+    lines = [
+        f"{'Coverage':12s}{'expected':>9s}{'within':>9s}{'95 % interval of it':>22s}{'worst test':>12s}{'width':>9s}{'tests':>7s}"
+    ]
+    for role, c in coverage.items():
+        between = f"{c['share_low']:.1%} to {c['share_high']:.1%}"
+        lines.append(
+            f"{role:12s}{c['expected']:9.1%}{c['share']:9.1%}{between:>22s}{c['worst_test']:12.0%}{c['mean_width']:9.4f}{c['tests']:7g}"
+        )
+    return "\n".join(lines) + "\n"

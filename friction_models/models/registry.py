@@ -1,0 +1,62 @@
+"""The families of friction models by name."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..common import unknown_name
+from ..families.constant import ConstantFriction
+from ..families.ffnn import FeedForwardFriction
+from ..families.gradient_boosting import GradientBoostingFriction
+from ..families.linear import LinearFriction
+from ..families.polynomial import PolynomialFriction
+from ..families.power_law import PowerLawFriction
+from .base import FrictionModel
+
+#: Families that can be trained by name. `linear`, `polynomial` and `ffnn` are the ones that the work
+#: this project builds on names; `power_law` (grey box) and `gradient_boosting` (black box) are our choice.
+FAMILIES: dict[str, type[FrictionModel]] = {
+    c.family: c
+    for c in (
+        ConstantFriction,
+        LinearFriction,
+        PolynomialFriction,
+        PowerLawFriction,
+        GradientBoostingFriction,
+        FeedForwardFriction,
+    )
+}
+
+
+def model_class(family: str) -> type[FrictionModel]:
+    """Return the class of a family, ``composed`` included.
+
+    Raises
+    ------
+    InputError
+        Unknown family; the message names the nearest one.
+    """
+    if family == "composed":
+        from .composed import ComposedFriction
+
+        return ComposedFriction
+    if family not in FAMILIES:
+        raise unknown_name("model", family, FAMILIES)
+    return FAMILIES[family]
+
+
+def make_model(name: str, **params: Any) -> FrictionModel:
+    """Return an unfitted model of the family `name`.
+
+    Raises
+    ------
+    InputError
+        Unknown family or parameter; the message names the nearest one.
+    """
+    if name not in FAMILIES:
+        raise unknown_name("model", name, FAMILIES)
+    allowed = FAMILIES[name]._get_param_names()
+    for param in params:
+        if param not in allowed:
+            raise unknown_name(f"parameter of {name}", param, allowed)
+    return FAMILIES[name](**params)

@@ -1,0 +1,1 @@
+"""Which cause a deviation between measured and simulated forces points to."""

@@ -1,0 +1,101 @@
+"""Forming attribution: which cause the difference between measured and simulated force-stroke curves points to.
+
+Each cause (an effect of friction, flow stress, heat, the press itself) leaves a fingerprint on the curves of all
+levels: their change when that cause is moved a little. The measured minus the simulated curves are projected
+on these fingerprints under the scatter of the repeats. Force curves alone cannot prove a cause: the answer names
+every cause that fits as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from friction_models.common import InputError
+
+from ..cosim.batch import RunProgress
+from ..cosim.system import System
+from .curves import on_common_stroke
+from .fit import attribution
+from .plant import Plant
+from .result import Attribution
+from .runs import run_sensitivities, runs_folder
+
+if TYPE_CHECKING:
+    from forming.press import PressCurves, PressLevel
+
+#: Share of the recorded stroke below which a run counts as short.
+SHORT = 0.8
+
+
+def attribute(
+    press: PressCurves | str | Path,
+    systems: System | Sequence[System],
+    causes: Sequence[str] | None = None,
+    runs: Path | None = None,
+    jobs: int | None = None,
+    progress: RunProgress | None = None,
+) -> Attribution:
+    """Say which cause the difference between measured and simulated force-stroke curves points to.
+
+    Parameters
+    ----------
+    press : PressCurves or path-like
+        Measured curves.
+    systems : System or sequence of System
+        The user's co-simulation; one for each process of the press curves.
+    causes : sequence of str, optional
+        Names of causes; all by default.
+    runs : Path, optional
+        Where runs are kept; the user's cache folder by default. What was computed there is not computed again.
+    jobs : int, optional
+        Processes.
+    progress : callable, optional
+        Called with (done, total, what).
+
+    Raises
+    ------
+    InputError
+        No level of the press belongs to a system, systems that cannot be varied, unknown causes.
+    """
+    from forming.press import PressCurves
+
+    curves = press if isinstance(press, PressCurves) else PressCurves.read(press)
+    plants = [Plant.of(s) for s in ([systems] if isinstance(systems, System) else systems)]
+    pairs, warnings = _matched(curves, plants)
+    found = run_sensitivities(plants, pairs, causes, runs_folder(runs), jobs, progress)
+    levels = [
+        on_common_stroke(level, base, found.mesh_size)
+        for (_, level), base in zip(pairs, found.base, strict=True)
+    ]
+    for (_, level), v in zip(pairs, levels, strict=True):
+        recorded = float(level.curves.groupby("repeat")["stroke"].max().min())
+        if v.stroke[-1] < SHORT * recorded:
+            warnings.append(
+                f"{level.file}: the system's run ends at {v.stroke[-1]:.1f} mm, the press at {recorded:.1f} mm of stroke; "
+                "what comes after was not judged (a longer stop_time, or speed of the forming FMU)"
+            )
+    synthetic = curves.synthetic or any(p.system.synthetic for p in plants)
+    return attribution(levels, found, synthetic, [*warnings, *found.warnings])
+
+
+def _matched(
+    curves: PressCurves, plants: Sequence[Plant]
+) -> tuple[list[tuple[Plant, PressLevel]], list[str]]:
+    """Return the levels with the system of their process."""
+    pairs, left = [], []
+    for level in curves.levels:
+        plant = next((p for p in plants if p.process == level.process), None)
+        plant = plant or next((p for p in plants if not p.process), None)
+        if plant is None:
+            left.append(level.file)
+        else:
+            pairs.append((plant, level))
+    if not pairs:
+        raise InputError(
+            f"press curves of {', '.join(sorted({x.process for x in curves.levels}))}: the systems form "
+            f"{', '.join(p.process or 'something else' for p in plants)}; allowed: a system of the same process"
+        )
+    notes = [f"no system forms {', '.join(left)}: left out"] if left else []
+    return pairs, notes

@@ -1,0 +1,144 @@
+"""A user's forming system: which component is what, and how it is varied."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fmus.runtime.fmu_files import FmuDescription, describe
+from friction_models.common import InputError
+from friction_models.loads import MU
+
+from ..cosim.connections import split_connection
+from ..cosim.system import System
+
+if TYPE_CHECKING:
+    from forming.press import PressLevel
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A user's system, and how it is changed.
+
+    Attributes
+    ----------
+    system : System
+    forming, friction : str
+        Names of the components.
+    description : FmuDescription
+        Of the forming FMU.
+    process : str
+        ``fre``, ``bce``, or empty for a forming FMU that is not of this project.
+    config : dict
+        What a forming FMU of this project was packed from.
+    fmi : str
+        Version of the friction FMU's interface.
+    """
+
+    system: System
+    forming: str
+    friction: str
+    description: FmuDescription
+    process: str
+    config: dict[str, Any]
+    fmi: str = "2.0"
+
+    @classmethod
+    def of(cls, system: System) -> Plant:
+        """Find forming process and friction model in a system.
+
+        Raises
+        ------
+        InputError
+            No component computes stroke and force from mu, nothing gives it mu, or it has no parameters
+            ``speed`` and ``T_tool``.
+        """
+        found = {name: describe(system.fmu_path(name)) for name in system.components}
+        forming = [
+            n for n, d in found.items() if {"stroke", "force"} <= d.variables.keys() and MU.name in d.arrays
+        ]
+        if len(forming) != 1:
+            raise InputError(
+                f"{system.source}: {len(forming)} components have stroke, force and mu; allowed: one forming process"
+            )
+        name = forming[0]
+        lines = [parts for c in system.connections if (parts := split_connection(c)) is not None]
+        wanted = f"{name}.{MU.name}"
+        sources = [
+            source.rpartition(".")[0]
+            for source, target, _ in lines
+            if target.partition("[")[0].strip() == wanted
+        ]
+        if not sources or len(set(sources)) != 1:
+            raise InputError(
+                f"{system.source}: {name}.mu comes from {len(set(sources))} components; allowed: one friction FMU"
+            )
+        for parameter in ("speed", "T_tool"):
+            if parameter not in found[name].variables:
+                raise InputError(
+                    f"{found[name].path}: no parameter {parameter!r}; allowed: a forming FMU with speed and T_tool, "
+                    "which every level of the press sets"
+                )
+        config = _config(found[name].path)
+        fmi = str(found[sources[0]].raw.fmiVersion)
+        return cls(system, name, sources[0], found[name], str(config.get("process", "")), config, fmi)
+
+    @property
+    def nodes(self) -> int:
+        """Contact points of the forming FMU."""
+        return len(self.description.resolve(MU.name))
+
+    @property
+    def travel(self) -> float:
+        """Punch travel of one communication step [mm]."""
+        speed = self.system.components[self.forming].start.get("speed")
+        if speed is None:
+            variable = next(v for v in self.description.raw.modelVariables if v.name == "speed")
+            speed = float(variable.start)
+        return float(self.system.communication_step * float(speed))  # type: ignore[arg-type]
+
+    def start_of(self, parameter: str) -> float | None:
+        """Return the value of a forming parameter in the system; None where the FMU has none."""
+        own = self.system.components[self.forming].start.get(parameter)
+        if own is not None:
+            return float(own)  # type: ignore[arg-type]
+        for variable in self.description.raw.modelVariables:
+            if variable.name == parameter and variable.start is not None:
+                return float(variable.start)
+        return None
+
+    def at(
+        self, level: PressLevel, friction: Path, forming: Path, changes: dict[str, dict[str, float]]
+    ) -> System:
+        """Return the system at a level of the press, with other FMUs and start values."""
+        content = self.system.model_dump(mode="json", exclude_none=True)
+        for name in content["components"]:
+            content["components"][name]["fmu"] = str(self.system.fmu_path(name))
+        parts = content["components"]
+        parts[self.friction]["fmu"], parts[self.forming]["fmu"] = str(friction), str(forming)
+        parts[self.forming]["start"] |= {"speed": level.speed, "T_tool": level.T_tool}
+        for name, values in changes.items():
+            parts[name]["start"] |= values
+        recorded = float(level.curves.groupby("repeat")["stroke"].max().min())
+        asked = self.travel * self.system.steps
+        steps = max(1, int(min(recorded, asked) / self.travel + 1e-6))
+        content["communication_step"] = self.travel / level.speed
+        content["stop_time"] = content["communication_step"] * steps
+        content["record"] = [f"{self.forming}.stroke", f"{self.forming}.force"]
+        content["name"] = f"{self.system.name}"[:80]
+        return System.from_dict(content, source=self.system.source)
+
+
+def _config(fmu: Path) -> dict[str, Any]:
+    """Return what a forming FMU of this project was packed from; empty for any other."""
+    try:
+        with zipfile.ZipFile(fmu) as archive:
+            item = archive.getinfo("resources/interface.json")
+            content = json.loads(archive.read(item)) if item.file_size < 64 * 1024**2 else {}
+    except (KeyError, ValueError, OSError, zipfile.BadZipFile):
+        return {}
+    good = isinstance(content, dict) and {"process", "fixed", "material"} <= content.keys()
+    return content if good else {}

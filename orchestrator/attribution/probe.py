@@ -1,0 +1,236 @@
+"""A friction model with every physical effect beside it, each at a strength of its own that starts at zero.
+
+One FMU serves all sensitivities: its parameters ``strength_NAME`` add ``strength * basis`` of an effect to the
+friction coefficient of the user's model, ``mu_factor`` scales it.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from friction_models.common import InputError, atomic_path
+from friction_models.effects.base import Effect, Memory
+from friction_models.expressions.onnx_graph import GraphBuilder, OnnxOps
+from friction_models.expressions.ops import LoadColumns
+from friction_models.loads import LOAD_NAMES
+
+if TYPE_CHECKING:
+    import onnx
+
+#: Where our friction FMUs keep their graph.
+GRAPH = "resources/model.onnx"
+FACTOR = "mu_factor"
+#: Share of an effect's typical amplitude that a sensitivity uses.
+SMALL = 0.5
+_MAX_GRAPH = 256 * 1024**2
+
+
+@dataclass(frozen=True)
+class Strength:
+    """One parameter of a probe: the effect it belongs to, and how far it is moved for a sensitivity."""
+
+    parameter: str
+    effect: str
+    step: float
+    unit: str
+    sign: int
+
+
+def strengths(effects: Sequence[Effect]) -> list[Strength]:
+    """Return the parameters of a probe, one for each amplitude of each effect."""
+    return [
+        Strength(f"strength_{e.name}_{a.name}", e.name, SMALL * a.start, a.unit, a.sign)
+        for e in effects
+        for a in e.amplitudes
+    ]
+
+
+def graph_of(fmu: Path) -> bytes:
+    """Return the ONNX graph inside a friction FMU of this project.
+
+    Raises
+    ------
+    InputError
+        Not an archive, or no graph in it.
+    """
+    try:
+        with zipfile.ZipFile(fmu) as archive:
+            if archive.getinfo(GRAPH).file_size > _MAX_GRAPH:
+                raise InputError(f"{fmu}: {GRAPH} is larger than {_MAX_GRAPH} bytes; allowed: smaller graphs")
+            return archive.read(GRAPH)
+    except (OSError, zipfile.BadZipFile):
+        raise InputError(f"{fmu}: not an FMU that can be opened; allowed: a friction FMU") from None
+    except KeyError:
+        raise InputError(
+            f"{fmu}: holds no {GRAPH}, so no effect can be added to it; allowed: a friction FMU that `pack` wrote"
+        ) from None
+
+
+def pack_probe(fmu: Path, effects: Sequence[Effect], target: Path, nodes: int, fmi: str = "2.0") -> Path:
+    """Write the probe of a friction FMU; a graph that does not become C runs in Python.
+
+    Parameters
+    ----------
+    fmu : Path
+        The user's friction FMU.
+    effects : sequence of Effect
+        Physical effects, without metadata.
+    target : Path
+        FMU to write.
+    nodes : int
+        Contact points.
+    fmi : str
+        Version of the interface, as that of the user's FMU: start values of the system fit both.
+
+    Raises
+    ------
+    InputError
+        What `graph_of` refuses, or a graph with other inputs than ours.
+    """
+    import fmus
+
+    model = with_effects(graph_of(fmu), effects, str(fmu))
+    file = target.with_suffix(".onnx")
+    with atomic_path(file) as temporary:
+        temporary.write_bytes(model.SerializeToString(deterministic=True))
+    try:
+        return fmus.pack(file, target, nodes=nodes, fmi=fmi, arrays=fmi == "3.0")
+    except InputError:
+        return fmus.pack(file, target, nodes=nodes, fmi=fmi, target="python")
+
+
+def addable(content: bytes, effects: Sequence[Effect], where: str) -> list[Effect]:
+    """Return the effects that can be added: without metadata, and not remembering what the model remembers already."""
+    held = _read(content, where)[1]
+    taken = {str(s["name"]) for s in held.get("tribofmu.state", [])}
+    return [
+        e for e in effects if e.kind == "physics" and not e.metadata and not taken & {n for n, _ in e.states}
+    ]
+
+
+def _read(content: bytes, where: str) -> tuple[onnx.ModelProto, dict[str, Any]]:
+    """Return a checked graph with our signature, and its metadata."""
+    from fmus.user_onnx import looks_ours
+    from fmus.user_onnx.reading import parse
+
+    model = parse(content, where)
+    if not looks_ours(model):
+        raise InputError(
+            f"{where}: its graph does not take the five loads; allowed: a friction FMU that `pack` wrote"
+        )
+    try:
+        held = {p.key: json.loads(p.value) for p in model.metadata_props if p.key.startswith("tribofmu.")}
+    except (ValueError, RecursionError):
+        raise InputError(f"{where}: metadata of the graph is not JSON; allowed: JSON") from None
+    return model, held
+
+
+def with_effects(content: bytes, effects: Sequence[Effect], where: str) -> onnx.ModelProto:
+    """Return the graph of a friction model with `effects` added at strengths that are system variables."""
+    import onnx
+    from onnx import TensorProto, helper
+    from onnx.compose import add_prefix
+
+    user, held = _read(content, where)
+    states: list[dict[str, Any]] = list(held.get("tribofmu.state", []))
+    system: list[dict[str, Any]] = list(held.get("tribofmu.system", []))
+    known = strengths(effects)
+    own_states = [s for e in effects for s in e.state_variables(e.start_shape())]
+    probe = _probe_graph(effects, known, len(own_states))
+    parts = [add_prefix(user, "u/"), add_prefix(probe, "p/")]
+    ode = not states or any(o.name == "state_der" for o in user.graph.output)
+    nodes: list[Any] = []
+    constants: list[Any] = []
+
+    def gather(source: str, columns: range, name: str) -> None:
+        index = helper.make_tensor(f"{name}#", TensorProto.INT64, [len(columns)], list(columns))
+        constants.append(index)
+        nodes.append(helper.make_node("Gather", [source, index.name], [name], axis=1))
+
+    for prefix, count, width, offset, width_system in (
+        ("u/", len(states), 0, 0, len(system)),
+        ("p/", len(own_states), len(states), len(system), len(known) + 1),
+    ):
+        nodes.append(helper.make_node("Identity", ["loads"], [f"{prefix}loads"]))
+        if count:
+            gather("state", range(width, width + count), f"{prefix}state")
+            nodes.append(helper.make_node("Identity", ["dt"], [f"{prefix}dt"]))
+        if width_system:
+            gather("system", range(offset, offset + width_system), f"{prefix}system")
+    nodes += parts[0].graph.node
+    nodes.append(helper.make_node("Identity", ["u/mu"], ["p/mu_in"]))
+    nodes += parts[1].graph.node
+    nodes.append(helper.make_node("Relu", ["p/mu"], ["mu"]))
+    inputs: list[tuple[str, list[int | str | None]]] = [("loads", ["n", len(LOAD_NAMES)])]
+    outputs: list[tuple[str, list[int | str | None]]] = [("mu", ["n", 1])]
+    total = len(states) + len(own_states)
+    inputs.append(("system", [1, len(system) + len(known) + 1]))
+    if total:
+        inputs += [("state", ["n", total]), ("dt", [1])]
+        names = ["state_next", *(["state_der"] if ode else [])]
+        for name in names:
+            sources = [f"{p}{name}" for p, k in (("u/", len(states)), ("p/", len(own_states))) if k]
+            nodes.append(helper.make_node("Concat", sources, [name], axis=1))
+            outputs.append((name, ["n", total]))
+    graph = helper.make_graph(
+        nodes,
+        "friction",
+        [helper.make_tensor_value_info(n, TensorProto.DOUBLE, s) for n, s in inputs],
+        [helper.make_tensor_value_info(n, TensorProto.DOUBLE, s) for n, s in outputs],
+        [*constants, *parts[0].graph.initializer, *parts[1].graph.initializer],
+    )
+    opsets = {o.domain: o.version for part in parts for o in part.opset_import}
+    merged = helper.make_model(
+        graph,
+        opset_imports=[helper.make_opsetid(d, v) for d, v in sorted(opsets.items())],
+        producer_name="tribofmu",
+        ir_version=user.ir_version,
+    )
+    extra = [{"name": s.parameter, "unit": s.unit, "start": 0.0, "min": -1e6, "max": 1e6} for s in known]
+    extra.append({"name": FACTOR, "unit": "1", "start": 1.0, "min": 0.0, "max": 1e3})
+    held["tribofmu.system"] = [*system, *extra]
+    if total:
+        held["tribofmu.state"] = [*states, *(s.to_dict() for s in own_states)]
+    for key, value in sorted(held.items()):
+        entry = merged.metadata_props.add()
+        entry.key, entry.value = key, json.dumps(value)
+    onnx.checker.check_model(merged, full_check=True)
+    return merged
+
+
+def _probe_graph(effects: Sequence[Effect], known: Sequence[Strength], states: int) -> onnx.ModelProto:
+    """Return the graph of ``mu_factor * mu_in + sum of strength * basis``."""
+    graph = GraphBuilder("probe")
+    x = OnnxOps(graph)
+    loads = graph.input("loads", ["n", len(LOAD_NAMES)])
+    mu_in = graph.input("mu_in", ["n", 1])
+    system = graph.input("system", [1, len(known) + 1])
+    L = LoadColumns.from_matrix(x, loads)
+    held: dict[str, Any] = {}
+    if states:
+        state, dt = graph.input("state", ["n", states]), graph.input("dt", [1])
+        names = [n for e in effects for n, _ in e.states]
+        held = {n: x.column(state, j) for j, n in enumerate(names)}
+    mu = mu_in * x.column(system, len(known))
+    column = 0
+    following: list[Any] = []
+    rates: list[Any] = []
+    for effect in effects:
+        shape = effect.start_shape()
+        memory = Memory(mu_in, held, {})
+        for basis in effect.basis(x, L, shape, memory):
+            mu = mu + x.column(system, column) * basis
+            column += 1
+        if effect.states:
+            following += effect.advance(x, L, shape, memory, dt)
+            rates += effect.rate(x, L, shape, memory)
+    graph.output("mu", mu, ["n", 1])
+    if states:
+        graph.output("state_next", x.concat(following), ["n", states])
+        graph.output("state_der", x.concat(rates), ["n", states])
+    return graph.build()

@@ -1,0 +1,66 @@
+"""`attribute`: which cause the difference between measured and simulated force-stroke curves points to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..common.console import keeping, progress, say, write_result
+from ..common.files_named import Writes
+from ..common.options import Jobs, Json, Report
+
+
+def attribute(
+    press: Annotated[Path, typer.Option("--press", help="Folder of measured press curves (levels.csv).")],
+    system: Annotated[
+        list[Path],
+        typer.Option(
+            "--system", help="System description of the forming process (YAML or SSP); one for each process."
+        ),
+    ],
+    causes: Annotated[
+        list[str] | None,
+        typer.Option("--causes", help="Only these causes (names as in the report); all by default."),
+    ] = None,
+    runs: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder in which runs are kept and found again (default: the user's cache folder)."
+        ),
+        Writes("SENSITIVITIES"),
+    ] = None,
+    jobs: Jobs = None,
+    json: Json = None,
+    report: Report = None,
+) -> None:
+    """Say which cause force-stroke curves point to: friction effects, flow stress, heat, the press. Not a proof."""
+    from friction_models.common import check_outputs
+
+    from ...attribution.attribute import attribute as find
+    from ...cosim.system import System
+
+    systems = [System.load(path) for path in system]
+    fmus = [s.fmu_path(name) for s in systems for name in s.components]
+    check_outputs([p for p in (runs, json, report) if p is not None], fmus)
+    kept = f"finished runs are kept in {runs or 'the cache folder'}; the same command goes on from there"
+    with keeping(lambda: kept), progress("sensitivities") as tick:
+        result = find(press, systems, causes, runs, jobs, tick)
+    say(result.report())
+    if json is not None:
+        write_result(json, result.to_dict())
+    if report is not None:
+        from friction_models.common import write_text
+
+        from ...report.attribution_page import attribution_page
+
+        write_text(report, attribution_page(result, press.name))
+        say(f"report written: {report}")
+
+
+def add_commands(app: typer.Typer) -> None:
+    """Register the commands of this file."""
+    app.command(
+        epilog="Example: tribofmu attribute --press press --system fre.yaml --system bce.yaml --report cause.html"
+    )(attribute)

@@ -1,0 +1,199 @@
+"""`compare`: friction models against tribometer tests, against press curves, and in one system against each other."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..common.console import keeping, progress, say, write_result
+from ..common.files_named import Reads, Writes
+from ..common.options import Isolate, Jobs, Json, Names, Report, Tests, fitted_model, given_names, read_data
+
+if TYPE_CHECKING:
+    from fmus.runtime.foreign_friction import GivenNames
+    from fmus.runtime.friction_names import FrictionNames
+
+    from ...comparison.in_one_system import RunsComparison
+    from ...comparison.on_press import ForcesComparison
+    from ...comparison.on_tests import TestsComparison
+    from ...comparison.press_study import PressResults, PressStudy
+
+
+def compare(
+    models: Annotated[
+        list[str],
+        typer.Option(
+            "--models", help="Model folders, .fmu or .onnx files or numbers (constant mu), one or more."
+        ),
+        Reads(),
+    ],
+    data: Annotated[
+        Path | None,
+        typer.Option("--data", help="Data set (folder or file of points), or a folder of press curves."),
+    ] = None,
+    tests: Tests = None,
+    press: Annotated[
+        Path | None,
+        typer.Option("--press", help="Folder of press curves: every model forms every level."),
+    ] = None,
+    system: Annotated[
+        Path | None,
+        typer.Option(
+            "--system",
+            help="System (YAML or .ssp) that runs with every model: the runs are laid over each other.",
+        ),
+    ] = None,
+    names: Names = None,
+    isolate: Isolate = None,
+    runs: Annotated[
+        Path | None,
+        typer.Option(help="For press curves or a system: keep the run folders here."),
+        Writes("STUDY"),
+    ] = None,
+    mode: Annotated[
+        str, typer.Option(help="For a system: gauss_seidel, jacobi or iterated.")
+    ] = "gauss_seidel",
+    jobs: Jobs = None,
+    json: Json = None,
+    report: Report = None,
+    seed: Annotated[int, typer.Option(help="Seed of the bootstrap.", min=0)] = 0,
+) -> None:
+    """Compare friction models: on tribometer tests, on press curves, or by runs of one system laid over each other."""
+    from friction_models.common import InputError
+
+    if data is not None and press is None and (data / "levels.csv").is_file():
+        data, press = None, data
+    if data is None and press is None and system is None:
+        raise InputError(
+            "compare: neither --data nor --press nor --system is given; allowed: one of them, or several"
+        )
+    if data is None and tests is not None:
+        what = "runs of a system" if press is None else "press curves"
+        raise InputError(f"--tests {tests}: there are {what} only; allowed: with a data set of points")
+    if press is None and system is None and runs is not None:
+        raise InputError(
+            f"--runs {runs}: there are no press curves and no system; allowed: with --press or --system"
+        )
+    if press is not None and system is not None and runs is not None:
+        raise InputError(
+            f"--runs {runs}: both --press and --system are given; allowed: one of them with --runs"
+        )
+    given = given_names(models, names)
+    study = None if press is None else _opened(press)
+    on_tests = None if data is None else _compare_tests(models, given, data, tests, seed)
+    ran = None if study is None else _form(study, models, given, runs, jobs)
+    on_press = None if study is None or ran is None else _compare_forces(study, ran, seed)
+    in_system = None if system is None else _run_system(system, models, given, runs, mode, jobs)
+    if json is not None:
+        content: dict[str, Any] = {}
+        if on_tests is not None:
+            content = {"synthetic": on_tests.synthetic, **on_tests.to_dict()}
+        if study is not None and ran is not None:
+            forces = {"synthetic": study.synthetic, "models": [], "failed": [f.to_dict() for f in ran.failed]}
+            forces |= {} if on_press is None else on_press.to_dict()
+            content = {**content, "press": forces} if content else forces
+        if in_system is not None:
+            content = {**content, "system": in_system.to_dict()} if content else in_system.to_dict()
+        write_result(json, content)
+    if report is not None and (on_tests is not None or on_press is not None or in_system is not None):
+        from friction_models.common import write_text
+
+        from ...report.comparison_page import comparison_page
+
+        write_text(report, comparison_page(on_tests, on_press, in_system))
+        say(f"report written: {report}")
+    if ran is not None:
+        ran.check(runs)
+    if in_system is not None and in_system.failed:
+        from fmus.runtime.errors import SimulationError
+
+        label, error = next(iter(in_system.failed.items()))
+        raise SimulationError(f"{len(in_system.failed)} of the runs failed: {label}: {error[:300]}")
+
+
+def _run_system(
+    system: Path, models: list[str], names: GivenNames, runs: Path | None, mode: str, jobs: int | None
+) -> RunsComparison:
+    from ...comparison.in_one_system import compare_in_system
+    from ...cosim.master import MODES
+    from ...cosim.system import System
+
+    if mode not in MODES:
+        from friction_models.common import unknown_name
+
+        raise unknown_name("mode", mode, MODES, "--mode")
+    named = {_label(name, models): name for name in models}
+    kept = "what is finished is kept" if runs is not None else "nothing is kept without --runs FOLDER"
+    with keeping(lambda: kept), progress("runs", says_time=True) as tick:
+        result = compare_in_system(
+            System.load(system), named, runs, _foreign(named, names), mode, jobs, progress=tick
+        )
+    if result.synthetic:
+        say("synthetic data involved")
+    say(result.report())
+    return result
+
+
+def _foreign(named: dict[str, str], names: GivenNames) -> dict[str, FrictionNames]:
+    """Return the variables of the FMUs that others made, by label."""
+    found = {n: names.foreign(model) for n, model in named.items() if Path(model).suffix == ".fmu"}
+    return {label: foreign for label, foreign in found.items() if foreign is not None}
+
+
+def _opened(press: Path) -> PressStudy:
+    from ...comparison.press_study import PressStudy
+
+    return PressStudy.open(press)
+
+
+def _compare_tests(
+    models: list[str], names: GivenNames, data: Path, tests: Path | None, seed: int
+) -> TestsComparison:
+    from ...comparison.on_tests import compare_on_tests
+
+    named = {_label(name, models): fitted_model(name, names) for name in models}
+    result = compare_on_tests(named, read_data(data, tests, named.values()), seed)
+    say(result.report())
+    return result
+
+
+def _form(
+    study: PressStudy, models: list[str], names: GivenNames, runs: Path | None, jobs: int | None
+) -> PressResults:
+    named = {_label(name, models): name for name in models}
+    called = {label: foreign.to_dict() for label, foreign in _foreign(named, names).items()}
+    with progress("runs", says_time=True) as tick:
+        return study.compare(named, runs, jobs, progress=tick, names=called)
+
+
+def _compare_forces(study: PressStudy, ran: PressResults, seed: int) -> ForcesComparison | None:
+    """Return the comparison of the models that formed every level, and print it; None where there is none."""
+    from ...comparison.on_press import ForcesComparison
+
+    if not ran.models:
+        return None
+    levels = [Path(level.file).stem for level in study.press.levels]
+    lubricants = sorted({level.lubricant for level in study.press.levels})
+    result = ForcesComparison.of(ran.models, levels, study.synthetic, seed, ran.failed, lubricants)
+    if study.synthetic:
+        say("synthetic press curves")
+    say(result.report())
+    return result
+
+
+def _label(name: str, names: list[str]) -> str:
+    """Short name of a model; the whole path where two would be called the same."""
+    short = [Path(n).stem if Path(n).suffix == ".fmu" else Path(n).name for n in names]
+    mine = short[names.index(name)]
+    return mine if short.count(mine) == 1 else name
+
+
+def add_commands(app: typer.Typer) -> None:
+    """Register the command of this file."""
+    app.command(
+        epilog="Examples: tribofmu compare --models models/linear models/ffnn 0.08 --data data; with an FMU of others, formed at every "
+        "level of a press: tribofmu compare --models models/linear supplier.fmu --names names.yaml --press press; in one forming run, "
+        "without measurements: tribofmu compare --system fre.yaml --models supplier.fmu models/linear 0.08 --report runs.html"
+    )(compare)

@@ -1,0 +1,188 @@
+"""`diagnose`, `refine`: which effect a model is missing, adding it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..common.console import say, write_result
+from ..common.files_named import Reads, Writes
+from ..common.options import (
+    Isolate,
+    Json,
+    Names,
+    NextTests,
+    OutFolder,
+    Report,
+    Tests,
+    any_model,
+    given_names,
+    read_data,
+)
+from .modelling import Interval, add_interval
+
+if TYPE_CHECKING:
+    from friction_models.loads import DataSet
+
+Campaigns = Annotated[
+    list[Path],
+    typer.Option(
+        "--data",
+        help="Data set: a folder with points.csv, or a CSV or Parquet file. Several: the first campaign and further "
+        "tests, judged together.",
+    ),
+]
+
+
+def diagnose(
+    data: Campaigns,
+    model: Annotated[
+        str,
+        typer.Option(help="Model folder, .fmu or .onnx file, number (constant mu) or name of a family."),
+        Reads(),
+    ],
+    tests: Tests = None,
+    seed: Annotated[int, typer.Option(help="Seed of the bootstrap.")] = 0,
+    json: Json = None,
+    report: Report = None,
+    plan: NextTests = None,
+    names: Names = None,
+    isolate: Isolate = None,
+) -> None:
+    """Say which physical effect the model is missing: or that nothing is, or that the data cannot tell."""
+    from friction_models.discovery import diagnose as search
+
+    friction = any_model(model, given_names([model], names))
+    dataset = read_campaigns(data, tests)
+    part = dataset.select("train")  # tests that are held out stay unseen
+    result = search(part.points, part.tests, model=friction, seed=seed)
+    say(result.report())
+    if json is not None:
+        write_result(json, {"synthetic": result.synthetic, **result.to_dict()})
+    if report is not None:
+        from ...report import write_diagnosis_report
+
+        write_diagnosis_report(report, friction, part, result, label=model)
+        say(f"report written: {report}")
+    if plan is not None:
+        _write_plan(plan, result.next_tests)
+
+
+def _write_plan(plan: Path, next_tests: list[dict[str, Any]]) -> None:
+    from friction_models.discovery.further_tests.next_tests import plan_rows
+
+    from ...prediction.plan_file import missing_settings, write_plan
+
+    rows = plan_rows(next_tests)
+    if not rows:
+        say("no plan written: there are no rivals that a further test would tell apart")
+        return
+    write_plan(plan, rows)
+    absent = missing_settings(rows)
+    todo = f"; fill in {', '.join(absent)} first: the data do not hold them" if absent else ""
+    say(f"plan written: {plan} ({len(rows)} tests{todo})")
+
+
+def refine(
+    data: Campaigns,
+    model: Annotated[str, typer.Option(help="Model folder or name of a family."), Reads()],
+    add: Annotated[list[str], typer.Option("--add", help="Effects to add, one or more.")],
+    out: Annotated[OutFolder, Writes("MODEL")],
+    tests: Tests = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Keep an addition that makes tests not seen in the fit worse.")
+    ] = False,
+    report: Report = None,
+    interval: Interval = True,
+) -> None:
+    """Add physical effects to a model, refit everything together and save the new model.
+
+    The addition is judged by whole tests that the fit did not see: those held out, else by cross-validation. An
+    addition that makes them worse is refused. Every round is kept with the model and shown.
+    """
+    from friction_models import evaluate
+    from friction_models.common import InputError, write_text
+    from friction_models.discovery import refine as improve
+    from friction_models.discovery.refinement import history_text
+    from friction_models.effects import make_effect
+
+    for name in add:
+        make_effect(name)
+    if Path(model).suffix == ".fmu":
+        raise InputError(f"{model}: an FMU is a fixed law; allowed: a model folder or the name of a family")
+    friction = any_model(model)
+    dataset = read_campaigns(data, tests)
+    better = improve(dataset.points, dataset.tests, model=friction, add=add, force=force)
+    if friction.is_fitted:
+        say(evaluate(friction, dataset, name=f"before: {model}").report())
+    result = evaluate(better, dataset, name=f"after: {model} + {' + '.join(add)}")
+    for role, measures in result.roles.items():
+        better.record_errors(role, measures)
+    say(result.report())
+    say(history_text(better.error_history_))
+    if interval:
+        say(add_interval(better, dataset))
+    better.save(out)
+    say(f"model written: {out}")
+    if report is not None:
+        from ...report.refinement_page import refinement_page
+
+        if not friction.is_fitted:
+            friction = improve(dataset.points, dataset.tests, model=friction)
+        write_text(report, refinement_page(friction, better, dataset, model))
+        say(f"report written: {report}")
+
+
+def read_campaigns(data: list[Path], tests: Path | None) -> DataSet:
+    """Read one data set, or several as one, and say what was changed to join them.
+
+    Raises
+    ------
+    InputError
+        What `DataSet.load` refuses; a data set that is given twice, a test table beside several of them, campaigns
+        with other loads than the others.
+    """
+    from friction_models.common import InputError
+
+    if len(data) == 1:
+        return _in_order(read_data(data[0], tests))
+    if tests is not None:
+        raise InputError(
+            f"--tests {tests}: beside {len(data)} --data; allowed: folders that hold their tests.csv"
+        )
+    known: dict[Path, Path] = {}
+    for path in data:
+        if path.resolve() in known:
+            raise InputError(f"--data {path}: given twice; allowed: each campaign once")
+        known[path.resolve()] = path
+    from friction_models.discovery.further_tests.joined import join_campaigns
+
+    names = [p.name for p in known]
+    parts = {
+        full.name if names.count(full.name) == 1 else str(path): _in_order(read_data(path))
+        for full, path in known.items()
+    }
+    dataset, remarks = join_campaigns(parts)
+    for remark in remarks:
+        say(remark)
+    return dataset
+
+
+def _in_order(dataset: DataSet) -> DataSet:
+    """Return the data set; its points must have an order, since effects with memory are among those looked for."""
+    if dataset.points["test_id"].nunique() > 1:
+        dataset.require_order()
+    return dataset
+
+
+def add_commands(app: typer.Typer) -> None:
+    """Register the commands of this file."""
+    app.command(
+        epilog="Example: tribofmu diagnose --data data --model models/linear --report diagnosis.html --plan next.csv"
+    )(diagnose)
+    app.command(
+        epilog="Example: tribofmu refine --data data --model models/linear --add stribeck -o models/better "
+        "--report refined.html"
+    )(refine)

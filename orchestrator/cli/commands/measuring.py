@@ -1,0 +1,153 @@
+"""`lab`, `ingest`, `twin`: from raw records to a data set."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..common.console import keeping, progress, say
+from ..common.files_named import Reads, Writes
+from ..common.options import Jobs, OutFolder
+
+_KEPT_BY_LAB = "what is finished is kept beside the campaign folder; the same command goes on from there"
+
+
+def lab(
+    out: Annotated[OutFolder, Writes("CAMPAIGN")],
+    plan: Annotated[
+        str, typer.Option(help="Test plan by name, or a CSV file with a row a test."), Reads()
+    ] = "factorial-81+30",
+    hidden: Annotated[
+        str | None, typer.Option(help="Effect hidden in the truth; without it nothing is hidden.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed; the same seed gives the same files.")] = 0,
+    lubricant: Annotated[
+        str | None,
+        typer.Option(
+            help="Lubricant: polymer or mos2, on a rig with the flaws of a real one; without it a linear law on "
+            "a plain rig."
+        ),
+    ] = None,
+    repeats: Annotated[int, typer.Option(help="How often each training test of a named plan is run.")] = 1,
+    file_format: Annotated[
+        str,
+        typer.Option(
+            "--format",
+            help="Files as a data logger writes them: canonical, csv, ascii, catman, mdf, tdms, mat, parquet, xlsx.",
+        ),
+    ] = "canonical",
+    jobs: Jobs = None,
+) -> None:
+    """Make a synthetic SCT campaign: raw records, labelled synthetic.
+
+    The truth goes to a file of its own that no training or diagnosis reads.
+    """
+    from sct_twin import virtual_lab
+
+    campaign = virtual_lab.Campaign(plan=plan, hidden=hidden, seed=seed, lubricant=lubricant, repeats=repeats)
+    with progress("virtual laboratory") as tick, keeping(lambda: _KEPT_BY_LAB):
+        campaign.write(out, file_format, jobs=jobs, progress=tick)
+    say(f"synthetic campaign written: {out}")
+    if file_format != "canonical":
+        say(f"channel map for ingest: {out / 'channels.yaml'}")
+
+
+def ingest(
+    files: Annotated[list[Path], typer.Argument(help="Measurement files, or a folder of them.")],
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", help="Folder to write; not needed with --dry-run."),
+        Writes("CAMPAIGN"),
+    ] = None,
+    channels: Annotated[
+        Path | None, typer.Option("--map", help="YAML: which column is which channel, units, signs, offsets.")
+    ] = None,
+    tests: Annotated[
+        Path | None,
+        typer.Option("--tests", help="Test table with a column test_id; comma, semicolon or tab."),
+    ] = None,
+    test_id: Annotated[
+        str | None,
+        typer.Option(
+            help="Which part of a file's name is the test's: '*_SCT{test_id}_raw'; * is any text, ? any character. "
+            "Without it the map's test_id, or the whole name."
+        ),
+    ] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Only show what was found, write nothing.")
+    ] = False,
+) -> None:
+    """Turn measurement files of any layout into a campaign folder with canonical channels and units.
+
+    Reads CSV and ASCII, catman, MDF, TDMS, MATLAB, Parquet and Excel. Shows columns, phases and quality of every
+    test, then writes.
+    """
+    from sct_twin.ingest.campaign_files import ingest as read
+    from sct_twin.ingest.preview import describe, preview
+
+    if out is None and not dry_run:
+        from friction_models.common import InputError
+
+        raise InputError("ingest: -o is missing; allowed: the folder to write, or --dry-run")
+    source = files[0] if len(files) == 1 else files
+    width = min(max(shutil.get_terminal_size((80, 24)).columns, 60), 160)
+    if dry_run:
+        with progress("reading") as tick:
+            text = preview(source, channels, tests, tick, width, test_id)
+        say(text)
+        return
+    with progress("reading") as tick, keeping(lambda: f"{out} was not written"):
+        report = read(
+            source, channels, out, tests, tick, lambda found: say(describe(found, channels, width)), test_id
+        )
+    say(report.headline())
+
+
+def twin(
+    campaign: Annotated[Path, typer.Argument(help="Campaign folder (from lab or ingest).")],
+    out: Annotated[OutFolder, Writes("TWIN")],
+    jobs: Jobs = None,
+    check: Annotated[
+        int,
+        typer.Option(
+            help="Compute so many tests at other fidelity and assumptions too, and report the differences."
+        ),
+    ] = 0,
+) -> None:
+    """Run the digital twin of every test: adds contact pressure, surface expansion and contact temperature."""
+    from sct_twin import SctTwin
+
+    with progress("twin") as tick, keeping(lambda: _kept(out)):
+        result = SctTwin().run(campaign, out=out, jobs=jobs, progress=tick, check=check)
+    data = result.dataset()
+    label = "synthetic " if data.synthetic else ""
+    say(
+        f"{label}data set written: {out} ({data.points['test_id'].nunique()} tests, {len(data.points)} points)"
+    )
+    if (out / "averages").is_dir():
+        say(f"means over each test: {out / 'averages'}")
+    if not result.left_out.empty:
+        say(f"{len(result.left_out)} tests left out, reasons in {out / 'left_out.csv'}")
+    for remark in result.remarks:
+        say(f"{remark['test_id']}: {remark['remark']}")
+    if check:
+        say(result.error_table())
+
+
+def _kept(folder: Path) -> str:
+    count = len(list((folder / "twin").glob("*.nc")))
+    if not count:
+        return "nothing was finished yet"
+    return f"{count} finished tests are kept in {folder}; the same command goes on from there"
+
+
+def add_commands(app: typer.Typer) -> None:
+    """Register the commands of this file."""
+    app.command(epilog="Example: tribofmu lab --plan factorial-81+30 --hidden stribeck --seed 7 -o campaign")(
+        lab
+    )
+    app.command(epilog="Example: tribofmu ingest rig/*.csv --map channels.yaml -o campaign")(ingest)
+    app.command(epilog="Example: tribofmu twin campaign -o data")(twin)

@@ -1,0 +1,198 @@
+"""`train`, `evaluate`, `predict`: friction models on data sets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..common.console import note, say, write_result
+from ..common.files_named import Reads, Writes
+from ..common.options import (
+    Data,
+    Isolate,
+    Json,
+    Names,
+    OutFile,
+    OutFolder,
+    Tests,
+    fitted_model,
+    given_names,
+    named_model,
+    read_data,
+)
+
+if TYPE_CHECKING:
+    from friction_models.loads import DataSet
+
+
+Interval = Annotated[
+    bool,
+    typer.Option(
+        "--interval/--no-interval",
+        help="Calibrate a prediction interval for mu on tests left out (at least 4 tests).",
+    ),
+]
+Level = Annotated[
+    float | None,
+    typer.Option(
+        help="Share of the points of new tests that the prediction interval is to hold, 0.5 to 0.999 (default: that of "
+        "the model)."
+    ),
+]
+
+
+def train(
+    family: Annotated[
+        str,
+        typer.Argument(
+            help="Model family: constant, linear, polynomial, power_law, gradient_boosting, ffnn.",
+            metavar="MODEL",
+        ),
+    ],
+    data: Data,
+    out: Annotated[OutFolder, Writes("MODEL")],
+    tests: Tests = None,
+    parameters: Annotated[
+        list[str] | None, typer.Option("--set", help="Parameter of the family, for example degree=2.")
+    ] = None,
+    interval: Interval = True,
+    level: Annotated[
+        float, typer.Option(help="Share of the points of new tests that the prediction interval is to hold.")
+    ] = 0.95,
+) -> None:
+    """Train a friction model on the tests of the role `train` and save it with its model card."""
+    model = named_model(family, parameters or [])
+    dataset = read_data(data, tests)
+    _refuse_empty(len(dataset.select("train").points), data)
+    from friction_models.models.intervals import check_level
+    from friction_models.models.model_card import tied_loads
+    from friction_models.training import train as fit
+
+    check_level(level)
+    result = fit(model, dataset)
+    said = add_interval(model, dataset, level) if interval else ""
+    model.save(out)
+    say(result.report())
+    if said:
+        say(said)
+    tied = tied_loads(model.card["data"])
+    if tied:
+        note(tied)
+    say(f"model written: {out}")
+
+
+def add_interval(model: Any, dataset: DataSet, level: float = 0.95) -> str:
+    """Calibrate the prediction interval of a fitted model; return what to tell the user, also why there is none."""
+    from friction_models.common import InputError
+    from friction_models.models.calibration import add_interval as calibrate
+    from friction_models.models.interval_coverage import report
+
+    try:
+        return report(calibrate(model, dataset, level))
+    except InputError as error:
+        return f"no prediction interval: {error}\n"
+
+
+def evaluate(
+    model: Annotated[
+        str,
+        typer.Argument(help="Model folder, .fmu or .onnx file, or a number for constant mu."),
+        Reads(),
+    ],
+    data: Data,
+    tests: Tests = None,
+    json: Json = None,
+    level: Level = None,
+    names: Names = None,
+    isolate: Isolate = None,
+) -> None:
+    """Show the errors of a model: overall, by role (train, test) and test by test; and what its interval holds."""
+    from friction_models import evaluate as measure
+
+    friction = fitted_model(model, given_names([model], names))
+    dataset = read_data(data, tests, [friction])
+    _refuse_level(friction, model, level)
+    result = measure(friction, dataset, name=model)
+    say(result.report())
+    content = {"data": str(data), **result.to_dict()}
+    if has_interval(friction):
+        from friction_models.models.interval_coverage import coverage_text, measured_coverage
+
+        content["coverage"] = measured_coverage(friction, dataset, level)
+        say(coverage_text(content["coverage"]))
+    if json is not None:
+        write_result(json, content)
+
+
+def predict(
+    model: Annotated[
+        str,
+        typer.Argument(help="Model folder, .fmu or .onnx file, or a number for constant mu."),
+        Reads(),
+    ],
+    data: Data,
+    out: OutFile,
+    tests: Tests = None,
+    level: Level = None,
+    names: Names = None,
+    isolate: Isolate = None,
+) -> None:
+    """Write the points with the column `mu_model` and, from a model with a prediction interval, `mu_low` and `mu_high`.
+
+    The output is CSV or Parquet, by its suffix: the rows and columns of the input as they stand in it.
+    """
+    from friction_models.common import InputError, atomic_path
+    from friction_models.training.measures import range_warning
+
+    if out.suffix not in {".csv", ".parquet"}:
+        raise InputError(f"{out}: suffix {out.suffix!r}, allowed: .csv, .parquet")
+    friction = fitted_model(model, given_names([model], names))
+    _refuse_level(friction, model, level)
+    dataset = read_data(data, tests, [friction], need_mu=False, keep_given=True)
+    predicted = {"mu_model": friction.predict_frame(dataset.points, dataset.tests)}
+    if has_interval(friction):
+        bounds = friction.predict_interval_frame(dataset.points, dataset.tests, level)
+        predicted |= dict(zip(("mu_low", "mu_high"), bounds, strict=True))
+    frame = dataset.as_given(**predicted)
+    with atomic_path(out) as temporary:
+        if out.suffix == ".csv":
+            frame.to_csv(temporary, index=False, lineterminator="\n")
+        else:
+            frame.to_parquet(temporary, index=False)
+    say(f"written: {out} ({len(frame)} points)")
+    if warning := range_warning(predicted["mu_model"]):
+        say(warning)
+
+
+def has_interval(model: Any) -> bool:
+    """Whether a model knows a prediction interval."""
+    return getattr(model, "interval_level", None) is not None
+
+
+def _refuse_level(model: Any, name: str, level: float | None) -> None:
+    if level is not None and not has_interval(model):
+        from friction_models.common import InputError
+
+        raise InputError(
+            f"--level {level:g}: {name} has no prediction interval; allowed: a model trained with one (train --interval)"
+        )
+
+
+def _refuse_empty(points: int, data: Path) -> None:
+    if points == 0:
+        from friction_models.common import InputError
+
+        raise InputError(f"{data}: no test has the role 'train'; allowed: at least one")
+
+
+def add_commands(app: typer.Typer) -> None:
+    """Register the commands of this file."""
+    app.command(epilog="Example: tribofmu train polynomial --data data --set degree=2 -o models/polynomial")(
+        train
+    )
+    app.command(epilog="Example: tribofmu evaluate models/polynomial --data data --json errors.json")(
+        evaluate
+    )
+    app.command(epilog="Example: tribofmu predict models/polynomial --data data -o predicted.csv")(predict)

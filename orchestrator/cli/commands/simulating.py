@@ -1,0 +1,92 @@
+"""`simulate`: co-simulation of a system of FMUs."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..common.console import note, progress, say, saying_what_is_kept, share
+from ..common.files_named import Writes
+from ..common.options import Isolate, Names, OutFolder, Swap, swapped
+
+
+def simulate(
+    system: Annotated[Path, typer.Argument(help="System description (YAML), or an SSP archive (.ssp).")],
+    out: Annotated[OutFolder, Writes("RUN")],
+    swap: Swap = None,
+    names: Names = None,
+    isolate: Isolate = None,
+    mode: Annotated[str, typer.Option(help="gauss_seidel, jacobi or iterated.")] = "gauss_seidel",
+    csv: Annotated[bool, typer.Option("--csv", help="Also write results.csv.")] = False,
+    fields: Annotated[
+        float | None,
+        typer.Option(
+            help="Keep the fields of the forming process each so many mm of stroke, for `report` and ParaView."
+        ),
+    ] = None,
+    press: Annotated[
+        Path | None, typer.Option(help="Compare with this measured force-stroke curve (CSV).")
+    ] = None,
+) -> None:
+    """Run a system of FMUs and write a run folder (results, manifest, log)."""
+    from fmus.runtime.errors import SimulationError
+    from friction_models.common import check_outputs
+
+    from ...cosim.forces import compare_force, read_press_curve
+    from ...cosim.master import Master
+    from ...cosim.run_folders import force_labels
+    from ...cosim.system import System
+
+    description = swapped(System.load(system), swap, names)
+    measured = read_press_curve(press) if press is not None else None
+    check_outputs([out], [description.fmu_path(name) for name in description.components])
+    master = Master(description, mode=mode)
+    if measured is not None:
+        force_labels([item.label for item in master.wiring.recorded], description.name)
+    for text in master.warnings:
+        note(text)
+    snapshots: int | None = None
+    with ExitStack() as stack:
+        stack.enter_context(saying_what_is_kept())
+        tick = stack.enter_context(progress(description.name))
+        tell = share(tick, description.steps, "steps")
+        if fields is None:
+            run = master.run(out, progress=tell, csv=csv)
+        else:
+            from ...cosim.run_fields import asked_for_fields, keep_fields
+
+            kept = stack.enter_context(asked_for_fields(fields))
+            try:
+                run = master.run(out, progress=tell, csv=csv)
+            except (SimulationError, KeyboardInterrupt):
+                if (
+                    out / "manifest.json"
+                ).is_file():  # the steps until then are kept, and so are their fields
+                    keep_fields(kept, out)
+                raise
+            snapshots = keep_fields(kept, out)
+    timing = run.manifest["timing_s"]
+    say(
+        f"run written: {out} ({run.manifest['steps']} steps in {timing['total']:.1f} s, "
+        f"{1e6 * timing['master'] / max(1, run.manifest['steps']):.0f} us of them in the master each step)"
+    )
+    if run.message:
+        say(run.message)
+    if snapshots is not None:
+        say(
+            f"{snapshots} snapshots of the fields in {out / 'fields'}"
+            if snapshots
+            else "no fields: no component is a forming FMU of this version"
+        )
+    if measured is not None:
+        say(compare_force(run.force_curve(), measured, run.name).table())
+
+
+def add_commands(app: typer.Typer) -> None:
+    """Register the commands of this file."""
+    app.command(
+        epilog="Example: tribofmu simulate fre.yaml --swap friction=friction.fmu --mode jacobi -o runs/fre"
+    )(simulate)

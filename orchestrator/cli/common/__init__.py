@@ -1,0 +1,1 @@
+"""What commands share: options, console, interrupts, the files that a command names."""

@@ -1,0 +1,141 @@
+"""What commands show: progress on stderr, results on stdout, JSON without NaN."""
+
+from __future__ import annotations
+
+import errno
+import math
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from . import interrupts
+
+#: Called with (done, total, what).
+Tick = Callable[[int, int, str], None]
+
+#: Longest time without a line of progress where stderr is no terminal and work is being done [s].
+QUIET = 30.0
+
+
+class Interrupted(Exception):
+    """Ctrl-C in a command that keeps what is done; the message says what was kept."""
+
+
+@contextmanager
+def keeping(what: Callable[[], str]) -> Iterator[None]:
+    """Turn Ctrl-C into a sentence that says what was kept and how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Interrupted(f"interrupted; {what()}") from None
+
+
+@contextmanager
+def saying_what_is_kept() -> Iterator[None]:
+    """Turn Ctrl-C into the sentence that came with it, where one did."""
+    try:
+        yield
+    except KeyboardInterrupt as interrupt:
+        if not str(interrupt):
+            raise
+        raise Interrupted(str(interrupt)) from None
+
+
+@contextmanager
+def progress(title: str, says_time: bool = False) -> Iterator[Tick]:
+    """Show a progress bar on stderr (plain lines where stderr is no terminal); `says_time`: its texts hold the time left."""
+    if not sys.stderr.isatty():
+        with _plain(title) as tick:
+            yield _interruptible(tick)
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    bar = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f}/{task.total:.0f}"),
+        TimeElapsedColumn(),
+        *([] if says_time else [TimeRemainingColumn()]),
+        TextColumn("[dim]{task.fields[what]}"),
+        console=Console(stderr=True),
+    )
+    with bar:
+        task = bar.add_task(title, total=1, what="")
+        yield _interruptible(
+            lambda done, total, what: bar.update(task, completed=done, total=total, what=what)
+        )
+
+
+def _interruptible(tick: Tick) -> Tick:
+    def checked(done: int, total: int, what: str) -> None:
+        interrupts.check()
+        tick(done, total, what)
+
+    return checked
+
+
+@contextmanager
+def _plain(title: str, clock: Callable[[], float] = time.monotonic) -> Iterator[Tick]:
+    """Print a line at every quarter, and whenever something was done half a minute after the last line."""
+    shown, since = -1, clock()
+
+    def tick(done: int, total: int, what: str) -> None:
+        nonlocal shown, since
+        quarter, now = 4 * done // max(total, 1), clock()
+        if quarter > shown or now - since >= QUIET:
+            shown, since = quarter, now
+            print(f"{title}: {done}/{total} {what}".rstrip(), file=sys.stderr, flush=True)
+
+    yield tick
+
+
+def share(tick: Tick, steps: int, what: str = "") -> Callable[[float], None]:
+    """Make a callback for a share from 0 to 1 out of a tick."""
+    return lambda done: tick(round(done * steps), steps, what)
+
+
+def say(text: str) -> None:
+    """Print a line of the result to stdout."""
+    try:
+        print(text, flush=True)
+    except OSError as error:
+        if error.errno == errno.ENOSPC:
+            raise OSError(error.errno, os.strerror(error.errno), "standard output") from None
+        raise
+
+
+def note(text: str) -> None:
+    """Print a remark to stderr."""
+    print(f"note: {text}", file=sys.stderr, flush=True)
+
+
+def plain(value: Any) -> Any:
+    """Return `value` as JSON holds it: numbers of NumPy become Python's, NaN and infinity become null."""
+    import numpy as np
+
+    if isinstance(value, Mapping):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple | set):
+        return [plain(v) for v in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if isinstance(value, Path):
+        return value.as_posix()
+    return value
+
+
+def write_result(path: Path, content: Any) -> None:
+    """Write a JSON result file (stable keys, no NaN), atomically."""
+    from friction_models.common import write_json
+
+    write_json(path, plain(content))
+    say(f"written: {path}")

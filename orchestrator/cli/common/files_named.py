@@ -1,0 +1,93 @@
+"""What a command writes and reads, by its options: it never overwrites what it reads."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, get_type_hints
+
+import typer
+
+
+@dataclass(frozen=True)
+class Reads:
+    """In the annotation of an option: its texts may name what is read, also as ``name=PATH``; paths always do."""
+
+
+@dataclass(frozen=True)
+class Writes:
+    """In the annotation of an option: it names what is written.
+
+    Attributes
+    ----------
+    kind : str
+        Name of a kind of folder in `friction_models.common.folders`; ``FILE``; or ``EITHER``, which is checked
+        when it is known what is written.
+    """
+
+    kind: str = "FILE"
+
+
+class Commands(typer.Typer):
+    """Commands whose outputs are checked against their inputs before anything is done."""
+
+    def command(self, *arguments: Any, **named: Any) -> Any:
+        """Register a command as Typer does."""
+        register = super().command(*arguments, **named)
+        return lambda function: register(_checked(function))
+
+
+def _checked(function: Callable[..., Any]) -> Callable[..., Any]:
+    @functools.wraps(function)
+    def command(**values: Any) -> Any:
+        _check(function, values)
+        return function(**values)
+
+    return command
+
+
+def _check(function: Callable[..., Any], values: dict[str, Any]) -> None:
+    from friction_models.common import check_file, check_folder, check_outputs, folders
+
+    outputs: list[Path] = []
+    inputs: list[Path] = []
+    hints = get_type_hints(function, include_extras=True)
+    for name, value in values.items():
+        marks = [m for m in getattr(hints[name], "__metadata__", ()) if isinstance(m, Reads | Writes)]
+        if not any(isinstance(m, Writes) for m in marks):
+            inputs += _named(value, bool(marks))
+        elif value is not None:
+            outputs.append(value)
+    # What is wrong with the pair is told before what is wrong with the output alone.
+    check_outputs(outputs, inputs)
+    for name, value in values.items():
+        for mark in getattr(hints[name], "__metadata__", ()):
+            if value is None or not isinstance(mark, Writes):
+                continue
+            if mark.kind == "FILE":
+                check_file(value)
+            elif mark.kind == "EITHER":
+                folders.check_parents(value)
+            else:
+                check_folder(value, getattr(folders, mark.kind))
+
+
+def _named(value: Any, texts: bool) -> Iterator[Path]:
+    """Yield the files and folders that a value names and that are there."""
+    if isinstance(value, list | tuple):
+        for item in value:
+            yield from _named(item, texts)
+    elif isinstance(value, Path):
+        yield from _there(value)
+    elif isinstance(value, str) and texts:
+        for text in (value, value.partition("=")[2]):
+            yield from _there(Path(text)) if text else ()
+
+
+def _there(path: Path) -> Iterator[Path]:
+    with contextlib.suppress(OSError, ValueError):  # no name at all is a matter of who reads it
+        if path.exists():
+            yield path

@@ -1,0 +1,247 @@
+"""Options that several commands share, and reading what they name."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from .console import note
+from .files_named import Reads, Writes
+
+if TYPE_CHECKING:
+    from fmus.runtime.foreign_friction import GivenNames
+    from friction_models.loads import DataSet
+
+    from ...cosim.system import System
+
+Data = Annotated[
+    Path, typer.Option("--data", help="Data set: a folder with points.csv, or a CSV or Parquet file.")
+]
+Tests = Annotated[
+    Path | None, typer.Option("--tests", help="Test table (one row a test), where --data is a single file.")
+]
+OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder to write.")]
+OutFile = Annotated[Path, typer.Option("-o", "--out", help="File to write."), Writes()]
+Json = Annotated[
+    Path | None, typer.Option("--json", help="Also write the result to this JSON file."), Writes()
+]
+Report = Annotated[Path | None, typer.Option("--report", help="Also write an HTML report."), Writes()]
+NextTests = Annotated[
+    Path | None,
+    typer.Option("--plan", help="Also write the proposed tests as a plan (CSV, one row a test)."),
+    Writes(),
+]
+Names = Annotated[
+    Path | None,
+    typer.Option(
+        "--names", help="YAML file: which variables of FMUs that others made take the loads and give mu."
+    ),
+]
+Swap = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--swap",
+        help="Run another model in a component: friction=FILE.fmu; for friction also a model folder, an .onnx file or a number.",
+    ),
+    Reads(),
+]
+
+
+def _isolated(context: typer.Context, value: bool | None) -> bool | None:
+    """Let the option decide for this command and the processes that it starts."""
+    if value is not None:
+        before = os.environ.get(ISOLATE)
+        os.environ[ISOLATE] = str(int(value))
+        context.call_on_close(lambda: _restore(before))
+    return value
+
+
+def _restore(before: str | None) -> None:
+    if before is None:
+        os.environ.pop(ISOLATE, None)
+    else:
+        os.environ[ISOLATE] = before
+
+
+#: `fmus.archive.made_here.VARIABLE`, which is not imported here for the sake of time.
+ISOLATE = "TRIBOFMU_ISOLATE"
+Isolate = Annotated[
+    bool | None,
+    typer.Option(
+        "--isolate/--no-isolate",
+        callback=_isolated,
+        help="Run all FMUs in processes of their own, where a crash does no harm, or none; by default those not made here.",
+    ),
+]
+Jobs = Annotated[
+    int | None, typer.Option("--jobs", "-j", min=1, help="Processes to use (default: all cores).")
+]
+
+
+def read_data(
+    data: Path,
+    tests: Path | None = None,
+    models: Iterable[Any] = (),
+    every_load: bool = False,
+    **how: bool,
+) -> DataSet:
+    """Read the data set behind `--data` and `--tests`; say what was left out and which loads were not measured.
+
+    For `models` with memory the points must have an order; with `every_load` all five loads must be measured; `how` as
+    `DataSet.load` has it.
+    """
+    from friction_models.loads import DataSet, not_measured, require_every_load
+
+    dataset = DataSet.load(data, tests, **how)
+    if every_load:
+        require_every_load(dataset.points.columns, str(data))
+    if any(getattr(law, "states", ()) for m in models for law in (m, getattr(m, "source", None))):
+        dataset.require_order()
+    lacking = not_measured(dataset.points.columns)
+    notes = [f"{data}: {', '.join(lacking)} not measured"] if lacking else []
+    for text in (*notes, *dataset.notes):
+        note(text)
+    return dataset
+
+
+def swapped(system: System, swap: Iterable[str] | None, names: Path | None = None) -> System:
+    """Return the system with other models in the components that `--swap` names, whose variables are called as `--names` says.
+
+    Raises
+    ------
+    InputError
+        A text that is not ``component=FILE.fmu``, no such component, no such file, variables that do not fit.
+    """
+    from friction_models.common import InputError
+
+    from ...cosim.swapping import swap_model
+
+    pairs = []
+    for item in swap or []:
+        component, equals, model = item.partition("=")
+        if not equals or not model:
+            raise InputError(f"--swap {item!r}: not of the form component=FILE.fmu")
+        pairs.append((component, model))
+    given = given_names([model for _, model in pairs], names)
+    for component, model in pairs:
+        system = swap_model(
+            system, component, model, given.foreign(model) if model in given.entries else None
+        )
+    return system
+
+
+def named_model(name: str, parameters: Iterable[str] = ()) -> Any:
+    """Return the unfitted model of a family; `parameters` are ``key=value``."""
+    from friction_models.models.registry import make_model
+
+    return make_model(name, **key_values(parameters))
+
+
+def given_names(models: Sequence[str], names: Path | None) -> GivenNames:
+    """Return what the file behind `--names` says of the models."""
+    from fmus.runtime.foreign_friction import GivenNames
+
+    return GivenNames.read(models, names)
+
+
+def any_model(name: str, names: GivenNames | None = None) -> Any:
+    """Return what `--model` names: a model folder, a friction FMU, an ONNX file, a number (constant mu) or a family.
+
+    Parameters
+    ----------
+    name : str
+    names : GivenNames, optional
+        What `given_names` returned.
+
+    Raises
+    ------
+    InputError
+        None of them; the message holds the nearest family.
+    """
+    path = Path(name)
+    if path.suffix == ".fmu":
+        from fmus.runtime.foreign_friction import ForeignFmu, GivenNames
+
+        model = (names or GivenNames()).open(name)
+        if isinstance(model, ForeignFmu) and model.remark():
+            note(model.remark())
+        return model
+    if path.suffix == ".onnx":
+        from friction_models.models.onnx_model import OnnxModel
+
+        return OnnxModel(path)
+    if path.is_dir():
+        from friction_models import load_model
+
+        return load_model(path)
+    number = as_number(name)
+    if number is not None:
+        from friction_models import ConstantFriction
+
+        return ConstantFriction(number)
+    if "/" in name or "\\" in name or path.suffix:
+        from friction_models.common import InputError
+
+        raise InputError(
+            f"{name}: no such model; allowed: a model folder, an .fmu or .onnx file, a number or a model family{_near(path)}"
+        )
+    return named_model(name)
+
+
+def _near(path: Path) -> str:
+    """Return a question for the nearest name beside a path that is not there."""
+    from friction_models.common import nearest
+
+    beside = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
+    hint = nearest(path.name, beside)
+    return f"; did you mean {str(path.parent / hint)!r}?" if hint else ""
+
+
+def fitted_model(name: str, names: GivenNames | None = None) -> Any:
+    """Return the model behind a name as `any_model` does; it must be able to predict."""
+    model = any_model(name, names)
+    if not getattr(model, "is_fitted", True):
+        from friction_models.common import InputError
+
+        raise InputError(
+            f"{name}: the name of a family, not a trained model; allowed: a model folder, an .fmu or .onnx file, or a number"
+        )
+    return model
+
+
+def as_number(text: str) -> float | None:
+    """Return the number that a text is, or None."""
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def key_values(pairs: Iterable[str]) -> dict[str, Any]:
+    """Read ``key=value`` texts; values as YAML reads them.
+
+    Raises
+    ------
+    InputError
+        A text without an equals sign, or a value that is not YAML.
+    """
+    import yaml
+
+    from friction_models.common import InputError
+
+    result: dict[str, Any] = {}
+    for pair in pairs:
+        key, equals, value = pair.partition("=")
+        if not equals or not key:
+            raise InputError(f"{pair!r}: not of the form key=value")
+        try:
+            result[key] = yaml.safe_load(value)
+        except (yaml.YAMLError, ValueError, RecursionError):
+            raise InputError(
+                f"{pair[:80]!r}: the value cannot be read; allowed: a number or a name"
+            ) from None
+    return result

@@ -1,0 +1,1 @@
+"""Friction models compared: on tribometer tests, on press curves, in one system."""

@@ -1,0 +1,342 @@
+"""Several friction models in one system, without measurements: their runs laid over each other."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fmus.runtime.errors import SimulationError
+from fmus.runtime.friction_names import FrictionNames
+from friction_models.common import InputError, grown, write_json
+from friction_models.common.folders import STUDY
+from friction_models.loads import LOADS, MU, FloatArray
+
+from ..cosim.forces import SAMPLES, WINDOW, ForceCurve
+from ..cosim.run_folders import Run
+from ..cosim.swapping import friction_component, swap_model, takes_loads
+from .level_runs import CODE, RUN
+
+if TYPE_CHECKING:
+    from ..cosim.system import System
+    from ..jobs.campaign import JobResult
+
+Progress = Callable[[int, int, str], None]
+#: The run without friction, which the others are held against; no model may be called so.
+REFERENCE = "without friction"
+#: Contact points whose loads and mu are shown.
+POINTS = 3
+
+
+@dataclass(frozen=True)
+class Totals:
+    """What a run comes to on the stroke that all runs cover.
+
+    Attributes
+    ----------
+    max_force : float
+        Largest force [kN], moving mean.
+    work : float
+        Work of the punch [J].
+    friction_share : float or None
+        Part of the work that is there because of friction: one minus the work of the run without friction over this one;
+        None where that run failed.
+    """
+
+    max_force: float
+    work: float
+    friction_share: float | None
+
+
+@dataclass(frozen=True)
+class PointHistory:
+    """Loads and mu of one contact point in one run; NaN where it touches nothing.
+
+    Attributes
+    ----------
+    point : int
+        Its number, from 1.
+    stroke : ndarray, shape (steps + 1,)
+        [mm]
+    values : dict of str to ndarray
+        By name of the loads contract.
+    """
+
+    point: int
+    stroke: FloatArray
+    values: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True)
+class RunsComparison:
+    """Runs of one system with several friction models.
+
+    Attributes
+    ----------
+    system : str
+        Its name.
+    curves : dict of str to ForceCurve
+        By label of the model.
+    totals : dict of str to Totals
+    points : dict of str to list of PointHistory
+        The same points in every run; none for a process without contact points.
+    stroke : (float, float)
+        The stroke that all runs cover [mm].
+    failed : dict of str to str
+        Models whose runs failed, and why.
+    notes : dict of str to str
+        Runs that a component ended before the stop time.
+    synthetic : bool
+    """
+
+    system: str
+    curves: Mapping[str, ForceCurve]
+    totals: Mapping[str, Totals]
+    points: Mapping[str, Sequence[PointHistory]]
+    stroke: tuple[float, float]
+    failed: Mapping[str, str] = field(default_factory=dict)
+    notes: Mapping[str, str] = field(default_factory=dict)
+    synthetic: bool = False
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return JSON-able data: totals, force over stroke, loads and mu at the points."""
+        return {
+            "synthetic": self.synthetic,
+            "system": self.system,
+            "stroke_mm": list(self.stroke),
+            "models": [
+                {
+                    "label": label,
+                    "max_force_kN": total.max_force,
+                    "work_J": total.work,
+                    "friction_share": total.friction_share,
+                    "stroke_mm": self.curves[label].stroke,
+                    "force_kN": self.curves[label].force,
+                    "points": [
+                        {"point": p.point, "stroke_mm": p.stroke, **p.values} for p in self.points[label]
+                    ],
+                }
+                for label, total in self.totals.items()
+            ],
+            "failed": [{"model": label, "error": error} for label, error in self.failed.items()],
+            "remarks": self.remarks(),
+        }
+
+    def remarks(self) -> list[str]:
+        """Return a sentence for each run that failed or ended early."""
+        lost = [f"{label} failed: {error[:300]}" for label, error in self.failed.items()]
+        return [*lost, *(f"{label}: {text}" for label, text in self.notes.items())]
+
+    def report(self) -> str:
+        """Return the table."""
+        width = max([12, *(len(label) + 2 for label in self.totals)])
+        first = next(iter(self.totals.values()), None)
+        rows = [
+            f"{self.system}: stroke {self.stroke[0]:.2f} to {self.stroke[1]:.2f} mm, moving mean {WINDOW:g} mm",
+            f"{'':{width}}{'max force [kN]':>16}{'':>9}{'work [J]':>12}{'':>9}{'by friction':>13}",
+        ]
+        for label, total in self.totals.items():
+            share = "-" if total.friction_share is None else f"{100 * total.friction_share:.1f} %"
+            cells = ["", ""]
+            if first is not None and total is not first:
+                cells = [
+                    f"{100 * (total.max_force / first.max_force - 1):+.1f} %" if first.max_force else "",
+                    f"{100 * (total.work / first.work - 1):+.1f} %" if first.work else "",
+                ]
+            rows.append(
+                f"{label:{width}}{total.max_force:16.2f}{cells[0]:>9}{total.work:12.1f}{cells[1]:>9}{share:>13}"
+            )
+        return "\n".join([*rows, *self.remarks()])
+
+
+def compare_in_system(
+    system: System,
+    models: Mapping[str, str],
+    runs: Path | None = None,
+    names: Mapping[str, FrictionNames] | None = None,
+    mode: str = "gauss_seidel",
+    jobs: int | None = None,
+    progress: Progress | None = None,
+) -> RunsComparison:
+    """Run a system with each friction model, and once without friction; a run that fails does not stop the others.
+
+    Parameters
+    ----------
+    system : System
+        With a component that takes loads and gives mu, and one that publishes ``stroke`` and ``force``.
+    models : mapping of str to str
+        Label and model folder, ``.fmu`` or ``.onnx`` file, or a number for constant mu.
+    runs : Path, optional
+        Where FMUs and runs are kept; ``runs.json`` says which is which. Runs of the same content are taken from there.
+        A temporary folder by default.
+    names : mapping, optional
+        By label, the variables of FMUs that call the loads otherwise.
+    mode : str
+        How the components exchange values.
+    jobs : int, optional
+        Processes; all cores by default.
+    progress : callable, optional
+        Called with (done, total, what).
+
+    Raises
+    ------
+    InputError
+        A system without friction or without force and stroke; a model that cannot be packed or does not fit.
+    SimulationError
+        Every run failed.
+    """
+    from ..jobs.campaign import CODE as PACKAGES
+    from ..jobs.campaign import Campaign, Job
+
+    component = friction_component(system)
+    process = _process(system, component)
+    place = runs if runs is not None else Path(tempfile.mkdtemp(prefix="tribofmu-study-"))
+    try:
+        grown(place, STUDY)
+        todo = []
+        called: dict[str, FrictionNames] = {}
+        for number, (label, model) in enumerate({**models, REFERENCE: "0"}.items(), 1):
+            called[label] = (names or {}).get(label) or FrictionNames()
+            packed = place / f"friction-{number}.fmu"
+            other = _recording(
+                swap_model(system, component, model, (names or {}).get(label), packed), process, called[label]
+            )
+            other.validate()
+            inputs = {"system": _plain(other), "mode": mode}
+            files = {name: other.fmu_path(name) for name in other.components}
+            todo.append(Job(label, f"{__name__}:run_system", inputs, files, seconds=0.1 * other.steps))
+        campaign = Campaign(place, todo, (*PACKAGES, *CODE))
+        results = campaign.run(jobs, progress=progress)
+        if runs is not None:
+            folders = {
+                n: (r.folder / RUN).relative_to(place.resolve()).as_posix() for n, r in results.items()
+            }
+            write_json(place / "runs.json", folders)
+        found = {label: Run.load(result.folder / RUN) for label, result in results.items()}
+        failed = {label: failure.error for label, failure in campaign.failed.items()}
+        return _compared(system, component, process, found, called, failed)
+    finally:
+        if runs is None:
+            shutil.rmtree(place, ignore_errors=True)
+
+
+def run_system(
+    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
+) -> dict[str, Any]:
+    """Run a system into a folder; the function of the jobs of `compare_in_system`."""
+    from ..cosim.master import Master
+    from ..cosim.system import System
+
+    content = dict(inputs["system"])
+    content["components"] = {n: c | {"fmu": str(files[n])} for n, c in content["components"].items()}
+    run = Master(System.from_dict(content), mode=str(inputs["mode"])).run(folder / RUN)
+    return {"steps": int(run.manifest["steps"]), "timing": dict(run.manifest["timing_s"])}
+
+
+def _plain(system: System) -> dict[str, Any]:
+    """Return a system as JSON holds it, without the places of its FMUs, whose content counts instead."""
+    content = system.model_dump(mode="json", exclude_none=True)
+    for part in content["components"].values():
+        del part["fmu"]
+    return dict(content)
+
+
+def _process(system: System, friction: str) -> str:
+    """Return the component that publishes force and stroke; every model replaces the FMU of `friction`, which need not exist."""
+    from fmus.runtime.fmu_files import describe
+
+    for name in system.components:
+        if name != friction and {"force", "stroke"} <= set(describe(system.fmu_path(name)).arrays):
+            return name
+    raise InputError(
+        f"{system.source}: no component has the outputs 'force' and 'stroke'; allowed: a forming process that has"
+    )
+
+
+def _recording(system: System, process: str, names: FrictionNames) -> System:
+    """Add what is compared to what a system records."""
+    from fmus.runtime.fmu_files import describe
+
+    if system.record is None:
+        return system
+    known = describe(system.fmu_path(process)).arrays
+    wanted = [f"{process}.{n}" for n in ("stroke", "force", "active", *(q.name for q in LOADS)) if n in known]
+    wanted += [f"{n}.{names.mu}" for n in system.components if takes_loads(system, n)]
+    return system._changed(record=list(dict.fromkeys([*system.record, *wanted])))
+
+
+def _compared(
+    system: System,
+    component: str,
+    process: str,
+    runs: Mapping[str, Run],
+    called: Mapping[str, FrictionNames],
+    failed: Mapping[str, str],
+) -> RunsComparison:
+    labels = [label for label in called if label in runs and label != REFERENCE]
+    if not labels:
+        said = "; ".join(f"{label}: {error[:300]}" for label, error in list(failed.items())[:3])
+        raise SimulationError(f"no run of {system.source} came to its end: {said}")
+    curves = {n: ForceCurve(r[f"{process}.stroke"], r[f"{process}.force"]) for n, r in runs.items()}
+    start, end = max(c.stroke[0] for c in curves.values()), min(c.stroke[-1] for c in curves.values())
+    if not end > start:
+        raise SimulationError(f"{system.source}: the runs have no stroke in common")
+    grid = np.linspace(start, end, SAMPLES)
+    work = {label: curve.work(start, end) for label, curve in curves.items()}
+    totals = {}
+    for label in labels:
+        share = 1.0 - work[REFERENCE] / work[label] if REFERENCE in work and work[label] > 0.0 else None
+        totals[label] = Totals(float(curves[label].on(grid).max()), work[label], share)
+    chosen = _points(runs[labels[0]], process)
+    histories = {
+        label: [_history(runs[label], process, f"{component}.{called[label].mu}", k) for k in chosen]
+        for label in labels
+    }
+    return RunsComparison(
+        system.name,
+        {label: curves[label] for label in labels},
+        totals,
+        histories,
+        (float(start), float(end)),
+        failed,
+        {label: runs[label].message for label in labels if runs[label].message},
+        any(run.synthetic for run in runs.values()),
+    )
+
+
+def _touching(run: Run, process: str) -> FloatArray | None:
+    """Return which points touch the tool at each time, shape (steps + 1, points); None without contact points."""
+    active = run.values.get(f"{process}.active")
+    pressure = run.values.get(f"{process}.sigma_n")
+    if pressure is None:
+        return None
+    found = pressure > 0.0 if active is None else active > 0.5
+    return np.asarray(found if found.ndim == 2 else found[:, None], dtype=float)
+
+
+def _points(run: Run, process: str) -> list[int]:
+    """Return points spread evenly along those that touch the tool longest: half as long as any at least."""
+    touching = _touching(run, process)
+    if touching is None or not touching.any():
+        return []
+    share = touching.sum(axis=0)
+    long = np.flatnonzero(share >= 0.5 * share.max())
+    places = np.linspace(0, len(long) - 1, min(POINTS, len(long)))
+    return [int(long[round(k)]) for k in places]
+
+
+def _history(run: Run, process: str, mu: str, point: int) -> PointHistory:
+    touching = _touching(run, process)
+    values = {}
+    for name, label in [*((q.name, f"{process}.{q.name}") for q in LOADS), (MU.name, mu)]:
+        found = run.values.get(label)
+        if found is None or touching is None:
+            continue
+        column = found[:, point] if found.ndim == 2 else found
+        values[name] = np.where(touching[:, point] > 0.0, column, np.nan)
+    return PointHistory(point + 1, run[f"{process}.stroke"], values)

@@ -1,0 +1,267 @@
+"""Jobs that form one press level with friction from an FMU; several studies and `compare` share them."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import shutil
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from friction_models.common import InputError, unknown_name
+
+if TYPE_CHECKING:
+    from forming.press import PressLevel
+
+    from ..cosim.run_folders import Run
+    from ..jobs.campaign import Job, JobResult
+
+#: Modules besides the packages of `campaign.CODE` whose sources decide what a run gives.
+CODE = tuple(
+    f"orchestrator.{name}"
+    for name in (
+        "components", "connections", "fmi2_slave", "fmi3_slave", "fmu_files", "fmu_variables", "friction_names", "instance", "isolated", "iteration",
+        "master", "points", "ports", "processes", "runs", "sizing", "slaves", "studies.level_runs", "studies.models",
+        "system", "untouched", "wiring",
+    )
+)  # fmt: skip
+#: CPU time of a run by millimetre of stroke [s], for estimates.
+SECONDS_A_MM = {"fre": 0.25, "bce": 0.25}
+RUN = "run"
+
+
+@dataclass(frozen=True)
+class Level:
+    """A factor level of the press, as a forming run needs it.
+
+    Attributes
+    ----------
+    process : str
+        ``"fre"`` or ``"bce"``.
+    T_tool, speed : float
+        Tool temperature [degC] and punch speed [mm/s].
+    stroke : float
+        Punch travel [mm].
+    parameters : mapping
+        Other parameters of the process.
+    """
+
+    process: str
+    T_tool: float
+    speed: float
+    stroke: float
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, level: PressLevel, info: Mapping[str, Any], stroke: float, step: float) -> Level:
+        """Return the level of press curves, with a stroke that record and process allow, in whole steps [mm].
+
+        `info` is that of the press curves: ``process`` and ``T_billet_degC`` say what differs from the default.
+
+        Raises
+        ------
+        InputError
+            An unknown parameter of the process, or a value that it refuses.
+        """
+        recorded = max(1, round(float(level.curves["stroke"].max()) / step)) * step
+        values = info.get("process", {})
+        if not isinstance(values, Mapping):
+            raise InputError(f"press.json: process = {values!r:.60}; allowed: parameters by name")
+        values = dict(values)
+        if "T_billet_degC" in info:
+            values["T_billet"] = info["T_billet_degC"]
+        whole = cls(level.process, level.T_tool, level.speed, 0.0, values)
+        try:
+            farthest = whole.farthest(step)
+        except InputError as error:
+            raise InputError(f"press level {level.file}: {error}") from None
+        return cls(level.process, level.T_tool, level.speed, min(stroke, recorded, farthest), values)
+
+    @property
+    def name(self) -> str:
+        """Name in files, ``fre_5mms_20C``."""
+        return f"{self.process}_{self.speed:g}mms_{self.T_tool:g}C"
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """Parameters of the process, speed and tool temperature among them."""
+        return {**self.parameters, "speed": self.speed, "T_tool": self.T_tool}
+
+    def farthest(self, step: float) -> float:
+        """Return how far the punch can go, in whole steps [mm]: a record holds the give of the press, too."""
+        from forming.processes.names import PROCESSES
+
+        solver: Any = PROCESSES[self.process]
+        known = inspect.signature(solver).parameters
+        for name in self.parameters:
+            if name not in known:
+                raise unknown_name(f"parameter of {solver.__name__}", str(name), known)
+        return math.floor(float(solver(**self.numbers).max_stroke) / step + 1e-6) * step
+
+
+def level_job(
+    name: str,
+    level: Level,
+    friction: Path | str,
+    *,
+    mode: str = "gauss_seidel",
+    step: float | None = None,
+    tolerance: float | None = None,
+    start: Mapping[str, Any] | None = None,
+    names: Mapping[str, Any] | None = None,
+    keep: Literal["summary", "run"] = "summary",
+    synthetic: bool = False,
+    label: str = "",
+) -> Job:
+    """Return the job that forms a level.
+
+    Parameters
+    ----------
+    name : str
+        Of the job.
+    level : Level
+    friction : Path or str
+        Friction FMU, or the name of the job that made it (its value ``fmu`` is the file in its folder).
+    mode, step
+        How the FMUs are coupled, and the stroke between two exchanges [mm].
+    tolerance : float, optional
+        Of the mode ``iterated``.
+    start : mapping, optional
+        Start values of the friction FMU.
+    names : mapping, optional
+        Its variables, where they have other names than the loads: `FrictionNames.to_dict`.
+    keep : {"summary", "run"}
+        ``"run"`` keeps the run folder as ``run`` in the folder of the result.
+    synthetic : bool
+        Whether the friction model comes from a virtual laboratory.
+    label : str
+        Friction model as the run names it; decides nothing else, and by that is left out where only a summary is kept.
+    """
+    from ..cosim.ready_made import STEP
+    from ..jobs.campaign import Job
+
+    inputs = level_inputs(level, mode, STEP if step is None else step, start) | {"keep": keep}
+    if tolerance is not None:
+        inputs["tolerance"] = tolerance
+    if names is not None:
+        inputs["names"] = dict(names)
+    if keep == "run":
+        inputs |= {"synthetic": synthetic, "label": label}
+    files = {"friction": friction} if isinstance(friction, Path) else {}
+    needs = (friction,) if isinstance(friction, str) else ()
+    seconds = 1.0 + SECONDS_A_MM.get(level.process, 0.25) * level.stroke
+    return Job(name, f"{__name__}:run_level", inputs, files, needs, seconds)
+
+
+def level_inputs(level: Level, mode: str, step: float, start: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return what every job that forms a level gets: level, mode, step [mm] and start values of the friction FMU."""
+    return {
+        "level": asdict(level) | {"parameters": dict(level.parameters)},
+        "mode": mode,
+        "step": step,
+        "start": dict(start or {}),
+    }
+
+
+def run_level(
+    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
+) -> dict[str, Any]:
+    """Form a level; the function of `level_job`.
+
+    Returns
+    -------
+    dict
+        ``stroke`` [mm], ``force`` [kN], ``work`` [J], ``tau_over_k`` (highest share of the shear yield stress) at
+        every communication point; ``outside`` (share of the contact outside the trained domain, and the median distance
+        there; None for an FMU that does not say); ``status`` and ``message``; ``timing``.
+    """
+    run = simulate_level(inputs, friction_file(files, needs), folder / RUN)
+    values = summary(run)
+    if inputs["keep"] != "run":
+        shutil.rmtree(folder / RUN)
+        forming_file(inputs, folder).unlink()
+    return values
+
+
+def friction_file(files: Mapping[str, Path], needs: Mapping[str, JobResult]) -> Path:
+    """Return the friction FMU that a job was given: a file, or the result of another job."""
+    if "friction" in files:
+        return files["friction"]
+    (result,) = needs.values()
+    return result.file("fmu")
+
+
+def forming_file(inputs: Mapping[str, Any], folder: Path) -> Path:
+    """Return where the forming FMU of a run lies: beside the run folder, so that it can be simulated again."""
+    return folder / f"{inputs['level']['process']}.fmu"
+
+
+def simulate_level(inputs: Mapping[str, Any], friction: Path, folder: Path) -> Run:
+    """Form the level of `inputs` (see `level_job`) into a run folder, with the forming FMU beside it; return the run.
+
+    Raises
+    ------
+    InputError, SimulationError
+        A set-up that does not hold, a component that fails.
+    """
+    from fmus import pack_forming
+    from fmus.runtime.fmu_files import describe
+
+    from ..cosim.iteration import TOLERANCE
+    from ..cosim.master import Master
+    from ..cosim.ready_made import extrusion_system
+
+    level = Level(**inputs["level"])
+    forming = forming_file(inputs, folder.parent)
+    pack_forming(forming, process=level.process, **level.numbers)
+    label = str(inputs.get("label", ""))
+    system = extrusion_system(
+        friction,
+        forming,
+        level.speed,
+        level.stroke,
+        f"{level.name}, {label}" if label else level.name,
+        bool(inputs.get("synthetic", False)),
+        {"friction": label} if label else {},
+        step=float(inputs["step"]),
+        start=inputs["start"],
+        names=inputs.get("names"),
+    )
+    if not _has(describe(friction), "domain_distance"):
+        system.record = [name for name in system.record or [] if name != "friction.domain_distance"]
+    tolerance = float(inputs.get("tolerance", TOLERANCE))
+    return Master(system, mode=str(inputs["mode"]), tolerance=tolerance).run(folder)
+
+
+def summary(run: Run) -> dict[str, Any]:
+    """Return what `run_level` keeps of a run."""
+    active = run["forming.active"] > 0.5
+    outside: dict[str, float] | None = None
+    if "friction.domain_distance" in run.values:
+        distance = run["friction.domain_distance"][active]
+        beyond = distance[distance > 0.0]
+        outside = {
+            "share": len(beyond) / max(len(distance), 1),
+            "median_distance": float(np.median(beyond)) if len(beyond) else 0.0,
+        }
+    return {
+        "stroke": run["forming.stroke"].tolist(),
+        "force": run["forming.force"].tolist(),
+        "work": run["forming.work"].tolist(),
+        "tau_over_k": run["forming.max_tau_over_k"].tolist(),
+        "outside": outside,
+        "steps": int(run.manifest["steps"]),
+        "timing": {name: float(seconds) for name, seconds in run.manifest["timing_s"].items()},
+    }
+
+
+def _has(description: Any, variable: str) -> bool:
+    try:
+        description.resolve(variable)
+    except InputError:
+        return False
+    return True

@@ -1,0 +1,113 @@
+"""Several friction models on the same press levels: how sure their order is, given the scatter of the repeats."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..cosim.forces import LevelsComparison, levels_table
+from ..cosim.metrics import ScalarError
+from .on_tests import Order, resampled_errors
+from .press_study import FailedRun
+
+#: Errors that differ by less than this share of theirs count as equal: the same law fed in another way (one instance a
+#: point, values before the first contact) takes other increments, and differs by about half of that.
+RESOLVED = 5e-3
+#: What models are ordered by, and how it is called.
+QUANTITIES = {"max_force": "maximum force", "work": "forming work"}
+
+
+@dataclass(frozen=True)
+class ForcesComparison:
+    """Models on press curves.
+
+    Attributes
+    ----------
+    results : sequence of LevelsComparison
+        One a model.
+    orders : dict of str to Order
+        By the MARE of the maximum force and of the work.
+    names : sequence of str
+        Of the levels.
+    synthetic : bool
+    failed : sequence of FailedRun
+        Runs without a result; their models are not compared.
+    lubricants : sequence of str
+        Of the levels.
+    """
+
+    results: Sequence[LevelsComparison]
+    orders: dict[str, Order]
+    names: Sequence[str]
+    synthetic: bool = False
+    failed: Sequence[FailedRun] = ()
+    lubricants: Sequence[str] = ()
+
+    @classmethod
+    def of(
+        cls,
+        results: Sequence[LevelsComparison],
+        names: Sequence[str],
+        synthetic: bool = False,
+        seed: int = 0,
+        failed: Sequence[FailedRun] = (),
+        lubricants: Sequence[str] = (),
+    ) -> ForcesComparison:
+        """Order models that ran on the same levels."""
+        orders = {}
+        for quantity in QUANTITIES:
+            errors: list[list[ScalarError]] = [
+                [getattr(level, quantity) for level in result.levels] for result in results
+            ]
+            simulated = [np.array([e.simulated for e in row]) for row in errors]
+            measured = np.array([e.measured.mean for e in errors[0]])
+            scatter = np.array([e.measured.std / np.sqrt(max(e.measured.repeats, 1)) for e in errors[0]])
+            draws = resampled_errors(simulated, measured, scatter, np.random.default_rng(seed))
+            orders[quantity] = Order.of(
+                {r.label: getattr(r, quantity).mare for r in results},
+                {r.label: d for r, d in zip(results, draws)},
+                len(names),
+                RESOLVED,
+            )
+        return cls(results, orders, list(names), synthetic, failed, list(lubricants))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return JSON-able data: the models' numbers, and the orders."""
+        return {
+            "synthetic": self.synthetic,
+            "models": [r.to_dict() for r in self.results],
+            "ranking": self.orders["max_force"].names,
+            "orders": {quantity: order.to_dict() for quantity, order in self.orders.items()},
+            "levels": list(self.names),
+            "lubricants": list(self.lubricants),
+            "remarks": self.remarks(),
+            "failed": [run.to_dict() for run in self.failed],
+        }
+
+    def remarks(self) -> list[str]:
+        """Return a sentence for levels of several lubricants, and for each model that is not compared."""
+        several = len(self.lubricants) > 1
+        mixed = f"levels of {', '.join(self.lubricants)} count together: a model of one lubricant is judged by all"
+        return [*([mixed] if several else []), *self._missing()]
+
+    def _missing(self) -> list[str]:
+        found: dict[str, list[FailedRun]] = {}
+        for run in self.failed:
+            found.setdefault(run.model, []).append(run)
+        return [
+            f"{model} is not compared: {len(runs)} of {len(self.names)} levels failed ({runs[0].level}: {runs[0].error[:300]})"
+            for model, runs in found.items()
+        ]
+
+    def report(self) -> str:
+        """Return the table of errors, and what can be said about the order."""
+        lines = [levels_table(self.results), ""]
+        for quantity, order in self.orders.items():
+            shown = ", ".join(f"{n} ({100 * order.best[n]:.0f} %)" for n in order.names)
+            lines.append(f"by {QUANTITIES[quantity]}, probability of being the best: {shown}")
+            lines += order.sentences("levels")
+        lines += self.remarks()
+        return "\n".join(lines)

@@ -1,0 +1,297 @@
+"""Several friction models on the same tribometer tests: errors, and how sure their order is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from friction_models.common import InputError
+from friction_models.discovery.comparison import FEWEST_TESTS, SAME, Comparison, compare
+from friction_models.estimation.binning import prepare
+from friction_models.loads import LOAD_NAMES, DataSet, FloatArray, TriboLoads
+from friction_models.models.domain import known_domain
+from friction_models.training.measures import range_warning
+
+#: Resampled sets of tests, and how sure an order has to be.
+REPLICATES = 4000
+SURE = 0.95
+#: With fewer tests or levels than this no two models are told apart, as none is clearly ahead.
+FEWEST_UNITS = FEWEST_TESTS
+
+
+@dataclass(frozen=True)
+class Order:
+    """How sure the order of models is, from resampling whole tests (or press levels) for all models alike.
+
+    Attributes
+    ----------
+    names : list of str
+        Best first.
+    best : dict of str to float
+        Probability of being the best of all.
+    ranks : dict of str to (int, int)
+        95 % interval of the place, 1 is the best.
+    pairs : list of dict
+        ``better``, ``worse``, ``difference`` with its ``interval``, ``probability`` that the first is better, ``apart``.
+    units : int
+        Number of tests or levels.
+    """
+
+    names: list[str]
+    best: dict[str, float]
+    ranks: dict[str, tuple[int, int]]
+    pairs: list[dict[str, Any]]
+    units: int
+
+    @classmethod
+    def of(
+        cls, errors: Mapping[str, float], draws: Mapping[str, FloatArray], units: int, same: float = SAME
+    ) -> Order:
+        """Order models by an error.
+
+        Parameters
+        ----------
+        errors : mapping
+            Error of each model; smaller is better.
+        draws : mapping
+            The same in every resampled set, all models in the same sets.
+        units : int
+            What was resampled: number of tests or levels.
+        same : float
+            Errors that differ by less than this share of theirs count as equal.
+        """
+        names = sorted(errors, key=lambda n: errors[n])
+        table = np.array([draws[n] for n in names])
+        # The same law in two files differs by rounding and by what the solver resolves, which decides nothing.
+        places = 1 + (table[:, None, :] > (1.0 + same) * table[None, :, :]).sum(axis=1)
+        first = (table <= (1.0 + same) * table.min(axis=0)).astype(float)
+        best = (first / first.sum(axis=0)).mean(axis=1)
+        low, high = np.quantile(places, [0.025, 0.975], axis=1, method="nearest")
+        pairs = []
+        tail = 0.5 * (1.0 - SURE)
+        for i, j in combinations(range(len(names)), 2):
+            change = table[j] - table[i]
+            resolved = same * float(np.max(table[[i, j]]))
+            interval = np.quantile(change, [tail, 1.0 - tail]).tolist()
+            pairs.append(
+                {
+                    "better": names[i],
+                    "worse": names[j],
+                    "difference": errors[names[j]] - errors[names[i]],
+                    "interval": interval,
+                    "probability": float(
+                        np.mean(change > resolved) + 0.5 * np.mean(np.abs(change) <= resolved)
+                    ),
+                    "apart": bool(interval[0] > resolved and units >= FEWEST_UNITS),
+                }
+            )
+        ranks = {n: (int(a), int(b)) for n, a, b in zip(names, low, high)}
+        return cls(names, dict(zip(names, best.tolist())), ranks, pairs, units)
+
+    @property
+    def indistinct(self) -> list[tuple[str, str]]:
+        """Pairs that cannot be told apart."""
+        return [(p["better"], p["worse"]) for p in self.pairs if not p["apart"]]
+
+    def sentences(self, unit: str = "tests") -> list[str]:
+        """Return what can be said about the order."""
+        if len(self.names) < 2:
+            return []
+        lines = []
+        pairs = self.indistinct
+        if pairs:
+            shown = ", ".join(f"{a} and {b}" for a, b in pairs[:6]) + (
+                f" and {len(pairs) - 6} more pairs" if len(pairs) > 6 else ""
+            )
+            words = f"{self.units} {unit}" if self.units != 1 else f"1 {unit.removesuffix('s')}"
+            lines.append(f"cannot be told apart on {words}: {shown}")
+        if self.units < FEWEST_UNITS:
+            lines.append(f"at least {FEWEST_UNITS} {unit} are needed to tell models apart")
+        return lines
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return JSON-able data."""
+        return {
+            "units": self.units,
+            "best": self.best,
+            "ranks": {n: list(r) for n, r in self.ranks.items()},
+            "pairs": self.pairs,
+            "indistinct": [list(p) for p in self.indistinct],
+        }
+
+
+@dataclass(frozen=True)
+class TestsComparison:
+    """Models on tribometer tests.
+
+    Attributes
+    ----------
+    result : Comparison
+        Errors with their intervals.
+    order : Order
+        By RMSE.
+    outside : dict of str to (float or None)
+        Share of the points outside the trained domain; None for a model that does not say.
+    loads : TriboLoads
+        The points.
+    mu : ndarray, shape (n,)
+        Measured.
+    predicted : dict of str to ndarray
+        By model; loads outside a model's trained domain were moved to its border, as its FMU does by default, but for
+        models with memory.
+    models : mapping
+        The models themselves, for response curves.
+    """
+
+    __test__ = False  # not a test, whatever pytest thinks of its name
+
+    result: Comparison
+    order: Order
+    outside: dict[str, float | None]
+    loads: TriboLoads = field(repr=False)
+    mu: FloatArray = field(repr=False)
+    predicted: dict[str, FloatArray] = field(repr=False)
+    models: Mapping[str, Any] = field(repr=False)
+    synthetic: bool = False
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return JSON-able data: that of `Comparison`, and the order."""
+        content = self.result.to_dict()
+        for name, entry in content["models"].items():
+            entry["outside_domain"] = self.outside[name]
+            entry["probability_best"] = self.order.best[name]
+            entry["rank_interval"] = list(self.order.ranks[name])
+        return content | {"order": self.order.to_dict(), "remarks": self.remarks()}
+
+    def remarks(self) -> list[str]:
+        """Return a sentence for each model that was trained on the tests, and for each whose mu cannot be one."""
+        return [*self.result.remarks(), *self._out_of_range()]
+
+    def _out_of_range(self) -> list[str]:
+        found = []
+        for name in self.order.names:
+            warning = range_warning(self.predicted[name])
+            if warning:
+                hint = "; are its units right (--names)?" if _is_fmu(self.models[name]) else ""
+                found.append(f"{name}: {warning}{hint}")
+        return found
+
+    def report(self) -> str:
+        """Return a text table, best model first, and what can be said about the order."""
+        width = max(len(n) for n in self.order.names)
+        lines = [self.result.report().rstrip("\n"), ""]
+        lines.append(f"{'model':<{width}}  probability best  place  outside its domain")
+        for name in self.order.names:
+            low, high = self.order.ranks[name]
+            place = f"{low}" if low == high else f"{low}-{high}"
+            share = self.outside[name]
+            said = "not known" if share is None else f"{100 * share:.1f} %"
+            lines.append(f"{name:<{width}}  {100 * self.order.best[name]:14.0f} %  {place:>5}  {said}")
+        return "\n".join([*lines, *self.order.sentences(), *self._out_of_range()]) + "\n"
+
+
+class _Kept:
+    """A model within its trained domain, as in its FMU, that remembers what it predicted last."""
+
+    def __init__(self, name: str, model: Any) -> None:
+        self.name = name
+        self.model = model
+        # An FMU does that itself; memory needs distance and speed as they are.
+        left_alone = _is_fmu(model) or bool(getattr(model, "states", None))
+        self.domain = None if left_alone else known_domain(model)
+        self.values: FloatArray = np.empty(0)
+
+    @property
+    def card(self) -> Any:
+        """The model's card, where it has one."""
+        return getattr(self.model, "card", None)
+
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
+        """Return what the model predicts; a failure names the model."""
+        if self.domain is not None:
+            loads = TriboLoads.from_frame(data)
+            inside = pd.DataFrame(self.domain.clamp(loads.as_array()), data.index, list(LOAD_NAMES))
+            data = data.assign(**{n: inside[n] for n in LOAD_NAMES if n not in loads.absent})
+        try:
+            self.values = np.asarray(self.model.predict_frame(data, tests), dtype=float).ravel()
+        except InputError:
+            raise
+        except RuntimeError as error:  # an FMU that refuses a value
+            raise InputError(f"model {self.name!r} cannot be evaluated: {error}") from None
+        return self.values
+
+
+def compare_on_tests(models: Mapping[str, Any], data: DataSet, seed: int = 0) -> TestsComparison:
+    """Compare models on the held-out tests of a data set, or on all where none is held out.
+
+    Parameters
+    ----------
+    models : mapping of str to model
+        Anything with ``predict_frame(data, tests)``; a `domain` is used where there is one.
+    data : DataSet
+    seed : int
+        Of the resampling.
+
+    Raises
+    ------
+    InputError
+        What `friction_models.discovery.compare` refuses, or an FMU that refuses a value.
+    """
+    held_out = data.select("test")
+    used = held_out if len(held_out.points) else data
+    kept = {str(name): _Kept(str(name), model) for name, model in models.items()}
+    result = compare(kept, used.points, used.tests, seed)
+    campaign = prepare(used.points, used.tests)
+    predicted = {name: item.values for name, item in kept.items()}
+    group, tests = campaign.point_test, len(campaign.tests)
+    counts = np.bincount(group, minlength=tests).astype(float)
+    rng = np.random.default_rng(seed)
+    weights = rng.multinomial(tests, np.full(tests, 1.0 / tests), REPLICATES).astype(float)
+    draws = {
+        name: np.sqrt(weights @ np.bincount(group, (mu - campaign.mu) ** 2, tests) / (weights @ counts))
+        for name, mu in predicted.items()
+    }
+    order = Order.of({n: e.rmse for n, e in result.errors.items()}, draws, tests)
+    # The head line says no more than the table of pairs below it.
+    result = replace(result, clear=len(order.names) > 1 and tuple(order.names[:2]) not in order.indistinct)
+    array = campaign.loads.as_array()
+    outside: dict[str, float | None] = {}
+    for name, model in models.items():
+        domain = known_domain(model)
+        share = None if domain is None else ~domain.without(campaign.absent).contains(array)
+        outside[str(name)] = None if share is None else float(np.mean(share))
+    return TestsComparison(
+        result, order, outside, campaign.loads, campaign.mu, predicted, models, bool(data.synthetic)
+    )
+
+
+def _is_fmu(model: Any) -> bool:
+    return getattr(model, "family", "") == "fmu"
+
+
+def resampled_errors(
+    simulated: Sequence[FloatArray], measured: FloatArray, deviation: FloatArray, rng: np.random.Generator
+) -> list[FloatArray]:
+    """Return the mean absolute relative error of each model in resampled sets of press levels.
+
+    Levels are drawn with replacement, and the measured mean of each is drawn from its own uncertainty, the
+    standard deviation of the repeats over the root of their number; all models in the same sets.
+
+    Parameters
+    ----------
+    simulated : sequence of ndarray, shape (levels,)
+        One a model.
+    measured, deviation : ndarray, shape (levels,)
+        Mean of the repeats and standard deviation of that mean.
+    rng : numpy.random.Generator
+    """
+    levels = len(measured)
+    chosen = rng.integers(0, levels, (REPLICATES, levels))
+    drawn = measured[chosen] + deviation[chosen] * rng.standard_normal((REPLICATES, levels))
+    drawn = np.where(np.abs(drawn) < 1e-9, 1e-9, drawn)
+    return [np.asarray(np.mean(np.abs(s[chosen] / drawn - 1.0), axis=1)) for s in simulated]

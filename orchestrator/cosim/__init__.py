@@ -1,0 +1,1 @@
+"""Co-simulation: system description, wiring, master, run folders, SSP systems."""

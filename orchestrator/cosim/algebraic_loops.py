@@ -1,0 +1,71 @@
+"""Algebraic loops: values that depend on themselves within one step, as the FMUs declare it."""
+
+from __future__ import annotations
+
+from graphlib import CycleError, TopologicalSorter
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fmus.runtime.fmu_files import FmuDescription
+    from fmus.runtime.fmu_variables import Variable
+
+    from .wiring import Wiring
+
+#: What a mode does where a loop is closed.
+_TREATMENT = {
+    "gauss_seidel": "the mode 'gauss_seidel' closes it with values of the step before",
+    "jacobi": "the mode 'jacobi' takes values of the step before at every connection of it",
+}
+
+
+def algebraic_loop(wiring: Wiring) -> list[str]:
+    """Return the ends of one algebraic loop, ``["a.y", "b.u", "b.z", "a.x"]``; empty where there is none.
+
+    An output depends at once on the inputs that ``ModelStructure`` lists as its dependencies, and on all inputs where it
+    says nothing about them, as FMI defines it.
+    """
+    feeds: dict[str, set[str]] = {}
+    for name, description in wiring.descriptions.items():
+        _feed_through(name, description, feeds)
+    for link in wiring.links:
+        for source, target in zip(link.sources, link.targets):
+            feeds.setdefault(f"{link.target}.{_whole(target)}", set()).add(f"{link.source}.{_whole(source)}")
+    try:
+        TopologicalSorter(feeds).prepare()
+    except CycleError as error:
+        return [end for end in error.args[1][:-1] if not end.endswith(".")]
+    return []
+
+
+def loop_warning(wiring: Wiring, mode: str) -> list[str]:
+    """Return a sentence about an algebraic loop that the mode does not solve; none where there is nothing to say."""
+    treatment = _TREATMENT.get(mode)
+    found = algebraic_loop(wiring) if treatment is not None else []
+    if not found:
+        return []
+    shown = found if len(found) <= 8 else [*found[:8], "..."]
+    return [
+        f"algebraic loop {' -> '.join([*shown, found[0]])}: each of these values depends on itself within a step; "
+        f"{treatment}, and 'iterated' solves it"
+    ]
+
+
+def _feed_through(name: str, description: FmuDescription, feeds: dict[str, set[str]]) -> None:
+    """Add which inputs each output of a component follows at once; the node ``name.`` stands for all inputs."""
+    inputs = {v.name for v in description.raw.modelVariables if v.causality == "input"}
+    feeds[f"{name}."] = {f"{name}.{v}" for v in inputs}
+    listed = {}
+    for unknown in description.raw.outputs or ():
+        listed[unknown.variable.name] = unknown.dependencies
+    for variable in description.raw.modelVariables:
+        if variable.causality != "output":
+            continue
+        known = listed.get(variable.name)
+        feeds[f"{name}.{variable.name}"] = (
+            {f"{name}."} if known is None else {f"{name}.{v.name}" for v in known if v.name in inputs}
+        )
+
+
+def _whole(variable: Variable) -> str:
+    """Return the name of the FMU's own variable behind an element."""
+    return variable.base or variable.name

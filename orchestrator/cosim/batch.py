@@ -1,0 +1,115 @@
+"""Many runs at once: a pool of processes; runs that are already there are taken as they are.
+
+For systems whose run folders the user names and looks at. Studies, whose jobs need each other, are campaigns
+(`campaign`).
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from friction_models.common import check_folder
+from friction_models.common.folders import RUN
+from friction_models.common.kept import is_kept, keep
+from friction_models.common.pool import map_unordered
+
+from .run_folders import Run, versions
+from .system import System
+
+#: Called with (done, total, name of the run that is finished).
+RunProgress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class RunTask:
+    """A system to run into a folder.
+
+    Attributes
+    ----------
+    system : System
+    folder : Path
+    mode : str
+    key : str
+        Of a run in a cache: what it is a run of. Such a run is kept with a checksum; a folder in its place that
+        does not fit is replaced, whatever is in it.
+    """
+
+    system: System
+    folder: Path
+    mode: str = "gauss_seidel"
+    key: str = ""
+
+
+def run_all(
+    tasks: Sequence[RunTask], jobs: int | None = None, progress: RunProgress | None = None
+) -> list[Run]:
+    """Run all tasks, in parallel where there is more than one, and return their runs in order.
+
+    A folder that already holds a complete run of the same system, with the same FMUs, start values,
+    steps and versions, is not computed again.
+
+    Raises
+    ------
+    InputError, SimulationError
+        From the first task that fails; the finished ones stay. A folder that holds something else than a run.
+    """
+    tick = progress or (lambda done, total, name: None)
+    waiting = [task for task in tasks if not _same_run(task)]
+    for task in waiting:
+        if task.key:
+            shutil.rmtree(task.folder, ignore_errors=True)
+        check_folder(task.folder, RUN)
+    done = len(tasks) - len(waiting)
+    tick(done, len(tasks), "")
+    for index, _ in map_unordered(_run, [_portable(task) for task in waiting], jobs):
+        done += 1
+        tick(done, len(tasks), waiting[index].folder.name)
+    return [Run.load(task.folder) for task in tasks]
+
+
+def _portable(task: RunTask) -> tuple[dict[str, Any], str, str, str]:
+    """What a worker needs, as plain data: absolute FMU paths make the place of the YAML file irrelevant."""
+    content = task.system.model_dump(mode="json", exclude_none=True)
+    for name in task.system.components:
+        content["components"][name]["fmu"] = str(task.system.fmu_path(name))
+    return content, str(task.folder), task.mode, task.key
+
+
+def _run(content: dict[str, Any], folder: str, mode: str, key: str) -> None:
+    from .master import Master
+
+    Master(System.from_dict(content, source=str(content["name"])), mode=mode).run(folder)
+    if key:
+        keep(Path(folder), key)
+
+
+def _same_run(task: RunTask) -> bool:
+    """Whether the folder holds a finished run of the same thing."""
+    from fmus.runtime.fmu_files import file_hash
+
+    if task.key and not is_kept(task.folder, task.key):
+        return False
+    if not (task.folder / "manifest.json").is_file() or not (task.folder / "results.nc").is_file():
+        return False
+    try:
+        manifest = json.loads((task.folder / "manifest.json").read_text(encoding="utf-8"))
+        parts = manifest["components"]
+        system = task.system
+        return bool(
+            manifest["status"] == "ok"
+            and manifest["mode"] == task.mode
+            and manifest["steps"] == system.steps
+            and manifest["communication_step"] == system.communication_step
+            and manifest["versions"] == versions()
+            and manifest["provenance"] == system.provenance
+            and parts.keys() == system.components.keys()
+            and all(parts[n]["sha256"] == file_hash(system.fmu_path(n)) for n in parts)
+            and all(parts[n]["start"] == system.components[n].start for n in parts)
+        )
+    except (KeyError, TypeError, ValueError, OSError):
+        return False

@@ -1,0 +1,108 @@
+"""When the repetitions of a step agree: link by link, down to what the components themselves can resolve."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from fmus.runtime.ports import Port
+from friction_models.loads import FloatArray
+
+from .wiring import Link
+
+#: Repetitions agree when the values of every connection change by less than this share of their largest.
+TOLERANCE = 1e-8
+#: A solver that stops at a residual of its own gives slightly different loads each time. A change that no
+#: longer falls is taken for that when it is below this share,
+RESOLUTION = 1e-4
+#: and has not halved in so many repetitions.
+PATIENCE = 3
+MOST_REPETITIONS = 50
+_REAL = ("Real", "Float64", "Float32")
+#: Repetitions after which a step that goes to and fro is damped: the mean of the last two values is passed on.
+DAMPED_AFTER = 10
+
+
+@dataclass
+class Settling:
+    """Follows the values of all connections through the repetitions of one step.
+
+    Attributes
+    ----------
+    links : sequence of Link
+        The connections.
+    outputs : mapping of str to Port
+        Where their values stand, by component.
+    tolerance : float
+        Relative change that counts as agreement.
+    repetitions : int
+        Made so far.
+    change : float
+        Largest relative change of any connection in the last repetition.
+    where : str
+        That connection.
+    """
+
+    links: Sequence[Link]
+    outputs: Mapping[str, Port]
+    tolerance: float = TOLERANCE
+    repetitions: int = 0
+    change: float = float("inf")
+    where: str = ""
+    _rows: list[tuple[str, str, npt.NDArray[np.intp]]] = field(default_factory=list)
+    _previous: list[FloatArray] = field(default_factory=list)
+    _passed: list[FloatArray] = field(default_factory=list)
+    _best: float = float("inf")
+    _since: int = 0
+
+    def __post_init__(self) -> None:
+        for link in self.links:
+            index = self.outputs[link.source].index
+            rows = np.array([index[v.name] for v in link.sources], dtype=np.intp)
+            self._rows.append((_name(link), link.source, rows))
+
+    def begin(self) -> None:
+        """Start with the values of the step before."""
+        self.repetitions, self.change, self.where = 0, float("inf"), ""
+        self._best, self._since = float("inf"), 0
+        self._previous = self._values()
+        self._passed = list(self._previous)
+
+    def settled(self) -> bool:
+        """Compare with the last repetition; return whether the step is done."""
+        values = self._values()
+        self.repetitions += 1
+        self.change = 0.0
+        for (name, _, _), new, old in zip(self._rows, values, self._previous):
+            size = max(float(np.max(np.abs(new), initial=0.0)), 1e-12)
+            change = float(np.max(np.abs(new - old), initial=0.0)) / size
+            if change >= self.change:
+                self.change, self.where = change, name
+        self._previous = values
+        if self.repetitions < 2:
+            return False
+        if self.change < 0.5 * self._best:
+            self._best, self._since = self.change, 0
+        else:
+            self._since += 1
+        return self.change <= self.tolerance or (self.change <= RESOLUTION and self._since >= PATIENCE)
+
+    def pass_on(self) -> None:
+        """Prepare the next repetition: after many of them the mean of the last two values is what is passed on."""
+        for k, (_, source, rows) in enumerate(self._rows):
+            if self.repetitions >= DAMPED_AFTER and self.links[k].sources[0].type in _REAL:
+                self._passed[k] = 0.5 * (self._passed[k] + self._previous[k])
+                self.outputs[source].values[rows] = self._passed[k]
+            else:
+                self._passed[k] = self._previous[k]
+
+    def _values(self) -> list[FloatArray]:
+        return [self.outputs[source].values[rows].copy() for _, source, rows in self._rows]
+
+
+def _name(link: Link) -> str:
+    base = link.sources[0].name.partition("[")[0], link.targets[0].name.partition("[")[0]
+    return f"{link.source}.{base[0]} -> {link.target}.{base[1]}"

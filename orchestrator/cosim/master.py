@@ -1,0 +1,287 @@
+"""The master: runs the components of a system step by step and hands values from one to the other.
+
+Modes
+-----
+gauss_seidel
+    Components run in their order; each sees the newest outputs. Friction first gives the one-step lag
+    of the user subroutine: in step n the forming process uses mu of the loads that it published at the
+    end of step n - 1.
+jacobi
+    All components see the outputs of the previous step: two increments of lag. This is what libcosim and
+    ecos do, with the same numbers.
+iterated
+    Each step is repeated from a saved FMU state until the values of every connection agree: no lag. Needs
+    FMUs that can save their state; shows what the lag costs. See `iteration` for when repetitions agree.
+
+Before the first step connected inputs are initialized along the connections in every mode.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+
+from fmus.archive.made_here import runs_apart
+from fmus.runtime.contact_points import PointInstances
+from fmus.runtime.errors import SimulationEnded, SimulationError
+from fmus.runtime.fmu_files import unpack
+from fmus.runtime.instance import Instance
+from fmus.runtime.interrupts import Interrupts
+from fmus.runtime.isolated import IsolatedInstance
+from friction_models.common import InputError, check_folder, unknown_name
+from friction_models.common.folders import RUN
+from friction_models.loads import FloatArray
+
+from . import iteration
+from .algebraic_loops import loop_warning
+from .components import AnyInstance, Components
+from .iteration import Settling
+from .run_folders import Run, write_run
+from .system import System
+from .wiring import Wiring
+
+MODES = ("gauss_seidel", "jacobi", "iterated")
+
+Progress = Callable[[float], None]
+
+
+class Master:
+    """Runs a system.
+
+    Parameters
+    ----------
+    system : System
+        What to run.
+    mode : {"gauss_seidel", "jacobi", "iterated"}
+        How the components exchange values.
+    tolerance : float
+        Mode ``iterated``: repetitions agree when the values of every connection change by less than this
+        share of their largest.
+    isolate : bool, optional
+        Run every FMU in a process of its own, where a crash does no harm, or none. By default those that were not
+        made here (`fmus.archive.made_here`).
+
+    Raises
+    ------
+    InputError
+        Unknown mode, a tolerance that is not between 0 and 1, a component that cannot save its state where
+        the mode needs it, or a set-up that does not hold (all problems at once).
+    """
+
+    def __init__(
+        self,
+        system: System,
+        mode: str = "gauss_seidel",
+        tolerance: float = iteration.TOLERANCE,
+        isolate: bool | None = None,
+    ) -> None:
+        if mode not in MODES:
+            raise unknown_name("mode", mode, MODES)
+        if not 0.0 < tolerance < 1.0:
+            raise InputError(f"tolerance = {tolerance!r}, allowed: more than 0 and less than 1")
+        self.tolerance = tolerance
+        self.system = system
+        self.mode = mode
+        self.wiring = Wiring.of(system)
+        if mode == "iterated":
+            stuck = [n for n, d in self.wiring.descriptions.items() if not d.state_can_be_saved]
+            if stuck:
+                raise InputError(
+                    f"{system.source}: component {', '.join(map(repr, stuck))} cannot save its state "
+                    "(canGetAndSetFMUstate / canGetAndSetFMUState is not true); mode 'iterated' needs that, "
+                    "allowed for it: gauss_seidel, jacobi"
+                )
+        #: What is worth a look before the run: open inputs, algebraic loops.
+        self.warnings = [*self.wiring.notes, *loop_warning(self.wiring, mode)]
+        #: Components that run in a process of their own.
+        self.isolated = {n for n, d in self.wiring.descriptions.items() if runs_apart(d.path, isolate)}
+        self._log: list[str] = []
+        self._iterations: list[int] = []
+        self._changes: list[float] = []
+        self._settling: Settling | None = None
+        self._interrupts = Interrupts()
+        self._stopped: BaseException | None = None
+        #: Why the last run ended before its stop time although nothing failed.
+        self.ending = ""
+        #: Wall time of the stepping loop of the last run [s], without loading and writing.
+        self.loop_seconds = 0.0
+
+    def run(self, folder: str | os.PathLike[str], progress: Progress | None = None, csv: bool = False) -> Run:
+        """Run from 0 to the stop time and write a run folder.
+
+        Parameters
+        ----------
+        folder : path-like
+            The run folder; replaced as a whole at the end. When a component fails, it gets the steps until then.
+        progress : callable, optional
+            Called with the share done, 0 to 1.
+        csv : bool
+            Also write ``results.csv``.
+
+        Returns
+        -------
+        Run
+            The run as it was written.
+
+        Raises
+        ------
+        InputError
+            `folder` holds something else than a run; an FMU that cannot be loaded or creates no instance.
+        SimulationError
+            A component failed; the message says which, when and why, and what is kept.
+        KeyboardInterrupt
+            Ctrl-C, between two steps or two seconds after it in a step of an isolated FMU; the message says what is kept.
+        """
+        check_folder(folder, RUN)
+        self._log, self._iterations, self._changes = [], [], []
+        self._stopped, self.ending = None, ""
+        began = time.perf_counter()
+        # Binaries cannot be deleted while they are mapped on some platforms: folders go after the instances.
+        work = Path(tempfile.mkdtemp(prefix="tribofmu-"))
+        try:
+            with ExitStack() as stack:
+                self._interrupts = stack.enter_context(Interrupts())
+                instances: dict[str, AnyInstance] = {}
+                for name in self.wiring.descriptions:
+                    instances[name] = self._open(name, _made(work / name))
+                    stack.callback(instances[name].close)
+                    self._interrupts.check()
+                history = self._integrate(Components.of(self.system, self.wiring, instances), progress)
+                timing = {name: instance.seconds for name, instance in instances.items()}
+        finally:
+            shutil.rmtree(work, ignore_errors=True)
+        timing["master"] = max(0.0, self.loop_seconds - sum(timing.values()))
+        timing["setup"] = time.perf_counter() - began - self.loop_seconds
+        timing["total"] = time.perf_counter() - began
+        run = write_run(Path(folder), self, history, timing, self._log, csv, str(self._stopped or ""))
+        if self._stopped is not None:
+            kept = f"{self._stopped}; kept in {folder}: {len(run.time) - 1} steps until then"
+            raise type(self._stopped)(kept)
+        return run
+
+    def _open(self, name: str, folder: Path) -> AnyInstance:
+        description = self.wiring.descriptions[name]
+        unpacked = unpack(description, folder)
+        parts = self.system.parts(name)
+        if name in self.isolated:
+            points = self.wiring.points.get(name)
+            waiting = self._interrupts.check_waiting
+            return IsolatedInstance(name, description, unpacked, points, self._log, parts, waiting)
+        if name in self.wiring.points:
+            return PointInstances(name, description, unpacked, self.wiring.points[name], self._log, parts)
+        return Instance(name, description, unpacked, self._log, parts)
+
+    def _integrate(self, components: Components, progress: Progress | None) -> dict[str, FloatArray]:
+        components.initialize(self.wiring, self.system.stop_time)
+        for name in components.needed_at_start(self.mode):
+            components.check_numbers(name, 0.0)
+        recorded = [
+            (
+                item.label,
+                components.outputs[item.component],
+                np.array([components.outputs[item.component].index[v.name] for v in item.elements]),
+            )
+            for item in self.wiring.recorded
+        ]
+        steps, size = self.system.steps, self.system.communication_step
+        history = {label: np.empty((steps + 1, len(rows))) for label, _, rows in recorded}
+        made = 0
+        loop = time.perf_counter()
+        for k in range(steps + 1):
+            if k and not self._advance(components, (k - 1) * size, size):
+                break
+            for label, port, rows in recorded:
+                history[label][k] = port.values[rows]
+            made = k
+            if progress is not None:
+                progress(k / steps)
+            ended = [name for name, instance in components.instances.items() if instance.ended]
+            if ended and k < steps:
+                self.ending = f"component {ended[0]!r} ended the simulation at t = {k * size:g} s"
+                break
+        self.loop_seconds = time.perf_counter() - loop
+        if self.ending:
+            self.ending += f", before the stop time of {self.system.stop_time:g} s"
+        if self._stopped is not None and not made:
+            raise type(self._stopped)(f"{self._stopped}; nothing was written, as no step was complete")
+        return {label: values[: made + 1] for label, values in history.items()}
+
+    def _advance(self, components: Components, now: float, size: float) -> bool:
+        """Make a step; return whether it is complete, and keep why not."""
+        advance = {"jacobi": self._jacobi, "gauss_seidel": self._gauss_seidel, "iterated": self._iterated}
+        try:
+            self._interrupts.check()
+            advance[self.mode](components, now, size)
+            return True
+        except SimulationEnded as end:
+            self.ending = str(end)
+        except SimulationError as error:
+            # An FMU that saw the interrupt itself may have failed by it.
+            self._stopped = self._interruption(now) if self._interrupts.asked else error
+        except KeyboardInterrupt:
+            self._stopped = self._interruption(now)
+        return False
+
+    def _interruption(self, now: float) -> KeyboardInterrupt:
+        return KeyboardInterrupt(f"interrupted at t = {now:g} s")
+
+    def _gauss_seidel(self, components: Components, now: float, size: float) -> None:
+        for name in components.order:
+            components.hand_over(name)
+            components.step(name, now, size)
+            self._interrupts.check()
+
+    def _jacobi(self, components: Components, now: float, size: float) -> None:
+        for name in components.order:
+            components.hand_over(name)
+        for name in components.order:
+            components.step(name, now, size)
+            self._interrupts.check()
+
+    def _iterated(self, components: Components, now: float, size: float) -> None:
+        outputs, instances = components.outputs, components.instances
+        if self._settling is None or self._settling.outputs is not outputs:
+            self._settling = Settling(self.wiring.links, outputs, self.tolerance)
+        settling = self._settling
+        with ExitStack() as stack:
+            saved = {}
+            for name, instance in instances.items():
+                saved[name] = instance.save_state(now)
+                stack.callback(instance.free_state, saved[name])
+            settling.begin()
+            while settling.repetitions < iteration.MOST_REPETITIONS:
+                if settling.repetitions:
+                    for name, instance in instances.items():
+                        instance.restore_state(saved[name], now)
+                    settling.pass_on()
+                self._gauss_seidel(components, now, size)
+                if settling.settled():
+                    self._iterations.append(settling.repetitions)
+                    self._changes.append(settling.change)
+                    return
+        raise SimulationError(
+            f"the step at t = {now:g} s did not converge in {settling.repetitions} repetitions: {settling.where} still "
+            f"changes by {100 * settling.change:.2g} %; use a smaller communication step or the mode 'gauss_seidel'"
+        )
+
+    @property
+    def iterations(self) -> list[int]:
+        """Repetitions of each step of the last run in the mode ``iterated``."""
+        return list(self._iterations)
+
+    @property
+    def changes(self) -> list[float]:
+        """Largest relative change of a connection in the last repetition of each of these steps."""
+        return list(self._changes)
+
+
+def _made(folder: Path) -> Path:
+    folder.mkdir()
+    return folder

@@ -1,0 +1,276 @@
+"""Run folders: what was run, with which versions and files, and what came out."""
+
+from __future__ import annotations
+
+import os
+import platform
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from friction_models.common import InputError, atomic_folder, unknown_name, write_json
+from friction_models.common.files import read_json
+from friction_models.common.folders import RUN
+from friction_models.loads import FloatArray
+from friction_models.models.model_card import package_version
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from .forces import ForceComparison, ForceCurve
+    from .master import Master
+
+PACKAGES = ("fmpy", "numpy", "onnx", "onnxruntime", "pandas", "pythonfmu", "scipy", "xarray")
+
+
+def force_labels(recorded: Collection[str], where: str) -> tuple[str, str]:
+    """Return which recorded values are stroke and force of one component.
+
+    Raises
+    ------
+    InputError
+        No component recorded both.
+    """
+    for label in recorded:
+        component, _, name = label.rpartition(".")
+        if name == "force" and f"{component}.stroke" in recorded:
+            return f"{component}.stroke", label
+    raise InputError(
+        f"{where}: no component recorded both 'stroke' and 'force'; recorded: {', '.join(recorded)}"
+    )
+
+
+@dataclass
+class Run:
+    """A run that was written: a complete one, or the beginning of one that stopped.
+
+    Attributes
+    ----------
+    folder : Path
+        Where it lies: ``system.yaml``, ``manifest.json``, ``results.nc``, ``log.txt``.
+    manifest : dict
+        Versions, file hashes, mode, timing, the synthetic flag; ``"status"`` is ``"ok"``, or ``"stopped"`` and
+        ``"message"`` says which component failed, when and why. ``"message"`` of a complete run names a component that
+        ended it before the stop time. ``"warnings"``: open inputs and algebraic loops.
+    time : ndarray, shape (steps + 1,)
+        Communication points [s].
+    values : dict of str to ndarray
+        ``"forming.force"`` (steps + 1,) or ``"forming.sigma_n"`` (steps + 1, N).
+    units : dict of str to str
+        Unit of each value.
+    """
+
+    folder: Path
+    manifest: dict[str, Any]
+    time: FloatArray
+    values: dict[str, FloatArray]
+    units: dict[str, str]
+
+    @classmethod
+    def load(cls, folder: str | os.PathLike[str], stopped: bool = False) -> Run:
+        """Read a run folder.
+
+        Parameters
+        ----------
+        stopped : bool
+            Also read a run that stopped before its end.
+
+        Raises
+        ------
+        InputError
+            Not a run folder, its files cannot be read, or the run stopped.
+        """
+        import xarray
+
+        place = Path(folder)
+        for name in ("manifest.json", "results.nc"):
+            if not (place / name).is_file():
+                raise InputError(f"{place}: not a run folder ({name} is missing); `simulate -o` writes one")
+        try:
+            manifest = read_json(place / "manifest.json")
+            with xarray.open_dataset(place / "results.nc", engine="netcdf4", decode_times=False) as data:
+                time = np.asarray(data["time"].values, dtype=float)
+                values = {str(n): np.asarray(v.values, dtype=float) for n, v in data.data_vars.items()}
+                units = {str(n): str(v.attrs.get("units", "")) for n, v in data.data_vars.items()}
+        except InputError:
+            raise
+        except (OSError, ValueError, KeyError, RuntimeError) as error:  # netCDF has RuntimeErrors, too
+            raise InputError(f"{place}: the run cannot be read ({' '.join(str(error).split())})") from None
+        run = cls(place, manifest, time, values, units)
+        if not stopped and not run.complete:
+            raise InputError(f"{place}: the run stopped ({run.message[:300]}); allowed: a complete run")
+        return run
+
+    def __getitem__(self, name: str) -> FloatArray:
+        if name not in self.values:
+            raise unknown_name("result", name, self.values, str(self.folder))
+        return self.values[name]
+
+    @property
+    def synthetic(self) -> bool:
+        """Whether something in the run came from a virtual laboratory."""
+        return bool(self.manifest.get("synthetic", False))
+
+    @property
+    def complete(self) -> bool:
+        """Whether the run reached its stop time, or the end that a component gave it."""
+        return self.manifest.get("status", "ok") == "ok"
+
+    @property
+    def message(self) -> str:
+        """Which component failed or ended the run, when and why; empty where the stop time was reached."""
+        return str(self.manifest.get("message", ""))
+
+    @property
+    def name(self) -> str:
+        """Name of the system that ran."""
+        return str(self.manifest.get("name", self.folder.name))
+
+    def force_curve(self) -> ForceCurve:
+        """Return force over stroke of the component that recorded both.
+
+        Raises
+        ------
+        InputError
+            No component recorded ``stroke`` and ``force``.
+        """
+        from .forces import ForceCurve
+
+        stroke, force = force_labels(self.values, str(self.folder))
+        return ForceCurve(self.values[stroke], self.values[force])
+
+    def compare_force(self, press: str | os.PathLike[str]) -> ForceComparison:
+        """Compare the force-stroke curve with a measured one (CSV: stroke [mm], force [kN], repeat)."""
+        from .forces import compare_force, read_press_curve
+
+        return compare_force(self.force_curve(), read_press_curve(press), label=self.name)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return one row a communication point; elements of vectors as ``forming.sigma_n[3]``."""
+        import pandas as pd
+
+        columns: dict[str, FloatArray] = {"time": self.time}
+        for label, values in self.values.items():
+            if values.ndim == 1:
+                columns[label] = values
+            else:
+                columns |= {f"{label}[{k + 1}]": values[:, k] for k in range(values.shape[1])}
+        return pd.DataFrame(columns)
+
+
+def versions(packages: Iterable[str] = PACKAGES) -> dict[str, str]:
+    """Return the versions of tribofmu, Python and the packages that results depend on."""
+    found = {name: package_version(name) or "not installed" for name in ("tribofmu", *packages)}
+    return {"python": platform.python_version()} | found
+
+
+def write_run(
+    folder: Path,
+    master: Master,
+    history: dict[str, FloatArray],
+    timing: dict[str, float],
+    log: Sequence[str],
+    csv: bool = False,
+    failure: str = "",
+) -> Run:
+    """Write a run folder, beside its place first, and return the run; `failure` says why it stopped early."""
+    system, wiring = master.system, master.wiring
+    points = len(next(iter(history.values()))) if history else system.steps + 1
+    time: FloatArray = np.arange(points, dtype=np.float64) * system.communication_step
+    values = {item.label: history[item.label] for item in wiring.recorded}
+    values = {label: array[:, 0] if array.shape[1] == 1 else array for label, array in values.items()}
+    units = {item.label: item.elements[0].unit for item in wiring.recorded}
+    files = {
+        name: {
+            "fmu": description.path.name,
+            "sha256": description.sha256,
+            "model": description.raw.modelName,
+            "guid": description.raw.guid,
+            "generator": description.raw.generationTool or "",
+            "synthetic": description.synthetic,
+            "start": dict(system.components[name].start),
+            "instances": wiring.points.get(name, 1),
+            "steps": system.parts(name),
+            "isolated": name in master.isolated,
+        }
+        for name, description in wiring.descriptions.items()
+    }
+    manifest: dict[str, Any] = {
+        "name": system.name,
+        "synthetic": system.synthetic or any(part["synthetic"] for part in files.values()),
+        "mode": master.mode,
+        "communication_step": system.communication_step,
+        "stop_time": system.stop_time,
+        "steps": points - 1,
+        "status": "stopped" if failure else "ok",
+        "message": failure or master.ending,
+        "warnings": master.warnings,
+        "seeds": {k: v for k, v in system.provenance.items() if k.endswith("seed")},
+        "provenance": system.provenance,
+        "components": files,
+        "timing_s": {name: round(seconds, 6) for name, seconds in timing.items()},
+        "versions": versions(),
+        "platform": platform.platform(terse=True),
+        "written": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+    if master.mode == "iterated":
+        manifest["iterations"] = {
+            "mean": float(np.mean(master.iterations or [0])),
+            "largest": max(master.iterations, default=0),
+            "total": sum(master.iterations),
+            "largest_change": max(master.changes, default=0.0),
+            "tolerance": master.tolerance,
+        }
+    run = Run(folder, manifest, time, values, units)
+    with atomic_folder(folder, RUN) as place:
+        moved = {n: folder.resolve() / p.relative_to(place) for n, p in system.bundle(place).items()}
+        text = system.to_yaml(relative_to=folder.resolve(), moved=moved)
+        (place / "system.yaml").write_text(text, encoding="utf-8")
+        write_json(place / "manifest.json", manifest)
+        _write_netcdf(run, place / "results.nc")
+        if csv:
+            run.to_frame().to_csv(place / "results.csv", index=False, lineterminator="\n")
+        (place / "log.txt").write_text("\n".join([*_summary(run), *log]) + "\n", encoding="utf-8")
+    return run
+
+
+def _write_netcdf(run: Run, path: Path) -> None:
+    import xarray
+
+    widths = sorted({a.shape[1] for a in run.values.values() if a.ndim == 2})
+    data = xarray.Dataset(
+        {
+            label: (
+                ("time",) if a.ndim == 1 else ("time", f"point_{a.shape[1]}"),
+                a,
+                {"units": run.units[label]},
+            )
+            for label, a in run.values.items()
+        },
+        coords={"time": ("time", run.time, {"units": "s"})}
+        | {f"point_{n}": (f"point_{n}", np.arange(1, n + 1)) for n in widths},
+        attrs={"name": run.name, "synthetic": int(run.synthetic), "mode": run.manifest["mode"]},
+    )
+    encoding = {label: {"zlib": True, "complevel": 4} for label in data.data_vars}
+    data.to_netcdf(path, engine="netcdf4", encoding=encoding)
+
+
+def _summary(run: Run) -> list[str]:
+    manifest = run.manifest
+    origin = "synthetic data involved" if run.synthetic else "no synthetic data declared"
+    lines = [
+        f"{manifest['written']} {run.name}: {manifest['steps']} steps of {manifest['communication_step']:g} s, "
+        f"mode {manifest['mode']}, {origin}"
+    ]
+    lines += [f"{'ended' if run.complete else 'stopped'}: {run.message}"] if run.message else []
+    lines += [f"note: {text}" for text in manifest["warnings"]]
+    lines += [
+        f"{name}: {part['fmu']} sha256 {part['sha256'][:16]}" for name, part in manifest["components"].items()
+    ]
+    total = max(manifest["timing_s"]["total"], 1e-9)
+    lines += [f"{name}: {s:.3f} s ({100 * s / total:.1f} %)" for name, s in manifest["timing_s"].items()]
+    return lines

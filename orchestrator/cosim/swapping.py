@@ -1,0 +1,183 @@
+"""Another friction model in a system: an FMU, also one with other variables, a model folder, an ONNX file or a number."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fmus.runtime.fmu_files import describe
+from fmus.runtime.friction_names import FrictionNames
+from friction_models.common import InputError
+from friction_models.loads import LOAD_NAMES, MU
+
+from ..comparison.press_study import friction_fmu
+from .connections import split_connection
+from .ssp_systems import UnpackedSsp
+
+if TYPE_CHECKING:
+    from .system import System
+
+#: Outputs and parameters that friction FMUs of ours have and others need not.
+_OWN = ("domain_distance", "in_domain", "mu_low", "mu_high", "clamp_to_domain")
+_HELP = (
+    "for an FMU with other variables --names FILE.yaml says which takes which load, and in the system each_point: true "
+    "lets one for a single point run once a point"
+)
+
+
+def swap_model(
+    system: System,
+    component: str,
+    model: str | os.PathLike[str],
+    names: FrictionNames | None = None,
+    packed: Path | None = None,
+) -> System:
+    """Return a copy of a system in which a component runs another model; nothing else changes.
+
+    Parameters
+    ----------
+    system : System
+    component : str
+        Its name; one that takes loads and gives mu may get any friction model, any other one another FMU.
+    model : path-like
+        An FMU, a model folder, an ONNX file, or a number for constant mu; all but FMUs are packed.
+    names : FrictionNames, optional
+        What the variables of a friction FMU that others made are called; the connections are made to fit.
+    packed : Path, optional
+        Where to write an FMU that is packed; by default a temporary folder, from which runs and archives get copies.
+
+    Raises
+    ------
+    InputError
+        No such component, a model that cannot be packed, variables that do not fit.
+    """
+    other = system.swap(component, model)  # a name that is wrong is said before anything is packed
+    text = os.fspath(model)
+    if _is_packed(text):
+        if packed is None:
+            other._unpacked = other._unpacked or UnpackedSsp()
+            packed = other._unpacked.folder / f"{component}-{_plain(Path(text).name)}.fmu"
+        other = system.swap(component, friction_fmu(text, packed))._with_unpacked(other._unpacked)
+    if not takes_loads(system, component):
+        return other
+    return _fitted(other, component, names)
+
+
+def takes_loads(system: System, component: str) -> bool:
+    """Whether a component is a friction model: loads of the contract go in and mu comes out."""
+    loads, mu = False, False
+    for left, right in _ends(system):
+        loads = loads or (right[0] == component and _load(left[1], right[1]) is not None)
+        mu = mu or (left[0] == component and MU.name in {_base(left[1]), _base(right[1])})
+    return loads and mu
+
+
+def friction_component(system: System) -> str:
+    """Return the component that is a friction model.
+
+    Raises
+    ------
+    InputError
+        There is none, or several of which none is called ``friction``.
+    """
+    found = [name for name in system.components if takes_loads(system, name)]
+    if "friction" in found or len(found) == 1:
+        return "friction" if "friction" in found else found[0]
+    what = f"{', '.join(found)} do" if found else "none does"
+    raise InputError(
+        f"{system.source}: components that take loads and give mu: {what}; allowed: one, or one called 'friction'"
+    )
+
+
+def _fitted(system: System, component: str, names: FrictionNames | None) -> System:
+    """Make connections, start values and what is recorded fit the friction FMU that a component runs now."""
+    called = names or FrictionNames()
+    description = describe(system.fmu_path(component))
+    part = system.components[component]
+    connections, ours = [], {MU.name: called.mu}
+    for text in system.connections:
+        parts = split_connection(text)
+        if parts is None:
+            connections.append(text)
+            continue
+        left, right = (end.partition(".") for end in parts[:2])
+        load = _load(left[2], right[2]) if right[0] == component else None
+        if load is not None:
+            if load not in called.loads:
+                continue  # it does not enter the FMU
+            variable, unit = called.loads[load]
+            if names is None and _base(right[2]) not in description.arrays:
+                variable = right[2]  # a system that was written for it, or a mistake that is told below
+            target = f"{component}.{variable}{_index(right[2])}"
+            keeps = parts[2] if names is None and _base(right[2]) != load else unit
+            text = f"{parts[0]} -> {target}" + (f" [{keeps}]" if keeps else "")
+            _check(description, variable, "input", names)
+        elif left[0] == component and MU.name in {_base(left[2]), _base(right[2])}:
+            ours[_base(left[2])] = called.mu
+            text = f"{component}.{called.mu}{_index(left[2])} -> {parts[1]}"
+            _check(description, called.mu, "output", names)
+        connections.append(text)
+    part.start = {
+        k: v for k, v in part.start.items() if k not in _OWN or k in description.arrays
+    } | dict(called.start)  # fmt: skip
+    if names is not None:
+        part.each_point = called.each_point or None
+        part.contact_only = True  # it may have no answer to zero pressure
+    record: list[str] | None = None if system.record is None else []
+    for text in system.record or ():
+        owner, _, name = text.strip().partition(".")
+        base = ours.get(_base(name), _base(name))
+        if record is not None and not (
+            owner == component and base in _OWN and base not in description.arrays
+        ):
+            record.append(f"{owner}.{base}{_index(name)}" if owner == component else text)
+    return system._changed(connections=connections, record=record)
+
+
+def _check(description: object, variable: str, causality: str, names: FrictionNames | None) -> None:
+    try:
+        description.resolve(variable, causality, causality)  # type: ignore[attr-defined]
+    except InputError as error:
+        if names is not None:
+            raise
+        raise InputError(f"{error}; {_HELP}") from None
+
+
+def _is_packed(text: str) -> bool:
+    """Whether a model is none that runs as it is: a number, a model folder or an ONNX file."""
+    if Path(text).suffix == ".onnx" or Path(text).is_dir():
+        return True
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return not Path(text).is_file()
+
+
+def _ends(system: System) -> list[tuple[tuple[str, str], tuple[str, str]]]:
+    found = []
+    for text in system.connections:
+        parts = split_connection(text)
+        if parts is not None:
+            left, right = (end.partition(".") for end in parts[:2])
+            found.append(((left[0], left[2]), (right[0], right[2])))
+    return found
+
+
+def _load(source: str, target: str) -> str | None:
+    """Return the load that a connection carries, by the name of either end."""
+    return next((n for n in (_base(target), _base(source)) if n in LOAD_NAMES), None)
+
+
+def _base(name: str) -> str:
+    return name.partition("[")[0]
+
+
+def _index(name: str) -> str:
+    return name[len(_base(name)) :]
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^\w.-]", "_", name)[:60]

@@ -1,0 +1,1 @@
+"""Campaigns of jobs that need each other: done in parallel, kept, resumed."""

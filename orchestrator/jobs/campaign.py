@@ -1,0 +1,324 @@
+"""Campaigns: jobs that need each other, done in parallel, each result kept under the hash of what decides it."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+from typing import Any
+
+from fmus.runtime.errors import SimulationError
+from friction_models.common import InputError, check_folder, grown, unknown_name, write_json
+from friction_models.common.folders import STUDY
+from friction_models.common.kept import path_digest
+from friction_models.common.pool import process_count
+
+from .estimate import Clock, DryRun
+from .executors import Cluster, Here, Local, Place
+from .job import Failure, Job
+from .keys import digest
+from .store import JobResult, Store
+from .work import Order, stamp
+
+__all__ = ["Campaign", "DryRun", "Failure", "Job", "JobResult"]
+
+#: Called with (done, total, what and how long it will take).
+Progress = Callable[[int, int, str], None]
+#: Packages whose sources count in the hash of every job.
+CODE = ("friction_models", "forming", "sct_twin", "fmus")
+#: How often a job is started whose worker gets killed.
+TRIES = 2
+
+
+class Campaign:
+    """Jobs and the folder of their results.
+
+    A result lies in ``jobs/<hash>`` of the folder; the hash covers function, inputs, file contents, the
+    hashes of the needed jobs, versions and sources. So a second run does only what changed, and one that
+    was killed goes on where it was.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the study.
+    jobs : iterable of Job
+        In any order.
+    code : sequence of str
+        Packages and modules whose sources count; the module of a job's function always does.
+
+    Attributes
+    ----------
+    failed : dict of str to Failure
+        Jobs of the last `run` without a result; ``failed.json`` in the folder holds them with their inputs.
+
+    Raises
+    ------
+    InputError
+        Two jobs of one name, an unknown need, needs in a circle, inputs that JSON does not hold.
+    """
+
+    def __init__(self, folder: Path, jobs: Iterable[Job], code: Sequence[str] = CODE) -> None:
+        self.folder = Path(folder)
+        self.store = Store(self.folder / "jobs")
+        self.jobs: dict[str, Job] = {}
+        for job in jobs:
+            if job.name in self.jobs:
+                raise InputError(f"campaign: two jobs are called {job.name!r}; allowed: each name once")
+            self.jobs[job.name] = job
+        self.code = tuple(code)
+        self.failed: dict[str, Failure] = {}
+        self._stamps: dict[str, dict[str, Any]] = {}
+        self.keys = self._keys(self._sorted())
+
+    def run(
+        self, jobs: int | None = None, scheduler: str | None = None, progress: Progress | None = None
+    ) -> dict[str, JobResult]:
+        """Do what is not done yet and return the results by name; `failed` holds the jobs without one.
+
+        Parameters
+        ----------
+        jobs : int, optional
+            Processes; all cores by default. One job at a time runs in this process.
+        scheduler : str, optional
+            Address of a dask.distributed scheduler, ``tcp://host:port``; its workers see the folder under the
+            same path.
+        progress : callable, optional
+            Called with (done, total, what was done and the time left).
+
+        Raises
+        ------
+        InputError
+            The folder holds something else, another run is at work in it, less than one process, a scheduler that does not answer.
+        """
+        self.failed = {}
+        grown(self.folder, STUDY)
+        with self.store.opened() as work:
+            results = self._kept()
+            todo = [name for name in self.jobs if name not in results]
+            if todo:
+                count = min(process_count(jobs), len({self.keys[n] for n in todo}))
+                place: Place
+                if scheduler is not None:
+                    place = Cluster(scheduler)
+                else:
+                    place = Here() if count == 1 else Local(count)
+                with place:
+                    self._work(place, work, todo, results, progress or (lambda done, total, what: None))
+            elif progress is not None:
+                progress(len(self.jobs), len(self.jobs), "all kept from before")
+            self._report_failures()
+        return {name: results[name] for name in self.jobs if name in results}
+
+    def dry_run(self, jobs: int | None = None, scheduler: str | None = None) -> DryRun:
+        """Count the jobs (all, kept, to do) and estimate the time, from kept results where there are any.
+
+        Parameters
+        ----------
+        jobs, scheduler
+            As for `run`; a cluster counts with the workers that it has now.
+
+        Raises
+        ------
+        InputError
+            Less than one process, a scheduler that does not answer.
+        """
+        check_folder(self.folder, STUDY)
+        kept = self._kept()
+        clock = Clock(self.jobs.values(), kept)
+        count = process_count(jobs)
+        if scheduler is not None:
+            with Cluster(scheduler) as place:
+                count = place.workers
+        todo = self._unique(name for name in self.jobs if name not in kept)
+        return DryRun(
+            len(self.jobs), len(kept), len(todo), clock.left(todo, count), count, scheduler is not None
+        )
+
+    def check(self) -> None:
+        """Raise when a job of the last run failed.
+
+        Raises
+        ------
+        SimulationError
+            Names the first failures.
+        """
+        if not self.failed:
+            return
+        own = [f for f in self.failed.values() if not f.error.startswith(_NOT_RUN)]
+        shown = "; ".join(f"{f.job.name}: {f.error[:300]}" for f in own[:3])
+        more = f" (and {len(own) - 3} more)" if len(own) > 3 else ""
+        waiting = len(self.failed) - len(own)
+        blocked = f", {waiting} that need them were not run" if waiting else ""
+        raise SimulationError(
+            f"{len(own)} of {len(self.jobs)} jobs failed{blocked}: {shown}{more}; inputs in {self.folder / 'failed.json'}"
+        )
+
+    def manifest(
+        self,
+        results: Mapping[str, JobResult],
+        settings: Mapping[str, Any] | None = None,
+        seeds: Mapping[str, int] | None = None,
+    ) -> dict[str, Any]:
+        """Return versions, seeds and hashes; equal manifests mean equal numbers.
+
+        Parameters
+        ----------
+        results : mapping
+            What `run` returned.
+        settings, seeds : mapping, optional
+            Of the study.
+        """
+        values = {n: {k: v for k, v in r.values.items() if k != "timing"} for n, r in results.items()}
+        return {
+            "settings": dict(settings or {}),
+            "seeds": dict(seeds or {}),
+            "versions": self._stamp(self.code)["versions"],
+            "sources": {"packages": list(self.code), "sha256": self._stamp(self.code)["code"]},
+            "platform": platform.platform(terse=True),
+            "jobs": {n: {"job": self.keys[n], "values": digest(v)} for n, v in values.items()},
+            "failed": sorted(self.failed),
+        }
+
+    # --- the plan ---------------------------------------------------------------------------------
+
+    def _sorted(self) -> list[str]:
+        """Return the names so that every job comes after those it needs."""
+        for job in self.jobs.values():
+            for need in job.needs:
+                if need not in self.jobs:
+                    raise unknown_name("job", need, self.jobs, f"campaign: needs of {job.name}")
+        try:
+            return list(TopologicalSorter({n: j.needs for n, j in self.jobs.items()}).static_order())
+        except CycleError as error:
+            circle = " -> ".join(error.args[1])
+            raise InputError(
+                f"campaign: jobs need each other ({circle}); allowed: needs without a circle"
+            ) from None
+
+    def _code_of(self, job: Job) -> tuple[str, ...]:
+        return (*self.code, job.function.partition(":")[0])
+
+    def _stamp(self, code: tuple[str, ...]) -> dict[str, Any]:
+        mark = "\n".join(code)
+        if mark not in self._stamps:
+            self._stamps[mark] = stamp(code)
+        return self._stamps[mark]
+
+    def _keys(self, order: Sequence[str]) -> dict[str, str]:
+        keys: dict[str, str] = {}
+        read: dict[Path, str] = {}
+        for name in order:
+            job = self.jobs[name]
+            for path in job.files.values():
+                if path not in read:
+                    read[path] = path_digest(path)
+            content = {
+                "function": job.function,
+                "inputs": job.inputs,
+                "files": {n: read[p] for n, p in job.files.items()},
+                "needs": {n: keys[n] for n in job.needs},
+                **self._stamp(self._code_of(job)),
+            }
+            try:
+                keys[name] = digest(content)[:40]
+            except (TypeError, ValueError) as error:
+                raise InputError(
+                    f"campaign: inputs of {name}: {error}; allowed: numbers, texts, lists and dicts"
+                ) from None
+        return keys
+
+    def _kept(self) -> dict[str, JobResult]:
+        found = {name: self.store.load(key, name) for name, key in self.keys.items()}
+        return {name: result for name, result in found.items() if result is not None}
+
+    def _unique(self, names: Iterable[str]) -> list[str]:
+        """Return the names without those whose result is that of an earlier one."""
+        return list({self.keys[name]: name for name in reversed(list(names))}.values())[::-1]
+
+    # --- the work ---------------------------------------------------------------------------------
+
+    def _work(
+        self, place: Place, work: Path, todo: Sequence[str], results: dict[str, JobResult], progress: Progress
+    ) -> None:
+        twins: dict[str, list[str]] = {}
+        for name in todo:
+            twins.setdefault(self.keys[name], []).append(name)
+        waiting = [names[0] for names in twins.values()]
+        running: dict[Future[dict[str, str]], str] = {}
+        tries = dict.fromkeys(waiting, 0)
+        clock = Clock(self.jobs.values(), results)
+
+        def tell(what: str) -> None:
+            done = len(results) + len(self.failed)
+            rest = [*waiting, *running.values()]
+            left = clock.text(rest, place.workers) if rest else ""
+            progress(done, len(self.jobs), f"{what}{', ' if what and left else ''}{left}")
+
+        tell("")
+        while waiting or running:
+            for name in list(waiting):
+                job = self.jobs[name]
+                missing = [need for need in job.needs if need in self.failed]
+                if missing:
+                    waiting.remove(name)
+                    self._fail(twins[self.keys[name]], f"{_NOT_RUN} {', '.join(missing)} failed")
+                elif len(running) < place.capacity and all(need in results for need in job.needs):
+                    waiting.remove(name)
+                    tries[name] += 1
+                    running[place.submit(self._ordered(job, work))] = name
+            if not running:
+                continue
+            finished, _ = wait(running, return_when=FIRST_COMPLETED)
+            for future in finished:
+                name = running.pop(future)
+                names = twins[self.keys[name]]
+                if future.cancelled():
+                    raise SimulationError(
+                        "the scheduler is gone; finished jobs are kept, start the study again"
+                    )
+                error = future.exception()
+                if error is not None:
+                    if place.died(error) and tries[name] < TRIES:
+                        waiting.insert(0, name)
+                    else:
+                        killed = f"its worker was killed {tries[name]} times (out of memory?)"
+                        self._fail(names, killed if place.died(error) else f"{type(error).__name__}: {error}")
+                elif outcome := future.result():
+                    self._fail(names, outcome["error"], outcome["traceback"])
+                else:
+                    for twin in names:
+                        result = self.store.load(self.keys[twin], twin)
+                        if result is None:
+                            self._fail(
+                                [twin],
+                                f"its result is not in {self.store.folder}; is the folder shared by all workers?",
+                            )
+                        else:
+                            results[twin] = result
+                    if name in results:
+                        clock.add(self.jobs[name], results[name].seconds)
+                tell(name)
+
+    def _ordered(self, job: Job, work: Path) -> Order:
+        code = self._code_of(job)
+        return Order(
+            self.keys[job.name], job.name, job.function, job.inputs,
+            {n: str(p.resolve()) for n, p in job.files.items()}, {n: self.keys[n] for n in job.needs},
+            str(self.store.folder), str(work), code, self._stamp(code),
+        )  # fmt: skip
+
+    def _fail(self, names: Iterable[str], error: str, trace: str = "") -> None:
+        for name in names:
+            self.failed[name] = Failure(self.jobs[name], error, trace)
+
+    def _report_failures(self) -> None:
+        file = self.folder / "failed.json"
+        if self.failed:
+            write_json(file, [failure.to_dict() for failure in self.failed.values()])
+        else:
+            file.unlink(missing_ok=True)
+
+
+_NOT_RUN = "not run, because"

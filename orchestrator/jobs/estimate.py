@@ -1,0 +1,90 @@
+"""How long a campaign will take, from what its jobs have taken so far."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .campaign import Job
+    from .store import JobResult
+
+
+@dataclass(frozen=True)
+class DryRun:
+    """What a run would do.
+
+    Attributes
+    ----------
+    jobs, kept, to_do : int
+        All jobs, those whose result is there, and computations to do (jobs that are the same count once).
+    seconds : float
+        Estimate of the time that takes.
+    processes : int
+        Number of processes the estimate is for.
+    cluster : bool
+        Whether they are those of a cluster, now.
+    """
+
+    jobs: int
+    kept: int
+    to_do: int
+    seconds: float
+    processes: int
+    cluster: bool = False
+
+    def report(self) -> str:
+        """Return one line of text."""
+        same = self.jobs - self.kept - self.to_do
+        twins = f", {same} the same as others" if same else ""
+        where = "the cluster" if self.cluster else "this machine"
+        return (
+            f"{self.jobs} jobs: {self.kept} kept, {self.to_do} to do{twins}, "
+            f"about {duration(self.seconds)} on {self.processes} processes of {where}"
+        )
+
+
+class Clock:
+    """Compares the expected times of jobs with what jobs of the same function took.
+
+    Parameters
+    ----------
+    jobs : iterable of Job
+    results : mapping of str to JobResult
+        Those that are there already.
+    """
+
+    def __init__(self, jobs: Iterable[Job], results: Mapping[str, JobResult]) -> None:
+        self._jobs = {job.name: job for job in jobs}
+        self._taken: dict[str, tuple[float, float]] = {}
+        for name, result in results.items():
+            self.add(self._jobs[name], result.seconds)
+
+    def add(self, job: Job, seconds: float) -> None:
+        """Note what a job took."""
+        taken, expected = self._taken.get(job.function, (0.0, 0.0))
+        self._taken[job.function] = (taken + seconds, expected + job.seconds)
+
+    def left(self, names: Sequence[str], workers: int) -> float:
+        """Return the time for jobs in the given order on a number of workers [s], a little too short at best."""
+        each = [self._expected(self._jobs[name]) for name in names]
+        return max([sum(each) / max(workers, 1), *each], default=0.0)
+
+    def text(self, names: Sequence[str], workers: int) -> str:
+        """Return the time left for readers."""
+        return f"about {duration(self.left(names, workers))} left"
+
+    def _expected(self, job: Job) -> float:
+        taken, expected = self._taken.get(job.function, (0.0, 0.0))
+        if expected <= 0.0:
+            taken = sum(t for t, _ in self._taken.values())
+            expected = sum(e for _, e in self._taken.values())
+        return job.seconds * (taken / expected if expected > 0.0 else 1.0)
+
+
+def duration(seconds: float) -> str:
+    """Return a time as one says it."""
+    if seconds < 100:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"

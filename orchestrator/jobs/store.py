@@ -1,0 +1,156 @@
+"""The folder of a campaign: a folder for each result, named by its hash, that appears by one rename."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fmus.runtime.fmu_files import file_hash
+from friction_models.common import InputError, write_json
+from friction_models.common.locks import locked
+
+from .keys import digest
+
+#: Every result folder holds this file, which names all others with their hashes.
+RESULT = "result.json"
+#: A larger result is none: the largest of the studies here take 4 MB.
+MAX_BYTES = 64_000_000
+
+
+@dataclass(frozen=True)
+class JobResult:
+    """What a job gave.
+
+    Attributes
+    ----------
+    name : str
+        Name of the job.
+    values : dict
+        What the function returned, as JSON holds it.
+    folder : Path
+        The files it wrote.
+    seconds : float
+        Time it took [s].
+    """
+
+    name: str
+    values: dict[str, Any]
+    folder: Path
+    seconds: float
+
+    def file(self, value: str) -> Path:
+        """Return the file or folder of the result that one of its values names.
+
+        Raises
+        ------
+        InputError
+            It is not in the folder of the result.
+        """
+        path = self.folder / str(self.values[value])
+        if not path.resolve().is_relative_to(self.folder.resolve()):
+            raise InputError(f"{self.folder}: {value} = {self.values[value]!r:.100}; allowed: a place in it")
+        return path
+
+
+def read_object(file: Path, limit: int) -> dict[str, Any]:
+    """Return the JSON object in a file.
+
+    Raises
+    ------
+    InputError
+        No such file, more than `limit` bytes, no JSON object.
+    """
+    try:
+        if file.stat().st_size > limit:
+            raise InputError(f"{file}: {file.stat().st_size} bytes; allowed: at most {limit}")
+        content = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        said = " ".join(str(getattr(error, "strerror", None) or error).split())[:150]
+        raise InputError(f"{file}: cannot be read ({said}); allowed: a JSON file") from None
+    if not isinstance(content, dict):
+        raise InputError(f"{file}: holds {type(content).__name__}; allowed: a JSON object")
+    return content
+
+
+class Store:
+    """The results in a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder ``jobs`` of a study; need not exist yet.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder.resolve()
+
+    def load(self, key: str, name: str) -> JobResult | None:
+        """Return the kept result of a key under a job's name; None where there is none, or not all of it as it was."""
+        place = self.folder / key
+        try:
+            content = read_object(place / RESULT, MAX_BYTES)
+            checksum = content.pop("sha256", None)
+            # Those of a version before, which a report may name, have none.
+            if checksum is not None and (content["key"] != key or checksum != digest(content)):
+                return None
+            values, seconds = dict(content["values"]), float(content["seconds"])
+            if not _whole(place, dict(content.get("files", {}))):
+                return None
+        except (InputError, OSError, ValueError, KeyError, TypeError):
+            return None
+        return JobResult(name, values, place, seconds)
+
+    def keep(self, key: str, work: Path, content: dict[str, Any]) -> None:
+        """Put the folder `work` in its place as the result of a key; one that is there already stays."""
+        files = {p.relative_to(work).as_posix(): p for p in sorted(work.rglob("*")) if p.is_file()}
+        hashes = {name: [p.stat().st_size, file_hash(p)] for name, p in files.items()}
+        whole = {**content, "key": key, "files": hashes}
+        write_json(work / RESULT, {**whole, "sha256": digest(whole)})
+        place = self.folder / key
+        if place.exists() and self.load(key, "") is None:
+            shutil.rmtree(place)  # damaged
+        try:
+            work.rename(place)
+        except OSError:
+            # Another process was first; a result that is not there is an error of the disk.
+            if self.load(key, "") is None:
+                raise
+            shutil.rmtree(work, ignore_errors=True)
+
+    @contextmanager
+    def opened(self) -> Iterator[Path]:
+        """Make the folder, keep other campaigns out of it and yield a place for work in hand.
+
+        Raises
+        ------
+        InputError
+            Another campaign runs in the folder.
+        """
+        self.folder.mkdir(parents=True, exist_ok=True)
+        busy = f"{self.folder.parent}: another run of this study is at work here; wait for it, or use another folder"
+        with locked(self.folder / ".lock", busy):
+            for left in self.folder.glob(".work-*"):  # of a run that was killed
+                shutil.rmtree(left, ignore_errors=True)
+            work = Path(tempfile.mkdtemp(prefix=".work-", dir=self.folder))
+            try:
+                yield work
+            finally:
+                for left in self.folder.glob(f"{work.name}*"):
+                    shutil.rmtree(left, ignore_errors=True)
+
+
+def _whole(place: Path, files: dict[str, Any]) -> bool:
+    """Return whether the files of a result are what they were: a power cut, or a full disk, may have cut them short."""
+    for name, (size, sha256) in files.items():
+        file = (place / name).resolve()
+        if not (file.is_relative_to(place) and file.is_file() and file.stat().st_size == size):
+            return False
+        if file_hash(file) != sha256:
+            return False
+    return True

@@ -1,0 +1,159 @@
+"""One job in a worker process: called, written beside, renamed."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from friction_models.common import InputError
+from friction_models.common.pool import one_thread
+
+from ..cosim.run_folders import versions
+from .keys import DISTRIBUTIONS, code_digest
+from .store import JobResult, Store
+
+
+@dataclass(frozen=True)
+class Order:
+    """A job as a worker gets it: plain data.
+
+    Attributes
+    ----------
+    key, name, function : str
+        Hash and name of the job, and ``package.module:function``.
+    inputs : dict
+    files : dict of str to str
+        Absolute paths.
+    needs : dict of str to str
+        Names and hashes of the jobs whose results it gets.
+    store, work : str
+        Folder of the results, and one in it that is there while the campaign runs.
+    code : tuple of str
+        Packages whose sources count.
+    stamp : dict
+        Sources and versions of the one who asks.
+    """
+
+    key: str
+    name: str
+    function: str
+    inputs: dict[str, Any]
+    files: dict[str, str]
+    needs: dict[str, str]
+    store: str
+    work: str
+    code: tuple[str, ...]
+    stamp: dict[str, Any]
+
+
+def stamp(code: tuple[str, ...]) -> dict[str, Any]:
+    """Return what counts in every hash: versions, and the hash of the sources."""
+    return {"versions": versions(DISTRIBUTIONS), "code": code_digest(code)}
+
+
+_my_stamp = cache(stamp)
+
+
+def execute(order: Order) -> dict[str, str]:
+    """Do a job; return nothing, or ``error`` and ``traceback``: not every exception survives a pickle."""
+    try:
+        _do(order)
+    except InputError as error:
+        return {"error": str(error), "traceback": ""}
+    except Exception as error:
+        text = " ".join(str(error).split())
+        return {"error": f"{type(error).__name__}: {text}", "traceback": traceback.format_exc()}
+    return {}
+
+
+def resolve(function: str) -> Any:
+    """Return the function behind ``package.module:function``.
+
+    Raises
+    ------
+    InputError
+        No such function.
+    """
+    module, _, name = function.partition(":")
+    try:
+        found = getattr(importlib.import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise InputError(
+            f"{function}: no such function ({error}); allowed: package.module:function"
+        ) from None
+    return found
+
+
+def _do(order: Order) -> None:
+    _check(order)
+    store = Store(Path(order.store))
+    needs: dict[str, JobResult] = {}
+    for name, key in order.needs.items():
+        result = store.load(key, name)
+        if result is None:
+            raise InputError(
+                f"{store.folder / key}: the result of {name} is not there; was it removed meanwhile?"
+            )
+        needs[name] = result
+    files = {name: Path(path) for name, path in order.files.items()}
+    # Beside the place of the result, so that relative paths in its files hold after the renaming.
+    work = Path(tempfile.mkdtemp(prefix=f"{Path(order.work).name}-{order.key[:12]}-", dir=store.folder))
+    work.chmod(0o755)
+    function = resolve(order.function)
+    with _alone():
+        began = time.perf_counter()
+        values = function(order.inputs, files, needs, work)
+        seconds = time.perf_counter() - began
+    content = {
+        "name": order.name,
+        "function": order.function,
+        "inputs": order.inputs,
+        "needs": order.needs,
+        **order.stamp,
+        "seconds": round(seconds, 6),
+        "values": values,
+    }
+    store.keep(order.key, work, content)
+
+
+def _check(order: Order) -> None:
+    """Refuse to compute with other sources than the hash says, or without the shared folder."""
+    if not Path(order.work).is_dir():
+        raise InputError(
+            f"{order.store}: not seen by this worker; workers need the folder of the study under the same path"
+        )
+    mine = _my_stamp(order.code)
+    if mine == order.stamp:
+        return
+    theirs = order.stamp["versions"]
+    differ = [f"{n} {v} (asked: {theirs.get(n)})" for n, v in mine["versions"].items() if theirs.get(n) != v]
+    what = ", ".join(differ) or "the sources"
+    raise InputError(
+        f"this worker differs from the study in {what}; start worker and study anew with the same installation"
+    )
+
+
+@contextmanager
+def _alone() -> Iterator[None]:
+    """One thread for linear algebra: numbers must not depend on where a job runs."""
+    from threadpoolctl import threadpool_limits
+
+    torch = sys.modules.get("torch")
+    threads = None if torch is None else torch.get_num_threads()
+    try:
+        if torch is not None:
+            torch.set_num_threads(1)
+        with one_thread(), threadpool_limits(1):
+            yield
+    finally:
+        if torch is not None:
+            torch.set_num_threads(threads)

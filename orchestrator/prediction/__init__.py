@@ -1,0 +1,1 @@
+"""Compression tests that were not run, predicted in a closed loop."""

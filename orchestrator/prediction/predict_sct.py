@@ -1,0 +1,351 @@
+"""A compression test that was not run: friction FMU and twin FMU in a closed loop, compared with the measurement.
+
+The source of signals gives normal force, speed and tool temperature; the twin FMU answers with the loads
+of the contact mean; the friction FMU answers these with mu, one step later. Nothing measured but force,
+motion and tool temperature goes in: friction and the heat that it makes are predicted.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from fmus.runtime.friction_names import FrictionNames
+from friction_models.common import InputError, atomic_path, grown, write_json
+from friction_models.common.folders import PREDICTION
+from friction_models.loads import LOAD_NAMES, MU, FloatArray, TriboLoads
+
+from ..cosim.batch import RunProgress, RunTask, run_all
+from ..cosim.run_folders import Run
+from ..cosim.system import System
+from .schedule import SctSchedule
+
+#: Sliding of one communication step at the highest speed [mm].
+STEP = 0.1
+#: A test of many speeds is not followed in more steps than these.
+MOST_STEPS = 6000
+
+
+@dataclass(frozen=True, eq=False)
+class SctPrediction:
+    """A predicted test.
+
+    Attributes
+    ----------
+    schedule : SctSchedule
+        What drove it, and the measurement where there is one.
+    run : Run
+        The co-simulation: `friction.mu`, the five loads `twin.T` ..., the inputs `inputs.F_n` ...
+    output : str
+        What mu is called in the friction FMU.
+    """
+
+    schedule: SctSchedule
+    run: Run
+    output: str = MU.name
+
+    @property
+    def mu(self) -> FloatArray:
+        """Coefficient of friction of every step."""
+        return self.run[f"friction.{self.output}"][1:]
+
+    def frame(self) -> pd.DataFrame:
+        """Return one row a step: `test_id, t`, the five loads and `mu_model`.
+
+        Where the test was measured also `mu` and `T_measured` at the same sliding distance, without value beyond
+        the measured distances.
+        """
+        run = self.run
+        columns: dict[str, Any] = {"test_id": self.schedule.test_id, "t": run.time[1:]}
+        # A step begins with the loads of the step before: mu and the loads it belongs to stand in one row.
+        columns |= {name: run[f"twin.{name}"][:-1] for name in LOAD_NAMES}
+        columns["mu_model"] = self.mu
+        measured = self.schedule.measured
+        for name, column in (("mu", "mu"), ("T_measured", "T")):
+            if measured is not None and column in measured:
+                known, values = measured["sd"].to_numpy(), measured[column].to_numpy()
+                columns[name] = np.interp(columns["sd"], known, values, left=np.nan, right=np.nan)
+        return pd.DataFrame(columns)
+
+    def at(self, sd: FloatArray) -> dict[str, FloatArray]:
+        """Return predicted `mu` and `T` [degC] at sliding distances [mm]."""
+        frame = self.frame()
+        known = frame["sd"].to_numpy()
+        return {
+            "mu": np.interp(sd, known, frame["mu_model"].to_numpy()),
+            "T": np.interp(sd, self.run["twin.sd"], self.run["twin.T"]),
+        }
+
+    def errors(self) -> dict[str, float] | None:
+        """Return predicted minus measured at the measured points; None for a test that was never run.
+
+        `mu_rms, mu_mae, mu_bias` [1], `T_rms, T_bias` [K]; the means of both; `points`.
+        """
+        measured = self.schedule.measured
+        if measured is None or "mu" not in measured:
+            return None
+        found = self.at(measured["sd"].to_numpy())
+        mu = found["mu"] - measured["mu"].to_numpy()
+        result = {
+            "points": float(len(mu)),
+            "mu_measured": float(measured["mu"].mean()),
+            "mu_predicted": float(found["mu"].mean()),
+            "mu_rms": float(np.sqrt(np.mean(mu**2))),
+            "mu_mae": float(np.mean(np.abs(mu))),
+            "mu_bias": float(mu.mean()),
+        }
+        if "T" in measured:
+            T = found["T"] - measured["T"].to_numpy()
+            result |= {
+                "T_measured": float(measured["T"].mean()),
+                "T_predicted": float(found["T"].mean()),
+                "T_rms": float(np.sqrt(np.mean(T**2))),
+                "T_bias": float(T.mean()),
+            }
+        return result
+
+    def outside_domain(self) -> float | None:
+        """Return the share of steps outside the loads that the friction model was trained on; None if it does not say."""
+        distance = self.run.values.get("friction.domain_distance")
+        return None if distance is None else float(np.mean(distance[1:] > 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class SctPredictions:
+    """Predicted tests of one friction FMU, in the order of the schedules."""
+
+    label: str
+    tests: Sequence[SctPrediction]
+
+    @property
+    def synthetic(self) -> bool:
+        """Whether a test comes from a virtual laboratory, or the friction model learned from one."""
+        return any(test.run.synthetic for test in self.tests)
+
+    def summary(self) -> dict[str, float] | None:
+        """Return errors over all measured points (`mu_rms, mu_mae, T_rms`) and `tests`; None without measurements."""
+        found = [e for e in (test.errors() for test in self.tests) if e is not None]
+        if not found:
+            return None
+        points = np.array([e["points"] for e in found])
+        result = {
+            "tests": float(len(found)),
+            "mu_mae": float(np.average([e["mu_mae"] for e in found], weights=points)),
+        }
+        for name in ("mu_rms", "T_rms"):
+            if all(name in e for e in found):
+                square = np.array([e[name] ** 2 for e in found])
+                result[name] = float(np.sqrt(np.average(square, weights=points)))
+        return result
+
+    def frame(self) -> pd.DataFrame:
+        """Return the points of all tests, see `SctPrediction.frame`."""
+        return pd.concat([test.frame() for test in self.tests], ignore_index=True)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return errors by test and over all as plain data."""
+        rows = [
+            {
+                "test_id": test.schedule.test_id,
+                "run": test.run.folder.name,
+                "errors": test.errors(),
+                "mu_mean": float(test.mu.mean()),
+                "T_mean": float(test.run["twin.T"][1:].mean()),
+                "outside_domain": test.outside_domain(),
+            }
+            for test in self.tests
+        ]
+        return {"friction": self.label, "synthetic": self.synthetic, "summary": self.summary(), "tests": rows}
+
+    def table(self) -> str:
+        """Return the tests as text, one line each, and the errors over all of them."""
+        lines = [
+            f"friction: {self.label}" + ("  (synthetic data)" if self.synthetic else ""),
+            f"{'test':16}{'mean mu':>18}{'RMS':>9}{'MAE':>9}{'mean T [degC]':>20}{'RMS [K]':>9}{'outside':>9}",
+            f"{'':16}{'measured':>9}{'model':>9}{'':18}{'measured':>10}{'model':>10}{'':9}{'domain':>9}",
+        ]
+        for test in self.tests:
+            e = test.errors()
+            run = test.run
+            mu, T = float(test.mu.mean()), float(run["twin.T"][1:].mean())
+            if e is None:
+                cells = f"{'-':>9}{mu:9.4f}{'-':>9}{'-':>9}{'-':>10}{T:10.1f}{'-':>9}"
+            else:
+                cells = f"{e['mu_measured']:9.4f}{e['mu_predicted']:9.4f}{e['mu_rms']:9.4f}{e['mu_mae']:9.4f}"
+                cells += (
+                    f"{e['T_measured']:10.1f}{e['T_predicted']:10.1f}{e['T_rms']:9.1f}"
+                    if "T_rms" in e
+                    else f"{'-':>10}{T:10.1f}{'-':>9}"
+                )
+            outside = test.outside_domain()
+            share = "-" if outside is None else f"{100 * outside:.0f}%"
+            lines.append(f"{test.schedule.test_id[:15]:16}{cells}{share:>9}")
+        total = self.summary()
+        if total is not None:
+            text = f"over {total['tests']:.0f} tests: mu RMS {total['mu_rms']:.4f}, MAE {total['mu_mae']:.4f}"
+            lines.append(text + (f", T RMS {total['T_rms']:.1f} K" if "T_rms" in total else ""))
+        return "\n".join(lines)
+
+    def save(self, folder: str | os.PathLike[str]) -> Path:
+        """Write `predicted.csv` (all points) and `prediction.json` (errors) into a folder."""
+        place = grown(folder, PREDICTION)
+        with atomic_path(place / "predicted.csv") as temporary:
+            self.frame().to_csv(temporary, index=False, lineterminator="\n")
+        write_json(place / "prediction.json", self.to_dict())
+        return place
+
+
+def predict_sct(
+    friction: str | os.PathLike[str],
+    schedules: Sequence[SctSchedule],
+    out: str | os.PathLike[str],
+    *,
+    twin: Mapping[str, Any] | None = None,
+    label: str | None = None,
+    names: FrictionNames | None = None,
+    jobs: int | None = None,
+    progress: RunProgress | None = None,
+) -> SctPredictions:
+    """Predict tests with a friction FMU and the twin FMU in a closed loop; none of them needs to have been run.
+
+    Parameters
+    ----------
+    friction : path-like
+        Friction FMU for one contact point.
+    schedules : sequence of SctSchedule
+        What drives the tests.
+    out : path-like
+        Folder: ``fmus/``, a run folder a test under ``runs/``, ``predicted.csv``, ``prediction.json``. Runs that are there
+        already, of the same FMUs and versions, are not computed again.
+    twin : mapping, optional
+        Parameters of the twin for all tests (`fmus.pack_twin`): `material`, `mesh_size`, `upsetting_mu` ...; what
+        the test table says about specimen and punch goes before them.
+    label : str, optional
+        Name of the friction model; that of the file by default.
+    names : FrictionNames, optional
+        Variables of an FMU that others made; those of the contract by default.
+    jobs : int, optional
+        Processes; all cores by default.
+    progress : callable, optional
+        Called with (done, total, test_id).
+
+    Raises
+    ------
+    InputError
+        No tests, a parameter or an FMU that does not fit.
+    SimulationError
+        A component failed.
+    """
+    if not schedules:
+        raise InputError("predict_sct: no tests given; allowed: at least one")
+    place = grown(out, PREDICTION)
+    name = label or Path(friction).stem
+    output = MU.name if names is None else names.mu
+    tasks = [
+        RunTask(
+            sct_system(friction, schedule, place / "fmus", twin=twin, label=name, names=names),
+            place / "runs" / schedule.test_id,
+        )
+        for schedule in schedules
+    ]
+    runs = run_all(tasks, jobs, progress)
+    found = SctPredictions(name, [SctPrediction(s, run, output) for s, run in zip(schedules, runs)])
+    found.save(place)
+    return found
+
+
+def sct_system(
+    friction: str | os.PathLike[str],
+    schedule: SctSchedule,
+    fmus: Path,
+    *,
+    twin: Mapping[str, Any] | None = None,
+    label: str | None = None,
+    names: FrictionNames | None = None,
+) -> System:
+    """Return the system of one test: source of signals, friction FMU, twin FMU with the test's geometry.
+
+    Parameters
+    ----------
+    friction, twin, label, names
+        As in `predict_sct`.
+    schedule : SctSchedule
+        What drives the test.
+    fmus : Path
+        Folder for the FMU of the signals and that of the twin, which tests of one specimen temperature share.
+    """
+    from fmus import pack_twin
+    from fmus.targets.signals import pack_signals
+
+    fmus.mkdir(parents=True, exist_ok=True)
+    called = names or FrictionNames()
+    fastest = float(schedule.v_slide.max())
+    steps = int(np.clip(np.ceil(schedule.duration * fastest / STEP), 1, MOST_STEPS))
+    step = schedule.duration / steps
+    given = {**(twin or {}), **schedule.parameters()}
+    if schedule.T_specimen is not None:
+        given["T_specimen"] = schedule.T_specimen
+    start = {
+        **{k: float(v) for k, v in given.items() if k not in {"material", "T_specimen"}},
+        "F_max": float(schedule.F_n.max()),
+        "speed": fastest,
+        "F_n": float(schedule.F_n[0]),
+        "v_slide": float(schedule.v_slide[0]),
+        "T_tool": float(schedule.T_tool[0]),
+    }
+    fixed = {k: v for k, v in given.items() if k in {"material", "T_specimen"}}
+    twin_fmu = fmus / ("twin.fmu" if "T_specimen" not in fixed else f"twin-{fixed['T_specimen']:g}C.fmu")
+    pack_twin(twin_fmu, **fixed)
+    signals = pack_signals(
+        fmus / f"inputs-{schedule.test_id}.fmu",
+        schedule.edges,
+        {
+            "F_n": ("N", "normal force", schedule.F_n),
+            "v_slide": ("mm/s", "sliding speed of the plate", schedule.v_slide),
+            "T_tool": ("degC", "temperature of punch and fresh plate", schedule.T_tool),
+        },
+        title=f"inputs of test {schedule.test_id}",
+        communication_step=step,
+    )
+    return System.from_dict(
+        {
+            "name": f"{schedule.test_id}, {label or Path(friction).stem}",
+            "communication_step": step,
+            "stop_time": step * steps,
+            "components": {
+                "inputs": {"fmu": str(signals.resolve())},
+                "friction": {
+                    "fmu": str(Path(friction).resolve()),
+                    "start": _system_values(friction, schedule) if names is None else dict(names.start),
+                },
+                "twin": {"fmu": str(twin_fmu.resolve()), "start": start},
+            },
+            "connections": [
+                *(f"inputs.{name} -> twin.{name}" for name in ("F_n", "v_slide", "T_tool")),
+                *(f"twin.{load} -> friction.{target}" for load, target in called.targets()),
+                f"friction.{called.mu} -> twin.mu",
+            ],
+            "order": ["inputs", "friction", "twin"],
+            "synthetic": schedule.synthetic,
+            "provenance": {"test": schedule.test_id, "friction": label or Path(friction).stem},
+        }
+    )
+
+
+def _system_values(friction: str | os.PathLike[str], schedule: SctSchedule) -> dict[str, float]:
+    """Return the friction FMU's system variables (roughness, batch) that the test table gives."""
+    from fmus import FmuModel
+
+    source = FmuModel(friction).source
+    if source is None or not source.system:
+        return {}
+    tests = pd.DataFrame([{**schedule.metadata, "test_id": schedule.test_id}])
+    point = pd.DataFrame([{"test_id": schedule.test_id, **dict.fromkeys(LOAD_NAMES, 1.0)}])
+    values = source.system_values(TriboLoads.from_frame(point, tests))
+    return {name: float(column[0]) for name, column in values.items()}

@@ -1,0 +1,1 @@
+"""What every page is built of: page frame, markup, theme, palette."""

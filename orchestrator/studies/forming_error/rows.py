@@ -1,0 +1,149 @@
+"""Rows of the forming-error study: a run, a summary over levels, a change against constant friction."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from ...cosim.forces import ForceComparison
+from ...cosim.metrics import LevelSummary
+
+
+@dataclass(frozen=True)
+class RunError:
+    """One friction law on one level.
+
+    Attributes
+    ----------
+    lubricant, process : str
+    T_tool, speed : float
+        Tool temperature [degC], punch speed [mm/s].
+    level : str
+        Name of the level.
+    friction : str
+        Label of the friction law.
+    force : ForceComparison
+        Curves, and the errors of maximum force and work.
+    tau_over_k : float
+        Highest friction stress over shear yield stress.
+    outside : float or None
+        Share of the markers in contact outside the trained domain.
+    distance : float or None
+        Median distance of these from it, in trained ranges.
+    timing : mapping
+        Seconds in friction, forming, master.
+    """
+
+    lubricant: str
+    process: str
+    T_tool: float
+    speed: float
+    level: str
+    friction: str
+    force: ForceComparison
+    tau_over_k: float
+    outside: float | None
+    distance: float | None
+    timing: Mapping[str, float] = field(repr=False)
+
+    @property
+    def friction_share(self) -> float:
+        """Time in the friction FMU over that of all the rest of the stepping, which any friction law needs."""
+        return self.timing["friction"] / max(self.timing["forming"] + self.timing["master"], 1e-12)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return one row of numbers."""
+        row: dict[str, Any] = {
+            "lubricant": self.lubricant,
+            "process": self.process,
+            "T_tool_degC": self.T_tool,
+            "speed_mm_s": self.speed,
+            "friction": self.friction,
+        }
+        for name, unit, error in (("max_force", "kN", self.force.max_force), ("work", "J", self.force.work)):
+            row |= {
+                f"{name}_{unit}": error.simulated,
+                f"{name}_measured_{unit}": error.measured.mean,
+                f"{name}_measured_std_{unit}": error.measured.std,
+                f"{name}_ae_{unit}": error.ae,
+                f"{name}_are": error.are,
+                f"{name}_are_std": error.are_std,
+                f"{name}_signed": error.signed,
+            }
+        return row | {
+            "rms_kN": self.force.rms,
+            "max_tau_over_k": self.tau_over_k,
+            "outside_domain": self.outside,
+            "median_distance": self.distance,
+            "friction_time_share": self.friction_share,
+        }
+
+
+@dataclass(frozen=True)
+class Summary:
+    """One friction law over the levels of a group; of `planned` levels those that every friction law has."""
+
+    lubricant: str | None
+    process: str | None
+    friction: str
+    planned: int
+    max_force: LevelSummary
+    work: LevelSummary
+    tau_over_k: float
+    friction_share: float
+    friction_share_max: float
+
+    @property
+    def levels(self) -> str:
+        """Number of levels in words: ``"9 levels"``, or ``"8 of 9 levels"`` where runs are missing."""
+        count = self.max_force.levels
+        few = "" if count == self.planned else f"{count} of "
+        return f"{few}{self.planned} level{'s' if self.planned != 1 else ''}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return one row of numbers."""
+        return {
+            "lubricant": self.lubricant or "all",
+            "process": self.process or "all",
+            "friction": self.friction,
+            "levels_planned": self.planned,
+            **{f"max_force_{k}": v for k, v in self.max_force.to_dict().items()},
+            **{f"work_{k}": v for k, v in self.work.to_dict().items() if k != "levels"},
+            "max_tau_over_k": self.tau_over_k,
+            "friction_time_share": self.friction_share,
+            "friction_time_share_max": self.friction_share_max,
+        }
+
+
+@dataclass(frozen=True)
+class Change:
+    """Relative change of a friction law's error of the maximum force against constant friction, with uncertainty.
+
+    Attributes
+    ----------
+    friction, constant : str
+        Labels; an empty `constant` stands for the mean over all constants.
+    mare, mare_std : float
+        Change of MARE and its uncertainty; -0.5 is half the error.
+    spread, spread_std : float or None
+        The same of the standard deviation over the levels; None for a single level, which has none.
+    """
+
+    friction: str
+    constant: str
+    mare: float
+    mare_std: float
+    spread: float | None
+    spread_std: float | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return one row of numbers."""
+        return {
+            "friction": self.friction,
+            "against": self.constant or "mean of constants",
+            "mare_change": self.mare,
+            "mare_change_std": self.mare_std,
+            "std_change": self.spread,
+            "std_change_std": self.spread_std,
+        }

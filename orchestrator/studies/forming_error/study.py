@@ -1,0 +1,238 @@
+"""Forming error: how far each friction model is from the press, at every level, for both processes and lubricants."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from friction_models.common import InputError
+
+from ...comparison.level_runs import CODE, level_job
+from ..measurements import FULL_PLAN, QUICK_PLAN, VIRTUAL, data_jobs, data_name
+from ..models import ADVANCED, CONSTANTS, constant_job, model_job
+from ..press_levels import StudyLevel, own_levels, virtual_levels
+
+if TYPE_CHECKING:
+    from ...jobs.campaign import Campaign, Job, JobResult
+
+#: Punch travel [mm]: the rod passes its steady force, the cup is as deep as the virtual press draws it.
+STROKES = {"fre": 20.0, "bce": 12.0}
+QUICK_STROKES = {"fre": 5.0, "bce": 3.0}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What the study runs.
+
+    Attributes
+    ----------
+    models : tuple of str
+        Families that are trained.
+    constants : tuple of float
+        Constant coefficients of friction beside them.
+    conditions : tuple of (float, float)
+        Tool temperature [degC] and punch speed [mm/s] of the virtual press.
+    strokes : mapping
+        Punch travel [mm] by process.
+    lubricants : tuple of str
+        Of the virtual laboratory.
+    tests : str
+        Its plan of compression tests.
+    repeats : int
+        Strokes of the press a level.
+    seed : int
+        Of the virtual laboratory.
+    """
+
+    models: tuple[str, ...] = ADVANCED
+    constants: tuple[float, ...] = CONSTANTS
+    conditions: tuple[tuple[float, float], ...] = ()
+    strokes: Mapping[str, float] = field(default_factory=lambda: dict(STROKES))
+    lubricants: tuple[str, ...] = VIRTUAL
+    tests: str = FULL_PLAN
+    repeats: int = 5
+    seed: int = 0
+
+    @classmethod
+    def full(cls, seed: int = 0) -> Plan:
+        """Return the size of the paper: 252 pairs of level and friction."""
+        from sct_twin.virtual_lab.press import NINE_LEVELS
+
+        return cls(conditions=NINE_LEVELS, seed=seed)
+
+    @classmethod
+    def quick(cls, seed: int = 0) -> Plan:
+        """Return a size that only shows the way: one lubricant, two models, two levels, short strokes."""
+        return cls(
+            models=("linear", "polynomial"),
+            conditions=((20.0, 5.0), (100.0, 100.0)),
+            strokes=dict(QUICK_STROKES),
+            lubricants=VIRTUAL[:1],
+            tests=QUICK_PLAN,
+            seed=seed,
+        )
+
+    def frictions(self) -> tuple[Friction, ...]:
+        """Return the friction laws: constants, then trained models."""
+        constants = [Friction(f"constant {mu:g}", "constant", True) for mu in self.constants]
+        return (*constants, *(Friction(family, family, False) for family in self.models))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {
+            "models": list(self.models),
+            "constants": list(self.constants),
+            "strokes_mm": dict(self.strokes),
+            "lubricants": list(self.lubricants),
+            "tests": self.tests,
+            "repeats": self.repeats,
+            "seed": self.seed,
+        }
+
+
+@dataclass(frozen=True)
+class Friction:
+    """A friction law as the study names it.
+
+    Attributes
+    ----------
+    label : str
+        For readers.
+    family : str
+    constant : bool
+        Does not follow from the measurements.
+    """
+
+    label: str
+    family: str
+    constant: bool
+
+
+@dataclass(frozen=True)
+class FormingErrorStudy:
+    """The study as jobs, and the names to find their results by.
+
+    Attributes
+    ----------
+    plan : Plan
+    virtual : bool
+        Whether virtual laboratory and press stand in for measurements of one's own.
+    frictions : tuple of Friction
+    levels : tuple of StudyLevel
+    jobs : tuple of Job
+    """
+
+    plan: Plan
+    virtual: bool
+    frictions: tuple[Friction, ...]
+    levels: tuple[StudyLevel, ...]
+    jobs: tuple[Job, ...]
+
+    @classmethod
+    def of(
+        cls,
+        plan: Plan,
+        data: Mapping[str, Path] | None = None,
+        press: Sequence[tuple[str, Path]] | None = None,
+    ) -> FormingErrorStudy:
+        """Plan the study.
+
+        Parameters
+        ----------
+        plan : Plan
+        data : mapping of str to Path, optional
+            One's own data sets by lubricant; the virtual laboratory measures otherwise.
+        press : sequence of (str, Path), optional
+            One's own press curves of the same lubricants (`press_levels.chosen_press`).
+
+        Raises
+        ------
+        InputError
+            Data without press curves or the other way round, and what their readers refuse.
+        """
+        if bool(data) != bool(press):
+            given, other = ("--data", "--press") if data else ("--press", "--data")
+            raise InputError(
+                f"{given} without {other}: models of one lubricant cannot be judged by press curves of another; "
+                "allowed: both, or neither (the virtual laboratory then supplies both, labelled synthetic)"
+            )
+        if data and press:
+            plan = replace(plan, lubricants=tuple(data))
+            levels, jobs = own_levels(press, plan.lubricants, plan.strokes)
+        else:
+            levels, jobs = virtual_levels(
+                plan.lubricants, plan.conditions, plan.strokes, plan.repeats, plan.seed
+            )
+        frictions = plan.frictions()
+        measuring = data_jobs(data, plan.lubricants, plan.tests, plan.seed)
+        constants = [constant_job(mu) for mu in plan.constants]
+        models = {
+            (lubricant, family): model_job(family, data_name(lubricant))
+            for lubricant in plan.lubricants
+            for family in plan.models
+        }
+        runs = []
+        for item in levels:
+            laws = [job.name for job in constants]
+            laws += [models[item.lubricant, family].name for family in plan.models]
+            runs += [
+                level_job(run_name(item, friction), item.level, law) for friction, law in zip(frictions, laws)
+            ]
+        # What takes long and needs nothing comes first; runs follow as their models are ready.
+        every = [
+            *(job for jobs_of in measuring.values() for job in jobs_of),
+            *constants,
+            *models.values(),
+            *jobs,
+            *runs,
+        ]
+        return cls(plan, not press, frictions, tuple(levels), tuple(every))
+
+    @classmethod
+    def kept(cls, plan: Plan, levels: Sequence[StudyLevel], virtual: bool) -> FormingErrorStudy:
+        """Return the study without its jobs, to find results by."""
+        return cls(plan, virtual, plan.frictions(), tuple(levels), ())
+
+    def campaign(self, folder: Path) -> Campaign:
+        """Return the campaign in a folder."""
+        from ...jobs.campaign import CODE as PACKAGES
+        from ...jobs.campaign import Campaign
+
+        return Campaign(folder, self.jobs, (*PACKAGES, *CODE))
+
+    def synthetic(self, results: Mapping[str, JobResult]) -> bool:
+        """Return whether any measurement is synthetic: of this study, or data of one's own that say so."""
+        data = [results.get(data_name(lubricant)) for lubricant in self.plan.lubricants]
+        return any(item.synthetic for item in self.levels) or any(
+            bool(found.values.get("synthetic")) for found in data if found is not None
+        )
+
+    def settings(self, results: Mapping[str, JobResult]) -> dict[str, Any]:
+        """Return what the manifest says of the study: sizes, levels, and hashes of one's own press curves."""
+        from ...jobs.keys import path_digest
+
+        levels = [
+            {
+                "lubricant": item.lubricant,
+                "level": item.level.name,
+                "stroke_mm": item.level.stroke,
+                **({} if item.file is None else {"press_sha256": path_digest(item.file)}),
+            }
+            for item in self.levels
+        ]
+        plan = self.plan.to_dict()
+        if not self.virtual:  # what only the virtual laboratory has
+            plan = {k: v for k, v in plan.items() if k not in ("tests", "repeats", "strokes_mm")}
+        return {**plan, "synthetic": self.synthetic(results), "levels": levels}
+
+
+def run_name(item: StudyLevel, friction: Friction) -> str:
+    """Return the name of the job that forms a level with a friction law."""
+    return f"run-{item.lubricant}-{item.level.name}-{friction.label.replace(' ', '-')}"
+
+
+def model_name(lubricant: str, family: str) -> str:
+    """Return the name of the job that trains a family for a lubricant."""
+    return model_job(family, data_name(lubricant)).name

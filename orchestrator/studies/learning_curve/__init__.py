@@ -1,0 +1,1 @@
+"""The learning-curve study: how many tests a friction model needs."""

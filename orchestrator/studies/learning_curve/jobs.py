@@ -1,0 +1,220 @@
+"""The jobs of the learning-curve study: models fitted to growing training sets, judged on held-out tests."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from friction_models.loads import LOAD_NAMES, FloatArray
+
+from ..measurements import load_measurements
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from friction_models.models.base import FrictionModel
+
+    from ...jobs.campaign import JobResult
+
+#: The two ways to make training data of a test.
+SERIES, AVERAGE = "time-series", "average"
+#: No model: the mean of the training tests, to see what any model is worth.
+MEAN = "mean"
+#: A load whose averages differ by less than this share of their mean was not varied by the plan. What is left of it
+#: follows other loads (a fast test slides a little further), and a model would take it for a cause.
+NOT_VARIED = 0.15
+FOLDS = 5
+
+
+def learn(
+    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
+) -> dict[str, Any]:
+    """Fit models to training sets of some sizes, for all repeats; return their errors.
+
+    `inputs`: ``models``, ``collection``, ``sizes``, ``repeats``, ``seed``, ``thin`` (every so many points of a test are
+    learned from), and by model ``parameters`` and ``grid``; ``search_thin`` for the search.
+
+    Returns
+    -------
+    dict
+        ``curves``: one entry a model and size: ``model``, ``tests`` and ``points`` trained on, ``errors`` (held-out time
+        series) and ``errors_averages`` (held-out averages): for each repeat the contribution of every held-out test,
+        whose mean is the MAE (`Collection.errors`); ``parameters`` chosen by the search.
+    """
+    from friction_models.training import growing_sets
+
+    (result,) = needs.values()
+    data = Collection.of(result, str(inputs["collection"]), int(inputs["thin"]))
+    sets = growing_sets(data.tests, int(inputs["repeats"]), int(inputs["seed"]))
+    sizes = sorted({min(int(size), len(data.tests)) for size in inputs["sizes"]})
+    curves = [
+        _point(data, model, [tests[:size] for tests in sets], inputs)
+        for model in inputs["models"]
+        for size in sizes
+    ]
+    return {"curves": curves}
+
+
+def facts(
+    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
+) -> dict[str, Any]:
+    """Describe the data, and show what it costs to learn from every so many points only.
+
+    `inputs`: ``models`` and ``parameters`` (fitted to all training tests with every point and with every
+    ``thin``-th, where that is another choice), ``seed``.
+    """
+    (result,) = needs.values()
+    whole, thinned = (Collection.of(result, SERIES, thin) for thin in (1, int(inputs["thin"])))
+    judge = whole.judge
+    means = judge.groupby("test_id")["mu"].transform("mean")
+    costs = {}
+    for name in inputs["models"] if int(inputs["thin"]) > 1 else ():
+        errors = []
+        for data in (whole, thinned):
+            model = _model(name, inputs, len(data.training), int(inputs["seed"]))
+            model.fit(*_lesson(data.training))
+            errors.append(float(np.mean(data.errors(model))))
+        costs[name] = {"every_point": errors[0], "thinned": errors[1]}
+    values = result.values
+    return {
+        "synthetic": bool(values["synthetic"]),
+        "train": len(whole.tests),
+        "held_out": int(judge["test_id"].nunique()),
+        "points": len(whole.training),
+        "roles": values.get("roles"),
+        "plan": values.get("plan"),
+        "mu_mean": float(judge["mu"].mean()),
+        "scatter_between_tests": float(judge.groupby("test_id")["mu"].mean().std()),
+        "scatter_within_tests": float((judge["mu"] - means).std()),
+        "mae_mean_of_training": float(np.mean(np.abs(judge["mu"] - whole.training["mu"].mean()))),
+        "mae_own_mean_of_test": float(np.mean(np.abs(judge["mu"] - means))),
+        "not_varied": Collection.of(result, AVERAGE, 1).not_varied,
+        "thinning": costs,
+    }
+
+
+class Collection:
+    """Training points of one data collection, and the held-out tests that judge both.
+
+    Attributes
+    ----------
+    training : pandas.DataFrame
+        Thinned time series, or one average point a test in which loads that the plan did not vary are constant.
+    judge, averages : pandas.DataFrame
+        Time series and averages of the held-out tests.
+    tests : list of str
+        Training tests.
+    not_varied : list of str
+    """
+
+    def __init__(
+        self,
+        training: pd.DataFrame,
+        judge: pd.DataFrame,
+        averages: pd.DataFrame,
+        not_varied: Sequence[str] = (),
+    ) -> None:
+        self.training, self.judge, self.averages = training, judge, averages
+        self.tests = sorted(training["test_id"].astype(str).unique())
+        self.not_varied = list(not_varied)
+
+    @classmethod
+    def of(cls, result: JobResult, collection: str, thin: int) -> Collection:
+        """Read a collection of a lubricant."""
+        series, judge = load_measurements(result).frames()
+        means, averages = load_measurements(result, averages=True).frames()
+        if collection == SERIES:
+            chosen = series[series.groupby("test_id").cumcount() % thin == 0].reset_index(drop=True)
+            return cls(chosen, judge, averages)
+        loads = means[list(LOAD_NAMES)]
+        spread = (loads.max() - loads.min()) / loads.mean().abs()
+        same = [name for name in LOAD_NAMES if spread[name] < NOT_VARIED]
+        return cls(means.assign(**{name: loads[name].mean() for name in same}), judge, averages, same)
+
+    def errors(self, model: FrictionModel | float, averages: bool = False) -> list[float]:
+        """Return what each held-out test contributes to the MAE of a model, or of a constant mu; their mean is the MAE.
+
+        Loads are clamped to the trained domain as the FMUs do. A test counts by its number of points.
+        """
+        held = self.averages if averages else self.judge
+        predicted: Any = model
+        if not isinstance(model, float):
+            predicted = model.predict(model.domain.clamp(held[list(LOAD_NAMES)].to_numpy()))
+        wrong = (held["mu"] - predicted).abs().groupby(held["test_id"].astype(str), sort=True).sum()
+        return (wrong * (len(wrong) / len(held))).tolist()
+
+
+def _point(data: Collection, name: str, sets: list[list[str]], inputs: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the errors of one model at one size of the training set."""
+    from friction_models.training import fit_all
+
+    parts = [data.training[data.training["test_id"].isin(tests)] for tests in sets]
+    result: dict[str, Any] = {"model": name, "tests": len(sets[0]), "points": len(parts[0]), "parameters": {}}
+    if name == MEAN:
+        means = [float(part["mu"].mean()) for part in parts]
+        result["errors"] = [data.errors(mean) for mean in means]
+        result["errors_averages"] = [data.errors(mean, averages=True) for mean in means]
+        return result
+    best, search = _search(name, parts[0], len(sets[0]), inputs)
+    # One number for all repeats, so that they are alike and are trained in one batch.
+    most = max(len(part) for part in parts)
+    models = [
+        _model(name, inputs, most, 1000 * k + int(inputs["seed"])).set_params(**best)
+        for k in range(len(parts))
+    ]
+    fit_all(models, [_lesson(part) for part in parts])
+    result["errors"] = [data.errors(model) for model in models]
+    result["errors_averages"] = [data.errors(model, averages=True) for model in models]
+    result["parameters"] = {k: list(v) if isinstance(v, tuple) else v for k, v in best.items()}
+    result["search"] = search
+    return result
+
+
+def _search(
+    name: str, part: pd.DataFrame, tests: int, inputs: Mapping[str, Any]
+) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Return the best parameters by cross-validation over whole tests on the first repeat's training set."""
+    from friction_models.training import best_parameters
+
+    grid = inputs.get("grid", {}).get(name, {})
+    if not grid:
+        return {}, []
+    thin = int(inputs.get("search_thin", 1)) if inputs["collection"] == SERIES else 1
+    thinned = part[part.groupby("test_id").cumcount() % thin == 0].reset_index(drop=True)
+    model = _model(name, inputs, len(thinned), int(inputs["seed"]), searching=True)
+    options = {key: [tuple(v) if isinstance(v, list) else v for v in grid[key]] for key in sorted(grid)}
+    best, table = best_parameters(model, options, thinned, folds=min(FOLDS, tests), seed=int(inputs["seed"]))
+    return best, table.to_dict("records")
+
+
+def _model(
+    name: str, inputs: Mapping[str, Any], points: int, seed: int, searching: bool = False
+) -> FrictionModel:
+    """Return an unfitted model with the study's parameters for a training set of so many points."""
+    from friction_models.models.registry import make_model
+
+    given = dict(inputs.get("parameters", {}).get(name, {}))
+    if name == "gradient_boosting":
+        return make_model(name, seed=seed, **given)
+    if name != "ffnn":
+        return make_model(name, **given)
+    from friction_models.training.network import epochs_for
+
+    steps = int(given.pop("steps"))
+    model = make_model(name, seed=seed, **given)
+    # As many steps whatever the size, so that a small training set is learned as thoroughly as a large one.
+    epochs = epochs_for(steps, points * (1.0 - model.validation_fraction), model.batch_size)
+    model.set_params(epochs=epochs, patience=math.ceil(0.25 * epochs))
+    return model.set_params(members=1) if searching else model
+
+
+def _lesson(points: pd.DataFrame) -> tuple[FloatArray, FloatArray, np.ndarray]:
+    return (
+        points[list(LOAD_NAMES)].to_numpy(dtype=np.float64),
+        points["mu"].to_numpy(dtype=np.float64),
+        points["test_id"].to_numpy().astype(str),
+    )

@@ -1,0 +1,278 @@
+"""What the learning-curve study found: curves, tests needed, and what that says of the two data collections."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from friction_models.loads import FloatArray
+from friction_models.training import lowest_error, needed_with_interval, percentile_curve, share_fewer
+from friction_models.training.learning_curve import LEVEL, PROBABILITY, NeededTests
+
+from ...jobs.campaign import JobResult
+from .jobs import AVERAGE, MEAN, SERIES
+from .study import LearningCurveStudy
+
+#: A curve has converged from where on it stays within this factor of its lowest point.
+CONVERGED = 1.1
+#: The paper's limit of 0.01 is about this factor above its lowest errors of 0.007 to 0.008.
+APART = 1.3
+#: Fewest held-out tests by which two data collections are told apart.
+FEWEST = 6
+NO_DIFFERENCE, AT_ONCE = "no clear difference", "both at once"
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Errors of one model over the size of its training set.
+
+    Attributes
+    ----------
+    lubricant, collection, model : str
+    sizes, points : tuple of int
+        Training tests, and points of the first repeat.
+    parts, averages : ndarray, shape (repeats, sizes, tests)
+        What each held-out test contributes to the MAE on time series, and on averages; the mean over tests is the MAE.
+    parameters : tuple of dict
+        What the search chose at each size.
+    """
+
+    lubricant: str
+    collection: str
+    model: str
+    sizes: tuple[int, ...]
+    points: tuple[int, ...]
+    parts: FloatArray
+    averages: FloatArray
+    parameters: tuple[dict[str, Any], ...]
+
+    @classmethod
+    def of(cls, lubricant: str, collection: str, model: str, entries: Sequence[Mapping[str, Any]]) -> Curve:
+        """Put the sizes of a model together, in whatever order they were computed."""
+        ordered = sorted(entries, key=lambda e: int(e["tests"]))
+        return cls(
+            lubricant, collection, model,
+            tuple(int(e["tests"]) for e in ordered), tuple(int(e["points"]) for e in ordered),
+            np.array([e["errors"] for e in ordered]).swapaxes(0, 1),
+            np.array([e["errors_averages"] for e in ordered]).swapaxes(0, 1),
+            tuple(dict(e["parameters"]) for e in ordered),
+        )  # fmt: skip
+
+    @property
+    def errors(self) -> FloatArray:
+        """MAE on the held-out time series, shape (repeats, sizes)."""
+        return np.asarray(self.parts.mean(axis=2))
+
+    @property
+    def percentile(self) -> FloatArray:
+        """The 0.95 percentile of the MAE at each size."""
+        return percentile_curve(self.parts)
+
+    @cached_property
+    def lowest(self) -> tuple[float, float, float]:
+        """Lowest point of the percentile curve and its interval."""
+        return lowest_error(self.parts)
+
+    @cached_property
+    def converged(self) -> NeededTests:
+        """Tests from which on the curve stays near its lowest point."""
+        return self.needed(CONVERGED * self.lowest[0])
+
+    def needed(self, accuracy: float) -> NeededTests:
+        """Return the tests needed for an accuracy."""
+        return needed_with_interval(self.sizes, self.parts, accuracy)
+
+    def to_dict(self, accuracy: float) -> dict[str, Any]:
+        """Return plain data."""
+        low, lower, upper = self.lowest
+        return {
+            "lubricant": self.lubricant,
+            "collection": self.collection,
+            "model": self.model,
+            "tests": list(self.sizes),
+            "points": list(self.points),
+            "mae": self.errors.T.tolist(),
+            "mae_percentile": self.percentile.tolist(),
+            "mae_median": np.median(self.errors, axis=0).tolist(),
+            "mae_averages_percentile": percentile_curve(self.averages).tolist(),
+            "parameters": list(self.parameters),
+            "needed": self.needed(accuracy).to_dict(),
+            "lowest": {"mae": low, "lower": lower, "upper": upper},
+            "converged": self.converged.to_dict(),
+        }
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Time-series-based against average-based data for one model, lubricant and accuracy.
+
+    Attributes
+    ----------
+    lubricant, model : str
+    accuracy : float
+    series, average : NeededTests
+    own : NeededTests
+        Of the average-based data where the averages of the held-out tests judge it instead of their time series.
+    fewer, more : float
+        Shares of the resamples in which the time series needs fewer, or more, tests.
+    judged : bool
+        Whether there are sizes and held-out tests enough to tell the collections apart.
+    """
+
+    lubricant: str
+    model: str
+    accuracy: float
+    series: NeededTests
+    average: NeededTests
+    own: NeededTests
+    fewer: float
+    more: float
+    judged: bool
+
+    @property
+    def verdict(self) -> str:
+        """``fewer``, ``more``, ``both at once``, or ``no clear difference`` where less than 95 % of the resamples agree.
+
+        The latter, too, where one size or less than six held-out tests say too little. ``both at once``: the smallest training set suffices with either collection, so the sizes cannot tell them apart.
+        """
+        if self.series.at_most and self.average.at_most:
+            return AT_ONCE
+        if not self.judged:
+            return NO_DIFFERENCE
+        if self.fewer >= LEVEL:
+            return "fewer"
+        return "more" if self.more >= LEVEL else NO_DIFFERENCE
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {
+            "lubricant": self.lubricant,
+            "model": self.model,
+            "accuracy": self.accuracy,
+            "time_series": self.series.to_dict(),
+            "average": self.average.to_dict(),
+            "average_judged_by_averages": self.own.to_dict(),
+            "share_fewer": self.fewer,
+            "share_more": self.more,
+            "verdict": self.verdict,
+        }
+
+
+@dataclass(frozen=True)
+class LearningCurves:
+    """All curves of the study.
+
+    Attributes
+    ----------
+    curves : tuple of Curve
+    facts : mapping of str to mapping
+        Facts about the data by lubricant.
+    accuracy : float
+    repeats : int
+    missing : int
+        Jobs without a result.
+    virtual : bool
+        Whether the virtual laboratory of the study measured, and not the user.
+    """
+
+    curves: tuple[Curve, ...]
+    facts: Mapping[str, Mapping[str, Any]]
+    accuracy: float
+    repeats: int
+    missing: int = 0
+    virtual: bool = False
+
+    @classmethod
+    def of(cls, study: LearningCurveStudy, results: Mapping[str, JobResult]) -> LearningCurves:
+        """Gather the results that are there."""
+        curves: list[Curve] = []
+        missing = 0
+        for (lubricant, collection), names in study.curves.items():
+            entries: dict[str, list[Mapping[str, Any]]] = {m: [] for m in (MEAN, *study.plan.models)}
+            for name in names:
+                missing += name not in results
+                for entry in results[name].values["curves"] if name in results else ():
+                    entries[entry["model"]].append(entry)
+            curves += [
+                Curve.of(lubricant, collection, model, found) for model, found in entries.items() if found
+            ]
+        facts = {
+            lubricant: results[name].values for lubricant, name in study.facts.items() if name in results
+        }
+        missing += len(study.facts) - len(facts)
+        return cls(tuple(curves), facts, study.plan.accuracy, study.plan.repeats, missing, study.virtual)
+
+    @property
+    def synthetic(self) -> bool:
+        """Whether any data comes from a virtual laboratory; also where nothing is known."""
+        return any(bool(f["synthetic"]) for f in self.facts.values()) or not self.facts
+
+    @property
+    def lubricants(self) -> list[str]:
+        """Lubricants in the order of the study."""
+        return list(dict.fromkeys(c.lubricant for c in self.curves))
+
+    @property
+    def models(self) -> list[str]:
+        """Models in the order of the study, without the mean."""
+        return [m for m in dict.fromkeys(c.model for c in self.curves) if m != MEAN]
+
+    def curve(self, lubricant: str, collection: str, model: str) -> Curve | None:
+        """Return one curve, None where it is missing."""
+        wanted = lubricant, collection, model
+        return next((c for c in self.curves if (c.lubricant, c.collection, c.model) == wanted), None)
+
+    @cached_property
+    def comparisons(self) -> list[Comparison]:
+        """Both collections at the accuracy that is asked for."""
+        return self._compare(self.accuracy)
+
+    @cached_property
+    def strict(self) -> list[Comparison]:
+        """Both collections near the lowest error that the model reaches with either of them."""
+        return self._compare(None)
+
+    @cached_property
+    def apart(self) -> list[Comparison]:
+        """Both collections as far above that lowest error as the paper's limit is above its own."""
+        return self._compare(None, APART)
+
+    def _compare(self, accuracy: float | None, above: float = CONVERGED) -> list[Comparison]:
+        found = []
+        for lubricant in self.lubricants:
+            for model in self.models:
+                series, average = (self.curve(lubricant, c, model) for c in (SERIES, AVERAGE))
+                # A job that failed leaves a hole; curves of different sizes do not compare.
+                if series is None or average is None or series.sizes != average.sizes:
+                    continue
+                limit = accuracy or above * min(series.lowest[0], average.lowest[0])
+                fewer, more = share_fewer(series.sizes, series.parts, average.parts, limit)
+                own = needed_with_interval(average.sizes, average.averages, limit)
+                needed = series.needed(limit), average.needed(limit), own
+                judged = len(series.sizes) > 1 and series.parts.shape[2] >= FEWEST
+                found.append(Comparison(lubricant, model, limit, *needed, fewer, more, judged))
+        return found
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        from .words import findings
+
+        return {
+            "study": "learning-curve",
+            "synthetic": self.synthetic,
+            "accuracy": self.accuracy,
+            "probability": PROBABILITY,
+            "repeats": self.repeats,
+            "judge": "MAE over all points of the held-out time series, loads clamped to the trained domain",
+            "missing_jobs": self.missing,
+            "findings": findings(self),
+            "data": {k: dict(v) for k, v in self.facts.items()},
+            "curves": [c.to_dict(self.accuracy) for c in self.curves],
+            "comparisons": [c.to_dict() for c in self.comparisons],
+            "comparisons_apart": [c.to_dict() for c in self.apart],
+            "comparisons_near_lowest": [c.to_dict() for c in self.strict],
+        }

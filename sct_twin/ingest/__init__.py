@@ -1,0 +1,1 @@
+"""Measurement files of any laboratory become a campaign of records."""

@@ -1,0 +1,250 @@
+"""What a laboratory's files hold: every test read, mapped and judged, one after the other."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from friction_models.common import InputError, nearest, shown
+from friction_models.common.files import read_json
+from friction_models.loads.dataset import says_synthetic
+
+from ..readers import RawTable, read_file
+from ..records.record import SctRecord
+from .channel_map import ChannelMap
+from .measurement_files import measurement_files, passed_over, tests_beside
+from .name_template import NameTemplate, proposed
+from .quality import quality_row, repeats
+from .raw_campaign import check_test_id, read_tests
+
+Source = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
+Map = str | os.PathLike[str] | Mapping[str, Any] | None
+#: Called with (done, total, test).
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a file: its name, unit, smallest and largest value, and the channel it becomes."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    quantity: str | None
+
+    @classmethod
+    def of(cls, table: RawTable, name: str, mapping: ChannelMap) -> Column:
+        """Describe a column of a table."""
+        used = mapping.used(table).get(name)
+        unit = (used.unit if used is not None else None) or table.units.get(name, "")
+        values = table.frame[name]
+        if values.dtype.kind not in "fiu":
+            values = pd.to_numeric(values, errors="coerce")
+        numbers = values.to_numpy(np.float64)
+        low, high = (
+            float(f(numbers)) if not np.isnan(numbers).all() else np.nan for f in (np.nanmin, np.nanmax)
+        )
+        return cls(name, unit, low, high, None if used is None else used.quantity)
+
+
+@dataclass(frozen=True)
+class FileFound:
+    """A file that could be read: its format, columns and what the reader says about it."""
+
+    file: str
+    format: str
+    columns: tuple[Column, ...]
+    notes: tuple[str, ...]
+    table: RawTable | None = None
+
+    @property
+    def layout(self) -> tuple[str, tuple[tuple[str, str, str | None], ...]]:
+        """What files of the same logger have in common."""
+        return self.format, tuple((column.name, column.unit, column.quantity) for column in self.columns)
+
+
+@dataclass
+class Survey:
+    """What was found.
+
+    Attributes
+    ----------
+    files : list of FileFound
+        Readable files; the first one of each layout keeps its table.
+    rows : list of dict
+        Quality of the tests that can be used.
+    tests : list of dict
+        Their rows of the test table.
+    left_out : list of dict
+        ``file`` and ``reason``.
+    info : dict
+        What is known about the campaign.
+    count : int
+        Tests that were looked at.
+    proposal : str or None
+        Template by which files would get the names of the test table.
+    """
+
+    files: list[FileFound] = field(default_factory=list)
+    rows: list[dict[str, Any]] = field(default_factory=list)
+    tests: list[dict[str, Any]] = field(default_factory=list)
+    left_out: list[dict[str, str]] = field(default_factory=list)
+    info: dict[str, Any] = field(default_factory=dict)
+    count: int = 0
+    proposal: str | None = None
+
+    @property
+    def test_table(self) -> pd.DataFrame:
+        """One row a test, `test_id` first."""
+        frame = pd.DataFrame(self.tests)
+        return frame[["test_id", *(c for c in frame.columns if c != "test_id")]] if len(frame) else frame
+
+
+def survey(
+    source: Source,
+    channel_map: Map = None,
+    tests: str | os.PathLike[str] | None = None,
+    take: Callable[[SctRecord], None] | None = None,
+    progress: Progress | None = None,
+    test_id: str | None = None,
+) -> Survey:
+    """Read every test, judge it, and hand on the records that can be used.
+
+    Parameters
+    ----------
+    source : path-like or iterable of path-like
+        A folder (its measurement files, or those in its `raw/`) or single files.
+    channel_map : path-like or mapping, optional
+        See `ChannelMap.load`.
+    tests : path-like, optional
+        Test table with a column `test_id`; by default `tests.csv` (`.tsv`, `.txt`) beside the files.
+    take : callable, optional
+        Called with each record that can be used.
+    progress : callable, optional
+        Called with (done, total, test_id).
+    test_id : str, optional
+        Which part of a file's name is that of the test, see `NameTemplate`; instead of what the map says.
+
+    Raises
+    ------
+    InputError
+        No files, or a bad channel map or test table. What is wrong with one file is left out with a
+        reason.
+    """
+    mapping = ChannelMap.load(channel_map)
+    files, home = measurement_files(source)
+    table = None
+    if tests is not None:
+        table = read_tests(Path(tests))
+    elif home is not None and (beside := tests_beside(home)) is not None:
+        table = read_tests(beside)
+    result = Survey(info={"synthetic": False})
+    if home is not None and (home / "campaign.json").is_file():
+        result.info = read_json(home / "campaign.json")
+    if table is not None and says_synthetic(table):
+        result.info["synthetic"] = True
+    if mapping.moving_mass is not None:
+        result.info["moving_mass_kg"] = mapping.moving_mass
+    mass = float(result.info.get("moving_mass_kg") or 0.0)
+    work: list[tuple[str, Path | None, Path]] = [(file.stem, None, file) for file in files]
+    if mapping.files is not None:
+        pairs, result.left_out = mapping.files.pairs(files)
+        work = list(pairs)
+    result.count = len(work)
+    names = NameTemplate.load(test_id, "--test-id") or mapping.names
+    known: dict[str, Path] = {}
+    tried: set[str] = set()
+    listed = [] if table is None else list(table["test_id"])
+    for number, (name, before, file) in enumerate(work):
+        test = name
+        try:
+            test = name if names is None else _named(names, name, file)
+            check_test_id(test, str(file))
+            if test in known:
+                raise InputError(
+                    f"{file}: a second file of test {test!r}, the first is {known[test]}; allowed: one file a test"
+                )
+            record, notes = _record(result, mapping, before, file, test, table)
+            if table is not None and test not in listed:
+                notes.append(_not_listed(test, listed))
+            mass_here = record.number("moving_mass", mass)
+            row = {**quality_row(record, mass_here), "notes": "; ".join(notes)}
+            if take is not None:
+                take(record)
+            known[test] = file
+            result.rows.append(row)
+            result.tests.append({**record.metadata, "test_id": test})
+        except InputError as error:
+            reason = shown(error, 1000)
+            if table is not None and test not in listed and "test table" in reason:
+                reason += f"; test {test!r} is {_not_listed(test, listed)}"
+            result.left_out.append({"file": str(file), "reason": reason})
+        except MemoryError:
+            result.left_out.append({"file": str(file), "reason": f"{file}: too large for the memory"})
+        finally:
+            if progress is not None:
+                progress(number + 1, len(work), test)
+        tried.add(test)
+    if table is not None:
+        gone = sorted(set(listed) - tried)
+        result.left_out += [{"file": "", "reason": f"test {t!r} of the test table has no file"} for t in gone]
+        if names is None:
+            result.proposal = proposed(gone, [file for name, _, file in work if name not in listed])
+    result.left_out += passed_over(source)
+    if result.tests:
+        for row, count in zip(result.rows, repeats(result.test_table)):
+            row["repeats"] = count
+    return result
+
+
+def _named(names: NameTemplate, name: str, file: Path) -> str:
+    try:
+        return names.test_of(name)
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
+
+
+def _not_listed(test: str, listed: Sequence[str]) -> str:
+    close = nearest(test, listed)
+    return "not in the test table" + (f" (is it {close!r} there?)" if close else "")
+
+
+def _record(
+    result: Survey,
+    mapping: ChannelMap,
+    before: Path | None,
+    file: Path,
+    test_id: str,
+    table: pd.DataFrame | None,
+) -> tuple[SctRecord, list[str]]:
+    """Read one test from its file or its two files."""
+    metadata = dict(mapping.metadata)
+    if table is not None:
+        hits = table[table["test_id"] == test_id]
+        if not hits.empty:
+            metadata |= {str(k): v for k, v in hits.iloc[0].dropna().items()}
+    first = None if before is None else _read(result, mapping, before)
+    last = _read(result, mapping, file)
+    if first is None:
+        return mapping.record(last, test_id, metadata), []
+    return mapping.joined(first, last, test_id, metadata)
+
+
+def _read(result: Survey, mapping: ChannelMap, file: Path) -> RawTable:
+    table = read_file(file)
+    columns = tuple(Column.of(table, str(name), mapping) for name in table.frame.columns)
+    found = FileFound(str(file), table.format, columns, table.notes)
+    if all(found.layout != other.layout for other in result.files):
+        # The first file of a layout is kept for a draft of the map, without its rows but a few.
+        numbered = [column.name for column in columns if not np.isnan(column.low)]
+        head = RawTable(table.frame[numbered].head(5).copy(), table.units, table.source, table.format)
+        found = FileFound(str(file), table.format, columns, table.notes, head)
+    result.files.append(found)
+    return table

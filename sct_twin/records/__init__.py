@@ -1,0 +1,1 @@
+"""Records of sliding compression tests: channels, their units, and what a record holds."""

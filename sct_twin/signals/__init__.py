@@ -1,0 +1,1 @@
+"""From raw channels to the sliding phase: filters, zeros, motion, phases, uncertainty."""

@@ -1,0 +1,109 @@
+"""A campaign after the twin: points, averages, tests, and how they are saved."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from friction_models.common import atomic_path, grown
+from friction_models.common.folders import TWIN
+from friction_models.loads import DataSet
+
+#: Folder of the average-based data set inside that of the time series.
+AVERAGES = "averages"
+#: What the two data sets are called in `dataset.json`.
+KIND = "sliding compression tests, time series from the SCT twin"
+KIND_AVERAGES = "sliding compression tests, one average point a test from the SCT twin"
+
+
+@dataclass
+class TwinResult:
+    """A campaign after the twin.
+
+    Attributes
+    ----------
+    points : pandas.DataFrame
+        Columns of the contract (`test_id, t, v_rel, T, sigma_n, sd, psi, mu`) and
+        `sct_twin.twin.test_result.EXTRA_UNITS`; `t` counts from the start of sliding.
+    tests : pandas.DataFrame
+        The campaign's test table with a summary of each test.
+    info : dict
+        Provenance: ``synthetic``, assumptions, settings, versions, errors where they were checked.
+    left_out : pandas.DataFrame
+        `test_id` and `reason` of tests that could not be evaluated.
+    errors : pandas.DataFrame
+        What `sct_twin.twin.error_study.check` found; empty without.
+    """
+
+    points: pd.DataFrame
+    tests: pd.DataFrame
+    info: dict[str, Any]
+    left_out: pd.DataFrame
+    errors: pd.DataFrame = field(default_factory=pd.DataFrame)
+
+    def dataset(self) -> DataSet:
+        """Return points and tests as a data set."""
+        return DataSet(self.points, self.tests, self.info)
+
+    def frames(self) -> tuple[pd.DataFrame, pd.DataFrame]:
+        """Return the points of the training and of the held-out tests (column `role`)."""
+        return self.dataset().frames()
+
+    def averages(self) -> DataSet:
+        """Return the average-based data set, the state of the art that time series are compared with.
+
+        One point a test: means over the distance slid, of loads and friction alike.
+        """
+        columns = [c for c in self.points.columns if c != "test_id"]
+        means = self.points.groupby("test_id", sort=False)[columns].mean().reset_index()
+        if {"mu", "F_r", "F_n"} <= set(columns):
+            # Friction of a test as a whole: mean force over mean force.
+            means["mu"] = (means["F_r"] / means["F_n"]).clip(lower=0.0)
+        return DataSet(means, self.tests, {**self.info, "kind": KIND_AVERAGES})
+
+    @property
+    def remarks(self) -> list[dict[str, str]]:
+        """What of the test table does not fit a test: `test_id` and `remark`; such values are not used."""
+        name = "contact_diameter_remark"
+        if name not in self.tests:
+            return []
+        rows = zip(self.tests["test_id"], self.tests[name])
+        return [{"test_id": str(t), "remark": r} for t, r in rows if isinstance(r, str) and r]
+
+    def error_table(self) -> str:
+        """Return what was found about the twin's errors as text."""
+        from . import error_study as twin_error
+
+        return twin_error.table(self.errors)
+
+    def save(self, folder: str | os.PathLike[str]) -> Path:
+        """Write both data sets, each file at once; other files in the folder stay.
+
+        The time series go into the folder itself, the averages into `averages/` in it; tests that were
+        left out into `left_out.csv`, errors into `errors.csv`, where there are any.
+        """
+        path = save_dataset(self.dataset(), grown(folder, TWIN))
+        save_dataset(self.averages(), path / AVERAGES)
+        for name, table in (("left_out.csv", self.left_out), ("errors.csv", self.errors)):
+            if table.empty:
+                (path / name).unlink(missing_ok=True)
+            else:
+                with atomic_path(path / name) as temporary:
+                    table.to_csv(temporary, index=False, lineterminator="\n")
+        return path
+
+
+def save_dataset(dataset: DataSet, folder: Path) -> Path:
+    """Write the files of a data set into a folder that may hold others; each is replaced at once."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".dataset.", dir=folder) as temporary:
+        dataset.write_into(Path(temporary))
+        for name in ("points.csv", "tests.csv", "dataset.json"):
+            if (Path(temporary) / name).is_file():
+                (Path(temporary) / name).replace(folder / name)
+    return folder

@@ -1,0 +1,240 @@
+"""The twin as an incremental process: normal force, speed and friction in, the five loads out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from forming.materials.materials import Material, as_material
+from forming.tools.punch_geometry import PunchGeometry
+from friction_models.common import InputError
+from friction_models.loads import LOAD_NAMES
+
+from .contact_temperature import SlidingContact, ThermalBody, ThermalSettings
+from .sliding import rest
+from .upsetting import SPEED, WOBBLE, ContactState, Upsetting, known_upset, run_force
+
+#: Least normal force that makes a contact [N].
+LOADED = 1e3
+#: Change of the tool temperature before sliding that starts the contact anew [K].
+TOUCHED = 0.5
+#: Highest normal force of a test that the twin computes [N].
+F_MAX_LIMITS = (1e3, 5e6)
+
+
+class ContactLoads(NamedTuple):
+    """Loads of the contact mean, in the order of the contract: mm/s, degC, MPa, mm, 1."""
+
+    v_rel: float
+    T: float
+    sigma_n: float
+    sd: float
+    psi: float
+
+
+@dataclass(frozen=True, eq=False)
+class ProcessSnapshot:
+    """State of a process at one time; see `SctProcess.snapshot`."""
+
+    time: float
+    sd: float
+    F_n: float
+    v: float
+    T_tool: float
+    highest: float
+    seated: float
+    state: ContactState
+    contact: SlidingContact
+
+
+class SctProcess:
+    """A sliding compression test that is run step by step, for the twin FMU.
+
+    The specimen is upset once, to `F_max`. The contact is the one under the highest normal force so far:
+    before the plate moves, a force that exceeds it by more than `WOBBLE` makes a new contact; while it
+    moves, area and expansion grow with such a force and the temperatures go on.
+
+    Parameters
+    ----------
+    specimen_diameter, specimen_height : float
+        Cylinder before the test [mm].
+    bore : float
+        Bore of the punch's cavity [mm]; 0: a flat punch.
+    tip : float
+        Diameter of a reduced first contact [mm]; 0: the whole end face.
+    tip_height : float
+        Axial length of the taper above it [mm].
+    F_max : float
+        Largest normal force [N].
+    T_tool : float
+        Tool temperature before the start [degC]; an input from then on.
+    T_specimen : float, optional
+        Specimen temperature before upsetting [degC]; that of the tool by default.
+    upsetting_mu : float
+        Friction while upsetting.
+    speed : float
+        Typical sliding speed [mm/s].
+    material : Material, name or path, optional
+        Workpiece; 16MnCr5 by default.
+    mesh_size : float
+        Elements of the upsetting run [mm].
+    thermal : ThermalSettings, optional
+        Grid and heat data of the sliding phase; by default the specimen's are those of `material`.
+    t_wait : float
+        How long the specimen lies on the plate under its first force before the time counts [s].
+
+    Raises
+    ------
+    InputError
+        A force the specimen cannot carry, or impossible geometry.
+    """
+
+    load_names = LOAD_NAMES
+
+    def __init__(
+        self,
+        specimen_diameter: float = 15.0,
+        specimen_height: float = 15.0,
+        bore: float = 15.51,
+        tip: float = 0.0,
+        tip_height: float = 2.5,
+        F_max: float = 330e3,
+        T_tool: float = 20.0,
+        T_specimen: float | None = None,
+        upsetting_mu: float = 0.07,
+        speed: float = 100.0,
+        material: Material | str | None = None,
+        mesh_size: float = 0.7,
+        thermal: ThermalSettings | None = None,
+        t_wait: float = 0.0,
+    ) -> None:
+        low, high = F_MAX_LIMITS
+        if not (math.isfinite(F_max) and low <= F_max <= high):
+            raise InputError(f"SCT process: F_max = {F_max!r} N; allowed: {low:g} to {high:g} N")
+        if not (math.isfinite(speed) and speed > 0.0):
+            raise InputError(f"SCT process: speed = {speed!r} mm/s; allowed: a finite number above 0")
+        if not (math.isfinite(t_wait) and 0.0 <= t_wait <= 1e5):
+            raise InputError(f"SCT process: t_wait = {t_wait!r} s; allowed: 0 to 1e5 s")
+        self.punch = PunchGeometry(
+            specimen_diameter=specimen_diameter,
+            specimen_height=specimen_height,
+            bore_diameter=bore or None,
+            tip_diameter=tip or None,
+            tip_height=tip_height,
+        )
+        self.F_max, self.speed = float(F_max), float(speed)
+        steel = as_material(material)
+        self.thermal = thermal or ThermalSettings(specimen=ThermalBody.of(steel))
+        self.t_wait = float(t_wait)
+        self._T_tool = self._T_upset = float(T_tool)
+        run = known_upset(
+            self.punch,
+            run_force(self.F_max),
+            mesh_size,
+            "SCT process",
+            material=steel,
+            mu=upsetting_mu,
+            T0=self._T_tool if T_specimen is None else float(T_specimen),
+            T_tool=self._T_tool,
+            speed=SPEED,
+        )
+        self._upsetting = Upsetting(run, self._T_upset)
+        self.time = 0.0
+        self._sd = self._F_n = self._v = 0.0
+        # Force that made the contact, and the tool temperature then; a force of 0 is no contact yet.
+        self._highest, self._seated = 0.0, self._T_tool
+        self._state, self._contact = self._contact_under(self.F_max, self._T_tool)
+
+    @property
+    def loads(self) -> ContactLoads:
+        """Loads of the contact mean at the end of the last step."""
+        sigma_n = float(self._state.sigma_n(self._F_n))
+        return ContactLoads(self._v, self._contact.contact.mean, sigma_n, self._sd, self._state.psi)
+
+    @property
+    def T_max(self) -> float:
+        """Largest local contact temperature [degC]."""
+        return self._contact.contact.maximum
+
+    def advance(self, dt: float, F_n: float, v_slide: float, T_tool: float, mu: float) -> ContactLoads:
+        """Go on by `dt` with inputs that hold over the step; return the loads at its end.
+
+        Parameters
+        ----------
+        dt : float
+            Communication step [s].
+        F_n : float
+            Normal force [N].
+        v_slide : float
+            Sliding speed [mm/s].
+        T_tool : float
+            Temperature of punch and fresh plate [degC].
+        mu : float
+            Coefficient of friction.
+
+        Raises
+        ------
+        InputError
+            An input that is not finite or out of its physical range.
+        """
+        for name, value, low, high in (
+            ("dt", dt, 0.0, 1e6),
+            ("F_n", F_n, 0.0, 1e8),
+            ("v_slide", v_slide, 0.0, 1e5),
+            ("T_tool", T_tool, -273.15, 2000.0),
+            ("mu", mu, 0.0, 10.0),
+        ):
+            if not low <= value <= high:
+                raise InputError(f"SCT process: {name} = {value!r}; allowed: {low:g} to {high:g}")
+        self._seat(float(F_n), float(T_tool))
+        self._contact.plate_temperature = self._contact.punch_temperature = self._T_tool = float(T_tool)
+        self._F_n, self._v = float(F_n), float(v_slide)
+        if dt > 0.0:
+            self._contact.advance(float(dt), float(v_slide * dt), float(mu * F_n * v_slide))
+            self.time += float(dt)
+            self._sd += float(v_slide * dt)
+        return self.loads
+
+    def snapshot(self) -> ProcessSnapshot:
+        """Return the state, to come back to it with `restore`."""
+        return ProcessSnapshot(
+            self.time,
+            self._sd,
+            self._F_n,
+            self._v,
+            self._T_tool,
+            self._highest,
+            self._seated,
+            self._state,
+            self._contact.copy(),
+        )
+
+    def restore(self, snapshot: ProcessSnapshot) -> None:
+        """Return exactly to a snapshot of this process; it can be used again."""
+        self.time, self._sd = snapshot.time, snapshot.sd
+        self._F_n, self._v, self._T_tool = snapshot.F_n, snapshot.v, snapshot.T_tool
+        self._highest, self._seated = snapshot.highest, snapshot.seated
+        self._state, self._contact = snapshot.state, snapshot.contact.copy()
+
+    def _seat(self, F_n: float, T_tool: float) -> None:
+        """Make or enlarge the contact where force or tool temperature ask for it."""
+        more = F_n > (1.0 + WOBBLE) * self._highest
+        if self._sd > 0.0:
+            if more and F_n <= self.F_max:
+                self._highest = F_n / (1.0 + WOBBLE)
+                grown = self._upsetting.at(self._highest)
+                self._state = replace(self._state, area=grown.area, psi=grown.psi)
+            return
+        warmed = self._highest > 0.0 and abs(T_tool - self._seated) > TOUCHED
+        if F_n >= LOADED and (more or warmed):
+            # Nothing has slid yet: the contact is the one under this force.
+            self._highest, self._seated = max(F_n, self._highest), T_tool
+            self._state, self._contact = self._contact_under(min(self._highest, self.F_max), T_tool)
+            rest(self._contact, self.t_wait)
+
+    def _contact_under(self, F_n: float, T_tool: float) -> tuple[ContactState, SlidingContact]:
+        state = self._upsetting.at(F_n)
+        heating = state.T_specimen - self._T_upset
+        state = replace(state, T_specimen=T_tool + heating)
+        return state, state.sliding(self.speed, T_tool, T_tool, self.thermal)

@@ -1,0 +1,120 @@
+"""What the twin makes of one test, and how it is kept: one netCDF file a test."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from friction_models.common import atomic_path
+from friction_models.loads import POINT_UNITS, FloatArray
+
+#: Columns beyond the contract's, with units.
+EXTRA_UNITS = {
+    "T_max": "degC",
+    "T_plate_surface": "degC",
+    "T_specimen_surface": "degC",
+    "F_n": "N",
+    "F_r": "N",
+    "mu_std": "1",
+}
+
+#: Stated with every result. The sizes are the largest of seven tests of a virtual campaign (docs/sct-twin.md);
+#: `sct_twin.twin.error_study.check` computes those of the campaign at hand.
+ASSUMPTIONS = (
+    "contact pressure and surface expansion keep their shape from the end of upsetting on while the specimen "
+    "slides (heating evenly instead changes T by up to 1.6 % of its rise, T_max by 11 %); area and "
+    "expansion belong to the highest force so far (where the force exceeds that of upsetting by more than 2 % "
+    "they grow with it, the heated circle does not); shear by friction does not redistribute the pressure "
+    "(column sigma_n_shear of the tests: by which share sigma_n may be lower for that, by von "
+    "Mises; 0 where the bore is filled)",
+    "psi is the area-weighted contact mean of the local surface expansion dA/dA0, not the area ratio of the plan",
+    "T is the area-weighted contact mean of the mean of both surface temperatures",
+    "all friction work (measured F_r times distance) becomes heat at the interface; the sides of specimen and "
+    "plate lose none (at most 2 % of the work in tests of 11 s, less in faster ones)",
+    "one interface heat transfer coefficient for sliding and rest; heat data of plate and specimen by the "
+    "material files, with their dependence on temperature (half or twice the coefficient: up to +4.0 or -2.4 % "
+    "of the rise; heat data of 20 degC: up to +3.6 %)",
+    "fresh plate enters at the temperature measured before sliding; the punch stays at tool temperature",
+    "the specimen starts to slide at one uniform temperature, that of its contact after upsetting",
+    "friction while upsetting is a parameter of the twin, as no sensor sees it (0.03 more or less: up to 2.8 % of "
+    "sigma_n, 5 % of psi where the bore is not filled and the contact not measured)",
+    "the flow curve is that of the material file (2 % more flow stress: up to 1.9 % of sigma_n where the bore is "
+    "not filled and the contact not measured)",
+    "where the diameter of the contact was measured after the test (column contact_diameter) and the bore is not "
+    "filled, sigma_n is the force over that area, and what differs in flow stress and friction while upsetting is "
+    "taken for a factor on the flow stress (column flow_stress_ratio); a reading 0.05 mm off changes sigma_n by up to "
+    "0.7 %, psi by 0.3 %, T by 0.5 % of its rise",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class TestResult:
+    """Loads and friction of one test at equal distances.
+
+    Attributes
+    ----------
+    test_id : str
+        Name of the test.
+    columns : mapping of str to ndarray, shape (n,)
+        `t, v_rel, T, sigma_n, sd, psi, mu` and the columns of `EXTRA_UNITS`.
+    summary : mapping
+        One value a test: contact area, heights, zeros, masses, fingerprint of inputs and settings.
+    """
+
+    test_id: str
+    columns: Mapping[str, FloatArray]
+    summary: Mapping[str, Any] = field(default_factory=dict)
+
+    def points(self) -> pd.DataFrame:
+        """Return one row a point, `test_id` first."""
+        frame = pd.DataFrame(dict(self.columns))
+        frame.insert(0, "test_id", self.test_id)
+        return frame
+
+
+def write_netcdf(result: TestResult, path: Path, attributes: Mapping[str, Any]) -> None:
+    """Write one test, atomically; numbers as float64 over the dimension `point`."""
+    import netCDF4
+
+    units = {**POINT_UNITS, **EXTRA_UNITS}
+    with atomic_path(path) as temporary, netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
+        file.createDimension("point", len(result.columns["t"]))
+        for name, values in result.columns.items():
+            variable = file.createVariable(name, "f8", ("point",), zlib=True, complevel=1, shuffle=True)
+            variable.units = units.get(name, "1")
+            variable[:] = values
+        file.test_id = result.test_id
+        file.assumptions = "; ".join(ASSUMPTIONS)
+        file.summary = json.dumps(dict(result.summary))
+        for name, value in attributes.items():
+            setattr(file, name, value)
+
+
+def read_netcdf(path: Path) -> TestResult | None:
+    """Read one test; None when the file is missing or damaged."""
+    import netCDF4
+
+    if not path.is_file():
+        return None
+    try:
+        with netCDF4.Dataset(path, "r") as file:
+            columns = {n: np.asarray(v[:], dtype=np.float64) for n, v in file.variables.items()}
+            return TestResult(str(file.test_id), columns, json.loads(file.summary))
+    except (OSError, ValueError, AttributeError, RuntimeError):
+        return None
+
+
+def fingerprint(*parts: object) -> str:
+    """Return a hash of contents and settings; bytes are taken as they are."""
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(part if isinstance(part, bytes) else repr(part).encode())
+        digest.update(b"\0")
+    return digest.hexdigest()[:32]

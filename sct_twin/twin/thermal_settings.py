@@ -1,0 +1,149 @@
+"""Heat data of plate and specimen and the resolution of the sliding model."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from forming.fe.heat_data import Property, checked_property, integral, value_at
+from forming.materials.materials import Material, load
+from friction_models.common import InputError
+from friction_models.loads import FloatArray
+
+from ._conduction import TABLE_START, TABLE_STEP
+
+#: Highest temperature of the tables that the kernels read [degC].
+_TABLE_END = 1600.0
+
+
+@dataclass(frozen=True)
+class ThermalBody:
+    """Heat data of a body, each a number or pairs (temperature [degC], value) with straight lines between.
+
+    Attributes
+    ----------
+    conductivity : float or pairs (T, value)
+        [N/(s K)], the number of W/(m K).
+    capacity : float or pairs (T, value)
+        Heat capacity per volume [N/(mm2 K)], the number of MJ/(m3 K).
+
+    Raises
+    ------
+    InputError
+        A value that is not positive, or temperatures that do not rise.
+    """
+
+    conductivity: Property
+    capacity: Property
+
+    def __post_init__(self) -> None:
+        for name in ("conductivity", "capacity"):
+            object.__setattr__(self, name, checked_property(getattr(self, name), f"thermal body: {name}"))
+
+    @classmethod
+    def of(cls, material: Material) -> ThermalBody:
+        """Return the heat data of a material of the forming solver."""
+        return cls(material.conductivity, material.heat_capacity)
+
+    def constant(self, T: float = 20.0) -> ThermalBody:
+        """Return the body with the values that it has at one temperature [degC]."""
+        return ThermalBody(float(value_at(self.conductivity, T)), float(value_at(self.capacity, T)))
+
+    def diffusivity(self, T: float = 20.0) -> float:
+        """Return the thermal diffusivity [mm2/s] at a temperature."""
+        return float(value_at(self.conductivity, T) / value_at(self.capacity, T))
+
+    def effusivity(self, T: float = 20.0) -> float:
+        """Return sqrt(conductivity capacity) [N/(mm sqrt(s) K)] at a temperature."""
+        return float(np.sqrt(value_at(self.conductivity, T) * value_at(self.capacity, T)))
+
+    def heat(self, T0: float, T: npt.ArrayLike) -> FloatArray:
+        """Return the heat per volume [N/mm2] between a temperature and others."""
+        return np.asarray(integral(self.capacity, T) - integral(self.capacity, T0))
+
+    @property
+    def keeps_capacity(self) -> bool:
+        """Whether the heat capacity does not depend on temperature."""
+        return not isinstance(self.capacity, tuple)
+
+    @property
+    def table(self) -> FloatArray:
+        """Return conductivity, capacity and enthalpy over temperature as the kernels read them, shape (3, n)."""
+        return _table(self.conductivity, self.capacity)
+
+
+@lru_cache(maxsize=64)
+def _table(conductivity: Property, capacity: Property) -> FloatArray:
+    if not isinstance(conductivity, tuple) and not isinstance(capacity, tuple):
+        return np.array([[conductivity], [capacity], [0.0]])
+    T = np.arange(TABLE_START, _TABLE_END + TABLE_STEP, TABLE_STEP)
+    c = value_at(capacity, T)
+    enthalpy = np.concatenate([[0.0], np.cumsum(0.5 * TABLE_STEP * (c[1:] + c[:-1]))])
+    return np.array([value_at(conductivity, T), c, enthalpy])
+
+
+@lru_cache(maxsize=8)
+def _shipped(name: str) -> ThermalBody:
+    return ThermalBody.of(load(name))
+
+
+def _plate() -> ThermalBody:
+    return _shipped("1.2379")
+
+
+def _specimen() -> ThermalBody:
+    return _shipped("16MnCr5")
+
+
+@dataclass(frozen=True)
+class ThermalSettings:
+    """Numerical and physical settings of the sliding model.
+
+    Attributes
+    ----------
+    cells : int
+        Plate cells across the contact diameter.
+    surface_layer : float
+        Thickness of the cells at the interface [mm].
+    growth : float
+        Ratio of neighbouring layer thicknesses away from the interface.
+    depth : float
+        Depth of the plate that is modelled [mm].
+    heat_transfer : float
+        Interface heat transfer coefficient [N/(mm s K)]; 35 is 35 000 W/(m2 K).
+    plate, specimen : ThermalBody
+        Heat data; those of the material files of 1.2379 and 16MnCr5 by default.
+
+    Raises
+    ------
+    InputError
+        A value outside its limits.
+    """
+
+    cells: int = 24
+    surface_layer: float = 0.05
+    growth: float = 1.25
+    depth: float = 12.0
+    heat_transfer: float = 35.0
+    plate: ThermalBody = field(default_factory=_plate)
+    specimen: ThermalBody = field(default_factory=_specimen)
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("cells", 4, 400),
+            ("surface_layer", 1e-4, 1.0),
+            ("growth", 1.001, 3.0),
+            ("depth", 1.0, 200.0),
+            ("heat_transfer", 1e-9, 1e6),
+        ):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and low <= value <= high):
+                raise InputError(f"thermal settings: {name} = {value!r}; allowed: {low:g} to {high:g}")
+
+    def constant(self, T: float = 20.0) -> ThermalSettings:
+        """Return the settings with heat data that do not change with temperature."""
+        return replace(self, plate=self.plate.constant(T), specimen=self.specimen.constant(T))

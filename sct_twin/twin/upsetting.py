@@ -1,0 +1,295 @@
+"""The upsetting phase: what the FE kernel says about the contact when sliding begins."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from forming.materials.materials import Material
+from forming.processes.upsetting import UpsettingResult, upset
+from forming.tools.punch_geometry import PunchGeometry
+from friction_models.common import InputError
+from friction_models.loads import FloatArray
+
+from ..records.record import SctRecord
+from .contact_temperature import SlidingContact, ThermalSettings
+
+
+@dataclass(frozen=True, eq=False)
+class ContactState:
+    """The contact at the end of upsetting; kept while the specimen slides.
+
+    Attributes
+    ----------
+    force : float
+        Normal force it belongs to [N].
+    area, radius : float
+        Contact area [mm2] and the radius of the circle of that area [mm].
+    height : float
+        Height of the specimen [mm].
+    psi : float
+        Area-weighted mean of the local surface expansion dA/dA0.
+    T_specimen : float
+        Temperature of the specimen near the contact [degC].
+    radius_fraction, pressure : ndarray, shape (m,)
+        Contact pressure [MPa] over r / radius.
+    """
+
+    force: float
+    area: float
+    radius: float
+    height: float
+    psi: float
+    T_specimen: float
+    radius_fraction: FloatArray
+    pressure: FloatArray
+
+    @classmethod
+    def from_result(cls, result: UpsettingResult, force: float, T_tool: float) -> ContactState:
+        """Read an upsetting run at a force.
+
+        The contact of a mesh grows node by node; area and the other figures are therefore taken from a
+        locally linear fit over forces within some 10 % instead of from the nearest increment.
+        """
+        area = local_fit(result.force, np.pi * result.contact_radius**2, force)
+        weights = _weights(result.force, force)
+        profile = np.maximum(weights @ result.sigma_n / weights.sum(), 0.0)
+        fraction = np.asarray(result.radius_fraction)
+        ring = np.gradient(fraction) * fraction
+        return cls(
+            force=float(force),
+            area=area,
+            radius=float(np.sqrt(area / np.pi)),
+            height=local_fit(result.force, result.height, force),
+            psi=local_fit(result.force, result.psi_mean, force),
+            # The run reports the mean of workpiece and tool surface; tools stay at their temperature there.
+            T_specimen=2.0 * local_fit(result.force, result.T_contact, force) - T_tool,
+            radius_fraction=fraction,
+            pressure=profile * (force / area) / float(ring @ profile / ring.sum()),
+        )
+
+    def sigma_n(self, F_n: FloatArray | float) -> FloatArray:
+        """Return the mean contact pressure [MPa] under a normal force [N]; the area stays."""
+        return np.maximum(np.asarray(F_n, dtype=np.float64), 0.0) / self.area
+
+    def sliding(
+        self, speed: float, T_plate: float, T_tool: float, settings: ThermalSettings, uniform: bool = False
+    ) -> SlidingContact:
+        """Return the thermal model of the sliding phase in its start state; `uniform`: evenly heated."""
+        profile = np.ones_like(self.pressure) if uniform else self.pressure
+        return SlidingContact(
+            self.radius,
+            self.height,
+            speed=speed,
+            plate_temperature=T_plate,
+            specimen_temperature=self.T_specimen,
+            punch_temperature=T_tool,
+            pressure=lambda r: np.interp(r / self.radius, self.radius_fraction, profile),
+            settings=settings,
+        )
+
+
+def geometry(record: SctRecord) -> PunchGeometry:
+    """Return specimen and punch as the test table describes them.
+
+    Read are `specimen_diameter`, `specimen_height` (15 mm where missing), `bore` (none: a flat punch),
+    `tip` (none: the whole end face) and `tip_height`, all in mm.
+    """
+    bore, tip = record.number("bore", 0.0), record.number("tip", 0.0)
+    return PunchGeometry(
+        specimen_diameter=record.number("specimen_diameter", 15.0),
+        specimen_height=record.number("specimen_height", 15.0),
+        bore_diameter=bore or None,
+        tip_diameter=tip or None,
+        tip_height=record.number("tip_height", 2.5),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Upsetting:
+    """An upsetting run that is read at forces.
+
+    Attributes
+    ----------
+    result : UpsettingResult
+        The run.
+    T_tool : float
+        Temperature of the tools in it [degC].
+    flow_stress : float
+        Flow stress of the specimen over that of the run: the contact under a force F is that of the run under
+        F / `flow_stress`, with its pressure in proportion.
+    area_factor : float
+        Measured contact area over that of the run.
+    """
+
+    result: UpsettingResult
+    T_tool: float
+    flow_stress: float = 1.0
+    area_factor: float = 1.0
+
+    def at(self, force: float) -> ContactState:
+        """Return the contact under a force [N]."""
+        state = ContactState.from_result(self.result, force / self.flow_stress, self.T_tool)
+        return replace(
+            state,
+            force=float(force),
+            area=state.area * self.area_factor,
+            radius=state.radius * math.sqrt(self.area_factor),
+            pressure=state.pressure * (self.flow_stress / self.area_factor),
+        )
+
+    def area_and_psi(self, F_n: FloatArray, upset_to: float) -> tuple[FloatArray, FloatArray]:
+        """Return contact area [mm2] and mean expansion at `contact_forces`, both of the shape of `F_n`."""
+        forces = contact_forces(F_n, upset_to)
+        if float(forces[-1]) == upset_to:
+            state = self.at(upset_to)
+            return np.full(len(F_n), state.area), np.full(len(F_n), state.psi)
+        nodes = np.linspace(upset_to, float(forces[-1]), 13)
+        states = [self.at(float(force)) for force in nodes]
+        areas = np.interp(forces, nodes, [state.area for state in states])
+        return areas, np.interp(forces, nodes, [state.psi for state in states])
+
+
+def contact_forces(F_n: FloatArray, upset_to: float) -> FloatArray:
+    """Return the forces [N] that the contact of each point of a sliding phase belongs to.
+
+    It is the contact under the highest force so far: it stays while the force falls, and grows where the force
+    exceeds the one of upsetting by more than `WOBBLE`.
+    """
+    return np.maximum(np.maximum.accumulate(F_n) / (1.0 + WOBBLE), upset_to)
+
+
+def shear_share(state: ContactState, punch: PunchGeometry, mu: float) -> float:
+    """Return by which share of itself the pressure may be lower than stated, through the friction shear.
+
+    A yielding contact that is sheared by tau = mu p yields at p^2 + 3 tau^2 = p0^2 (von Mises), so that the
+    contact would grow by sqrt(1 + 3 mu^2) under the same force. One that fills its bore cannot.
+    """
+    if punch.bore_diameter is not None and state.radius > 0.995 * 0.5 * punch.bore_diameter:
+        return 0.0
+    return 1.0 - 1.0 / math.sqrt(1.0 + 3.0 * mu * mu)
+
+
+def upset_specimen(
+    punch: PunchGeometry,
+    t: FloatArray,
+    F_n: FloatArray,
+    highest: float,
+    material: Material,
+    mu: float,
+    T_specimen: float,
+    T_tool: float,
+    mesh_size: float,
+    where: str,
+) -> Upsetting:
+    """Upset under a measured force history [s], [N] and up to the highest force of the test [N].
+
+    The punch speed is the one that makes upsetting last as long as it did, to half a power of two: the
+    flow stress knows the history through it (with an exponent of 0.025), everything else is a function of
+    the force.
+
+    Raises
+    ------
+    InputError
+        The force cannot be reached with this specimen.
+    """
+    reached = float(np.max(F_n))
+
+    def run(speed: float) -> UpsettingResult:
+        force = run_force(max(reached, highest))
+        return known_upset(
+            punch,
+            force,
+            mesh_size,
+            where,
+            material=material,
+            mu=mu,
+            T0=T_specimen,
+            T_tool=T_tool,
+            speed=speed,
+        )
+
+    result = run(SPEED)
+    stroke = float(result.height[0] - local_fit(result.force, result.height, reached))
+    factor = stroke / max(float(t[-1] - t[0]), 1e-3) / SPEED
+    if not 0.5 < factor < 2.0:
+        result = run(SPEED * 2.0 ** float(np.clip(round(math.log2(max(factor, 1e-3))), -6, 6)))
+    return Upsetting(result, T_tool)
+
+
+def known_upset(
+    punch: PunchGeometry, force: float, mesh_size: float, where: str, **arguments: Any
+) -> UpsettingResult:
+    """Return `robust_upset`, from this process's memory where the same was asked before."""
+    try:
+        return _remembered(punch, force, mesh_size, tuple(sorted(arguments.items())))
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+@lru_cache(maxsize=32)
+def _remembered(
+    punch: PunchGeometry, force: float, mesh_size: float, arguments: tuple[tuple[str, Any], ...]
+) -> UpsettingResult:
+    return robust_upset(punch, force, mesh_size, "", **dict(arguments))
+
+
+def run_force(highest: float) -> float:
+    """Return how far to upset for a highest force of interest [N]: 10 to 21 % beyond, on a fixed ladder.
+
+    A fit at the end of the run needs some force beyond it, and equal set forces get equal runs.
+    """
+    return float(1.1 ** math.ceil(math.log(1.1 * highest) / math.log(1.1)))
+
+
+#: Punch speed [mm/s] where nothing else is measured.
+SPEED = 10.0
+#: Relative excess of the force over that of upsetting that is taken for a wobble of its control.
+WOBBLE = 0.02
+#: Width of the local fit over the force (standard deviation, relative).
+FIT_WIDTH = 0.1
+
+
+def robust_upset(
+    punch: PunchGeometry, force: float, mesh_size: float, where: str, **arguments: Any
+) -> UpsettingResult:
+    """Upset up to `force`; where a fold closes badly, another mesh usually gets through.
+
+    Raises
+    ------
+    InputError
+        No mesh reaches the force.
+    """
+    message = ""
+    largest = punch.specimen_diameter / 8.0
+    for factor in (1.0, 1.1, 0.9, 1.25, 0.8):
+        result = upset(punch, force=force, mesh_size=min(factor * mesh_size, largest), **arguments)
+        if result.status == "ok":
+            return result
+        message = message or result.message
+    raise InputError(
+        f"{where}{': ' if where else ''}upsetting to {force * 1e-3:.1f} kN {message}; "
+        "allowed: forces the specimen can carry"
+    )
+
+
+def local_fit(x: FloatArray, y: FloatArray, at: float) -> float:
+    """Return the value at `at` of a straight line fitted to the points nearby."""
+    w = _weights(x, at)
+    d = x - at
+    s0, s1, s2 = float(w.sum()), float(w @ d), float(w @ d**2)
+    t0, t1 = float(w @ y), float(w @ (d * y))
+    determinant = s0 * s2 - s1 * s1
+    if determinant <= 1e-12 * s0 * s2:
+        return t0 / s0
+    return (s2 * t0 - s1 * t1) / determinant
+
+
+def _weights(x: FloatArray, at: float) -> FloatArray:
+    near = np.sort(np.abs(x - at))[: min(4, len(x))]
+    width = max(FIT_WIDTH * abs(at), float(near[-1]), 1e-9)
+    return np.asarray(np.exp(-0.5 * ((x - at) / width) ** 2))

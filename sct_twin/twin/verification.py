@@ -1,0 +1,179 @@
+"""Verification of the sliding heat model: Jaeger's moving source, two bodies in contact, constant flux."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.integrate import quad
+from scipy.special import erfc, k0e
+
+from forming.fe.heat_data import value_at
+from forming.verification import Case, Row
+
+from .contact_temperature import SlidingContact
+from .thermal_settings import ThermalBody, ThermalSettings
+
+GROUP = "Heat"
+#: Half the length of the moving source [mm], friction and pressure [MPa] that heat it, speeds [mm/s].
+HALF_LENGTH, MU, PRESSURE = 9.0, 0.08, 1000.0
+SPEEDS = (5.0, 50.0, 200.0, 500.0)
+#: Temperatures of the two bodies [degC] and instants [s].
+HOT, COLD = 120.0, 20.0
+INSTANTS = (0.01, 0.1, 1.0)
+#: Heat flux into the plate, and one that heats it through a wide range of its heat data [N/(mm s), kW/m2].
+FLUX, STRONG_FLUX = 1000.0, 4000.0
+
+
+def jaeger_mean(speed: float, half_length: float, flux: float, body: ThermalBody) -> float:
+    """Return the mean temperature rise under a band source that moves over a half space [K] (Jaeger 1942)."""
+    w = speed / (2.0 * body.diffusivity())
+    conductivity = float(value_at(body.conductivity, 20.0))
+
+    def kernel(distance: float) -> float:
+        # `distance` downstream of the element of the source.
+        return float(np.exp(w * distance - w * abs(distance)) * k0e(w * abs(distance)))
+
+    def rise(x: float) -> float:
+        upstream = quad(lambda d: kernel(d), 0.0, x + half_length, limit=200)[0]
+        downstream = quad(lambda d: kernel(-d), 0.0, half_length - x, limit=200)[0]
+        return flux / (np.pi * conductivity) * float(upstream + downstream)
+
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    return float(np.sum(0.5 * weights * [rise(half_length * node) for node in nodes]))
+
+
+def moving_source(speed: float) -> Row:
+    """Return the row of the plate's mean temperature under the source at one speed [mm/s]."""
+    body = ThermalBody(40.0, 3.6)
+    flux = 0.5 * MU * PRESSURE * speed
+    slow = speed < 50.0
+    contact = SlidingContact(
+        HALF_LENGTH,
+        speed=speed,
+        plate_temperature=0.0,
+        specimen_temperature=0.0,
+        punch_temperature=0.0,
+        settings=ThermalSettings(depth=60.0 if slow else 12.0, heat_transfer=1e-9, plate=body, specimen=body),
+        band=True,
+        margin=9.0 if slow else None,
+    )
+    step = 0.5 * contact.cell
+    for _ in range(round((400.0 if slow else 120.0) / step)):
+        contact.advance(step / speed, step, 2.0 * flux * contact.area)
+    exact = jaeger_mean(speed, HALF_LENGTH, flux, body)
+    quantity = f"mean rise of the plate at {speed:g} mm/s"
+    return Row(quantity, "K", exact, "Jaeger 1942, integrated", contact.contact.plate, 2.0)
+
+
+def two_bodies(seconds: float) -> list[Row]:
+    """Return the rows of both surfaces a time after two bodies have touched."""
+    settings = _column_settings()
+    contact = _column(settings, COLD, HOT)
+    for dt in np.diff(np.linspace(0.0, 1.0, 401) ** 2 * seconds):
+        contact.advance(float(dt), 0.0, 0.0)
+    plate, specimen = half_spaces(settings, seconds)
+    source = "Carslaw and Jaeger: two half spaces over a film"
+    return [
+        Row(
+            f"plate above {COLD:g} degC, {seconds:g} s", "K", plate, source, contact.contact.plate - COLD, 1.0
+        ),
+        Row(
+            f"specimen below {HOT:g} degC, {seconds:g} s",
+            "K",
+            specimen,
+            source,
+            HOT - contact.contact.specimen,
+            1.0,
+        ),
+    ]
+
+
+def half_spaces(settings: ThermalSettings, seconds: float) -> tuple[float, float]:
+    """Return how far the cold surface has risen and the hot one has fallen [K]."""
+    h = settings.heat_transfer
+    e_p, e_s = settings.plate.effusivity(), settings.specimen.effusivity()
+    x = h * (1.0 / e_p + 1.0 / e_s) * np.sqrt(seconds)
+    gap = float((HOT - COLD) * np.exp(x**2) * erfc(x))
+    middle = (COLD * e_p + HOT * e_s) / (e_p + e_s)
+    return middle - gap * e_s / (e_p + e_s) - COLD, HOT - middle - gap * e_p / (e_p + e_s)
+
+
+def constant_flux() -> list[Row]:
+    """Return the row of the plate's surface after 1 s of 1 MW/m2."""
+    settings = replace(_column_settings(), heat_transfer=1e-9)
+    contact = _column(settings, 0.0, 0.0)
+    for dt in np.diff(np.linspace(0.0, 1.0, 201) ** 2):
+        contact.advance(float(dt), 0.0, 2.0 * FLUX * contact.area)
+    exact = 2.0 * FLUX / settings.plate.effusivity() / float(np.sqrt(np.pi))
+    source = "half space: 2 q sqrt(t / pi) / effusivity"
+    return [Row("plate after 1 s", "K", exact, source, contact.contact.plate, 1.0)]
+
+
+def varying_flux() -> list[Row]:
+    """Return the rows of the plate's surface under a constant flux where k and c grow alike with temperature.
+
+    With k and c both proportional to 1 + b T the Kirchhoff transform T + b T^2 / 2 obeys the linear
+    equation with the diffusivity at 0 degC (Carslaw and Jaeger, section 1.6), so that its surface value is
+    that of a half space with constant data.
+    """
+    plain = _column_settings().plate
+    rows = []
+    for slope in (-5e-4, 1e-3):
+        pairs = [(T, 1.0 + slope * T) for T in (0.0, 1500.0)]
+        body = ThermalBody(
+            tuple((T, float(value_at(plain.conductivity, 0.0)) * v) for T, v in pairs),
+            tuple((T, float(value_at(plain.capacity, 0.0)) * v) for T, v in pairs),
+        )
+        settings = replace(_column_settings(), heat_transfer=1e-9, plate=body, specimen=plain)
+        contact = _column(settings, 0.0, 0.0)
+        for dt in np.diff(np.linspace(0.0, 1.0, 201) ** 2):
+            contact.advance(float(dt), 0.0, 2.0 * STRONG_FLUX * contact.area)
+        transformed = 2.0 * STRONG_FLUX / plain.effusivity() / float(np.sqrt(np.pi))
+        exact = (float(np.sqrt(1.0 + 2.0 * slope * transformed)) - 1.0) / slope
+        quantity = f"plate after 1 s, k and c change by {100.0 * slope:+g} %/K"
+        rows.append(Row(quantity, "K", exact, "Kirchhoff transform, half space", contact.contact.plate, 1.0))
+    return rows
+
+
+def _column_settings() -> ThermalSettings:
+    settings = ThermalSettings(cells=4, surface_layer=0.01, growth=1.15, depth=25.0)
+    return settings.constant()
+
+
+def _column(settings: ThermalSettings, plate: float, specimen: float) -> SlidingContact:
+    """Return two bodies that touch everywhere: conduction in one dimension."""
+    return SlidingContact(
+        9.0,
+        25.0,
+        plate_temperature=plate,
+        specimen_temperature=specimen,
+        punch_temperature=specimen,
+        settings=settings,
+        band=True,
+        margin=0.0,
+    )
+
+
+#: The cases of the twin.
+CASES: tuple[Case, ...] = (
+    Case(
+        "heat-moving-source",
+        GROUP,
+        "Twin: band source of 18 mm that slides over a plate (k 40, 3.6 MJ/(m3 K)), half of mu p v, mu p 80 MPa.",
+        lambda: [moving_source(speed) for speed in SPEEDS],
+    ),
+    Case(
+        "heat-two-bodies",
+        GROUP,
+        "Twin: specimen at 120 degC on a plate at 20 degC, 35 000 W/(m2 K).",
+        lambda: [row for seconds in INSTANTS for row in two_bodies(seconds)],
+    ),
+    Case("heat-flux", GROUP, "Twin: 1 MW/m2 into the plate of 1.2379.", constant_flux),
+    Case(
+        "heat-flux-varying",
+        GROUP,
+        "Twin: 4 MW/m2 into a plate whose conductivity and heat capacity change alike with temperature.",
+        varying_flux,
+    ),
+)

@@ -1,0 +1,1 @@
+"""The virtual rig: sensors, motion, data logger, specimen."""

@@ -1,0 +1,186 @@
+"""Upsetting in the virtual laboratory: finer mesh, another material and friction than the twin assumes.
+
+The contact is computed once for each specimen shape at two tool temperatures and interpolated over
+force and temperature; results are kept in a cache folder, keyed by everything that they depend on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from forming.materials.materials import HenselSpittel, steel_16MnCr5
+from forming.processes.upsetting import UpsettingResult
+from friction_models.loads import FloatArray
+
+from ...twin.contact_temperature import ThermalBody, ThermalSettings
+from ...twin.upsetting import ContactState
+
+#: Thermal grid and heat data that hold in the laboratory: other values, and another dependence on temperature.
+FINE = ThermalSettings(
+    cells=36,
+    surface_layer=0.035,
+    growth=1.2,
+    depth=14.0,
+    heat_transfer=33.0,
+    plate=ThermalBody(((20.0, 20.4), (200.0, 21.3), (400.0, 23.4)), ((20.0, 3.50), (400.0, 3.64))),
+    specimen=ThermalBody(((20.0, 41.2), (300.0, 40.2)), ((20.0, 3.70), (400.0, 3.84))),
+)
+
+
+@dataclass(frozen=True)
+class Rig:
+    """The laboratory's reality, unknown to the twin.
+
+    Attributes
+    ----------
+    mesh_size : float
+        Elements of the upsetting run [mm].
+    flow_stress : float
+        True flow stress over the one in the tables.
+    flow_exponent : float
+        True strain hardening exponent over the one in the tables.
+    flow_stress_scatter : float
+        Standard deviation between specimens.
+    upsetting_mu, upsetting_scatter : float
+        Friction while upsetting: mean over the specimens, and its relative standard deviation.
+    ram_speed : float
+        Punch speed [mm/s].
+    compliance : float
+        Elastic give of the machine [mm/N].
+    diameter_scatter, height_scatter : float
+        Standard deviations of the specimens [mm].
+    thermal : ThermalSettings
+        Finer grid, other conductivities, capacities and interface heat transfer.
+    """
+
+    mesh_size: float = 0.45
+    flow_stress: float = 1.015
+    flow_exponent: float = 1.01
+    flow_stress_scatter: float = 0.006
+    upsetting_mu: float = 0.074
+    upsetting_scatter: float = 0.10
+    ram_speed: float = 10.0
+    compliance: float = 1.2e-6
+    diameter_scatter: float = 0.0
+    height_scatter: float = 0.0
+    thermal: ThermalSettings = field(default_factory=lambda: FINE)
+
+    @classmethod
+    def realistic(cls) -> Rig:
+        """Return a rig whose specimens are turned within about +-0.05 mm."""
+        return cls(diameter_scatter=0.02, height_scatter=0.03)
+
+    @property
+    def scattered(self) -> bool:
+        """Whether specimens differ in size."""
+        return self.diameter_scatter > 0.0 or self.height_scatter > 0.0
+
+    @property
+    def material(self) -> HenselSpittel:
+        """True workpiece material."""
+        nominal = steel_16MnCr5()
+        return replace(
+            nominal,
+            A=nominal.A * self.flow_stress,
+            m2=nominal.m2 * self.flow_exponent,
+            name="16MnCr5, virtual",
+        )
+
+
+#: Tool temperatures at which upsetting is computed [degC].
+TEMPERATURES = (20.0, 300.0)
+#: Specimen as it should be [mm].
+DIAMETER, HEIGHT = 15.0, 15.0
+#: Friction at which the tables are computed.
+TABLE_MU = 0.07
+#: What is changed, and by how much, in the runs that tell how a contact depends on diameter [mm], height [mm] and
+#: friction while upsetting: much more than the scatter, so that the nodes of the mesh do not matter.
+STEPS = {"diameter": -0.4, "height": -0.8, "mu": 0.04}
+
+
+@dataclass(frozen=True, eq=False)
+class SpecimenTable:
+    """Upsetting of one specimen shape, at the two tool temperatures of `TEMPERATURES`.
+
+    Attributes
+    ----------
+    runs : tuple of UpsettingResult
+        At the two temperatures.
+    m1 : float
+        Temperature coefficient of the flow stress [1/K].
+    changed : mapping of str to UpsettingResult
+        At the first temperature, with one thing changed by its step of `STEPS`.
+    deviations : mapping of str to float
+        How this specimen deviates in the same things.
+    """
+
+    runs: tuple[UpsettingResult, UpsettingResult]
+    m1: float
+    changed: Mapping[str, UpsettingResult] = field(default_factory=dict)
+    deviations: Mapping[str, float] = field(default_factory=dict)
+
+    def of(self, **deviations: float) -> SpecimenTable:
+        """Return the table of a specimen that deviates; figures are linear in the deviations."""
+        return replace(self, deviations=deviations)
+
+    def _changes(self) -> list[tuple[UpsettingResult, float]]:
+        """Return (run, weight): what is added to figures at the first temperature for this specimen."""
+        weights = {name: self.deviations.get(name, 0.0) / STEPS[name] for name in self.changed}
+        parts = [(self.changed[name], weight) for name, weight in weights.items() if weight]
+        return [*parts, (self.runs[0], -sum(weights.values()))] if parts else []
+
+    def _parts(self, T_tool: float, flow_stress: float) -> list[tuple[UpsettingResult, float, float, float]]:
+        """Return (run, its temperature, its weight, force scale): both are read where they are loaded equally.
+
+        The flow stress goes with exp(m1 T) and with the specimen's own factor.
+        """
+        low, high = TEMPERATURES
+        upper = float(np.clip((T_tool - low) / (high - low), 0.0, 1.0))
+        return [
+            (run, level, weight, float(np.exp(self.m1 * (level - T_tool))) / flow_stress)
+            for run, level, weight in zip(self.runs, TEMPERATURES, (1.0 - upper, upper))
+        ]
+
+    def stroke(self, force: FloatArray, T_tool: float, flow_stress: float) -> FloatArray:
+        """Return the loss of height [mm] at forces [N]."""
+        total = np.zeros(len(force))
+        for run, _, weight, scale in self._parts(T_tool, flow_stress):
+            known = np.maximum.accumulate(run.force)
+            total += weight * np.interp(force * scale, known, run.height[0] - run.height)
+        scale = self._parts(T_tool, flow_stress)[0][3]
+        for run, weight in self._changes():
+            known = np.maximum.accumulate(run.force)
+            total += weight * np.interp(force * scale, known, run.height[0] - run.height)
+        return np.asarray(np.maximum.accumulate(np.maximum(total, 0.0)))
+
+    def state(self, force: float, T_tool: float, flow_stress: float) -> ContactState:
+        """Return the contact at the end of upsetting to a force [N]."""
+        parts = [
+            (ContactState.from_result(run, min(force * scale, float(run.force.max())), level), level, weight)
+            for run, level, weight, scale in self._parts(T_tool, flow_stress)
+        ]
+        low, scale = TEMPERATURES[0], self._parts(T_tool, flow_stress)[0][3]
+        changes = [
+            (ContactState.from_result(run, min(force * scale, float(run.force.max())), low), low, weight)
+            for run, weight in self._changes()
+        ]
+        parts += changes
+
+        def blend(name: str) -> Any:
+            return sum(weight * getattr(state, name) for state, _, weight in parts)
+
+        area = float(blend("area"))
+        return ContactState(
+            force=force,
+            area=area,
+            radius=float(np.sqrt(area / np.pi)),
+            height=float(blend("height")),
+            psi=float(blend("psi")),
+            T_specimen=T_tool + sum(weight * (state.T_specimen - level) for state, level, weight in parts),
+            radius_fraction=parts[0][0].radius_fraction,
+            pressure=blend("pressure"),
+        )
