@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from fmus.runtime.errors import SimulationError
-from fmus.runtime.points_without_pressure import Patch, Untouched
 from fmus.runtime.ports import Port
 from friction_models.loads import FloatArray
+
+from .points_without_pressure import Patch, Untouched
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

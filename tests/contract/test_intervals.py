@@ -173,7 +173,7 @@ def test_without_the_option_nothing_changes(
     model = models["linear"]
     source = read_source(model)
     assert "margin" not in generate(source, source.interface(1)) and source.interval == 0.95
-    folder = Path(native_target.__file__).parent
+    folder = Path(native_target.__file__).parents[1]
     for file in (*(folder / "native").glob("*.[ch]"), folder / "slaves" / "friction_slave.py"):
         text = without_interval(file.read_text(encoding="utf-8"))
         assert not [word for word in ("INTERVAL", "<interval>", "margin", "tf_bound") if word in text], (

@@ -15,12 +15,12 @@ from fmus.runtime.fmu_files import describe
 from fmus.runtime.fmu_variables import Variable
 from fmus.runtime.foreign_friction import ForeignFmu, friction_model
 from fmus.runtime.friction_names import FrictionNames, read_names
-from fmus.runtime.points_without_pressure import Untouched
 from fmus.runtime.ports import Port
 from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES, DataSet, TriboLoads
 from orchestrator import Master
 from orchestrator.cli.main import run
+from orchestrator.cosim.points_without_pressure import Untouched
 from orchestrator.cosim.ready_made import extrusion_system
 from orchestrator.cosim.wiring import Link
 from tests.orchestrator.native_fmus import Real, native_fmu
