@@ -214,7 +214,7 @@ def _without_blanks(
     frame: pd.DataFrame, headings: list[str], declared: int, file: Path
 ) -> tuple[pd.DataFrame, list[str]]:
     """Leave out rows and unnamed columns without any value, as separators at the ends of lines make them."""
-    for name in frame.select_dtypes("object"):
+    for name in frame.columns[frame.dtypes.map(lambda kind: kind == np.dtype(object)).to_numpy(bool)]:
         frame[name] = bounded(frame[name])
     empty = frame.isna().to_numpy()
     kept = [bool(heading) or not empty[:, k].all() for k, heading in enumerate(headings)]
