@@ -76,18 +76,6 @@ def gap_and_normal(
 
 
 @njit(cache=True)
-def surface_weights(x: FloatArray, chain: IntArray, weights: FloatArray) -> None:
-    """Write the surface area per radian that belongs to each node of the chain (consistent, lumped)."""
-    weights[:] = 0.0
-    for i in range(chain.shape[0] - 1):
-        a = chain[i]
-        b = chain[i + 1]
-        length = np.hypot(x[a, 0] - x[b, 0], x[a, 1] - x[b, 1])
-        weights[i] += length * (2.0 * x[a, 0] + x[b, 0]) / 6.0
-        weights[i + 1] += length * (x[a, 0] + 2.0 * x[b, 0]) / 6.0
-
-
-@njit(cache=True)
 def facing_shares(x: FloatArray, chain: IntArray, segments: FloatArray, offset: FloatArray) -> FloatArray:
     """Return the share of each node's area that faces a tool, shape (n,).
 

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..materials.materials import Material
 from .body import Body
 from .energy import Energy
-from .heat_data import integral
+from .heat.conduction import heat_step
+from .heat.properties import integral
 from .mesh.shape import N_GAUSS, FloatArray, gauss_volumes
-from .thermal import heat_step
 from .tooling import Tool
+from .workpiece_material import WorkpieceMaterial
 
 #: Stefan-Boltzmann constant [N/(mm s K4)]; 0 degC [K].
 STEFAN_BOLTZMANN, ZERO = 5.670374419e-11, 273.15
@@ -68,7 +68,7 @@ def exchange_heat(
     tables: list[FloatArray],
     weights: FloatArray,
     source: FloatArray,
-    material: Material,
+    material: WorkpieceMaterial,
     heat: HeatExchange,
     dt: float,
     account: Energy | None = None,
@@ -157,14 +157,16 @@ def film_coefficient(T: FloatArray, environment: Environment, emissivity: float)
     return film
 
 
-def _content(body: Body, T: FloatArray, volumes: FloatArray, material: Material, reference: float) -> float:
+def _content(
+    body: Body, T: FloatArray, volumes: FloatArray, material: WorkpieceMaterial, reference: float
+) -> float:
     """Return the heat in the body above `reference` [N mm]."""
     capacity = material.heat_capacity
     density = integral(capacity, T) - integral(capacity, reference)
     return float((volumes * (density[body.quads] @ N_GAUSS.T)).sum())
 
 
-def keep_heat(old: Body, new: Body, material: Material) -> FloatArray:
+def keep_heat(old: Body, new: Body, material: WorkpieceMaterial) -> FloatArray:
     """Return the temperatures of `new`, corrected so that it holds as much heat as `old`, whose shape it has.
 
     Interpolation on another mesh loses or gains some. The difference is laid on where the temperature departs from

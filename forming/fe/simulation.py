@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..materials.materials import Material
 from .body import Body
 from .energy import Loading
 from .heat_exchange import HeatExchange, exchange_heat
@@ -21,6 +20,7 @@ from .state import SCALES, OldMesh, Record, RemeshPolicy, State, StepControl
 from .threads import one_blas_thread
 from .tooling import Tool
 from .tractions import bore_pressure, surface_loads
+from .workpiece_material import WorkpieceMaterial
 
 #: Share of the missing expansion that a tool makes up for in one increment. The workpiece pushes back up to
 #: three times as hard as the tool, which limits a stable share to 0.5.
@@ -38,7 +38,7 @@ class Simulation:
         Mesh and start state; its `velocity` is the first guess.
     tools : list of Tool
         Tools; those with a velocity share its magnitude. `stroke` is their travel.
-    material : Material
+    material : WorkpieceMaterial
         Workpiece material.
     marker_arc : ndarray, shape (n,)
         Arc lengths of the material markers on the surface [mm].
@@ -54,7 +54,7 @@ class Simulation:
         self,
         body: Body,
         tools: list[Tool],
-        material: Material,
+        material: WorkpieceMaterial,
         marker_arc: FloatArray,
         mu: float = 0.08,
         size: Callable[[float], SizeField] | None = None,

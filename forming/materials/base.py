@@ -12,7 +12,7 @@ import numpy.typing as npt
 from friction_models.common import InputError
 
 from ..fe.flow import flow_stresses
-from ..fe.heat_data import Property, checked_property, scaled
+from ..fe.heat.properties import Property, checked_property, scaled
 from ..fe.mesh.shape import FloatArray
 
 Range = tuple[float, float] | None

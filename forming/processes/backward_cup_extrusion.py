@@ -9,17 +9,18 @@ import numpy as np
 from friction_models.common.ranges import check_range
 
 from ..fe.body import Body
+from ..fe.heat.tool_field import ToolField
 from ..fe.mesh.shape import FloatArray
 from ..fe.resample import mesh_inside, resample
 from ..fe.simulation import Simulation
 from ..fe.state import State, StepControl
-from ..fe.tool_heat import ToolField
-from ..fe.tooling import CupPunch, Tool, line, plate
+from ..fe.tooling import Tool, line, plate
 from ..materials.materials import MaterialSource
+from ..tools.cup_punch import CupPunch
 from ..tools.ejection_tools import OPENING, Stage, ejector, opened, stripper, withdrawn
 from ..tools.elasticity import UNITS, Elasticity
 from .base import FormingProcess
-from .heat_input import TOOLS
+from .thermal_conditions import TOOLS
 
 #: Elements on the rounding of the punch are smaller than elsewhere below this radius of it and below this wall of the
 #: cup, both as shares of the container's radius; and their smallest size as a share of `mesh_size`.

@@ -19,12 +19,12 @@ from ..fe.simulation import Simulation
 from ..fe.state import State
 from ..materials.materials import MaterialSource, as_material
 from ..results.field_recorder import recorder_for
-from ..results.history import FormingResult
+from ..results.result import FormingResult
 from ..tools.ejection_tools import Stage
 from .ejection import Ejection, ejection_choice
 from .friction_input import Friction, checked_mu, start_mu
-from .heat_input import RANGES, HeatInput
 from .run_log import RunLog
+from .thermal_conditions import RANGES, HeatInput
 
 
 class FormingProcess(ABC):
@@ -235,7 +235,7 @@ class FormingProcess(ABC):
         highest = (
             max((getattr(h, n) for h in history), default=0.0) for n in ("strain_max", "rate_max", "T_max")
         )
-        return self.simulation.material.left_range(*highest)
+        return self.material.left_range(*highest)
 
     @property
     def message(self) -> str:

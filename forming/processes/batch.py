@@ -12,7 +12,7 @@ from friction_models.common import InputError, check_folder, unknown_name
 from friction_models.common.folders import FORMING
 from friction_models.common.pool import Progress, map_unordered
 
-from ..results.history import FormingResult
+from ..results.result import FormingResult
 from .friction_input import Friction
 
 

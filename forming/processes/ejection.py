@@ -17,8 +17,9 @@ from ..fe.mesh.polyline import SizeField
 from ..fe.mesh.shape import FloatArray
 from ..fe.simulation import Simulation
 from ..fe.state import RemeshPolicy, State, StepControl
-from ..results.ejection_result import EjectionResult, GripPatch
-from ..tools.ejection_tools import Stage, grip_patches
+from ..results.ejection_result import EjectionResult
+from ..tools.ejection_tools import Stage
+from ..tools.grip import GripPatch, grip_patches
 from .friction_input import Friction, checked_mu
 from .run_log import ContactLog
 

@@ -15,12 +15,13 @@ from ..fe.mesh.shape import FloatArray
 from ..fe.resample import mesh_inside, resample
 from ..fe.simulation import Simulation
 from ..fe.state import State, StepControl
-from ..fe.tooling import ExtrusionDie, Tool, block_field, flat_punch
+from ..fe.tooling import Tool, block_field, flat_punch
 from ..materials.materials import MaterialSource
 from ..tools.ejection_tools import OPENING, Stage, ejector, opened, withdrawn
 from ..tools.elasticity import UNITS, Elasticity
+from ..tools.extrusion_die import ExtrusionDie
 from .base import FormingProcess
-from .heat_input import TOOLS
+from .thermal_conditions import TOOLS
 
 #: Gap between billet and container, so that the first touch is at the die shoulder [mm].
 CLEARANCE = 0.05

@@ -19,7 +19,7 @@ from ..fe.state import RemeshPolicy, StepControl
 from ..fe.tooling import block_field, flat_punch, plate
 from ..materials.materials import MaterialSource
 from .base import FormingProcess
-from .heat_input import TOOLS
+from .thermal_conditions import TOOLS
 
 #: Largest share of the height that a stroke may take.
 MOST = 0.8

@@ -9,9 +9,11 @@ import numpy.typing as npt
 
 from ..fe.mesh.shape import FloatArray
 from ..fe.simulation import Simulation
+from ..results.contact_history import ContactHistory
 from ..results.field_recorder import FieldRecorder
-from ..results.fields import FieldHistory, surface_contact
-from ..results.history import ContactHistory, FormingResult
+from ..results.fields import FieldHistory
+from ..results.result import FormingResult
+from ..results.snapshot import surface_contact
 
 if TYPE_CHECKING:
     from .base import FormingProcess

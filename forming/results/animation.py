@@ -13,9 +13,9 @@ import numpy.typing as npt
 from friction_models.common import InputError
 
 from ..fe.mesh.shape import FloatArray
-from .colours import colours, map_of, ticks
-from .fields import FIELDS, FieldHistory, Snapshot
-from .picture import BANDS, Window, tool_polygon
+from .drawing import BANDS, Window, colours, map_of, ticks, tool_polygon
+from .fields import FieldHistory
+from .snapshot import FIELDS, Snapshot
 
 #: Largest text of one animation [bytes]; of more snapshots some are left out, evenly.
 LARGEST = 2_500_000

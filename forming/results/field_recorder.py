@@ -14,7 +14,8 @@ from friction_models.common import InputError
 from ..fe.mesh.shape import FloatArray
 from ..fe.simulation import Simulation
 from ..fe.state import State
-from .fields import MOST, FieldHistory, Snapshot
+from .fields import MOST, FieldHistory
+from .snapshot import Snapshot
 
 #: Environment variables by which a forming FMU is asked for its fields: where to, and the stroke between two [mm].
 FIELDS_FOLDER, FIELDS_EVERY = "TRIBOFMU_FIELDS", "TRIBOFMU_FIELDS_EVERY"

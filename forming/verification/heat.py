@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from ..fe.body import Body
-from ..fe.contact import surface_weights
 from ..fe.heat_exchange import HeatExchange, exchange_heat
 from ..fe.mesh.mesher import grid_mesh
-from ..fe.mesh.shape import FloatArray
+from ..fe.mesh.shape import FloatArray, surface_weights
 from ..fe.tooling import block_field, plate
 from ..materials.materials import steel_16MnCr5
 from .case import Case, Row

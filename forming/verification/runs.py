@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ..fe.mesh.shape import FloatArray
 from ..materials.materials import HenselSpittel, steel_16MnCr5
 from ..processes.base import FormingProcess
-from ..results.history import FormingResult
+from ..results.result import FormingResult
 from .case import Row, Unfinished
 
 #: Published coefficients of 16MnCr5, kept apart from the product's: A [MPa], m1 [1/K], m2, m3, m4.

@@ -197,7 +197,7 @@ def _forming_fmus(plant: Plant, causes: Sequence[Cause], folder: Path) -> dict[s
             for name in _FLOW[material.get("kind", "HenselSpittel")]:
                 material[name] = _times(material[name], 1.0 + cause.step)
         else:
-            from forming.processes.heat_input import HeatInput
+            from forming.processes.thermal_conditions import HeatInput
 
             usual = HeatInput.__dataclass_fields__["htc"].default
             fixed["htc"] = float(fixed.get("htc", usual)) * (1.0 + cause.step)

@@ -19,7 +19,7 @@ from fmus import pack, pack_forming
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
 from forming.materials.materials import steel_16MnCr5
 from forming.press import PressLevel
-from forming.processes.heat_input import HeatInput
+from forming.processes.thermal_conditions import HeatInput
 from friction_models import ConstantFriction
 from friction_models.common import InputError, atomic_path
 from friction_models.loads import FloatArray

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 from friction_models.common.ranges import check_range
 
+from ..fe.heat.tool_field import ToolSteel
 from ..fe.heat_exchange import Environment, HeatExchange
 from ..fe.simulation import Simulation
-from ..fe.tool_heat import ToolSteel
 from ..materials.materials import Material, MaterialSource, as_material
 
 #: Steel of the tools unless another is named.

@@ -1,13 +1,23 @@
-"""Colour maps of field pictures, and round numbers for their scales."""
+"""What all drawings of fields share: colour maps, round numbers of scales, the window, outlines of tools."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..fe.mesh.shape import FloatArray
+from .snapshot import Snapshot
 
+#: Room around the workpiece in which tools are drawn [mm].
+MARGIN = 4.0
+#: Steps of the colour scale.
+BANDS = 32
+FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif'
+INK, SOFT, STEEL, STEEL_EDGE = "#1b2530", "#566474", "#d3d8de", "#7d8894"
 #: Stops of equal distance: perceptually even maps from dark to light, and one that is white at 0.
 MAPS: dict[str, tuple[str, ...]] = {
     "heat": (
@@ -72,3 +82,40 @@ def number(value: float) -> str:
     """Return a tick's value as one writes it."""
     text = f"{value:.6g}" if 1e-3 <= abs(value) < 1e6 or value == 0.0 else f"{value:.2e}"
     return text.replace("-", "\N{MINUS SIGN}")
+
+
+@dataclass(frozen=True)
+class Window:
+    """What is drawn: 0 <= r <= r_max, z_min <= z <= z_max [mm]."""
+
+    r_max: float
+    z_min: float
+    z_max: float
+
+    @classmethod
+    def around(cls, snapshots: tuple[Snapshot, ...]) -> Window:
+        """Return the window that holds the workpiece of all snapshots."""
+        return cls(
+            max(float(s.x[:, 0].max()) for s in snapshots) + MARGIN,
+            min(float(s.x[:, 1].min()) for s in snapshots) - MARGIN,
+            max(float(s.x[:, 1].max()) for s in snapshots) + MARGIN,
+        )
+
+
+def tool_polygon(chain: npt.NDArray[np.floating[Any]], depth: float = 25.0) -> npt.NDArray[np.floating[Any]]:
+    """Return the closed outline of a tool whose surface is `chain`, with the tool on its right-hand side."""
+    start, end = chain[0], chain[-1]
+    closings = [[np.array([start[0], end[1]])], [np.array([end[0], start[1]])]]
+    along = end - start
+    side = np.array([along[1], -along[0]]) * depth / max(float(np.hypot(*along)), 1e-9)
+    closings.append([end + side, start + side])
+    outlines = [np.concatenate([chain, np.array(c)]) for c in closings]
+    # The tool is on the right, so its outline runs clockwise; a straight face has no corner to close over.
+    areas = [-_area(o) for o in outlines]
+    corner = int(np.argmax(areas[:2]))
+    return outlines[corner] if areas[corner] > 1.0 else outlines[2]
+
+
+def _area(points: npt.NDArray[np.floating[Any]]) -> float:
+    r, z = points.T
+    return 0.5 * float(r @ np.roll(z, -1) - z @ np.roll(r, -1))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .mesh.shape import ETA, N_GAUSS, XI, FloatArray, IntArray, local_coordinates
+from .shape import ETA, N_GAUSS, XI, FloatArray, IntArray, local_coordinates
 
 
 @njit(cache=True)
