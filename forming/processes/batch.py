@@ -14,6 +14,7 @@ from friction_models.common.pool import Progress, map_unordered
 
 from ..results.result import FormingResult
 from .friction_input import Friction
+from .names import PROCESSES
 
 
 @dataclass(frozen=True)
@@ -125,8 +126,6 @@ def _check_portable(name: str, task: FormingTask) -> None:
 
 def _run(task: FormingTask) -> tuple[FormingResult | None, str]:
     """Do one run in whatever process this is; return its result, and the error that ended it."""
-    from .names import PROCESSES
-
     process = None
     try:
         if task.process not in PROCESSES:

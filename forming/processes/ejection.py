@@ -6,7 +6,7 @@ import copy
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -22,9 +22,7 @@ from ..tools.ejection_tools import Stage
 from ..tools.grip import GripPatch, grip_patches
 from .friction_input import Friction, checked_mu
 from .run_log import ContactLog
-
-if TYPE_CHECKING:
-    from .base import FormingProcess
+from .stepwise import StepwiseProcess
 
 #: Contact that carries less than this share of the contact at the phase's start holds nothing.
 LOOSE = 1e-3
@@ -78,7 +76,7 @@ class Ejection:
 
     Parameters
     ----------
-    process : FormingProcess
+    process : StepwiseProcess
         At the end of its stroke.
     how : str or True
         One of `process.ejections`; True: the first.
@@ -89,7 +87,7 @@ class Ejection:
         A way that the process does not have, or the process has stopped or not moved.
     """
 
-    def __init__(self, process: FormingProcess, how: str | bool = True) -> None:
+    def __init__(self, process: StepwiseProcess, how: str | bool = True) -> None:
         self.process = process
         self.how = ejection_choice(process, how)
         formed = process.simulation
@@ -370,7 +368,7 @@ class Ejection:
         )
 
 
-def ejection_choice(process: FormingProcess, how: str | bool) -> str:
+def ejection_choice(process: StepwiseProcess, how: str | bool) -> str:
     """Return the name of a way to eject the product of a process.
 
     Raises

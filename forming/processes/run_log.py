@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import numpy.typing as npt
 
@@ -14,9 +12,7 @@ from ..results.field_recorder import FieldRecorder
 from ..results.fields import FieldHistory
 from ..results.result import FormingResult
 from ..results.snapshot import surface_contact
-
-if TYPE_CHECKING:
-    from .base import FormingProcess
+from .stepwise import StepwiseProcess
 
 
 class ContactLog:
@@ -70,7 +66,7 @@ class ContactLog:
 class RunLog:
     """A forming stroke."""
 
-    def __init__(self, process: FormingProcess, recorder: FieldRecorder | None) -> None:
+    def __init__(self, process: StepwiseProcess, recorder: FieldRecorder | None) -> None:
         self.process = process
         self.recorder = recorder
         self.end = 0.0

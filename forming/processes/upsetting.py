@@ -11,11 +11,10 @@ import numpy.typing as npt
 from friction_models.common import InputError
 from friction_models.common.ranges import check_range
 
-from ..fe.body import Body
 from ..fe.contact import GAP
 from ..fe.mesh.polyline import arc_length
 from ..fe.mesh.shape import FloatArray
-from ..fe.resample import mesh_inside, resample
+from ..fe.resample import body_within
 from ..fe.simulation import Simulation
 from ..fe.state import RemeshPolicy, StepControl
 from ..fe.tooling import Tool, flat_punch, plate, sleeve
@@ -258,9 +257,7 @@ def _build(
     tools: list[Tool] = [plate(0.0, T_tool), flat_punch(height, speed, T_tool)]
     if punch.bore_diameter is not None:
         tools.append(sleeve(0.5 * punch.bore_diameter, height, speed, T_tool))
-    surface = resample(punch.outline(), size, tools, None).points
-    mesh = mesh_inside(surface, size)
-    body = Body.at_rest(mesh.x, mesh.quads, np.ascontiguousarray(mesh.loop[: len(surface)]), T0)
+    body = body_within(punch.outline(), size, tools, T0)
     body.velocity = np.column_stack([0.5 * body.x[:, 0], -body.x[:, 1]]) * speed / height
     lengths = arc_length(punch.outline())
     face, top = lengths[-3] if punch.tip_diameter is None else lengths[2], lengths[-2]

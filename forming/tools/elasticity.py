@@ -22,7 +22,7 @@ def bore_flexibility(bore_radius: float, outer_radius: float, modulus: float) ->
     """Return the widening of a bore for a pressure in it [mm/MPa].
 
     Thick-walled cylinder with free ends (Lame): ``u = p a / E ((b^2 + a^2) / (b^2 - a^2) + nu)``. It is loaded
-    along its whole length; see `Elasticity.spread` for a short contact.
+    along its whole length; see `ElasticTools.spread` for a short contact.
 
     Parameters
     ----------
@@ -36,8 +36,8 @@ def bore_flexibility(bore_radius: float, outer_radius: float, modulus: float) ->
 
 
 @dataclass(frozen=True)
-class Elasticity:
-    """What gives way under the forming force; None is rigid.
+class ElasticTools:
+    """Die, punch and press that give way under the forming force; None is rigid.
 
     Parameters
     ----------
