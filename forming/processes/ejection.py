@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -49,22 +49,40 @@ class Row(NamedTuple):
 
 
 @dataclass
-class EjectionState:
-    """What changes during an ejection; the stage stands without the tools' later state."""
+class Motion:
+    """The stage that goes on; `stage` holds the tools as they stood at its start."""
 
     number: int
     stage: Stage
-    state: State
-    rows: list[Row]
-    patches: tuple[GripPatch, ...]
-    last_touch: float
-    start_load: float
-    total: float
-    last: Row
+    #: Velocity of the nodes when the stage began [mm/s].
     incoming: FloatArray
-    trial: int
-    regularisation: float
-    finished: bool
+    #: The last increment.
+    last: Row
+    #: Which of `TRIALS` is in use.
+    trial: int = 0
+    #: Travel at which something was last held [mm], and the highest load so far [N].
+    last_touch: float = 0.0
+    start_load: float = 0.0
+
+
+@dataclass
+class Progress:
+    """What all stages together have given so far."""
+
+    rows: list[Row] = field(default_factory=list)
+    patches: tuple[GripPatch, ...] = ()
+    travel: float = 0.0
+    #: v0 of the bluntest friction law that was needed, as a share of the tool speed.
+    regularisation: float = TRIALS[0][1]
+    finished: bool = False
+
+
+class EjectionState(NamedTuple):
+    """All that changes during an ejection."""
+
+    motion: Motion
+    progress: Progress
+    simulation: State
 
 
 class Ejection:
@@ -100,22 +118,18 @@ class Ejection:
         self._forming_force = max(abs(formed.force), 1.0)
         self.status, self.message = "ok", ""
         self.contact = ContactLog(process.n_points)
-        self._rows: list[Row] = []
-        self._patches: tuple[GripPatch, ...] = ()
-        self._total = 0.0
-        self.regularisation = TRIALS[0][1]
-        self.finished = False
+        self._progress = Progress()
         self._begin(0, formed.snapshot())
 
     def _begin(self, number: int, state: State) -> None:
         """Start a stage from the state at the end of the one before."""
         stage = self.process.ejection_stage(self.how, number, state)
         if stage is None:
-            self.finished = True
+            self._progress.finished = True
             return
-        self._number, self.stage = number, stage
         kept = {tool.name: force for tool, force in zip(state.tools, state.forces)}
-        self._trial = 0
+        incoming = state.body.velocity.copy()
+        self._motion = Motion(number, stage, incoming, Row(stage.name, 0.0, 0.0, 0.0, 0.0))
         control = self._control()
         tools = list(copy.deepcopy(stage.tools))
         self.simulation = self._simulation(
@@ -131,10 +145,18 @@ class Ejection:
                 forces=np.array([kept.get(tool.name, np.zeros(2)) for tool in tools]),
             )
         )
-        self._incoming = state.body.velocity.copy()
-        self.simulation.state.body.velocity[:] = TRIALS[0][0] * self._incoming
-        self._last_touch, self._start_load = 0.0, 0.0
-        self._last = Row(stage.name, 0.0, self._force(self.simulation), 0.0, 0.0)
+        self.simulation.state.body.velocity[:] = TRIALS[0][0] * incoming
+        self._motion.last = self._motion.last._replace(force=self._force(self.simulation))
+
+    @property
+    def stage(self) -> Stage:
+        """The motion that goes on."""
+        return self._motion.stage
+
+    @property
+    def finished(self) -> bool:
+        """Whether the product is free."""
+        return self._progress.finished
 
     def _control(self) -> StepControl:
         width = float(self._formed.state.body.x[:, 0].max())
@@ -153,7 +175,7 @@ class Ejection:
             state.tools,
             formed.material,
             state.markers.start_arc,
-            settings=replace(formed.settings, slip_regularisation=TRIALS[self._trial][1]),
+            settings=replace(formed.settings, slip_regularisation=TRIALS[self._motion.trial][1]),
             control=self._control(),
             heat=formed.heat,
             size=self._size(),
@@ -165,18 +187,16 @@ class Ejection:
 
     def _size(self) -> Callable[[float], SizeField] | None:
         """Return the sizes at the end of the stroke, moving with the product that the ejector pushes."""
-        if self._formed.size is None:
+        formed, rides = self._formed, self.stage.clear is None
+        if formed.size is None:
             return None
-        size, rides = (
-            self._formed.size(self._formed.state.stroke - self._formed.state.compression),
-            self.stage.clear is None,
-        )
+        size = formed.size(formed.state.stroke - formed.state.compression)
 
-        def field(travel: float) -> SizeField:
+        def size_at(travel: float) -> SizeField:
             shift = np.array([0.0, travel if rides else 0.0])
             return lambda points: size(points - shift)
 
-        return field
+        return size_at
 
     def advance(self, step: float = 0.1) -> bool:
         """Move the tool by `step` [mm] at most; the next stage begins by itself.
@@ -195,47 +215,45 @@ class Ejection:
                 break
         simulation = self.simulation
         travelled = simulation.state.stroke - before
-        self._total += travelled
+        self._progress.travel += travelled
         if travelled > 0.0:
-            self.contact.add(simulation, self._total, mu)
+            self.contact.add(simulation, self._progress.travel, mu)
         if self._stage_is_over():
-            if self._number == 0:
-                self._patches = grip_patches(simulation)
-            self._begin(self._number + 1, simulation.snapshot())
+            if self._motion.number == 0:
+                self._progress.patches = grip_patches(simulation)
+            self._begin(self._motion.number + 1, simulation.snapshot())
         elif simulation.state.status != "ok":
+            where = f"{self.stage.name}: stopped at travel"
             self.status = "stopped"
-            where = simulation.state.message.replace(
-                "stopped at stroke", f"{self.stage.name}: stopped at travel"
-            )
-            self.message = where
+            self.message = simulation.state.message.replace("stopped at stroke", where)
         return not self.finished and self.status == "ok"
 
     def _try_again(self) -> bool:
         """Go on from the last increment with another guess or a blunter friction law, if one is left."""
-        if self._trial + 1 >= len(TRIALS):
+        if self._motion.trial + 1 >= len(TRIALS):
             return False
-        self._trial += 1
-        state, share = self.simulation.state, TRIALS[self._trial][0]
+        self._motion.trial += 1
+        state, share = self.simulation.state, TRIALS[self._motion.trial][0]
         moved = state.increments + state.remeshes > 0
-        state.body.velocity = share * (state.body.velocity if moved else self._incoming)
+        state.body.velocity = share * (state.body.velocity if moved else self._motion.incoming)
         state.status, state.message, state.failures_in_row = "ok", "", 0
         state.next_dt = self._control().first / self.simulation.speed
         self.simulation = self._simulation(state)
-        self.regularisation = max(self.regularisation, TRIALS[self._trial][1])
+        self._progress.regularisation = max(self._progress.regularisation, TRIALS[self._motion.trial][1])
         return True
 
     def _observe(self, simulation: Simulation) -> bool:
         state = simulation.state
         self.contact.read_ratio(simulation)
         grip = sum(p.friction for p in grip_patches(simulation))
-        last, force = self._last, self._force(simulation)
+        last, force = self._motion.last, self._force(simulation)
         work = last.work + 0.5 * (last.force + force) * (state.stroke - last.travel)
-        self._last = Row(self.stage.name, state.stroke, force, work, grip)
-        self._rows.append(self._last)
+        self._motion.last = Row(self.stage.name, state.stroke, force, work, grip)
+        self._progress.rows.append(self._motion.last)
         load = self._load(simulation)
-        self._start_load = max(self._start_load, load)
-        if load > LOOSE * self._start_load:
-            self._last_touch = state.stroke
+        self._motion.start_load = max(self._motion.start_load, load)
+        if load > LOOSE * self._motion.start_load:
+            self._motion.last_touch = state.stroke
         return self._stage_is_over()
 
     def _force(self, simulation: Simulation) -> float:
@@ -258,27 +276,24 @@ class Ejection:
         return load
 
     def _stage_is_over(self) -> bool:
-        state = self.simulation.state
+        state, rows = self.simulation.state, self._progress.rows
         if state.stroke >= self.stage.longest - 1e-9:
             return True
-        if (
-            self._rows
-            and state.stroke > self._last_touch
-            and state.stroke - self._last_touch >= (self.stage.clear or 0.0)
-        ):
+        untouched = state.stroke - self._motion.last_touch
+        if rows and untouched > 0.0 and untouched >= (self.stage.clear or 0.0):
             return True
         if state.status == "ok":
             return False
-        forces = [abs(row.force) for row in self._rows if row.stage == self.stage.name and row.travel > 0.0]
+        forces = [abs(row.force) for row in rows if row.stage == self.stage.name and row.travel > 0.0]
         return (
             bool(forces)
             and forces[-1] <= NEARLY_LOOSE * max(forces)
-            and self._rows[-1].grip <= (NEARLY_LOOSE * max(row.grip for row in self._rows))
+            and rows[-1].grip <= NEARLY_LOOSE * max(row.grip for row in rows)
         )
 
     def set_mu(self, mu: npt.ArrayLike) -> None:
         """Set the coefficients of friction at the markers, shape (n_points,) or one number."""
-        self.simulation.state.mu = checked_mu(mu, self.process.n_points, self._total)
+        self.simulation.state.mu = checked_mu(mu, self.process.n_points, self._progress.travel)
 
     def loads(self) -> FloatArray:
         """Return v_rel, T, sigma_n, sd, psi of the material markers, shape (n_points, 5)."""
@@ -291,34 +306,13 @@ class Ejection:
 
     def snapshot(self) -> EjectionState:
         """Return the complete state; `restore` continues from it exactly."""
-        return copy.deepcopy(
-            EjectionState(
-                self._number,
-                self.stage,
-                self.simulation.state,
-                self._rows,
-                self._patches,
-                self._last_touch,
-                self._start_load,
-                self._total,
-                self._last,
-                self._incoming,
-                self._trial,
-                self.regularisation,
-                self.finished,
-            )
-        )
+        return copy.deepcopy(EjectionState(self._motion, self._progress, self.simulation.state))
 
     def restore(self, kept: EjectionState) -> None:
         """Go back to a snapshot of this ejection."""
-        kept = copy.deepcopy(kept)
-        self._number, self.stage, self._rows = kept.number, kept.stage, kept.rows
-        self._patches, self._last_touch = kept.patches, kept.last_touch
-        self._incoming = kept.incoming
-        self._start_load, self._total, self.finished = kept.start_load, kept.total, kept.finished
-        self._last, self._trial, self.regularisation = kept.last, kept.trial, kept.regularisation
-        self.contact.cut(self._total)
-        self.simulation = self._simulation(kept.state)
+        self._motion, self._progress, state = copy.deepcopy(kept)
+        self.contact.cut(self._progress.travel)
+        self.simulation = self._simulation(state)
         self.status, self.message = "ok", ""
 
     def run(
@@ -346,23 +340,24 @@ class Ejection:
                     self.status, self.message = "stopped", f"{self.stage.name}: {error}"
                     raise
             if progress is not None:
-                progress(self._total)
+                progress(self._progress.travel)
         return self.result()
 
     def result(self) -> EjectionResult:
         """Return what there is so far."""
-        numbers = np.array([row[1:] for row in self._rows]).reshape(-1, 4).T
+        rows = self._progress.rows
+        travel, force, work, grip = np.array([row[1:] for row in rows]).reshape(-1, 4).T
         return EjectionResult(
             how=self.how,
-            phase=tuple(row.stage for row in self._rows),
-            travel=numbers[0],
-            force=numbers[1],
-            work=numbers[2],
-            grip=numbers[3],
-            patches=self._patches,
+            phase=tuple(row.stage for row in rows),
+            travel=travel,
+            force=force,
+            work=work,
+            grip=grip,
+            patches=self._progress.patches,
             contact=self.contact.history(),
             energy_balance=self.simulation.state.energy.imbalance,
-            slip_regularisation=self.regularisation,
+            slip_regularisation=self._progress.regularisation,
             status=self.status,
             message=self.message,
         )
