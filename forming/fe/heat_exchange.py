@@ -23,7 +23,7 @@ KEEPING, SMALL, MOST = 4, 1e-3, 0.2
 
 @dataclass(frozen=True)
 class Environment:
-    """What free surfaces of the workpiece look at: still air and walls of one temperature.
+    """Surroundings of free workpiece surfaces: still air and walls of one temperature.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What the solver must know of a workpiece material."""
+"""Properties of the workpiece material that the solver needs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every forming process offers: a whole run with given friction, and the steps for a co-simulation."""
+"""A forming process that runs as a whole with given friction; the base of all processes."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class FormingProcess(StepwiseProcess):
         snapshots: int | Sequence[float] | None = None,
         eject: bool | str = False,
     ) -> FormingResult:
-        """Extrude by `stroke` [mm] from a fresh billet.
+        """Form a fresh billet by `stroke` [mm].
 
         Parameters
         ----------

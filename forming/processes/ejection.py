@@ -1,4 +1,4 @@
-"""Getting the product off the tools after the stroke: the punch is withdrawn, an ejector pushes."""
+"""Ejection after the stroke: the punch is withdrawn, then an ejector pushes the product off the tools."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ REMESH = RemeshPolicy(every=1_000_000, quality=0.15, strain=1.0)
 
 
 class Row(NamedTuple):
-    """An increment."""
+    """Travel, force, work and grip at the end of an increment."""
 
     stage: str
     travel: float
@@ -50,7 +50,7 @@ class Row(NamedTuple):
 
 @dataclass
 class Motion:
-    """The stage that goes on; `stage` holds the tools as they stood at its start."""
+    """The stage under way; `stage` holds the tools as they stood at its start."""
 
     number: int
     stage: Stage
@@ -67,7 +67,7 @@ class Motion:
 
 @dataclass
 class Progress:
-    """What all stages together have given so far."""
+    """Result of all stages so far."""
 
     rows: list[Row] = field(default_factory=list)
     patches: tuple[GripPatch, ...] = ()
@@ -150,7 +150,7 @@ class Ejection:
 
     @property
     def stage(self) -> Stage:
-        """The motion that goes on."""
+        """The motion under way."""
         return self._motion.stage
 
     @property
@@ -229,7 +229,7 @@ class Ejection:
         return not self.finished and self.status == "ok"
 
     def _try_again(self) -> bool:
-        """Go on from the last increment with another guess or a blunter friction law, if one is left."""
+        """Continue from the last increment with another guess or a blunter friction law, if one is left."""
         if self._motion.trial + 1 >= len(TRIALS):
             return False
         self._motion.trial += 1
@@ -321,7 +321,7 @@ class Ejection:
         communication_step: float = 0.1,
         progress: Callable[[float], None] | None = None,
     ) -> EjectionResult:
-        """Go on until the product is free.
+        """Continue until the product is free.
 
         Parameters
         ----------
@@ -344,7 +344,7 @@ class Ejection:
         return self.result()
 
     def result(self) -> EjectionResult:
-        """Return what there is so far."""
+        """Return the result so far."""
         rows = self._progress.rows
         travel, force, work, grip = np.array([row[1:] for row in rows]).reshape(-1, 4).T
         return EjectionResult(

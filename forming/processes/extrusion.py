@@ -1,4 +1,4 @@
-"""What forward and backward extrusion share: elastic tools and the ejector."""
+"""Common parts of forward and backward extrusion: elastic tools and the ejector."""
 
 from __future__ import annotations
 

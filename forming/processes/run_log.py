@@ -1,4 +1,4 @@
-"""Collects what a forming run leaves behind, step by step."""
+"""Records a forming run step by step: force, work and the contact at the markers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .stepwise import StepwiseProcess
 
 
 class ContactLog:
-    """The contact at the material markers, one entry a communication step."""
+    """Records the contact at the material markers, one entry per communication step."""
 
     def __init__(self, n_points: int) -> None:
         self.n_points = n_points
@@ -51,7 +51,7 @@ class ContactLog:
             del entries[n:]
 
     def history(self) -> ContactHistory:
-        """Return the entries so far."""
+        """Return the record so far."""
         n = self.n_points
         return ContactHistory(
             stroke=np.array(self.stroke),
@@ -64,7 +64,7 @@ class ContactLog:
 
 
 class RunLog:
-    """A forming stroke."""
+    """Records a forming stroke."""
 
     def __init__(self, process: StepwiseProcess, recorder: FieldRecorder | None) -> None:
         self.process = process

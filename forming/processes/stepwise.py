@@ -88,7 +88,7 @@ class StepwiseProcess(ABC):
         return value
 
     def _optional(self, name: str, value: float | None, low: float, high: float, unit: str) -> float | None:
-        """Do the same for a number that may be left out (None)."""
+        """Return a checked number that may be left out (None), and remember its unit."""
         self.units[name] = unit
         return None if value is None else self._number(name, value, low, high, unit)
 
@@ -233,7 +233,7 @@ class StepwiseProcess(ABC):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Where the run so far has left what is known of the material."""
+        """Where the run so far has left the range in which the flow curve is known."""
         history = self.simulation.state.history
         highest = (
             max((getattr(h, n) for h in history), default=0.0) for n in ("strain_max", "rate_max", "T_max")

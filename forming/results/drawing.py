@@ -1,4 +1,4 @@
-"""What all drawings of fields share: colour maps, round numbers of scales, the window, outlines of tools."""
+"""Common parts of field drawings: colour maps, round numbers of scales, the window, outlines of tools."""
 
 from __future__ import annotations
 
@@ -79,14 +79,14 @@ def ticks(low: float, high: float, about: int = 6) -> FloatArray:
 
 
 def number(value: float) -> str:
-    """Return a tick's value as one writes it."""
+    """Return the label of a tick."""
     text = f"{value:.6g}" if 1e-3 <= abs(value) < 1e6 or value == 0.0 else f"{value:.2e}"
     return text.replace("-", "\N{MINUS SIGN}")
 
 
 @dataclass(frozen=True)
 class Window:
-    """What is drawn: 0 <= r <= r_max, z_min <= z <= z_max [mm]."""
+    """Part of the plane that is drawn: 0 <= r <= r_max, z_min <= z <= z_max [mm]."""
 
     r_max: float
     z_min: float

@@ -1,4 +1,4 @@
-"""What ejecting or stripping a product leaves behind, and its files."""
+"""Result of ejecting or stripping a product, and its files."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from .contact_history import ContactHistory
 from .force_curve import averaged
 
 _COLUMNS = {"travel": "mm", "force": "kN", "work": "J", "grip": "kN"}
-#: What a phase may be called.
+#: Names of the phases.
 PHASES = ("withdraw", "release", "eject")
 _FIGURES = ("energy_balance", "slip_regularisation")
-#: Most rows, and bytes, of a file that is read back.
+#: Largest number of rows and bytes of a file that is read back.
 _ROWS, _BYTES = 100_000, 20_000_000
 
 

@@ -1,4 +1,4 @@
-"""Reads the folder of a forming result that `FormingResult.save` wrote."""
+"""Reads a forming result from its folder."""
 
 from __future__ import annotations
 

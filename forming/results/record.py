@@ -16,7 +16,7 @@ from .force_curve import FORCE_WINDOW, averaged
 
 @dataclass(frozen=True)
 class FormingRecord:
-    """Force and bookkeeping of a forming run, one entry a communication step.
+    """Numbers of a forming run; arrays have one entry per communication step.
 
     Attributes
     ----------
@@ -47,9 +47,10 @@ class FormingRecord:
     heat_balance : float
         Rise of the workpiece's heat + what left it - what arose in it, over the largest of these.
     warnings : tuple of str
-        Where the run left what is known of the material; it went on with the edge or the law's own extension.
+        Where the run left the range in which the flow curve is known; it went on with the edge of a table or the
+        law's own extension.
     ejection : EjectionResult or None
-        What it took to get the product off the tools, if the run was asked for it.
+        Forces and work of ejecting the product, if the run was asked for it.
     """
 
     stroke: FloatArray

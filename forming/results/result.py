@@ -1,4 +1,4 @@
-"""The result of a forming run, with its files, pictures and page."""
+"""Result of a forming run, with its files, pictures and page."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .saving import save_result
 
 @dataclass(frozen=True)
 class FormingResult(FormingRecord):
-    """Result of a forming run: the numbers of `FormingRecord`, and how they are drawn, saved and reported."""
+    """Result of a forming run: a `FormingRecord` that can be drawn, saved and reported."""
 
     def picture(self, path: str | os.PathLike[str], field: str = "T", stroke: float | None = None) -> Path:
         """Draw a field over the full cross-section with the tools; return the path.

@@ -1,4 +1,4 @@
-"""Rows against CalculiX, run beside ours; where it is missing, its last numbers stand in and the row says so."""
+"""Comparison with CalculiX; where it is not installed, numbers of an earlier run take its place."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Kept:
 
 @dataclass(frozen=True)
 class Peer:
-    """Numbers to compare with; `reason` says why they are not from a run of now, or is empty."""
+    """Numbers to compare with; `reason` says why CalculiX was not run, or is empty."""
 
     values: Mapping[str, float]
     source: str
@@ -33,7 +33,7 @@ def bore_key(reduction: int) -> str:
 
 
 def peer(setup: Compression, kept: Kept) -> Peer:
-    """Run CalculiX; without it, return what was kept and why."""
+    """Run CalculiX; where it is missing, return the kept numbers and the reason."""
     try:
         result = compress(setup)
     except CalculixError as error:
@@ -51,7 +51,7 @@ def peer(setup: Compression, kept: Kept) -> Peer:
 def peer_row(
     quantity: str, unit: str, other: Peer, key: str, ours: float, tolerance: float, absolute: bool = False
 ) -> Row:
-    """Return the row that compares `ours` with one of the peer's numbers."""
+    """Return the row that compares `ours` with one of the numbers of CalculiX."""
     return Row(
         quantity,
         unit,

@@ -1,4 +1,4 @@
-"""The runs that cases share: flow curves, isothermal runs, the check that a run has ended."""
+"""Common parts of the cases: flow curves, the check that a run has ended, balance of energy and volume."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ def published_flow_stress(strain: npt.ArrayLike, T: float, rate: float) -> Float
 
 
 def rate_independent() -> HenselSpittel:
-    """Return 16MnCr5 with its flow curve held at 0.5/s, as the other program is given it."""
+    """Return 16MnCr5 with its flow curve held at 0.5/s, as CalculiX is given it."""
     steel = steel_16MnCr5()
     return replace(steel, A=steel.A * FROZEN_RATE**steel.m3, m3=0.0)
 
 
 def finished(process: FormingProcess, result: FormingResult) -> FormingResult:
-    """Return the result.
+    """Return the result of a run that has reached its end.
 
     Raises
     ------
