@@ -134,11 +134,7 @@ def start_active(
             active[i] = 1
             if gap > -light:
                 gap, _, _ = gap_and_normal(
-                    x[n, 0] + du[n, 0],
-                    x[n, 1] + du[n, 1],
-                    segments,
-                    offset[0] + move[0],
-                    offset[1] + move[1],
+                    x[n, 0] + du[n, 0], x[n, 1] + du[n, 1], segments, offset[0] + move[0], offset[1] + move[1]
                 )
                 if gap > separation:
                     active[i] = 0

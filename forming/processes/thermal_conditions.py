@@ -27,20 +27,7 @@ RANGES = {
 class ThermalConditions:
     """Temperatures at the start, and how workpiece, tools and environment exchange heat.
 
-    Attributes
-    ----------
-    T_billet, T_tool : float
-        Temperatures of billet and tools at the start [degC].
-    tool_heating : bool
-        Conduct heat in the tools; False holds their surfaces at `T_tool`.
-    tool_material : Material, name or path
-        Steel of the tools; it needs no flow curve. None: the usual one.
-    htc : float
-        Heat transfer coefficient of the contact [kW/(m2 K)].
-    T_ambient : float
-        Temperature of air and walls [degC].
-    h_ambient : float
-        Heat transfer coefficient to still air [W/(m2 K)]; 0: free surfaces are insulated and do not radiate.
+    The attributes are described in `StepwiseProcess`; the material of the tools needs no flow curve.
     """
 
     T_billet: float = 20.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -111,20 +111,13 @@ class UpsettingResult:
             return np.column_stack([np.interp(peak, known, column) for column in values.T])
 
         times = at(self.time) if time is None else np.atleast_1d(np.asarray(time, dtype=np.float64))
-        return UpsettingResult(
-            time=times,
-            force=wanted,
-            contact_radius=at(self.contact_radius),
-            radius_fraction=self.radius_fraction,
-            sigma_n=at(self.sigma_n) * scale[:, None],
-            psi=at(self.psi),
-            sigma_n_mean=at(self.sigma_n_mean) * scale,
-            psi_mean=at(self.psi_mean),
-            area_ratio=at(self.area_ratio),
-            T_contact=at(self.T_contact),
-            height=at(self.height),
-            status=self.status,
-            message=self.message,
+        unloaded = {
+            "sigma_n": at(self.sigma_n) * scale[:, None],
+            "sigma_n_mean": at(self.sigma_n_mean) * scale,
+        }
+        kept = ("contact_radius", "psi", "psi_mean", "area_ratio", "T_contact", "height")
+        return replace(
+            self, time=times, force=wanted, **unloaded, **{name: at(getattr(self, name)) for name in kept}
         )
 
 
@@ -213,9 +206,7 @@ def upset(
     return result.at_force(forces, times)
 
 
-def _force_history(
-    force: Force,
-) -> tuple[FloatArray | None, FloatArray]:
+def _force_history(force: Force) -> tuple[FloatArray | None, FloatArray]:
     times: FloatArray | None = None
     try:
         given = [

@@ -10,12 +10,7 @@ from friction_models.common.ranges import check_range
 #: Poisson's ratio of tool steel.
 POISSON = 0.3
 #: Units of the numbers.
-UNITS = {
-    "die_outer_diameter": "mm",
-    "punch_length": "mm",
-    "press_stiffness": "kN/mm",
-    "tool_modulus": "GPa",
-}
+UNITS = {"die_outer_diameter": "mm", "punch_length": "mm", "press_stiffness": "kN/mm", "tool_modulus": "GPa"}
 
 
 def bore_flexibility(bore_radius: float, outer_radius: float, modulus: float) -> float:
@@ -71,8 +66,7 @@ class ElasticTools:
             "tool_modulus": (50.0, 800.0),
         }
         for name, (low, high) in ranges.items():
-            value = getattr(self, name)
-            if value is not None:
+            if (value := getattr(self, name)) is not None:
                 check_range(self.process, name, value, low, high, UNITS[name])
 
     @property

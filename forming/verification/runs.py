@@ -50,26 +50,11 @@ def finished(process: FormingProcess, result: FormingResult) -> FormingResult:
     return result
 
 
-def account_rows(result: FormingResult, what: str = "") -> list[Row]:
+def account_rows(result: FormingResult) -> list[Row]:
     """Return the rows on the energy balance and the unloaded volume of a run."""
-    of = f" {what}" if what else ""
+    balance = "work of the punch = plastic + friction + elastic + contact springs"
+    energy, volume = 100.0 * result.energy_balance, 100.0 * result.volume_change
     return [
-        Row(
-            f"energy balance{of}",
-            "%",
-            0.0,
-            "work of the punch = plastic + friction + elastic + contact springs",
-            100.0 * result.energy_balance,
-            ENERGY,
-            absolute=True,
-        ),
-        Row(
-            f"unloaded volume{of}",
-            "%",
-            0.0,
-            "plastic flow keeps it",
-            100.0 * result.volume_change,
-            VOLUME,
-            absolute=True,
-        ),
+        Row("energy balance", "%", 0.0, balance, energy, ENERGY, absolute=True),
+        Row("unloaded volume", "%", 0.0, "plastic flow keeps it", volume, VOLUME, absolute=True),
     ]

@@ -22,14 +22,8 @@ def frictionless() -> list[Row]:
     result = finished(process, process.run(0.0, 7.5))
     rate = 5.0 / 7.5
     expected = float(published_flow_stress(math.log(2.0), 20.0, rate)) * 2.0 * math.pi * 7.5**2 * 1e-3
-    force = Row(
-        "force at 50 %",
-        "kN",
-        expected,
-        "closed form: kf(ln 2, 20 degC, 5 / 7.5 per s) x 2 A0",
-        result.force[-1],
-        0.5,
-    )
+    source = "closed form: kf(ln 2, 20 degC, 5 / 7.5 per s) x 2 A0"
+    force = Row("force at 50 %", "kN", expected, source, result.force[-1], 0.5)
     return [force, *account_rows(result)]
 
 
