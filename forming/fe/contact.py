@@ -188,9 +188,9 @@ def add_contact(
     for i in range(chain.shape[0]):
         n = chain[i]
         gap, nr, nz = gap_and_normal(x0[n, 0] + du[n, 0], x0[n, 1] + du[n, 1], segments, offset[0], offset[1])
-        table[i, 3] = gap
-        table[i, 4] = nr
-        table[i, 5] = nz
+        table[i, GAP] = gap
+        table[i, NORMAL_R] = nr
+        table[i, NORMAL_Z] = nz
         before = active[i]
         if gap <= -reach:
             active[i] = 0
@@ -203,9 +203,9 @@ def add_contact(
         if active[i] != before:
             changes += 1
         if active[i] == 0:
-            table[i, 0] = 0.0
-            table[i, 1] = 0.0
-            table[i, 2] = 0.0
+            table[i, PRESSURE] = 0.0
+            table[i, SHEAR] = 0.0
+            table[i, SLIP] = 0.0
             continue
         w = weights[i]
         pressure = -penalty * gap
@@ -221,9 +221,9 @@ def add_contact(
             coupling = -mu[i] * (slip / speed) * penalty
         shear = -limit * slip / speed
         tangent = limit * ((1.0 - secant) * slip_scale * slip_scale / speed**3 + secant / speed) / dt
-        table[i, 0] = pressure
-        table[i, 1] = shear
-        table[i, 2] = slip
+        table[i, PRESSURE] = pressure
+        table[i, SHEAR] = shear
+        table[i, SLIP] = slip
         row = 2 * n
         force[row] -= (pressure * nr + shear * tr) * w
         force[row + 1] -= (pressure * nz + shear * tz) * w

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .body import Body
+from .contact import GAP, PRESSURE, SHEAR, SLIP
 from .energy import Energy
 from .heat.conduction import heat_step
 from .heat.properties import integral
@@ -95,9 +96,9 @@ def exchange_heat(
     """
     surface = body.surface
     nodes, conductance, outside, power = [], [], [], []
-    powers = [rubbing * np.abs(table[:, 1] * table[:, 2]) for table in tables]
+    powers = [rubbing * np.abs(table[:, SHEAR] * table[:, SLIP]) for table in tables]
     for table, tool, frictional in zip(tables, tools, powers):
-        on = table[:, 0] > 0.0
+        on = table[:, PRESSURE] > 0.0
         nodes.append(body.chain[on])
         conductance.append(weights[on] * heat.htc)
         outside.append(tool.surface_temperature(surface[on]))
@@ -136,7 +137,7 @@ def exchange_heat(
         if tool.heat_field is not None:
             into_tool = (1.0 - heat.friction_share) * frictional
             points = surface - tool.offset
-            tool.heat_field.step(dt, points, table[:, 0] > 0.0, T[body.chain], into_tool, heat.htc)
+            tool.heat_field.step(dt, points, table[:, PRESSURE] > 0.0, T[body.chain], into_tool, heat.htc)
     return T
 
 
@@ -144,7 +145,7 @@ def exposed(tables: list[FloatArray], tools: list[Tool], shelter: float) -> np.n
     """Return which surface nodes face no tool: neither in contact nor within `shelter` [mm] of one."""
     free = np.ones(len(tables[0]), dtype=bool)
     for table, tool in zip(tables, tools):
-        free &= (table[:, 0] <= 0.0) & ((table[:, 3] > shelter) | (table[:, 3] <= -tool.reach))
+        free &= (table[:, PRESSURE] <= 0.0) & ((table[:, GAP] > shelter) | (table[:, GAP] <= -tool.reach))
     return free
 
 

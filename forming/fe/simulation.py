@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from .body import Body
+from .contact import SHEAR, SLIP
 from .energy import Loading
 from .heat_exchange import HeatExchange, exchange_heat
 from .increment import Attempt, Settings, Step, StepError, Workspace, solve_increment
@@ -305,7 +306,7 @@ class Simulation:
     def _heat(self, step: Step, dt: float, friction: float) -> FloatArray:
         """Return the temperatures after an increment in which `friction` [N mm] became heat."""
         assert self.heat is not None
-        power = sum(float(np.abs(table[:, 1] * table[:, 2]) @ step.weights) for table in step.tables)
+        power = sum(float(np.abs(table[:, SHEAR] * table[:, SLIP]) @ step.weights) for table in step.tables)
         at_end = 2.0 * np.pi * power * dt
         state, body, material = self.state, self.state.body, self.material
         return exchange_heat(
@@ -349,7 +350,7 @@ class Simulation:
         state, control = self.state, self.control
         largest = control.largest / self.speed
         state.next_dt = min(largest, 1.5 * max(dt, min(state.next_dt, largest)))
-        slip = max(float(np.abs(table[:, 2]).max()) for table in step.tables)
+        slip = max(float(np.abs(table[:, SLIP]).max()) for table in step.tables)
         if slip > 0.0:
             state.next_dt = min(state.next_dt, max(control.slip / slip, largest / 20.0))
         if self._remesh_due() and self.remesh():

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from friction_models.common import InputError, unknown_name
 
+from ..fe.contact import PRESSURE
 from ..fe.mesh.polyline import SizeField
 from ..fe.mesh.shape import FloatArray
 from ..fe.simulation import Simulation
@@ -269,7 +270,7 @@ class Ejection:
             counts = tool.name == self.stage.mover if self.stage.clear is not None else tool.speed == 0.0
             if not counts:
                 continue
-            pressure = np.maximum(table[:, 0], 0.0)
+            pressure = np.maximum(table[:, PRESSURE], 0.0)
             if self.stage.opening is not None:
                 pressure = np.where(state.body.surface[:, 1] < self.stage.opening, pressure, 0.0)
             load += 2.0 * math.pi * float(pressure @ state.weights)

@@ -11,8 +11,11 @@ from ..results.contact_history import ContactHistory
 from ..results.field_recorder import FieldRecorder
 from ..results.fields import FieldHistory
 from ..results.result import FormingResult
-from ..results.snapshot import surface_contact
+from ..results.snapshot import CONTACT_FIELDS, surface_contact
 from .stepwise import StepwiseProcess
+
+#: Column of the contact fields.
+TAU_OVER_K = [f.name for f in CONTACT_FIELDS].index("tau_over_k")
 
 
 class ContactLog:
@@ -31,7 +34,7 @@ class ContactLog:
     def read_ratio(self, simulation: Simulation) -> None:
         """Read the friction stress over k; to be called before a remeshing takes the contact away."""
         markers = simulation.state.markers
-        ratio = markers.at_markers(surface_contact(simulation)[:, 3])
+        ratio = markers.at_markers(surface_contact(simulation)[:, TAU_OVER_K])
         self._ratio = np.where(markers.active, ratio, 0.0)
 
     def add(self, simulation: Simulation, stroke: float, mu: FloatArray) -> None:

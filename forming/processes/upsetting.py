@@ -11,7 +11,7 @@ import numpy.typing as npt
 from friction_models.common import InputError
 from friction_models.common.ranges import check_range
 
-from ..fe.contact import GAP
+from ..fe.contact import GAP, PRESSURE
 from ..fe.mesh.polyline import arc_length
 from ..fe.mesh.shape import FloatArray
 from ..fe.resample import body_within
@@ -276,7 +276,7 @@ def _edge_radius(surface: FloatArray, table: FloatArray, bore: float) -> float:
     The contact lies between the last node that touches and the first that does not. The gap of the first two
     free nodes, extrapolated to zero, tells where, so that the area grows smoothly with the force.
     """
-    on = table[:, 0] > 0.0
+    on = table[:, PRESSURE] > 0.0
     last = int(np.flatnonzero(on)[np.argmax(surface[on, 0])])
     edge = float(surface[last, 0])
     if last + 2 < len(surface):
@@ -297,7 +297,7 @@ def _contact(sim: Simulation, punch: PunchGeometry, fraction: FloatArray) -> dic
     }
     surface = body.surface
     tables = state.tables
-    on = tables[0][:, 0] > 0.0 if tables else np.zeros(len(surface), dtype=bool)
+    on = tables[0][:, PRESSURE] > 0.0 if tables else np.zeros(len(surface), dtype=bool)
     if tables is None or not on.any():
         area = punch.first_contact_area
         flat = np.zeros_like(fraction)
@@ -316,7 +316,7 @@ def _contact(sim: Simulation, punch: PunchGeometry, fraction: FloatArray) -> dic
     ring = np.gradient(fraction) * fraction
     share = ring / ring.sum()
     mean_pressure = -float(state.forces[0, 1]) / area
-    pressure = _profile(r, surface[on, 0], np.maximum(tables[0][on, 0], 0.0))
+    pressure = _profile(r, surface[on, 0], np.maximum(tables[0][on, PRESSURE], 0.0))
     pressure *= mean_pressure / float(share @ pressure)
     points = markers.points(surface)
     touching = (

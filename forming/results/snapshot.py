@@ -160,23 +160,24 @@ def surface_contact(simulation: Simulation) -> FloatArray:
     k belongs to the end of the increment. Right after a remeshing, before the next increment, nothing but
     mu is known.
     """
-    state = simulation.state
-    body = state.body
+    state, body = simulation.state, simulation.state.body
     n = len(body.chain)
-    found = np.zeros((n, len(CONTACT_FIELDS)))
-    found[:, 2] = state.markers.at_nodes(state.mu, n)
-    if state.tables is None:
-        return found
-    loads = surface_loads(body.surface, state.tables, state.tools, state.weights)
-    k = nodal_shear_yield(body.quads, body.strain, body.rate, body.T, simulation.material.vector())[
-        body.chain
-    ]
-    tau = np.abs(loads.shear)
-    columns = (loads.pressure, tau, found[:, 2], tau / k, np.abs(loads.slip), loads.tool_T)
-    for j, column in enumerate(columns):
-        if j != 2:
-            found[:, j] = np.where(loads.active, column, 0.0)
-    return found
+    columns = dict.fromkeys((f.name for f in CONTACT_FIELDS), np.zeros(n))
+    columns["mu"] = state.markers.at_nodes(state.mu, n)
+    if state.tables is not None:
+        loads = surface_loads(body.surface, state.tables, state.tools, state.weights)
+        flow_curve = simulation.material.vector()
+        k = nodal_shear_yield(body.quads, body.strain, body.rate, body.T, flow_curve)[body.chain]
+        tau = np.abs(loads.shear)
+        touching = {
+            "sigma_n": loads.pressure,
+            "tau": tau,
+            "tau_over_k": tau / k,
+            "v_rel": np.abs(loads.slip),
+            "T_tool": loads.tool_T,
+        }
+        columns |= {name: np.where(loads.active, column, 0.0) for name, column in touching.items()}
+    return np.column_stack([columns[f.name] for f in CONTACT_FIELDS])
 
 
 def _chain(segments: FloatArray, offset: FloatArray) -> Floats:

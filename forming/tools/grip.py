@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..fe.contact import NORMAL_R, PRESSURE
 from ..fe.simulation import Simulation
 
 
@@ -43,14 +44,14 @@ def grip_patches(simulation: Simulation) -> tuple[GripPatch, ...]:
     for tool, table in zip(state.tools, state.tables or []):
         if tool.speed > 0.0:
             continue
-        on = np.flatnonzero(table[:, 0] > 0.0)
+        on = np.flatnonzero(table[:, PRESSURE] > 0.0)
         for patch in np.split(on, np.flatnonzero(np.diff(on) > 1) + 1):
             if not len(patch):
                 continue
-            force = 2.0 * math.pi * table[patch, 0] * state.weights[patch]
+            force = 2.0 * math.pi * table[patch, PRESSURE] * state.weights[patch]
             (r_low, z_low), (r_high, z_high) = surface[patch].min(axis=0), surface[patch].max(axis=0)
             area = 2.0 * math.pi * float(state.weights[patch].sum())
-            axial = float((mu[patch] * force * np.abs(table[patch, 4])).sum())
+            axial = float((mu[patch] * force * np.abs(table[patch, NORMAL_R])).sum())
             found.append(
                 GripPatch(
                     tool.name,
