@@ -5,8 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +19,8 @@ from ..fe.simulation import Simulation
 from ..fe.state import RemeshPolicy, State, StepControl
 from ..results.ejection_result import EjectionResult
 from ..tools.ejection_tools import Stage
-from ..tools.grip import GripPatch, grip_patches
+from ..tools.grip import grip_patches
+from .ejection_state import TRIALS, EjectionState, Motion, Progress, Row
 from .friction_input import Friction, checked_mu
 from .run_log import ContactLog
 from .stepwise import StepwiseProcess
@@ -31,59 +31,8 @@ LOOSE = 1e-3
 NEARLY_LOOSE = 0.02
 #: Share of the forming force by which the force may change in one increment.
 FORCE_CHANGE = 0.03
-#: First guesses of the velocity, as shares of the last one, and v0 of the friction law as shares of the tool
-#: speed, tried one after the other: the slip turns round in single increments, which a sharp law with a poor
-#: guess does not survive. A blunter law leaves some friction unused where the product hardly slips.
-TRIALS = ((0.0, 0.02), (-1.0, 0.02), (0.0, 0.05), (-1.0, 0.1), (0.0, 0.2))
 #: Element quality below which the product is meshed anew, and the plastic strain since.
 REMESH = RemeshPolicy(every=1_000_000, quality=0.15, strain=1.0)
-
-
-class Row(NamedTuple):
-    """Travel, force, work and grip at the end of an increment."""
-
-    stage: str
-    travel: float
-    force: float
-    work: float
-    grip: float
-
-
-@dataclass
-class Motion:
-    """The stage under way; `stage` holds the tools as they stood at its start."""
-
-    number: int
-    stage: Stage
-    #: Velocity of the nodes when the stage began [mm/s].
-    incoming: FloatArray
-    #: The last increment.
-    last: Row
-    #: Which of `TRIALS` is in use.
-    trial: int = 0
-    #: Travel at which something was last held [mm], and the highest load so far [N].
-    last_touch: float = 0.0
-    start_load: float = 0.0
-
-
-@dataclass
-class Progress:
-    """Result of all stages so far."""
-
-    rows: list[Row] = field(default_factory=list)
-    patches: tuple[GripPatch, ...] = ()
-    travel: float = 0.0
-    #: v0 of the bluntest friction law that was needed, as a share of the tool speed.
-    regularisation: float = TRIALS[0][1]
-    finished: bool = False
-
-
-class EjectionState(NamedTuple):
-    """All that changes during an ejection."""
-
-    motion: Motion
-    progress: Progress
-    simulation: State
 
 
 class Ejection:
