@@ -111,13 +111,18 @@ class UpsettingResult:
             return np.column_stack([np.interp(peak, known, column) for column in values.T])
 
         times = at(self.time) if time is None else np.atleast_1d(np.asarray(time, dtype=np.float64))
-        unloaded = {
-            "sigma_n": at(self.sigma_n) * scale[:, None],
-            "sigma_n_mean": at(self.sigma_n_mean) * scale,
-        }
-        kept = ("contact_radius", "psi", "psi_mean", "area_ratio", "T_contact", "height")
         return replace(
-            self, time=times, force=wanted, **unloaded, **{name: at(getattr(self, name)) for name in kept}
+            self,
+            time=times,
+            force=wanted,
+            contact_radius=at(self.contact_radius),
+            sigma_n=at(self.sigma_n) * scale[:, None],
+            psi=at(self.psi),
+            sigma_n_mean=at(self.sigma_n_mean) * scale,
+            psi_mean=at(self.psi_mean),
+            area_ratio=at(self.area_ratio),
+            T_contact=at(self.T_contact),
+            height=at(self.height),
         )
 
 

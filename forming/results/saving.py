@@ -35,9 +35,8 @@ def save_result(result: FormingRecord, folder: Path, name: str) -> Path:
         np.savetxt(
             place / "force.csv", np.column_stack(list(curves.values())), "%.9g", ",", header=head, comments=""
         )
-        encoding: Any = {}
         data = contact_dataset(result.contact)
-        encoding = {str(v): {"zlib": True, "complevel": 4} for v in data.data_vars}
+        encoding: Any = {str(v): {"zlib": True, "complevel": 4} for v in data.data_vars}
         data.to_netcdf(place / "contact.nc", engine="netcdf4", encoding=encoding)
         if result.ejection is not None:
             save_ejection(result.ejection, place)

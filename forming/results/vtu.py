@@ -12,7 +12,7 @@ import numpy as np
 from friction_models.common import atomic_folder
 from friction_models.common.folders import FIELDS
 
-from .snapshot import CONTACT_FIELDS, ELEMENT_FIELDS, Snapshot
+from .snapshot import CONTACT_FIELDS, ELEMENT_FIELDS, Floats, Snapshot
 
 
 def write_collection(snapshots: Sequence[Snapshot], folder: Path) -> Path:
@@ -51,7 +51,7 @@ def _label(name: str, unit: str) -> str:
     return name if unit == "1" else f"{name} [{unit}]"
 
 
-def _points(x: Any) -> Any:
+def _points(x: Floats) -> Floats:
     return np.column_stack([x, np.zeros(len(x), dtype=x.dtype)])
 
 
