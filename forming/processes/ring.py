@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TypedDict, Unpack
 
 import numpy as np
 
@@ -137,6 +137,25 @@ class Upsetting(FormingProcess):
         return np.full(len(points), self.mesh_size)
 
 
+class UpsettingOptions(TypedDict, total=False):
+    """Parameters of `Upsetting` besides the dimensions of the billet."""
+
+    speed: float
+    T_billet: float
+    T_tool: float
+    material: MaterialSource
+    mesh_size: float | None
+    n_points: int
+    shear_factor: float
+    tool_heating: bool
+    isothermal: bool
+    remeshing: bool
+    tool_material: MaterialSource
+    htc: float
+    T_ambient: float
+    h_ambient: float
+
+
 class RingCompression(Upsetting):
     """Compression of a ring between flat tools, the usual test of friction: 6:3:2 by default.
 
@@ -147,7 +166,11 @@ class RingCompression(Upsetting):
     smallest_bore = 0.05
 
     def __init__(
-        self, diameter: float = 12.0, height: float = 4.0, bore_diameter: float = 6.0, **more: Any
+        self,
+        diameter: float = 12.0,
+        height: float = 4.0,
+        bore_diameter: float = 6.0,
+        **more: Unpack[UpsettingOptions],
     ) -> None:
         super().__init__(diameter, height, bore_diameter, **more)
 

@@ -1,11 +1,13 @@
 """What `from forming import ...` offers, and that type checkers see it."""
 
 import ast
+import inspect
 from pathlib import Path
 
 import pytest
 
 import forming
+from forming.processes.ring import UpsettingOptions
 
 
 def typed_names() -> dict[str, str]:
@@ -27,3 +29,8 @@ def test_every_exported_name_is_typed_and_can_be_imported() -> None:
 def test_an_unknown_name_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="'forming' has no attribute 'ForwardRod'"):
         forming.__getattr__("ForwardRod")
+
+
+def test_a_ring_takes_the_typed_options_of_upsetting() -> None:
+    own = list(inspect.signature(forming.Upsetting).parameters)
+    assert [*own[:3], *UpsettingOptions.__annotations__] == own
