@@ -6,7 +6,29 @@ Attributes are imported on first use, so that `import forming` compiles nothing.
 from __future__ import annotations
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .materials.materials import FlowTable as FlowTable
+    from .materials.materials import HenselSpittel as HenselSpittel
+    from .materials.materials import Material as Material
+    from .materials.materials import PowerLaw as PowerLaw
+    from .materials.materials import steel_16MnCr5 as steel_16MnCr5
+    from .press import PressCurves as PressCurves
+    from .press import PressLevel as PressLevel
+    from .processes.backward_cup_extrusion import BackwardCupExtrusion as BackwardCupExtrusion
+    from .processes.batch import FormingRun as FormingRun
+    from .processes.batch import FormingTask as FormingTask
+    from .processes.batch import run_batch as run_batch
+    from .processes.forward_rod_extrusion import ForwardRodExtrusion as ForwardRodExtrusion
+    from .processes.names import PROCESSES as PROCESSES
+    from .processes.ring import RingCompression as RingCompression
+    from .processes.ring import Upsetting as Upsetting
+    from .processes.upsetting import UpsettingResult as UpsettingResult
+    from .processes.upsetting import upset as upset
+    from .results.contact_history import ContactHistory as ContactHistory
+    from .results.result import FormingResult as FormingResult
+    from .tools.punch_geometry import PunchGeometry as PunchGeometry
 
 _EXPORTS = {
     "Material": "materials.materials",
@@ -21,8 +43,8 @@ _EXPORTS = {
     "BackwardCupExtrusion": "processes.backward_cup_extrusion",
     "Upsetting": "processes.ring",
     "RingCompression": "processes.ring",
-    "FormingResult": "results.history",
-    "ContactHistory": "results.history",
+    "FormingResult": "results.result",
+    "ContactHistory": "results.contact_history",
     "FormingTask": "processes.batch",
     "FormingRun": "processes.batch",
     "run_batch": "processes.batch",

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from forming.fe.body import Body
+from forming.fe.heat.tool_field import ToolField, ToolSteel
 from forming.fe.markers import SurfaceLoads, SurfaceMarkers
 from forming.fe.state import Energy, OldMesh, Record, State
-from forming.fe.tool_heat import ToolField, ToolSteel
 from forming.fe.tooling import Tool
 from forming.materials.materials import material_from_dict
 from forming.processes.names import PROCESSES

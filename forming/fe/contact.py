@@ -76,18 +76,6 @@ def gap_and_normal(
 
 
 @njit(cache=True)
-def surface_weights(x: FloatArray, chain: IntArray, weights: FloatArray) -> None:
-    """Write the surface area per radian that belongs to each node of the chain (consistent, lumped)."""
-    weights[:] = 0.0
-    for i in range(chain.shape[0] - 1):
-        a = chain[i]
-        b = chain[i + 1]
-        length = np.hypot(x[a, 0] - x[b, 0], x[a, 1] - x[b, 1])
-        weights[i] += length * (2.0 * x[a, 0] + x[b, 0]) / 6.0
-        weights[i + 1] += length * (x[a, 0] + 2.0 * x[b, 0]) / 6.0
-
-
-@njit(cache=True)
 def facing_shares(x: FloatArray, chain: IntArray, segments: FloatArray, offset: FloatArray) -> FloatArray:
     """Return the share of each node's area that faces a tool, shape (n,).
 
@@ -146,11 +134,7 @@ def start_active(
             active[i] = 1
             if gap > -light:
                 gap, _, _ = gap_and_normal(
-                    x[n, 0] + du[n, 0],
-                    x[n, 1] + du[n, 1],
-                    segments,
-                    offset[0] + move[0],
-                    offset[1] + move[1],
+                    x[n, 0] + du[n, 0], x[n, 1] + du[n, 1], segments, offset[0] + move[0], offset[1] + move[1]
                 )
                 if gap > separation:
                     active[i] = 0
@@ -204,9 +188,9 @@ def add_contact(
     for i in range(chain.shape[0]):
         n = chain[i]
         gap, nr, nz = gap_and_normal(x0[n, 0] + du[n, 0], x0[n, 1] + du[n, 1], segments, offset[0], offset[1])
-        table[i, 3] = gap
-        table[i, 4] = nr
-        table[i, 5] = nz
+        table[i, GAP] = gap
+        table[i, NORMAL_R] = nr
+        table[i, NORMAL_Z] = nz
         before = active[i]
         if gap <= -reach:
             active[i] = 0
@@ -219,9 +203,9 @@ def add_contact(
         if active[i] != before:
             changes += 1
         if active[i] == 0:
-            table[i, 0] = 0.0
-            table[i, 1] = 0.0
-            table[i, 2] = 0.0
+            table[i, PRESSURE] = 0.0
+            table[i, SHEAR] = 0.0
+            table[i, SLIP] = 0.0
             continue
         w = weights[i]
         pressure = -penalty * gap
@@ -237,9 +221,9 @@ def add_contact(
             coupling = -mu[i] * (slip / speed) * penalty
         shear = -limit * slip / speed
         tangent = limit * ((1.0 - secant) * slip_scale * slip_scale / speed**3 + secant / speed) / dt
-        table[i, 0] = pressure
-        table[i, 1] = shear
-        table[i, 2] = slip
+        table[i, PRESSURE] = pressure
+        table[i, SHEAR] = shear
+        table[i, SLIP] = slip
         row = 2 * n
         force[row] -= (pressure * nr + shear * tr) * w
         force[row + 1] -= (pressure * nz + shear * tz) * w

@@ -82,12 +82,7 @@ class Energy:
             return 0.0
         return (self.plastic + self.friction + self.elastic + self.contact) / self.external - 1.0
 
-    def add_contact(
-        self,
-        du: FloatArray,
-        moves: list[FloatArray],
-        ends: list[Loading],
-    ) -> None:
+    def add_contact(self, du: FloatArray, moves: list[FloatArray], ends: list[Loading]) -> None:
         """Add the work of the tools in an increment, and what friction and the springs of the contact took of it.
 
         Parameters

@@ -6,13 +6,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..materials.materials import Material
 from .body import Body
+from .contact import GAP, PRESSURE, SHEAR, SLIP
 from .energy import Energy
-from .heat_data import integral
+from .heat.conduction import heat_step
+from .heat.properties import integral
 from .mesh.shape import N_GAUSS, FloatArray, gauss_volumes
-from .thermal import heat_step
 from .tooling import Tool
+from .workpiece_material import WorkpieceMaterial
 
 #: Stefan-Boltzmann constant [N/(mm s K4)]; 0 degC [K].
 STEFAN_BOLTZMANN, ZERO = 5.670374419e-11, 273.15
@@ -23,7 +24,7 @@ KEEPING, SMALL, MOST = 4, 1e-3, 0.2
 
 @dataclass(frozen=True)
 class Environment:
-    """What free surfaces of the workpiece look at: still air and walls of one temperature.
+    """Surroundings of free workpiece surfaces: still air and walls of one temperature.
 
     Attributes
     ----------
@@ -68,7 +69,7 @@ def exchange_heat(
     tables: list[FloatArray],
     weights: FloatArray,
     source: FloatArray,
-    material: Material,
+    material: WorkpieceMaterial,
     heat: HeatExchange,
     dt: float,
     account: Energy | None = None,
@@ -95,9 +96,9 @@ def exchange_heat(
     """
     surface = body.surface
     nodes, conductance, outside, power = [], [], [], []
-    powers = [rubbing * np.abs(table[:, 1] * table[:, 2]) for table in tables]
+    powers = [rubbing * np.abs(table[:, SHEAR] * table[:, SLIP]) for table in tables]
     for table, tool, frictional in zip(tables, tools, powers):
-        on = table[:, 0] > 0.0
+        on = table[:, PRESSURE] > 0.0
         nodes.append(body.chain[on])
         conductance.append(weights[on] * heat.htc)
         outside.append(tool.surface_temperature(surface[on]))
@@ -136,7 +137,7 @@ def exchange_heat(
         if tool.heat_field is not None:
             into_tool = (1.0 - heat.friction_share) * frictional
             points = surface - tool.offset
-            tool.heat_field.step(dt, points, table[:, 0] > 0.0, T[body.chain], into_tool, heat.htc)
+            tool.heat_field.step(dt, points, table[:, PRESSURE] > 0.0, T[body.chain], into_tool, heat.htc)
     return T
 
 
@@ -144,7 +145,7 @@ def exposed(tables: list[FloatArray], tools: list[Tool], shelter: float) -> np.n
     """Return which surface nodes face no tool: neither in contact nor within `shelter` [mm] of one."""
     free = np.ones(len(tables[0]), dtype=bool)
     for table, tool in zip(tables, tools):
-        free &= (table[:, 0] <= 0.0) & ((table[:, 3] > shelter) | (table[:, 3] <= -tool.reach))
+        free &= (table[:, PRESSURE] <= 0.0) & ((table[:, GAP] > shelter) | (table[:, GAP] <= -tool.reach))
     return free
 
 
@@ -157,14 +158,16 @@ def film_coefficient(T: FloatArray, environment: Environment, emissivity: float)
     return film
 
 
-def _content(body: Body, T: FloatArray, volumes: FloatArray, material: Material, reference: float) -> float:
+def _content(
+    body: Body, T: FloatArray, volumes: FloatArray, material: WorkpieceMaterial, reference: float
+) -> float:
     """Return the heat in the body above `reference` [N mm]."""
     capacity = material.heat_capacity
     density = integral(capacity, T) - integral(capacity, reference)
     return float((volumes * (density[body.quads] @ N_GAUSS.T)).sum())
 
 
-def keep_heat(old: Body, new: Body, material: Material) -> FloatArray:
+def keep_heat(old: Body, new: Body, material: WorkpieceMaterial) -> FloatArray:
     """Return the temperatures of `new`, corrected so that it holds as much heat as `old`, whose shape it has.
 
     Interpolation on another mesh loses or gains some. The difference is laid on where the temperature departs from

@@ -8,9 +8,9 @@ import numpy as np
 from scipy.linalg.lapack import dgbsv
 
 from .body import Body, nodal_shear_yield
-from .contact import FACING, PRESSURE, add_contact, facing_shares, hold_fixed, start_active, surface_weights
+from .contact import FACING, PRESSURE, add_contact, facing_shares, hold_fixed, start_active
 from .element import assemble
-from .mesh.shape import FloatArray, IntArray
+from .mesh.shape import FloatArray, IntArray, surface_weights
 from .tooling import Tool
 
 #: An increment does not end with a node that the tool pulls at harder than this [MPa].

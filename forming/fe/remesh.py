@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import QhullError
 
-from ..materials.materials import Material
 from .body import Body
 from .heat_exchange import keep_heat
 from .mesh.mesher import MeshError
 from .mesh.polyline import SizeField
 from .mesh.shape import FloatArray
+from .mesh.transfer import transfer
 from .resample import mesh_inside, resample, surface_chain
 from .state import SCALES, OldMesh, State
-from .transfer import transfer
+from .workpiece_material import WorkpieceMaterial
 
 
-def remesh(state: State, size: SizeField, material: Material, heat: bool, trial: int = 0) -> bool:
+def remesh(state: State, size: SizeField, material: WorkpieceMaterial, heat: bool, trial: int = 0) -> bool:
     """Replace the mesh of a state; the mesh before stays in `State.old_mesh`.
 
     Parameters
@@ -25,7 +25,7 @@ def remesh(state: State, size: SizeField, material: Material, heat: bool, trial:
         Changed in place, unless no mesh was found.
     size : callable
         Element size [mm] at points, shape (n, 2) -> (n,).
-    material : Material
+    material : WorkpieceMaterial
     heat : bool
         Whether temperatures are shifted so that the heat content stays.
     trial : int

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numba import njit
 
+from .body import Body
 from .contact import gap_and_normal
 from .mesh.mesher import Mesh, quad_mesh
 from .mesh.polyline import SizeField, arc_length, at_arc_length, enclosed_volume, spaced
@@ -176,3 +177,16 @@ def surface_chain(mesh: Mesh, surface: FloatArray) -> IntArray:
     if is_closed(surface):
         return np.append(mesh.loop, mesh.loop[0])
     return np.ascontiguousarray(mesh.loop[: len(surface)])
+
+
+def body_within(outline: FloatArray, size: SizeField, tools: list[Tool], T: float) -> Body:
+    """Return a body at rest of temperature `T` [degC] whose surface follows the corners of an outline.
+
+    Raises
+    ------
+    MeshError
+        The region cannot be meshed with elements of this size.
+    """
+    surface = resample(outline, size, tools, None).points
+    mesh = mesh_inside(surface, size)
+    return Body.at_rest(mesh.x, mesh.quads, np.ascontiguousarray(mesh.loop[: len(surface)]), T)

@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..materials.materials import Material
 from .body import Body
+from .contact import SHEAR, SLIP
 from .energy import Loading
 from .heat_exchange import HeatExchange, exchange_heat
 from .increment import Attempt, Settings, Step, StepError, Workspace, solve_increment
@@ -21,6 +21,7 @@ from .state import SCALES, OldMesh, Record, RemeshPolicy, State, StepControl
 from .threads import one_blas_thread
 from .tooling import Tool
 from .tractions import bore_pressure, surface_loads
+from .workpiece_material import WorkpieceMaterial
 
 #: Share of the missing expansion that a tool makes up for in one increment. The workpiece pushes back up to
 #: three times as hard as the tool, which limits a stable share to 0.5.
@@ -38,7 +39,7 @@ class Simulation:
         Mesh and start state; its `velocity` is the first guess.
     tools : list of Tool
         Tools; those with a velocity share its magnitude. `stroke` is their travel.
-    material : Material
+    material : WorkpieceMaterial
         Workpiece material.
     marker_arc : ndarray, shape (n,)
         Arc lengths of the material markers on the surface [mm].
@@ -54,7 +55,7 @@ class Simulation:
         self,
         body: Body,
         tools: list[Tool],
-        material: Material,
+        material: WorkpieceMaterial,
         marker_arc: FloatArray,
         mu: float = 0.08,
         size: Callable[[float], SizeField] | None = None,
@@ -305,7 +306,7 @@ class Simulation:
     def _heat(self, step: Step, dt: float, friction: float) -> FloatArray:
         """Return the temperatures after an increment in which `friction` [N mm] became heat."""
         assert self.heat is not None
-        power = sum(float(np.abs(table[:, 1] * table[:, 2]) @ step.weights) for table in step.tables)
+        power = sum(float(np.abs(table[:, SHEAR] * table[:, SLIP]) @ step.weights) for table in step.tables)
         at_end = 2.0 * np.pi * power * dt
         state, body, material = self.state, self.state.body, self.material
         return exchange_heat(
@@ -349,7 +350,7 @@ class Simulation:
         state, control = self.state, self.control
         largest = control.largest / self.speed
         state.next_dt = min(largest, 1.5 * max(dt, min(state.next_dt, largest)))
-        slip = max(float(np.abs(table[:, 2]).max()) for table in step.tables)
+        slip = max(float(np.abs(table[:, SLIP]).max()) for table in step.tables)
         if slip > 0.0:
             state.next_dt = min(state.next_dt, max(control.slip / slip, largest / 20.0))
         if self._remesh_due() and self.remesh():

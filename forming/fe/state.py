@@ -1,4 +1,4 @@
-"""What a simulation is told, and what changes while it runs."""
+"""Settings of a simulation, and its state while it runs."""
 
 from __future__ import annotations
 

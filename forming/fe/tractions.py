@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .contact import FACING
+from .contact import FACING, NORMAL_R, PRESSURE, SHEAR, SLIP
 from .markers import SurfaceLoads
 from .mesh.shape import FloatArray, IntArray
 from .tooling import Tool
@@ -18,9 +18,9 @@ def bore_pressure(table: FloatArray, weights: FloatArray, spread: float = 0.0) -
 
     A short contact is carried by the tool around it: the force counts over an area of at least `spread`.
     """
-    area = np.where(table[:, 0] > 0.0, np.abs(table[:, 4]) * weights, 0.0)
+    area = np.where(table[:, PRESSURE] > 0.0, np.abs(table[:, NORMAL_R]) * weights, 0.0)
     total = max(float(area.sum()), spread)
-    return float(area @ table[:, 0]) / total if total > 0.0 else 0.0
+    return float(area @ table[:, PRESSURE]) / total if total > 0.0 else 0.0
 
 
 def along_contact(values: FloatArray, weights: FloatArray, tool: IntArray) -> FloatArray:
@@ -50,17 +50,17 @@ def surface_loads(
     Nodal forces become tractions over the part of the nodal areas `weights` that faces the tool; at the edge of a
     contact the rest belongs to the free side. The pressure is averaged along the contact.
     """
-    pressures = np.array([table[:, 0] for table in tables])
+    pressures = np.array([table[:, PRESSURE] for table in tables])
     hardest = pressures.argmax(axis=0)
     nodes = np.arange(pressures.shape[1])
     joined = np.array(tables)[hardest, nodes]
     temperatures = np.array([tool.surface_temperature(surface) for tool in tools])
     share = np.maximum(joined[:, FACING], LEAST_SHARE)
-    pressure = np.maximum(joined[:, 0], 0.0) / share
+    pressure = np.maximum(joined[:, PRESSURE], 0.0) / share
     return SurfaceLoads(
         pressure=along_contact(pressure, weights * share, np.where(pressure > 0.0, hardest, -1)),
-        shear=joined[:, 1] / share,
-        slip=joined[:, 2],
+        shear=joined[:, SHEAR] / share,
+        slip=joined[:, SLIP],
         tool_T=temperatures[hardest, nodes],
-        active=joined[:, 0] > 0.0,
+        active=joined[:, PRESSURE] > 0.0,
     )

@@ -1,1 +1,1 @@
-"""Workpiece materials: flow curves, elasticity, heat data, material files."""
+"""Materials of workpieces and tools: flow curves, elasticity, heat data, material files."""

@@ -1,4 +1,4 @@
-"""What every material has besides its flow curve: elasticity, heat data, limits, source."""
+"""Properties of every material: elasticity, heat data, limits of validity, source."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy.typing as npt
 from friction_models.common import InputError
 
 from ..fe.flow import flow_stresses
-from ..fe.heat_data import Property, checked_property, scaled
+from ..fe.heat.properties import Property, checked_property, scaled
 from ..fe.mesh.shape import FloatArray
 
 Range = tuple[float, float] | None
@@ -26,7 +26,7 @@ def is_number(value: Any) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class Material:
-    """What every material has besides its flow curve; the subclasses add that.
+    """A material without a flow curve; the subclasses add one.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class Material:
     emissivity : float
         Of the surface, for radiation.
     strain_range, rate_range, T_range : (low, high) or None
-        Where the flow curve holds, in 1, 1/s and degC; None: not known.
+        Range in which the flow curve holds, in 1, 1/s and degC; None: not known.
     name : str
         For reports.
     source : str
@@ -142,19 +142,19 @@ class Material:
 
     def left_range(self, strain: float, rate: float, T: float) -> tuple[str, ...]:
         """Return a sentence for each of the highest strain, rate [1/s] and temperature [degC] above its range."""
-        told = []
+        sentences = []
         for name, value, limits, unit in (
             ("strain", strain, self.strain_range, ""),
             ("strain rate", rate, self.rate_range, " 1/s"),
             ("temperature", T, self.T_range, " degC"),
         ):
             if limits is not None and value > limits[1]:
-                told.append(
+                sentences.append(
                     f"material {self.name!r}: {name} reached {value:.3g}{unit}; the flow curve is known for "
                     f"{limits[0]:g} to {limits[1]:g}{unit}"
                 )
-        return tuple(told)
+        return tuple(sentences)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return numbers, texts and lists that `material_from_dict` understands."""
+        """Return the material as numbers, texts and lists; `material_from_dict` reads them."""
         return {"kind": type(self).__name__} | asdict(self)

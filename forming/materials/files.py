@@ -149,7 +149,7 @@ class _Elasticity(_Part):
 
 
 class MaterialFile(_Part):
-    """What a material file may hold; units: MPa, degC, 1/s, kg/m3, W/(m K), J/(kg K)."""
+    """Content of a material file; units: MPa, degC, 1/s, kg/m3, W/(m K), J/(kg K)."""
 
     name: Annotated[str, Field(min_length=1, max_length=80)]
     source: Text
@@ -262,7 +262,7 @@ def read_material(source: str | os.PathLike[str]) -> Material:
 
 
 def material_from_content(content: object, where: str = "material") -> Material:
-    """Return the material of what stands in a file.
+    """Return the material that the content of a file describes.
 
     Raises
     ------
@@ -287,7 +287,7 @@ def material_from_content(content: object, where: str = "material") -> Material:
 
 
 def _sentence(item: Any) -> str:
-    """Say one problem that pydantic found, with place, value and the nearest valid key."""
+    """Describe one problem that pydantic found: key, value and the nearest valid key."""
     # The discriminator's value and the branch of a union stand in the path, but not in the file.
     keys = [str(p) for p in item["loc"] if str(p) not in {*FORMS, "float", "_OverT"}]
     parts = [k for k in keys if not k.startswith("function-")]

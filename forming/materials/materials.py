@@ -1,4 +1,4 @@
-"""Workpiece material: flow curve, elasticity, heat; as an object, or from a file by `load`."""
+"""Materials by object, by name, from a file or from a dictionary."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ KINDS: dict[str, type[Material]] = {c.__name__: c for c in (HenselSpittel, Power
 
 
 def material_from_dict(content: Mapping[str, Any]) -> Material:
-    """Return the material that `Material.to_dict` was asked for; without a kind: Hensel-Spittel.
+    """Return the material that `Material.to_dict` described; without a kind: Hensel-Spittel.
 
     Raises
     ------

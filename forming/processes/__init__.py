@@ -1,1 +1,1 @@
-"""The forming processes, and how they run: single, in steps, in batches."""
+"""Forming processes, run as a whole, step by step or in batches."""

@@ -6,20 +6,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from friction_models.common.ranges import check_range
-
-from ..fe.body import Body
+from ..fe.heat.tool_field import ToolField
 from ..fe.mesh.shape import FloatArray
-from ..fe.resample import mesh_inside, resample
+from ..fe.resample import body_within
 from ..fe.simulation import Simulation
 from ..fe.state import State, StepControl
-from ..fe.tool_heat import ToolField
-from ..fe.tooling import CupPunch, Tool, line, plate
+from ..fe.tooling import Tool, line, plate
 from ..materials.materials import MaterialSource
+from ..tools.cup_punch import CupPunch
 from ..tools.ejection_tools import OPENING, Stage, ejector, opened, stripper, withdrawn
-from ..tools.elasticity import UNITS, Elasticity
-from .base import FormingProcess
-from .heat_input import TOOLS
+from ..tools.elasticity import ElasticTools
+from .extrusion import Extrusion
+from .thermal_conditions import TOOLS, ThermalConditions
 
 #: Elements on the rounding of the punch are smaller than elsewhere below this radius of it and below this wall of the
 #: cup, both as shares of the container's radius; and their smallest size as a share of `mesh_size`.
@@ -50,8 +48,10 @@ class _CupSize:
         return np.minimum(size, np.where(above, through_wall, through_base))
 
 
-class BackwardCupExtrusion(FormingProcess):
+class BackwardCupExtrusion(Extrusion):
     """Axisymmetric backward cup extrusion: a punch presses into a billet in a closed container.
+
+    The parameters of elastic tools are described in `Extrusion`, those of speed, temperatures, heat and material in `StepwiseProcess`.
 
     Parameters
     ----------
@@ -59,12 +59,6 @@ class BackwardCupExtrusion(FormingProcess):
         Container and punch diameter [mm].
     billet_length : float
         Height of the billet [mm].
-    speed : float
-        Punch speed [mm/s].
-    T_billet, T_tool : float
-        Temperatures of billet and tools at the start [degC].
-    material : Material, name or path, optional
-        Billet; 16MnCr5 by default. See `forming.materials.materials.load`.
     mesh_size : float
         Element size under the punch [mm]; smaller on its rounding and where the wall asks for it.
     n_points : int
@@ -74,22 +68,6 @@ class BackwardCupExtrusion(FormingProcess):
     nose_angle, tip_radius : float
         Angle between the nose of the punch and a plane across the axis [degrees], 0 is flat; rounding of a
         conical nose on the axis [mm].
-    tool_heating : bool
-        Conduct heat in the tools; False holds their surfaces at `T_tool`.
-    die_outer_diameter : float, optional
-        Outer diameter of the die [mm]: it widens elastically; rigid by default.
-    punch_length, press_stiffness : float, optional
-        Length of the punch column [mm] and stiffness of the press [kN/mm]: `stroke` is then that of the ram,
-        ahead of the punch; rigid by default.
-    tool_modulus : float
-        Young's modulus of the tools [GPa].
-    tool_material : Material, name or path
-        Heat data of the tools.
-    htc : float
-        Heat transfer coefficient of the contact [kW/(m2 K)].
-    T_ambient, h_ambient : float
-        Temperature [degC] and heat transfer coefficient [W/(m2 K)] of the air around free surfaces, which also
-        radiate; 0 insulates them.
     ejector_diameter : float, optional
         Ejector under the cup's bottom [mm]; by default 0.95 of `diameter`.
 
@@ -129,18 +107,8 @@ class BackwardCupExtrusion(FormingProcess):
         h_ambient: float = 10.0,
         ejector_diameter: float | None = None,
     ) -> None:
-        super().__init__(
-            speed,
-            T_billet,
-            T_tool,
-            material,
-            n_points,
-            tool_heating,
-            tool_material,
-            htc,
-            T_ambient,
-            h_ambient,
-        )
+        thermal = ThermalConditions(T_billet, T_tool, tool_heating, tool_material, htc, T_ambient, h_ambient)
+        super().__init__(speed, material, n_points, thermal)
         self._number("diameter", diameter, 2.0, 200.0, "mm")
         self._number("punch_diameter", punch_diameter, 0.35 * diameter, 0.92 * diameter, "mm")
         self._number("billet_length", billet_length, 0.3 * diameter, 5.0 * diameter, "mm")
@@ -152,7 +120,7 @@ class BackwardCupExtrusion(FormingProcess):
         self._number("tip_radius", tip_radius, 0.05, diameter, "mm")
         self._number("relief", relief, 0.02, 0.25 * punch_diameter, "mm")
         self.punch = CupPunch(0.5 * punch_diameter, edge_radius, land, nose_angle, tip_radius, relief)
-        self.elasticity = Elasticity(
+        elastic = ElasticTools(
             self.name,
             diameter,
             punch_diameter,
@@ -161,13 +129,9 @@ class BackwardCupExtrusion(FormingProcess):
             press_stiffness,
             tool_modulus,
         )
-        self.units |= UNITS
+        self._set_tools(elastic, ejector_diameter, diameter)
         self.billet_length = billet_length
         self.mesh_size = mesh_size
-        if ejector_diameter is not None:
-            low, high = 0.2 * diameter, 0.98 * diameter
-            check_range(self.name, "ejector_diameter", ejector_diameter, low, high, "mm")
-        self.ejector_diameter = 0.95 * diameter if ejector_diameter is None else ejector_diameter
         self._check_stroke(billet_length)
 
     @property
@@ -211,11 +175,7 @@ class BackwardCupExtrusion(FormingProcess):
             container.heat_field, base.heat_field = self._outer_fields(size(0.5 * height))
         outline = np.array([[0.0, 0.0], [radius, 0.0], [radius, height], [0.0, height]])
         tools = [container, punch, base]
-        surface = resample(outline, size(0.0), tools, None).points
-        mesh = mesh_inside(surface, size(0.0))
-        body = Body.at_rest(
-            mesh.x, mesh.quads, np.ascontiguousarray(mesh.loop[: len(surface)]), self.T_billet
-        )
+        body = body_within(outline, size(0.0), tools, self.T_billet)
         body.velocity[:, 1] = -self.speed * np.clip(body.x[:, 1] / height, 0.0, 1.0)
         corners = np.cumsum([0.0, radius, height, radius])
         counted = np.cumsum([0.0, 0.3 * radius, 0.5 * height, 3.0 * radius])
@@ -230,7 +190,7 @@ class BackwardCupExtrusion(FormingProcess):
             control=control,
             compliance=self.elasticity.compliance,
         )
-        return self.heat_input.apply(simulation)
+        return self.thermal.apply(simulation)
 
     def ejection_stage(self, how: str, number: int, state: State) -> Stage | None:
         """Withdraw the punch, a stripper on the rim; then take that back and push the cup's bottom up.

@@ -1,4 +1,4 @@
-"""Many forming runs over a pool of processes; a run that fails keeps its input and its reason."""
+"""Many forming runs in parallel; a run that fails keeps its input and the reason."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from friction_models.common import InputError, check_folder, unknown_name
 from friction_models.common.folders import FORMING
 from friction_models.common.pool import Progress, map_unordered
 
-from ..results.history import FormingResult
+from ..results.result import FormingResult
 from .friction_input import Friction
+from .names import PROCESSES
 
 
 @dataclass(frozen=True)
 class FormingTask:
-    """A run to be done.
+    """Input of one run.
 
     Attributes
     ----------
@@ -47,15 +48,15 @@ class FormingTask:
 
 @dataclass(frozen=True)
 class FormingRun:
-    """A run that was done.
+    """Input and result of one run.
 
     Attributes
     ----------
     task : FormingTask
     result : FormingResult or None
-        What it gave; where friction failed midway, what there was until then; None for a refused input.
+        The result; up to the failure where friction failed midway; None for a refused input.
     error : str
-        Why it was refused or failed; empty for a run that has a result of its own, which may have stopped.
+        Why the input was refused or the run failed; empty for a run that ended by itself, which may have stopped.
     """
 
     task: FormingTask
@@ -74,7 +75,7 @@ def run_batch(
     progress: Progress | None = None,
     out: str | Path | None = None,
 ) -> list[FormingRun]:
-    """Do all runs, in parallel where there is more than one job, and return them in order.
+    """Run all tasks, in parallel if there is more than one job; return the runs in the order of the tasks.
 
     The numbers are those of runs one by one, bit for bit.
 
@@ -84,7 +85,7 @@ def run_batch(
     jobs : int, optional
         Processes; by default as many as there are cores.
     progress : callable, optional
-        Called with (done, total, name of the run that is finished).
+        Called with (done, total, name of the finished run).
     out : path-like, optional
         Save each result as a folder of its own in here.
 
@@ -124,9 +125,7 @@ def _check_portable(name: str, task: FormingTask) -> None:
 
 
 def _run(task: FormingTask) -> tuple[FormingResult | None, str]:
-    """Do one run in whatever process this is; return its result, and the error that ended it."""
-    from .names import PROCESSES
-
+    """Run one task; return its result and the error that ended it."""
     process = None
     try:
         if task.process not in PROCESSES:

@@ -1,29 +1,29 @@
-"""Getting the product off the tools after the stroke: the punch is withdrawn, an ejector pushes."""
+"""Ejection after the stroke: the punch is withdrawn, then an ejector pushes the product off the tools."""
 
 from __future__ import annotations
 
 import copy
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from friction_models.common import InputError, unknown_name
 
+from ..fe.contact import PRESSURE
 from ..fe.mesh.polyline import SizeField
 from ..fe.mesh.shape import FloatArray
 from ..fe.simulation import Simulation
 from ..fe.state import RemeshPolicy, State, StepControl
-from ..results.ejection_result import EjectionResult, GripPatch
-from ..tools.ejection_tools import Stage, grip_patches
+from ..results.ejection_result import EjectionResult
+from ..tools.ejection_tools import Stage
+from ..tools.grip import grip_patches
+from .ejection_state import TRIALS, EjectionState, Motion, Progress, Row
 from .friction_input import Friction, checked_mu
 from .run_log import ContactLog
-
-if TYPE_CHECKING:
-    from .base import FormingProcess
+from .stepwise import StepwiseProcess
 
 #: Contact that carries less than this share of the contact at the phase's start holds nothing.
 LOOSE = 1e-3
@@ -31,41 +31,8 @@ LOOSE = 1e-3
 NEARLY_LOOSE = 0.02
 #: Share of the forming force by which the force may change in one increment.
 FORCE_CHANGE = 0.03
-#: First guesses of the velocity, as shares of the last one, and v0 of the friction law as shares of the tool
-#: speed, tried one after the other: the slip turns round in single increments, which a sharp law with a poor
-#: guess does not survive. A blunter law leaves some friction unused where the product hardly slips.
-TRIALS = ((0.0, 0.02), (-1.0, 0.02), (0.0, 0.05), (-1.0, 0.1), (0.0, 0.2))
 #: Element quality below which the product is meshed anew, and the plastic strain since.
 REMESH = RemeshPolicy(every=1_000_000, quality=0.15, strain=1.0)
-
-
-class Row(NamedTuple):
-    """An increment."""
-
-    stage: str
-    travel: float
-    force: float
-    work: float
-    grip: float
-
-
-@dataclass
-class EjectionState:
-    """What changes during an ejection; the stage stands without the tools' later state."""
-
-    number: int
-    stage: Stage
-    state: State
-    rows: list[Row]
-    patches: tuple[GripPatch, ...]
-    last_touch: float
-    start_load: float
-    total: float
-    last: Row
-    incoming: FloatArray
-    trial: int
-    regularisation: float
-    finished: bool
 
 
 class Ejection:
@@ -77,7 +44,7 @@ class Ejection:
 
     Parameters
     ----------
-    process : FormingProcess
+    process : StepwiseProcess
         At the end of its stroke.
     how : str or True
         One of `process.ejections`; True: the first.
@@ -88,7 +55,7 @@ class Ejection:
         A way that the process does not have, or the process has stopped or not moved.
     """
 
-    def __init__(self, process: FormingProcess, how: str | bool = True) -> None:
+    def __init__(self, process: StepwiseProcess, how: str | bool = True) -> None:
         self.process = process
         self.how = ejection_choice(process, how)
         formed = process.simulation
@@ -101,22 +68,18 @@ class Ejection:
         self._forming_force = max(abs(formed.force), 1.0)
         self.status, self.message = "ok", ""
         self.contact = ContactLog(process.n_points)
-        self._rows: list[Row] = []
-        self._patches: tuple[GripPatch, ...] = ()
-        self._total = 0.0
-        self.regularisation = TRIALS[0][1]
-        self.finished = False
+        self._progress = Progress()
         self._begin(0, formed.snapshot())
 
     def _begin(self, number: int, state: State) -> None:
         """Start a stage from the state at the end of the one before."""
         stage = self.process.ejection_stage(self.how, number, state)
         if stage is None:
-            self.finished = True
+            self._progress.finished = True
             return
-        self._number, self.stage = number, stage
         kept = {tool.name: force for tool, force in zip(state.tools, state.forces)}
-        self._trial = 0
+        incoming = state.body.velocity.copy()
+        self._motion = Motion(number, stage, incoming, Row(stage.name, 0.0, 0.0, 0.0, 0.0))
         control = self._control()
         tools = list(copy.deepcopy(stage.tools))
         self.simulation = self._simulation(
@@ -132,10 +95,18 @@ class Ejection:
                 forces=np.array([kept.get(tool.name, np.zeros(2)) for tool in tools]),
             )
         )
-        self._incoming = state.body.velocity.copy()
-        self.simulation.state.body.velocity[:] = TRIALS[0][0] * self._incoming
-        self._last_touch, self._start_load = 0.0, 0.0
-        self._last = Row(stage.name, 0.0, self._force(self.simulation), 0.0, 0.0)
+        self.simulation.state.body.velocity[:] = TRIALS[0][0] * incoming
+        self._motion.last = self._motion.last._replace(force=self._force(self.simulation))
+
+    @property
+    def stage(self) -> Stage:
+        """The motion under way."""
+        return self._motion.stage
+
+    @property
+    def finished(self) -> bool:
+        """Whether the product is free."""
+        return self._progress.finished
 
     def _control(self) -> StepControl:
         width = float(self._formed.state.body.x[:, 0].max())
@@ -154,7 +125,7 @@ class Ejection:
             state.tools,
             formed.material,
             state.markers.start_arc,
-            settings=replace(formed.settings, slip_regularisation=TRIALS[self._trial][1]),
+            settings=replace(formed.settings, slip_regularisation=TRIALS[self._motion.trial][1]),
             control=self._control(),
             heat=formed.heat,
             size=self._size(),
@@ -166,18 +137,16 @@ class Ejection:
 
     def _size(self) -> Callable[[float], SizeField] | None:
         """Return the sizes at the end of the stroke, moving with the product that the ejector pushes."""
-        if self._formed.size is None:
+        formed, rides = self._formed, self.stage.clear is None
+        if formed.size is None:
             return None
-        size, rides = (
-            self._formed.size(self._formed.state.stroke - self._formed.state.compression),
-            self.stage.clear is None,
-        )
+        size = formed.size(formed.state.stroke - formed.state.compression)
 
-        def field(travel: float) -> SizeField:
+        def size_at(travel: float) -> SizeField:
             shift = np.array([0.0, travel if rides else 0.0])
             return lambda points: size(points - shift)
 
-        return field
+        return size_at
 
     def advance(self, step: float = 0.1) -> bool:
         """Move the tool by `step` [mm] at most; the next stage begins by itself.
@@ -196,47 +165,45 @@ class Ejection:
                 break
         simulation = self.simulation
         travelled = simulation.state.stroke - before
-        self._total += travelled
+        self._progress.travel += travelled
         if travelled > 0.0:
-            self.contact.add(simulation, self._total, mu)
+            self.contact.add(simulation, self._progress.travel, mu)
         if self._stage_is_over():
-            if self._number == 0:
-                self._patches = grip_patches(simulation)
-            self._begin(self._number + 1, simulation.snapshot())
+            if self._motion.number == 0:
+                self._progress.patches = grip_patches(simulation)
+            self._begin(self._motion.number + 1, simulation.snapshot())
         elif simulation.state.status != "ok":
+            where = f"{self.stage.name}: stopped at travel"
             self.status = "stopped"
-            where = simulation.state.message.replace(
-                "stopped at stroke", f"{self.stage.name}: stopped at travel"
-            )
-            self.message = where
+            self.message = simulation.state.message.replace("stopped at stroke", where)
         return not self.finished and self.status == "ok"
 
     def _try_again(self) -> bool:
-        """Go on from the last increment with another guess or a blunter friction law, if one is left."""
-        if self._trial + 1 >= len(TRIALS):
+        """Continue from the last increment with another guess or a blunter friction law, if one is left."""
+        if self._motion.trial + 1 >= len(TRIALS):
             return False
-        self._trial += 1
-        state, share = self.simulation.state, TRIALS[self._trial][0]
+        self._motion.trial += 1
+        state, share = self.simulation.state, TRIALS[self._motion.trial][0]
         moved = state.increments + state.remeshes > 0
-        state.body.velocity = share * (state.body.velocity if moved else self._incoming)
+        state.body.velocity = share * (state.body.velocity if moved else self._motion.incoming)
         state.status, state.message, state.failures_in_row = "ok", "", 0
         state.next_dt = self._control().first / self.simulation.speed
         self.simulation = self._simulation(state)
-        self.regularisation = max(self.regularisation, TRIALS[self._trial][1])
+        self._progress.regularisation = max(self._progress.regularisation, TRIALS[self._motion.trial][1])
         return True
 
     def _observe(self, simulation: Simulation) -> bool:
         state = simulation.state
         self.contact.read_ratio(simulation)
         grip = sum(p.friction for p in grip_patches(simulation))
-        last, force = self._last, self._force(simulation)
+        last, force = self._motion.last, self._force(simulation)
         work = last.work + 0.5 * (last.force + force) * (state.stroke - last.travel)
-        self._last = Row(self.stage.name, state.stroke, force, work, grip)
-        self._rows.append(self._last)
+        self._motion.last = Row(self.stage.name, state.stroke, force, work, grip)
+        self._progress.rows.append(self._motion.last)
         load = self._load(simulation)
-        self._start_load = max(self._start_load, load)
-        if load > LOOSE * self._start_load:
-            self._last_touch = state.stroke
+        self._motion.start_load = max(self._motion.start_load, load)
+        if load > LOOSE * self._motion.start_load:
+            self._motion.last_touch = state.stroke
         return self._stage_is_over()
 
     def _force(self, simulation: Simulation) -> float:
@@ -252,34 +219,31 @@ class Ejection:
             counts = tool.name == self.stage.mover if self.stage.clear is not None else tool.speed == 0.0
             if not counts:
                 continue
-            pressure = np.maximum(table[:, 0], 0.0)
+            pressure = np.maximum(table[:, PRESSURE], 0.0)
             if self.stage.opening is not None:
                 pressure = np.where(state.body.surface[:, 1] < self.stage.opening, pressure, 0.0)
             load += 2.0 * math.pi * float(pressure @ state.weights)
         return load
 
     def _stage_is_over(self) -> bool:
-        state = self.simulation.state
+        state, rows = self.simulation.state, self._progress.rows
         if state.stroke >= self.stage.longest - 1e-9:
             return True
-        if (
-            self._rows
-            and state.stroke > self._last_touch
-            and state.stroke - self._last_touch >= (self.stage.clear or 0.0)
-        ):
+        untouched = state.stroke - self._motion.last_touch
+        if rows and untouched > 0.0 and untouched >= (self.stage.clear or 0.0):
             return True
         if state.status == "ok":
             return False
-        forces = [abs(row.force) for row in self._rows if row.stage == self.stage.name and row.travel > 0.0]
+        forces = [abs(row.force) for row in rows if row.stage == self.stage.name and row.travel > 0.0]
         return (
             bool(forces)
             and forces[-1] <= NEARLY_LOOSE * max(forces)
-            and self._rows[-1].grip <= (NEARLY_LOOSE * max(row.grip for row in self._rows))
+            and rows[-1].grip <= NEARLY_LOOSE * max(row.grip for row in rows)
         )
 
     def set_mu(self, mu: npt.ArrayLike) -> None:
         """Set the coefficients of friction at the markers, shape (n_points,) or one number."""
-        self.simulation.state.mu = checked_mu(mu, self.process.n_points, self._total)
+        self.simulation.state.mu = checked_mu(mu, self.process.n_points, self._progress.travel)
 
     def loads(self) -> FloatArray:
         """Return v_rel, T, sigma_n, sd, psi of the material markers, shape (n_points, 5)."""
@@ -292,34 +256,13 @@ class Ejection:
 
     def snapshot(self) -> EjectionState:
         """Return the complete state; `restore` continues from it exactly."""
-        return copy.deepcopy(
-            EjectionState(
-                self._number,
-                self.stage,
-                self.simulation.state,
-                self._rows,
-                self._patches,
-                self._last_touch,
-                self._start_load,
-                self._total,
-                self._last,
-                self._incoming,
-                self._trial,
-                self.regularisation,
-                self.finished,
-            )
-        )
+        return copy.deepcopy(EjectionState(self._motion, self._progress, self.simulation.state))
 
     def restore(self, kept: EjectionState) -> None:
         """Go back to a snapshot of this ejection."""
-        kept = copy.deepcopy(kept)
-        self._number, self.stage, self._rows = kept.number, kept.stage, kept.rows
-        self._patches, self._last_touch = kept.patches, kept.last_touch
-        self._incoming = kept.incoming
-        self._start_load, self._total, self.finished = kept.start_load, kept.total, kept.finished
-        self._last, self._trial, self.regularisation = kept.last, kept.trial, kept.regularisation
-        self.contact.cut(self._total)
-        self.simulation = self._simulation(kept.state)
+        self._motion, self._progress, state = copy.deepcopy(kept)
+        self.contact.cut(self._progress.travel)
+        self.simulation = self._simulation(state)
         self.status, self.message = "ok", ""
 
     def run(
@@ -328,7 +271,7 @@ class Ejection:
         communication_step: float = 0.1,
         progress: Callable[[float], None] | None = None,
     ) -> EjectionResult:
-        """Go on until the product is free.
+        """Continue until the product is free.
 
         Parameters
         ----------
@@ -347,29 +290,30 @@ class Ejection:
                     self.status, self.message = "stopped", f"{self.stage.name}: {error}"
                     raise
             if progress is not None:
-                progress(self._total)
+                progress(self._progress.travel)
         return self.result()
 
     def result(self) -> EjectionResult:
-        """Return what there is so far."""
-        numbers = np.array([row[1:] for row in self._rows]).reshape(-1, 4).T
+        """Return the result so far."""
+        rows = self._progress.rows
+        travel, force, work, grip = np.array([row[1:] for row in rows]).reshape(-1, 4).T
         return EjectionResult(
             how=self.how,
-            phase=tuple(row.stage for row in self._rows),
-            travel=numbers[0],
-            force=numbers[1],
-            work=numbers[2],
-            grip=numbers[3],
-            patches=self._patches,
+            phase=tuple(row.stage for row in rows),
+            travel=travel,
+            force=force,
+            work=work,
+            grip=grip,
+            patches=self._progress.patches,
             contact=self.contact.history(),
             energy_balance=self.simulation.state.energy.imbalance,
-            slip_regularisation=self.regularisation,
+            slip_regularisation=self._progress.regularisation,
             status=self.status,
             message=self.message,
         )
 
 
-def ejection_choice(process: FormingProcess, how: str | bool) -> str:
+def ejection_choice(process: StepwiseProcess, how: str | bool) -> str:
     """Return the name of a way to eject the product of a process.
 
     Raises

@@ -6,21 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from friction_models.common.ranges import check_range
-
-from ..fe.body import Body
 from ..fe.contact import gap_and_normal
 from ..fe.mesh.polyline import distance_to_arc, distance_to_segment
 from ..fe.mesh.shape import FloatArray
-from ..fe.resample import mesh_inside, resample
+from ..fe.resample import body_within
 from ..fe.simulation import Simulation
 from ..fe.state import State, StepControl
-from ..fe.tooling import ExtrusionDie, Tool, block_field, flat_punch
+from ..fe.tooling import Tool, block_field, flat_punch
 from ..materials.materials import MaterialSource
 from ..tools.ejection_tools import OPENING, Stage, ejector, opened, withdrawn
-from ..tools.elasticity import UNITS, Elasticity
-from .base import FormingProcess
-from .heat_input import TOOLS
+from ..tools.elasticity import ElasticTools
+from ..tools.extrusion_die import ExtrusionDie
+from .extrusion import Extrusion
+from .thermal_conditions import TOOLS, ThermalConditions
 
 #: Gap between billet and container, so that the first touch is at the die shoulder [mm].
 CLEARANCE = 0.05
@@ -68,8 +66,10 @@ class _DieSize:
         return first, second
 
 
-class ForwardRodExtrusion(FormingProcess):
+class ForwardRodExtrusion(Extrusion):
     """Axisymmetric forward rod extrusion with rigid tools that take up heat.
+
+    The parameters of elastic tools are described in `Extrusion`, those of speed, heat, material and markers in `StepwiseProcess`.
 
     Parameters
     ----------
@@ -79,39 +79,17 @@ class ForwardRodExtrusion(FormingProcess):
         Half the die opening angle [degrees]: 45 for 2 alpha = 90.
     billet_length : float
         Length of the billet [mm].
-    speed : float
-        Punch speed [mm/s].
     T_billet, T_tool : float
         Temperatures of billet and tools at the start [degC]. The contact temperature at a marker is the mean
         of the workpiece and the tool surface.
-    material : Material, name or path, optional
-        Billet; 16MnCr5 by default. See `forming.materials.materials.load`.
     mesh_size : float
         Element size in the die [mm]; smaller on the roundings of the cone where these or the reduction are small.
-    n_points : int
-        Number of material markers on the billet surface.
     entry_radius, edge_radius, land, relief : float
         Roundings from container to cone and from cone to land, length of the land, and the radius at its
         end [mm].
     container_length : float, optional
         Length of the container above the cone [mm]; by default it ends 2 mm above the billet. The billet must
         stand inside.
-    tool_heating : bool
-        Conduct heat in the tools; False holds their surfaces at `T_tool`.
-    die_outer_diameter : float, optional
-        Outer diameter of the die [mm]: it widens elastically; rigid by default.
-    punch_length, press_stiffness : float, optional
-        Length of the punch column [mm] and stiffness of the press [kN/mm]: `stroke` is then that of the ram,
-        ahead of the punch; rigid by default.
-    tool_modulus : float
-        Young's modulus of the tools [GPa].
-    tool_material : Material, name or path
-        Heat data of the tools.
-    htc : float
-        Heat transfer coefficient of the contact [kW/(m2 K)].
-    T_ambient, h_ambient : float
-        Temperature [degC] and heat transfer coefficient [W/(m2 K)] of the air around free surfaces, which also
-        radiate; 0 insulates them.
     ejector_diameter : float, optional
         Pin under the rod that pushes the product back through the container [mm]; by default 0.95 of
         `exit_diameter`.
@@ -153,18 +131,8 @@ class ForwardRodExtrusion(FormingProcess):
         h_ambient: float = 10.0,
         ejector_diameter: float | None = None,
     ) -> None:
-        super().__init__(
-            speed,
-            T_billet,
-            T_tool,
-            material,
-            n_points,
-            tool_heating,
-            tool_material,
-            htc,
-            T_ambient,
-            h_ambient,
-        )
+        thermal = ThermalConditions(T_billet, T_tool, tool_heating, tool_material, htc, T_ambient, h_ambient)
+        super().__init__(speed, material, n_points, thermal)
         self._number("diameter", diameter, 2.0, 200.0, "mm")
         self._number("exit_diameter", exit_diameter, 0.2 * diameter, 0.97 * diameter, "mm")
         self._number("half_angle", half_angle, 10.0, 80.0, "degrees")
@@ -179,19 +147,15 @@ class ForwardRodExtrusion(FormingProcess):
         )
         self.billet_length = billet_length
         self.mesh_size = mesh_size
-        self.elasticity = Elasticity(
+        elastic = ElasticTools(
             self.name, diameter, diameter, die_outer_diameter, punch_length, press_stiffness, tool_modulus
         )
-        self.units |= UNITS
+        self._set_tools(elastic, ejector_diameter, exit_diameter)
         self._cone_end = self.die.segments(1.0)[1]
         self._billet_bottom = self._first_touch()
         needed = self._billet_bottom + billet_length - self._cone_end
         self._optional("container_length", container_length, needed, 1000.0, "mm")
         self.container_length = needed + 2.0 if container_length is None else float(container_length)
-        if ejector_diameter is not None:
-            low, high = 0.2 * exit_diameter, 0.98 * exit_diameter
-            check_range(self.name, "ejector_diameter", ejector_diameter, low, high, "mm")
-        self.ejector_diameter = 0.95 * exit_diameter if ejector_diameter is None else ejector_diameter
         self._check_stroke(billet_length)
 
     @property
@@ -233,11 +197,7 @@ class ForwardRodExtrusion(FormingProcess):
             depth = 1.5 * die.container_radius
             tools[1].heat_field = block_field(die.container_radius, top, depth, size, self.T_tool)
         outline = np.array([[0.0, bottom], [radius, bottom], [radius, top], [0.0, top]])
-        surface = resample(outline, size, tools, None).points
-        mesh = mesh_inside(surface, size)
-        body = Body.at_rest(
-            mesh.x, mesh.quads, np.ascontiguousarray(mesh.loop[: len(surface)]), self.T_billet
-        )
+        body = body_within(outline, size, tools, self.T_billet)
         body.velocity[:, 1] = -self.speed
         control = StepControl(slip=0.5 * base)
         arc = self._marker_arc(radius)
@@ -250,7 +210,7 @@ class ForwardRodExtrusion(FormingProcess):
             control=control,
             compliance=self.elasticity.compliance,
         )
-        return self.heat_input.apply(simulation)
+        return self.thermal.apply(simulation)
 
     def _size_on(self, radius: float, base: float) -> float:
         """Return the element size on a rounding of the die [mm].

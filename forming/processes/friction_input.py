@@ -1,4 +1,4 @@
-"""Friction as users give it: a number, or a function of the loads at the markers."""
+"""Friction of a process: a number, or a function of the loads at the markers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CONSTANT_SHEAR = MU.upper
 
 
 def checked_mu(mu: npt.ArrayLike, n: int, stroke: float) -> FloatArray:
-    """Return friction coefficients of shape (n,), or say which marker has which impossible value.
+    """Return friction coefficients of shape (n,), checked.
 
     Raises
     ------

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TypedDict, Unpack
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from ..fe.state import RemeshPolicy, StepControl
 from ..fe.tooling import block_field, flat_punch, plate
 from ..materials.materials import MaterialSource
 from .base import FormingProcess
-from .heat_input import TOOLS
+from .thermal_conditions import TOOLS, ThermalConditions
 
 #: Largest share of the height that a stroke may take.
 MOST = 0.8
@@ -29,7 +29,8 @@ class Upsetting(FormingProcess):
     """Compression of a cylinder or a ring between a flat plate and a flat punch.
 
     The mesh is a regular grid that moves with the material: where the side folds onto the tools it carries
-    further than meshes that are replaced, and contact changes less.
+    further than meshes that are replaced, and contact changes less. The parameters of speed, heat, material and
+    markers are described in `StepwiseProcess`.
 
     Parameters
     ----------
@@ -37,32 +38,17 @@ class Upsetting(FormingProcess):
         Billet [mm].
     bore_diameter : float
         Bore of a ring [mm]; 0: a solid cylinder.
-    speed : float
-        Punch speed [mm/s].
     T_billet, T_tool : float
         Temperatures at the start [degC].
-    material : Material, name or path, optional
-        Billet; 16MnCr5 by default.
     mesh_size : float, optional
         Element size [mm]; by default the smaller of height and wall, over 12.
-    n_points : int
-        Number of material markers on the billet surface.
     shear_factor : float
         Friction stress at most this share m of the shear yield stress k. With the coefficient of friction
         `forming.processes.friction_input.CONSTANT_SHEAR` the friction is then tau = m k.
-    tool_heating : bool
-        Conduct heat in the tools; False holds their surfaces at `T_tool`.
     isothermal : bool
         Let no heat arise or flow: the billet stays at `T_billet`.
     remeshing : bool
         Replace the mesh when its elements have become poor.
-    tool_material : Material, name or path
-        Heat data of the tools.
-    htc : float
-        Heat transfer coefficient of the contact [kW/(m2 K)].
-    T_ambient, h_ambient : float
-        Temperature [degC] and heat transfer coefficient [W/(m2 K)] of the air around free surfaces, which also
-        radiate; 0 insulates them.
 
     Raises
     ------
@@ -94,18 +80,8 @@ class Upsetting(FormingProcess):
         T_ambient: float = 20.0,
         h_ambient: float = 10.0,
     ) -> None:
-        super().__init__(
-            speed,
-            T_billet,
-            T_tool,
-            material,
-            n_points,
-            tool_heating,
-            tool_material,
-            htc,
-            T_ambient,
-            h_ambient,
-        )
+        thermal = ThermalConditions(T_billet, T_tool, tool_heating, tool_material, htc, T_ambient, h_ambient)
+        super().__init__(speed, material, n_points, thermal)
         self._number("diameter", diameter, 1.0, 300.0, "mm")
         self._number("height", height, 0.1 * diameter, 2.5 * diameter, "mm")
         smallest = self.smallest_bore * diameter
@@ -155,10 +131,29 @@ class Upsetting(FormingProcess):
             policy=RemeshPolicy(every=1_000_000, quality=0.25, strain=math.inf),
             isothermal=self.isothermal,
         )
-        return self.heat_input.apply(simulation)
+        return self.thermal.apply(simulation)
 
     def _size(self, points: FloatArray) -> FloatArray:
         return np.full(len(points), self.mesh_size)
+
+
+class UpsettingOptions(TypedDict, total=False):
+    """Parameters of `Upsetting` besides the dimensions of the billet."""
+
+    speed: float
+    T_billet: float
+    T_tool: float
+    material: MaterialSource
+    mesh_size: float | None
+    n_points: int
+    shear_factor: float
+    tool_heating: bool
+    isothermal: bool
+    remeshing: bool
+    tool_material: MaterialSource
+    htc: float
+    T_ambient: float
+    h_ambient: float
 
 
 class RingCompression(Upsetting):
@@ -171,7 +166,11 @@ class RingCompression(Upsetting):
     smallest_bore = 0.05
 
     def __init__(
-        self, diameter: float = 12.0, height: float = 4.0, bore_diameter: float = 6.0, **more: Any
+        self,
+        diameter: float = 12.0,
+        height: float = 4.0,
+        bore_diameter: float = 6.0,
+        **more: Unpack[UpsettingOptions],
     ) -> None:
         super().__init__(diameter, height, bore_diameter, **more)
 

@@ -1,24 +1,25 @@
-"""Collects what a forming run leaves behind, step by step."""
+"""Records a forming run step by step: force, work and the contact at the markers."""
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from ..fe.mesh.shape import FloatArray
 from ..fe.simulation import Simulation
+from ..results.contact_history import ContactHistory
 from ..results.field_recorder import FieldRecorder
-from ..results.fields import FieldHistory, surface_contact
-from ..results.history import ContactHistory, FormingResult
+from ..results.fields import FieldHistory
+from ..results.result import FormingResult
+from ..results.snapshot import CONTACT_FIELDS, surface_contact
+from .stepwise import StepwiseProcess
 
-if TYPE_CHECKING:
-    from .base import FormingProcess
+#: Column of the contact fields.
+TAU_OVER_K = [f.name for f in CONTACT_FIELDS].index("tau_over_k")
 
 
 class ContactLog:
-    """The contact at the material markers, one entry a communication step."""
+    """Records the contact at the material markers, one entry per communication step."""
 
     def __init__(self, n_points: int) -> None:
         self.n_points = n_points
@@ -33,7 +34,7 @@ class ContactLog:
     def read_ratio(self, simulation: Simulation) -> None:
         """Read the friction stress over k; to be called before a remeshing takes the contact away."""
         markers = simulation.state.markers
-        ratio = markers.at_markers(surface_contact(simulation)[:, 3])
+        ratio = markers.at_markers(surface_contact(simulation)[:, TAU_OVER_K])
         self._ratio = np.where(markers.active, ratio, 0.0)
 
     def add(self, simulation: Simulation, stroke: float, mu: FloatArray) -> None:
@@ -53,7 +54,7 @@ class ContactLog:
             del entries[n:]
 
     def history(self) -> ContactHistory:
-        """Return the entries so far."""
+        """Return the record so far."""
         n = self.n_points
         return ContactHistory(
             stroke=np.array(self.stroke),
@@ -66,9 +67,9 @@ class ContactLog:
 
 
 class RunLog:
-    """A forming stroke."""
+    """Records a forming stroke."""
 
-    def __init__(self, process: FormingProcess, recorder: FieldRecorder | None) -> None:
+    def __init__(self, process: StepwiseProcess, recorder: FieldRecorder | None) -> None:
         self.process = process
         self.recorder = recorder
         self.end = 0.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -11,17 +11,16 @@ import numpy.typing as npt
 from friction_models.common import InputError
 from friction_models.common.ranges import check_range
 
-from ..fe.body import Body
-from ..fe.contact import GAP
 from ..fe.mesh.polyline import arc_length
 from ..fe.mesh.shape import FloatArray
-from ..fe.resample import mesh_inside, resample
+from ..fe.resample import body_within
 from ..fe.simulation import Simulation
 from ..fe.state import RemeshPolicy, StepControl
 from ..fe.tooling import Tool, flat_punch, plate, sleeve
 from ..materials.materials import Material, MaterialSource, as_material
 from ..tools.punch_geometry import PunchGeometry
 from .friction_input import Friction, checked_mu, start_mu
+from .plate_contact import plate_contact
 
 #: Highest force, forces, or (instants, forces).
 Force = float | npt.ArrayLike | tuple[npt.ArrayLike, npt.ArrayLike]
@@ -112,11 +111,11 @@ class UpsettingResult:
             return np.column_stack([np.interp(peak, known, column) for column in values.T])
 
         times = at(self.time) if time is None else np.atleast_1d(np.asarray(time, dtype=np.float64))
-        return UpsettingResult(
+        return replace(
+            self,
             time=times,
             force=wanted,
             contact_radius=at(self.contact_radius),
-            radius_fraction=self.radius_fraction,
             sigma_n=at(self.sigma_n) * scale[:, None],
             psi=at(self.psi),
             sigma_n_mean=at(self.sigma_n_mean) * scale,
@@ -124,8 +123,6 @@ class UpsettingResult:
             area_ratio=at(self.area_ratio),
             T_contact=at(self.T_contact),
             height=at(self.height),
-            status=self.status,
-            message=self.message,
         )
 
 
@@ -182,13 +179,13 @@ def upset(
     n_markers = len(simulation.state.markers)
     simulation.state.mu = start_mu(mu, n_markers, T0)
     fraction = np.linspace(0.0, 1.0, int(n_radii))
-    rows = [_contact(simulation, punch, fraction)]
+    rows = [plate_contact(simulation, punch, fraction)]
 
     def observe(sim: Simulation) -> bool:
         state = sim.state
         if callable(mu):
             state.mu = checked_mu(mu(state.markers.loads(), state.time), n_markers, state.stroke)
-        rows.append(_contact(sim, punch, fraction))
+        rows.append(plate_contact(sim, punch, fraction))
         size.edge = float(rows[-1]["contact_radius"])
         return sim.force >= highest
 
@@ -214,9 +211,7 @@ def upset(
     return result.at_force(forces, times)
 
 
-def _force_history(
-    force: Force,
-) -> tuple[FloatArray | None, FloatArray]:
+def _force_history(force: Force) -> tuple[FloatArray | None, FloatArray]:
     times: FloatArray | None = None
     try:
         given = [
@@ -258,9 +253,7 @@ def _build(
     tools: list[Tool] = [plate(0.0, T_tool), flat_punch(height, speed, T_tool)]
     if punch.bore_diameter is not None:
         tools.append(sleeve(0.5 * punch.bore_diameter, height, speed, T_tool))
-    surface = resample(punch.outline(), size, tools, None).points
-    mesh = mesh_inside(surface, size)
-    body = Body.at_rest(mesh.x, mesh.quads, np.ascontiguousarray(mesh.loop[: len(surface)]), T0)
+    body = body_within(punch.outline(), size, tools, T0)
     body.velocity = np.column_stack([0.5 * body.x[:, 0], -body.x[:, 1]]) * speed / height
     lengths = arc_length(punch.outline())
     face, top = lengths[-3] if punch.tip_diameter is None else lengths[2], lengths[-2]
@@ -275,76 +268,3 @@ def _build(
         body, tools, material, arc, size=lambda stroke: size, control=control, policy=policy
     )
     return simulation, size
-
-
-def _profile(r: FloatArray, at: FloatArray, values: FloatArray) -> FloatArray:
-    order = np.argsort(at, kind="stable")
-    return np.interp(r, at[order], values[order])
-
-
-def _edge_radius(surface: FloatArray, table: FloatArray, bore: float) -> float:
-    """Return where the surface leaves the plate [mm], at most `bore`.
-
-    The contact lies between the last node that touches and the first that does not. The gap of the first two
-    free nodes, extrapolated to zero, tells where, so that the area grows smoothly with the force.
-    """
-    on = table[:, 0] > 0.0
-    last = int(np.flatnonzero(on)[np.argmax(surface[on, 0])])
-    edge = float(surface[last, 0])
-    if last + 2 < len(surface):
-        (near, far), (gap, wider) = surface[last + 1 : last + 3, 0], table[last + 1 : last + 3, GAP]
-        if wider > gap > 0.0 and near > edge:
-            edge = float(np.clip(near - gap * (far - near) / (wider - gap), edge, near))
-    return min(edge, bore)
-
-
-def _contact(sim: Simulation, punch: PunchGeometry, fraction: FloatArray) -> dict[str, FloatArray | float]:
-    """Return one row of the result: the contact with the plate now."""
-    state = sim.state
-    body, markers = state.body, state.markers
-    row: dict[str, FloatArray | float] = {
-        "time": state.time,
-        "force": max(sim.force, 0.0),
-        "height": punch.specimen_height - state.stroke,
-    }
-    surface = body.surface
-    tables = state.tables
-    on = tables[0][:, 0] > 0.0 if tables else np.zeros(len(surface), dtype=bool)
-    if tables is None or not on.any():
-        area = punch.first_contact_area
-        flat = np.zeros_like(fraction)
-        return row | {
-            "contact_radius": math.sqrt(area / math.pi),
-            "sigma_n": flat,
-            "psi": flat + 1.0,
-            "sigma_n_mean": 0.0,
-            "psi_mean": 1.0,
-            "area_ratio": 1.0,
-            "T_contact": 0.5 * (float(body.T.mean()) + state.tools[0].temperature),
-        }
-    radius = _edge_radius(surface, tables[0], 0.5 * (punch.bore_diameter or math.inf))
-    area = math.pi * radius**2
-    r = fraction * radius
-    ring = np.gradient(fraction) * fraction
-    share = ring / ring.sum()
-    mean_pressure = -float(state.forces[0, 1]) / area
-    pressure = _profile(r, surface[on, 0], np.maximum(tables[0][on, 0], 0.0))
-    pressure *= mean_pressure / float(share @ pressure)
-    points = markers.points(surface)
-    touching = (
-        markers.active
-        & (points[:, 1] < 0.25 * punch.specimen_height)
-        & (points[:, 0] <= 1.001 * max(radius, float(surface[on, 0].max())))
-    )
-    touching[0] = True
-    psi = _profile(r, points[touching, 0], markers.psi[touching])
-    T = _profile(r, surface[on, 0], body.T[body.chain[on]])
-    return row | {
-        "contact_radius": radius,
-        "sigma_n": pressure,
-        "psi": psi,
-        "sigma_n_mean": mean_pressure,
-        "psi_mean": float(share @ psi),
-        "area_ratio": area / punch.first_contact_area,
-        "T_contact": float(share @ (0.5 * (T + state.tools[0].temperature))),
-    }

@@ -1,1 +1,1 @@
-"""What a forming run leaves behind: history, fields, files, pictures, pages."""
+"""Results of a forming run: numbers, fields, files, pictures and pages."""

@@ -1,4 +1,4 @@
-"""The fields of a run as an animation in HTML: data and script in one piece, without any network."""
+"""The fields of a run as an animation in HTML, which needs no network."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ import numpy.typing as npt
 from friction_models.common import InputError
 
 from ..fe.mesh.shape import FloatArray
-from .colours import colours, map_of, ticks
-from .fields import FIELDS, FieldHistory, Snapshot
-from .picture import BANDS, Window, tool_polygon
+from .drawing import BANDS, Window, colours, map_of, ticks, tool_polygon
+from .fields import FieldHistory
+from .snapshot import FIELDS, Snapshot
 
-#: Largest text of one animation [bytes]; of more snapshots some are left out, evenly.
+#: Largest text of one animation [bytes]; of larger histories every so many snapshots are left out.
 LARGEST = 2_500_000
 
 

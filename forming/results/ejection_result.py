@@ -1,4 +1,4 @@
-"""What ejecting or stripping a product leaves behind, and its files."""
+"""Result of ejecting or stripping a product, and its files."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import json
 import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,42 +15,16 @@ import pandas as pd
 from friction_models.common import write_json
 
 from ..fe.mesh.shape import FloatArray
+from ..tools.grip import GripPatch
+from .contact_history import ContactHistory
 from .force_curve import averaged
 
-if TYPE_CHECKING:
-    from .history import ContactHistory
-
 _COLUMNS = {"travel": "mm", "force": "kN", "work": "J", "grip": "kN"}
-#: What a phase may be called.
+#: Names of the phases.
 PHASES = ("withdraw", "release", "eject")
 _FIGURES = ("energy_balance", "slip_regularisation")
-#: Most rows, and bytes, of a file that is read back.
+#: Largest number of rows and bytes of a file that is read back.
 _ROWS, _BYTES = 100_000, 20_000_000
-
-
-@dataclass(frozen=True)
-class GripPatch:
-    """A part of the surface that a tool at rest holds after unloading.
-
-    Attributes
-    ----------
-    tool : str
-        Which tool.
-    r_low, r_high, z_low, z_high : float
-        Where it is [mm].
-    pressure : float
-        Mean contact pressure [MPa].
-    friction : float
-        Axial force that friction can carry there, mu times the contact force [kN].
-    """
-
-    tool: str
-    r_low: float
-    r_high: float
-    z_low: float
-    z_high: float
-    pressure: float
-    friction: float
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Takes the fields of a forming run while it goes on."""
+"""Records the fields of a forming run while it runs."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from friction_models.common import InputError
 from ..fe.mesh.shape import FloatArray
 from ..fe.simulation import Simulation
 from ..fe.state import State
-from .fields import MOST, FieldHistory, Snapshot
+from .fields import MOST, FieldHistory
+from .snapshot import Snapshot
 
-#: Environment variables by which a forming FMU is asked for its fields: where to, and the stroke between two [mm].
+#: Environment variables that make a forming FMU write its fields: folder, and stroke between two snapshots [mm].
 FIELDS_FOLDER, FIELDS_EVERY = "TRIBOFMU_FIELDS", "TRIBOFMU_FIELDS_EVERY"
-#: Allowed stroke between two snapshots, and the one where nothing is said [mm].
+#: Smallest, largest and default stroke between two snapshots [mm].
 LEAST_SPACING, MOST_SPACING, SPACING = 0.01, 100.0, 0.5
 
 
 class FieldRecorder:
-    """Takes snapshots while a simulation runs; it is given to `advance_to` and only looks.
+    """Takes snapshots while a simulation runs; pass it to `advance_to`. It does not change the simulation.
 
     A simulation that was put back to an earlier state takes its later snapshots again.
 
@@ -49,7 +50,7 @@ class FieldRecorder:
             self._take(simulation)
 
     def __call__(self, simulation: Simulation) -> bool:
-        """Look at the state after an increment; never ends the advance."""
+        """Take a snapshot after an increment if one is due; return False, so that the run continues."""
         state = simulation.state
         while self.taken and self.taken[-1].stroke >= state.stroke - 1e-9:
             self._drop()
@@ -58,7 +59,7 @@ class FieldRecorder:
         return False
 
     def finish(self, simulation: Simulation) -> FieldHistory:
-        """Return what was taken; a run that stopped early also keeps the state where it stopped."""
+        """Return all snapshots; a run that stopped early also keeps the state where it stopped."""
         state = simulation.state
         if state.status != "ok" and (not self.taken or self.taken[-1].stroke < state.stroke - 1e-9):
             self._take(simulation)
@@ -81,7 +82,7 @@ class FieldRecorder:
 
 
 class FieldWriter(FieldRecorder):
-    """Writes each snapshot into a file at once: for a simulation that lives in a process of others.
+    """Writes each snapshot into a file at once: for a simulation inside an FMU, in a process of another program.
 
     Parameters
     ----------
@@ -132,7 +133,7 @@ class FieldWriter(FieldRecorder):
 
 
 def writer_from_environment(name: str) -> FieldWriter | None:
-    """Return the writer that the environment asks for, None where it asks for none.
+    """Return the writer that the environment variables ask for, or None.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Fields of a forming run: snapshots of mesh, temperature, strain, stresses and contact at chosen strokes."""
+"""The snapshots of a forming run: ranges over all of them, files for Python and for ParaView."""
 
 from __future__ import annotations
 
@@ -10,189 +10,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from friction_models.common import InputError, atomic_path, unknown_name
 from friction_models.common.files import DAMAGED
 
-from ..fe.body import nodal_shear_yield
-from ..fe.mesh.shape import FloatArray, gauss_volumes
-from ..fe.simulation import Simulation
-from ..fe.tooling import polylines
-from ..fe.tractions import surface_loads
-
-Floats = npt.NDArray[np.float32]
-Ints = npt.NDArray[np.int32]
+from ..fe.mesh.shape import FloatArray
+from .snapshot import ARRAYS, FIELDS, Snapshot, checked
+from .vtu import write_collection
 
 #: Most snapshots of one run.
 MOST = 1000
 #: Largest file of snapshots that is read, unpacked [bytes].
 _LARGEST = 2_000_000_000
-
-
-@dataclass(frozen=True)
-class Field:
-    """A field that can be shown: its name, what it is, its unit, and whether its sign matters."""
-
-    name: str
-    meaning: str
-    unit: str
-    signed: bool = False
-
-
-#: Fields kept for each element: means over its Gauss points.
-ELEMENT_FIELDS = (
-    Field("strain", "equivalent plastic strain", "1"),
-    Field("strain_rate", "equivalent plastic strain rate", "1/s"),
-    Field("sigma_eq", "equivalent stress (von Mises)", "MPa"),
-    Field("sigma_m", "mean stress", "MPa", True),
-    Field("sigma_rr", "radial stress", "MPa", True),
-    Field("sigma_zz", "axial stress", "MPa", True),
-    Field("sigma_tt", "hoop stress", "MPa", True),
-    Field("sigma_rz", "shear stress rz", "MPa", True),
-)
-#: Everything that a picture can show.
-FIELDS = {
-    f.name: f
-    for f in (
-        Field("T", "temperature", "degC"),
-        *ELEMENT_FIELDS,
-        Field("speed", "speed of the material", "mm/s"),
-    )
-}
-#: Kept for each node of the surface. `tau` is the friction stress, k the shear yield stress kf / sqrt(3).
-CONTACT_FIELDS = (
-    Field("sigma_n", "contact normal pressure", "MPa"),
-    Field("tau", "friction stress", "MPa"),
-    Field("mu", "coefficient of friction", "1"),
-    Field("tau_over_k", "friction stress over shear yield stress", "1"),
-    Field("v_rel", "relative sliding speed", "mm/s"),
-    Field("T_tool", "temperature of the tool surface", "degC"),
-)
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """Fields at one stroke, in single precision.
-
-    Attributes
-    ----------
-    stroke, time : float
-        Stroke [mm] and time [s].
-    x : ndarray, shape (n, 2)
-        Node positions r, z [mm].
-    quads : ndarray, shape (n_e, 4)
-        Elements.
-    T : ndarray, shape (n,)
-        Temperature at the nodes [degC].
-    velocity : ndarray, shape (n, 2)
-        Velocity at the nodes [mm/s].
-    elements : ndarray, shape (n_e, 8)
-        `ELEMENT_FIELDS`, in their order.
-    chain : ndarray, shape (n_s,)
-        Nodes of the surface, from the lower to the upper end of the axis.
-    contact : ndarray, shape (n_s, 6)
-        `CONTACT_FIELDS` in their order; 0 where no tool touches (mu is always there).
-    tools : dict of str to ndarray of shape (m, 2)
-        Surface of each tool as a chain of points with the workpiece on its left [mm].
-    """
-
-    stroke: float
-    time: float
-    x: Floats
-    quads: Ints
-    T: Floats
-    velocity: Floats
-    elements: Floats
-    chain: Ints
-    contact: Floats
-    tools: dict[str, Floats]
-
-    @classmethod
-    def of(cls, simulation: Simulation) -> Snapshot:
-        """Take the fields of a simulation as it is now."""
-        state = simulation.state
-        body = state.body
-        mean = body.stress[:, :, :3].mean(axis=2)
-        deviator = body.stress[:, :, :3] - mean[:, :, None]
-        equivalent = np.sqrt(1.5 * ((deviator**2).sum(axis=2) + 2.0 * body.stress[:, :, 3] ** 2))
-        rr, zz, tt, rz = np.moveaxis(body.stress, 2, 0)
-        gauss = np.stack([body.strain, body.rate, equivalent, mean, rr, zz, tt, rz])
-        w = gauss_volumes(body.x, body.quads)
-        means = (gauss * w).sum(axis=2) / w.sum(axis=1)
-        tools = {
-            tool.name
-            if sum(t.name == tool.name for t in state.tools) == 1
-            else f"{tool.name} {number}": _chain(tool.segments, tool.offset)
-            for number, tool in enumerate(state.tools, 1)
-        }
-        return cls(
-            state.stroke,
-            state.time,
-            body.x.astype(np.float32),
-            body.quads.astype(np.int32),
-            body.T.astype(np.float32),
-            body.velocity.astype(np.float32),
-            np.ascontiguousarray(means.T, dtype=np.float32),
-            body.chain.astype(np.int32),
-            surface_contact(simulation).astype(np.float32),
-            tools,
-        )
-
-    def nodal(self, name: str) -> FloatArray:
-        """Return a field at the nodes, shape (n,); element fields as means of the elements around.
-
-        Raises
-        ------
-        InputError
-            No such field; the message names the nearest.
-        """
-        if name == "T":
-            return self.T.astype(np.float64)
-        if name == "speed":
-            return np.hypot(*self.velocity.astype(np.float64).T)
-        names = [f.name for f in ELEMENT_FIELDS]
-        if name not in names:
-            raise unknown_name("field", name, FIELDS, "forming")
-        values = np.repeat(self.elements[:, names.index(name)].astype(np.float64), 4)
-        weights = np.repeat(
-            gauss_volumes(self.x.astype(np.float64), self.quads.astype(np.int64)).sum(axis=1), 4
-        )
-        nodes = self.quads.ravel()
-        total = np.bincount(nodes, weights * values, len(self.x))
-        weight = np.bincount(nodes, weights, len(self.x))
-        return total / np.where(weight > 0.0, weight, 1.0)
-
-
-def surface_contact(simulation: Simulation) -> FloatArray:
-    """Return `CONTACT_FIELDS` at the surface nodes, shape (n_s, 6), for the state as it is now.
-
-    k belongs to the end of the increment. Right after a remeshing, before the next increment, nothing but
-    mu is known.
-    """
-    state = simulation.state
-    body = state.body
-    n = len(body.chain)
-    found = np.zeros((n, len(CONTACT_FIELDS)))
-    found[:, 2] = state.markers.at_nodes(state.mu, n)
-    if state.tables is None:
-        return found
-    loads = surface_loads(body.surface, state.tables, state.tools, state.weights)
-    k = nodal_shear_yield(body.quads, body.strain, body.rate, body.T, simulation.material.vector())[
-        body.chain
-    ]
-    tau = np.abs(loads.shear)
-    columns = (loads.pressure, tau, found[:, 2], tau / k, np.abs(loads.slip), loads.tool_T)
-    for j, column in enumerate(columns):
-        if j != 2:
-            found[:, j] = np.where(loads.active, column, 0.0)
-    return found
-
-
-def _chain(segments: FloatArray, offset: FloatArray) -> Floats:
-    pieces = polylines(segments)
-    points = np.concatenate([pieces[0], *(p[1:] for p in pieces[1:])]) + offset
-    return points.astype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -249,7 +78,7 @@ class FieldHistory:
             "tools": np.array(sorted({name for s in self.snapshots for name in s.tools}), dtype=np.str_),
         }
         for k, s in enumerate(self.snapshots):
-            for name in _ARRAYS:
+            for name in ARRAYS:
                 arrays[f"{k}.{name}"] = getattr(s, name)
             arrays |= {f"{k}.tool.{name}": chain for name, chain in s.tools.items()}
         with atomic_path(path) as place, place.open("wb") as stream:
@@ -280,11 +109,11 @@ class FieldHistory:
                 found = []
                 for k in range(len(strokes)):
                     arrays: dict[str, Any] = {
-                        name: np.asarray(data[f"{k}.{name}"], dtype=kind) for name, kind in _ARRAYS.items()
+                        name: np.asarray(data[f"{k}.{name}"], dtype=kind) for name, kind in ARRAYS.items()
                     }
                     chains = {n: data[f"{k}.tool.{n}"] for n in tools if f"{k}.tool.{n}" in data}
                     found.append(
-                        _checked(Snapshot(float(strokes[k]), float(times[k]), tools=chains, **arrays))
+                        checked(Snapshot(float(strokes[k]), float(times[k]), tools=chains, **arrays))
                     )
         except (KeyError, *DAMAGED) as error:
             raise InputError(
@@ -296,33 +125,4 @@ class FieldHistory:
 
     def write_vtu(self, folder: str | os.PathLike[str]) -> Path:
         """Write VTU files and the collection ``fields.pvd`` for ParaView; return the path of the collection."""
-        from .vtu import write_collection
-
-        return write_collection(self, Path(folder))
-
-
-#: Arrays of a snapshot in the order of its attributes, with the type they are kept in.
-_ARRAYS: dict[str, Any] = {
-    "x": np.float32,
-    "quads": np.int32,
-    "T": np.float32,
-    "velocity": np.float32,
-    "elements": np.float32,
-    "chain": np.int32,
-    "contact": np.float32,
-}
-
-
-def _checked(s: Snapshot) -> Snapshot:
-    n, n_e, n_s = len(s.x), len(s.quads), len(s.chain)
-    shapes = [(s.x, (n, 2)), (s.quads, (n_e, 4)), (s.T, (n,)), (s.velocity, (n, 2)), (s.chain, (n_s,))]
-    shapes += [(s.elements, (n_e, len(ELEMENT_FIELDS))), (s.contact, (n_s, len(CONTACT_FIELDS)))]
-    shapes += [(chain, (len(chain), 2)) for chain in s.tools.values()]
-    if any(array.shape != shape for array, shape in shapes) or not n_e > 0:
-        raise ValueError(f"wrong shapes at stroke {s.stroke:g} mm")
-    for nodes in (s.quads, s.chain):
-        if nodes.min() < 0 or nodes.max() >= n:
-            raise ValueError(f"nodes out of range at stroke {s.stroke:g} mm")
-    if not all(np.isfinite(array).all() for array, _ in shapes):
-        raise ValueError(f"a number that is not finite at stroke {s.stroke:g} mm")
-    return s
+        return write_collection(self.snapshots, Path(folder))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,12 +13,9 @@ from friction_models.loads import LOADS
 
 from ..fe.mesh.shape import FloatArray
 from .animation import animation
-from .colours import number, ticks
-from .picture import FONT, INK, SOFT
-
-if TYPE_CHECKING:
-    from .ejection_result import EjectionResult
-    from .history import FormingResult
+from .drawing import FONT, INK, SOFT, number, ticks
+from .ejection_result import EjectionResult
+from .record import FormingRecord
 
 _STYLE = f"""
 body {{ margin: 0; background: #fff; color: {INK}; font: 16px/1.55 {FONT}; }}
@@ -39,12 +35,12 @@ svg {{ max-width: 100%; height: auto; }}
 _ACCENT, _BAND = "#0a7f79", "#cfe5e3"
 
 
-def write_report(result: FormingResult, path: str | os.PathLike[str], name: str = "forming") -> Path:
+def write_report(result: FormingRecord, path: str | os.PathLike[str], name: str = "forming") -> Path:
     """Write the page; return its path."""
     return write_text(path, report_page(result, name))
 
 
-def report_page(result: FormingResult, name: str = "forming") -> str:
+def report_page(result: FormingRecord, name: str = "forming") -> str:
     """Return the page as one HTML text without any reference to the network."""
     headline = f"Largest force {result.max_force:.1f} kN over a stroke of {result.stroke[-1]:.2f} mm"
     parts = [
@@ -69,7 +65,7 @@ def report_page(result: FormingResult, name: str = "forming") -> str:
     return "\n".join(p for p in parts if p)
 
 
-def _figures(result: FormingResult) -> str:
+def _figures(result: FormingRecord) -> str:
     rows = [
         ("largest force, averaged over 0.5 mm of stroke", f"{result.max_force:.2f} kN"),
         ("largest force as computed", f"{result.force.max():.2f} kN"),
@@ -119,7 +115,7 @@ def _range(low: float, high: float) -> str:
     return " to ".join(f"{round(v, 2) + 0.0:.2f}" for v in (low, high))  # + 0.0: no minus sign before a zero
 
 
-def _contact(result: FormingResult) -> str:
+def _contact(result: FormingRecord) -> str:
     """Median and 5 to 95 % range of each load, mu and tau/k over the markers in contact."""
     contact = result.contact
     steps = np.flatnonzero(contact.active.any(axis=1))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import escape
@@ -14,35 +13,26 @@ import numpy.typing as npt
 from friction_models.common import InputError, unknown_name, write_text
 
 from ..fe.mesh.shape import FloatArray
-from .colours import colours, map_of, number, ticks
-from .fields import FIELDS, FieldHistory, Snapshot
+from .animation import animation_page
+from .drawing import (
+    BANDS,
+    FONT,
+    INK,
+    SOFT,
+    STEEL,
+    STEEL_EDGE,
+    Window,
+    colours,
+    map_of,
+    number,
+    ticks,
+    tool_polygon,
+)
+from .fields import FieldHistory
+from .snapshot import FIELDS, Snapshot
 
-#: Room around the workpiece in which tools are drawn [mm].
-MARGIN = 4.0
-#: Steps of the colour scale.
-BANDS = 32
 #: Parts of an element along each side, so that colours follow the field within it.
 PARTS = 3
-FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif'
-INK, SOFT, STEEL, STEEL_EDGE = "#1b2530", "#566474", "#d3d8de", "#7d8894"
-
-
-@dataclass(frozen=True)
-class Window:
-    """What is drawn: 0 <= r <= r_max, z_min <= z <= z_max [mm]."""
-
-    r_max: float
-    z_min: float
-    z_max: float
-
-    @classmethod
-    def around(cls, snapshots: tuple[Snapshot, ...]) -> Window:
-        """Return the window that holds the workpiece of all snapshots."""
-        return cls(
-            max(float(s.x[:, 0].max()) for s in snapshots) + MARGIN,
-            min(float(s.x[:, 1].min()) for s in snapshots) - MARGIN,
-            max(float(s.x[:, 1].max()) for s in snapshots) + MARGIN,
-        )
 
 
 def write_picture(
@@ -62,8 +52,6 @@ def write_picture(
     if kind == ".svg":
         return write_text(path, svg(history, field, shown.stroke))
     if kind == ".html":
-        from .animation import animation_page
-
         return write_text(path, animation_page(history, field, shown.stroke))
     raise InputError(
         f"{path}: a picture is written as {kind or 'a file without suffix'}; allowed: .svg, .html"
@@ -142,25 +130,6 @@ def subdivided(s: Snapshot, field: str) -> tuple[FloatArray, FloatArray]:
     u, v = np.meshgrid(middle, middle, indexing="ij")
     values = np.einsum("ijk,ek->eij", weights(u, v), s.nodal(field)[s.quads])
     return corners.reshape(-1, 4, 2), values.ravel()
-
-
-def tool_polygon(chain: npt.NDArray[np.floating[Any]], depth: float = 25.0) -> npt.NDArray[np.floating[Any]]:
-    """Return the closed outline of a tool whose surface is `chain`, with the tool on its right-hand side."""
-    start, end = chain[0], chain[-1]
-    closings = [[np.array([start[0], end[1]])], [np.array([end[0], start[1]])]]
-    along = end - start
-    side = np.array([along[1], -along[0]]) * depth / max(float(np.hypot(*along)), 1e-9)
-    closings.append([end + side, start + side])
-    outlines = [np.concatenate([chain, np.array(c)]) for c in closings]
-    # The tool is on the right, so its outline runs clockwise; a straight face has no corner to close over.
-    areas = [-_area(o) for o in outlines]
-    corner = int(np.argmax(areas[:2]))
-    return outlines[corner] if areas[corner] > 1.0 else outlines[2]
-
-
-def _area(points: npt.NDArray[np.floating[Any]]) -> float:
-    r, z = points.T
-    return 0.5 * float(r @ np.roll(z, -1) - z @ np.roll(r, -1))
 
 
 def _tool(chain: npt.NDArray[np.floating[Any]], scale: float) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -11,10 +12,10 @@ import numpy as np
 from friction_models.common import atomic_folder
 from friction_models.common.folders import FIELDS
 
-from .fields import CONTACT_FIELDS, ELEMENT_FIELDS, FieldHistory, Snapshot
+from .snapshot import CONTACT_FIELDS, ELEMENT_FIELDS, Floats, Snapshot
 
 
-def write_collection(history: FieldHistory, folder: Path) -> Path:
+def write_collection(snapshots: Sequence[Snapshot], folder: Path) -> Path:
     """Write ``fields.pvd`` and its VTU files into `folder`, which is replaced; return the collection's path.
 
     Each time [s] has three parts: 0 the workpiece (T, velocity at the nodes, strain, stresses in the
@@ -22,7 +23,7 @@ def write_collection(history: FieldHistory, folder: Path) -> Path:
     """
     lines = []
     with atomic_folder(folder, FIELDS) as place:
-        for k, s in enumerate(history.snapshots):
+        for k, s in enumerate(snapshots):
             for part, (kind, mesh) in enumerate(
                 [("workpiece", _workpiece(s)), ("contact", _contact(s)), ("tools", _tools(s))]
             ):
@@ -50,7 +51,7 @@ def _label(name: str, unit: str) -> str:
     return name if unit == "1" else f"{name} [{unit}]"
 
 
-def _points(x: Any) -> Any:
+def _points(x: Floats) -> Floats:
     return np.column_stack([x, np.zeros(len(x), dtype=x.dtype)])
 
 

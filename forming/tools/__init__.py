@@ -1,1 +1,1 @@
-"""Tools: elastic dies and punches, ejection tools, geometry of the punch."""
+"""Forming tools: shapes of dies and punches, their elasticity, and the tools that eject a product."""

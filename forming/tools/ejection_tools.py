@@ -1,16 +1,13 @@
-"""Tools of ejection: the withdrawn punch, the ejector, the stripper, the opening of a container; what they grip."""
+"""Tools of ejection: the withdrawn punch, the ejector, the stripper, the opening of a container."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..fe.mesh.shape import FloatArray
-from ..fe.simulation import Simulation
 from ..fe.tooling import BEYOND, Tool, arc, line
-from ..results.ejection_result import GripPatch
 
 #: Rounding of the container's opening, as a share of its radius.
 OPENING = 0.1
@@ -85,33 +82,3 @@ def opened(container: Tool, radius: float, top: float) -> Tool:
         line((radius + edge, top), (radius + edge + BEYOND, top)),
     ]
     return replace(container, segments=np.vstack([container.segments[:-1], bore[None], rim]))
-
-
-def grip_patches(simulation: Simulation) -> tuple[GripPatch, ...]:
-    """Return the parts of the surface that the tools at rest touch, from the lower axis point on."""
-    state, found = simulation.state, []
-    mu = state.markers.at_nodes(state.mu, len(state.body.chain))
-    surface = state.body.surface
-    for tool, table in zip(state.tools, state.tables or []):
-        if tool.speed > 0.0:
-            continue
-        on = np.flatnonzero(table[:, 0] > 0.0)
-        for patch in np.split(on, np.flatnonzero(np.diff(on) > 1) + 1):
-            if not len(patch):
-                continue
-            force = 2.0 * math.pi * table[patch, 0] * state.weights[patch]
-            (r_low, z_low), (r_high, z_high) = surface[patch].min(axis=0), surface[patch].max(axis=0)
-            area = 2.0 * math.pi * float(state.weights[patch].sum())
-            axial = float((mu[patch] * force * np.abs(table[patch, 4])).sum())
-            found.append(
-                GripPatch(
-                    tool.name,
-                    float(r_low),
-                    float(r_high),
-                    float(z_low),
-                    float(z_high),
-                    float(force.sum()) / area,
-                    axial * 1e-3,
-                )
-            )
-    return tuple(found)

@@ -10,19 +10,14 @@ from friction_models.common.ranges import check_range
 #: Poisson's ratio of tool steel.
 POISSON = 0.3
 #: Units of the numbers.
-UNITS = {
-    "die_outer_diameter": "mm",
-    "punch_length": "mm",
-    "press_stiffness": "kN/mm",
-    "tool_modulus": "GPa",
-}
+UNITS = {"die_outer_diameter": "mm", "punch_length": "mm", "press_stiffness": "kN/mm", "tool_modulus": "GPa"}
 
 
 def bore_flexibility(bore_radius: float, outer_radius: float, modulus: float) -> float:
     """Return the widening of a bore for a pressure in it [mm/MPa].
 
     Thick-walled cylinder with free ends (Lame): ``u = p a / E ((b^2 + a^2) / (b^2 - a^2) + nu)``. It is loaded
-    along its whole length; see `Elasticity.spread` for a short contact.
+    along its whole length; see `ElasticTools.spread` for a short contact.
 
     Parameters
     ----------
@@ -36,8 +31,8 @@ def bore_flexibility(bore_radius: float, outer_radius: float, modulus: float) ->
 
 
 @dataclass(frozen=True)
-class Elasticity:
-    """What gives way under the forming force; None is rigid.
+class ElasticTools:
+    """Die, punch and press that give way under the forming force; None is rigid.
 
     Parameters
     ----------
@@ -71,8 +66,7 @@ class Elasticity:
             "tool_modulus": (50.0, 800.0),
         }
         for name, (low, high) in ranges.items():
-            value = getattr(self, name)
-            if value is not None:
+            if (value := getattr(self, name)) is not None:
                 check_range(self.process, name, value, low, high, UNITS[name])
 
     @property

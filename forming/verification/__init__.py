@@ -1,4 +1,4 @@
-"""Verification of the forming simulation against closed forms and an independent program."""
+"""Verification of the forming simulation against closed forms and CalculiX."""
 
 from __future__ import annotations
 

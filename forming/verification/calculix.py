@@ -1,4 +1,4 @@
-"""Compression of a cylinder or a ring in CalculiX, the independent program beside ours.
+"""Compression of a cylinder or a ring in CalculiX, an independent program.
 
 Half the height is modelled with quadratic elements (CAX8R; linear CAX4 lock) under an all but rigid platen.
 Contact holds at the nodes: over whole faces the corner of a folding bore sank into the platen by up to 0.15 mm,
@@ -35,7 +35,7 @@ class CalculixError(Exception):
 
 @dataclass(frozen=True)
 class Compression:
-    """What CalculiX computes.
+    """Input of a CalculiX run.
 
     Attributes
     ----------

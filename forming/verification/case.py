@@ -1,4 +1,4 @@
-"""What a verification case is: a run, and rows of reference, ours, deviation, tolerance, verdict."""
+"""A verification case: a run, and rows of reference, ours, deviation, tolerance, verdict."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Row:
     quantity, unit : str
         What is compared, and its unit (empty: a bare number).
     reference : float
-        The number that is not ours.
+        The number to compare with.
     source : str
         Where it comes from.
     ours : float
@@ -76,7 +76,7 @@ class Row:
         return self.unit if self.absolute else "%"
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all that a machine may want to read."""
+        """Return the row for JSON."""
         return {
             "case": self.case,
             "quantity": self.quantity,
@@ -98,7 +98,7 @@ class Unfinished(Exception):
 
 @dataclass(frozen=True)
 class Outcome:
-    """Rows of a case, and a Markdown table with what is behind them, for the documentation."""
+    """Rows of a case, and a Markdown table with the details for the documentation."""
 
     rows: list[Row]
     details: str = ""
@@ -106,7 +106,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class CaseResult:
-    """Rows of a case that has run, what is behind them (Markdown), and how long it took [s]."""
+    """Rows of a case that has run, details (Markdown), and its duration [s]."""
 
     case: Case
     rows: list[Row]
@@ -121,7 +121,7 @@ class CaseResult:
 
 @dataclass(frozen=True)
 class Case:
-    """A set-up that is run and compared.
+    """A verification case.
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ class Case:
     fast: bool = True
 
     def run(self) -> CaseResult:
-        """Run the case; a run that stops early is a row that failed, and says why."""
+        """Run the case; a run that stops early gives a failed row with the reason."""
         start = time.perf_counter()
         try:
             found = self.compute()

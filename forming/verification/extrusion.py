@@ -41,15 +41,8 @@ def rod_without_friction() -> list[Row]:
     force = result.smooth_force[steady]
     mean = float(force.mean())
     farthest = float(force[np.abs(force - mean).argmax()])
-    flat = Row(
-        f"steady force, farthest from its mean at {STEADY[0]:g} to {STEADY[1]:g} mm",
-        "kN",
-        mean,
-        "steady flow: constant force",
-        farthest,
-        FLAT,
-    )
-    return [flat, *account_rows(result)]
+    what = f"steady force, farthest from its mean at {STEADY[0]:g} to {STEADY[1]:g} mm"
+    return [Row(what, "kN", mean, "steady flow: constant force", farthest, FLAT), *account_rows(result)]
 
 
 def dipper(D: float, d: float, h0: float, h1: float, mu: float) -> float:
@@ -70,14 +63,8 @@ def cup_without_friction() -> list[Row]:
     process = _IsothermalCup(tool_heating=False)
     result = finished(process, process.run(0.0, 14.0))
     plateau = float(np.interp(10.0, result.stroke, result.smooth_force))
-    row = Row(
-        "force at 10 mm",
-        "kN",
-        dipper(20.0, 14.14, 20.0, 10.0, 0.0),
-        "Dipper's formula, a band",
-        plateau,
-        DIPPER,
-    )
+    expected = dipper(20.0, 14.14, 20.0, 10.0, 0.0)
+    row = Row("force at 10 mm", "kN", expected, "Dipper's formula, a band", plateau, DIPPER)
     return [row, *account_rows(result)]
 
 
@@ -95,14 +82,8 @@ def _halving(
     usual: ForwardRodExtrusion | BackwardCupExtrusion, half: ForwardRodExtrusion | BackwardCupExtrusion
 ) -> list[Row]:
     coarse, fine = (finished(process, process.run(0.08, 6.0)) for process in (usual, half))
-    row = Row(
-        f"Fmax with elements of {usual.mesh_size:g} mm",
-        "kN",
-        fine.max_force,
-        f"elements of {half.mesh_size:g} mm",
-        coarse.max_force,
-        HALVING,
-    )
+    what, source = (f"elements of {process.mesh_size:g} mm" for process in (usual, half))
+    row = Row(f"Fmax with {what}", "kN", fine.max_force, source, coarse.max_force, HALVING)
     return [row, *account_rows(coarse)]
 
 

@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from ..fe.body import Body
-from ..fe.contact import surface_weights
 from ..fe.heat_exchange import HeatExchange, exchange_heat
 from ..fe.mesh.mesher import grid_mesh
-from ..fe.mesh.shape import FloatArray
+from ..fe.mesh.shape import FloatArray, surface_weights
 from ..fe.tooling import block_field, plate
 from ..materials.materials import steel_16MnCr5
 from .case import Case, Row
@@ -45,18 +44,10 @@ def in_contact() -> list[Row]:
         body.T = exchange_heat(body, [tool], [table], weights, source, steel, heat, dt)
         for t, (workpiece, below) in SURFACES.items():
             if k == round(t / dt):
-                rows += [
-                    _row(
-                        f"workpiece surface below {HOT:g} degC, {t:g} s",
-                        HOT - body.T[body.chain[:4]],
-                        HOT - workpiece,
-                    ),
-                    _row(
-                        f"tool surface above {COLD:g} degC, {t:g} s",
-                        tool.surface_temperature(body.surface[:4]) - COLD,
-                        below - COLD,
-                    ),
-                ]
+                lost = HOT - body.T[body.chain[:4]]
+                gained = tool.surface_temperature(body.surface[:4]) - COLD
+                rows.append(_row(f"workpiece surface below {HOT:g} degC, {t:g} s", lost, HOT - workpiece))
+                rows.append(_row(f"tool surface above {COLD:g} degC, {t:g} s", gained, below - COLD))
     return rows
 
 

@@ -9,8 +9,8 @@ from ..materials.materials import Material
 from ..processes.friction_input import CONSTANT_SHEAR
 from ..processes.ring import RingCompression
 from .calculix import Compression
+from .calculix_rows import KeptNumbers, bore_key, calculix_numbers, calculix_row
 from .case import Case, Outcome, Row, Unfinished
-from .peer import Kept, bore_key, peer, peer_row
 from .ring_straight import as_closed_form, perfectly_plastic, straight_readings
 from .ring_tables import (
     BY_M,
@@ -37,13 +37,13 @@ AGAINST_CALCULIX = (0.15, 0.2, 0.3, 0.4, STICKING)
 SHARP = 0.002
 
 
-def _kept(*decreases: float) -> Kept:
-    return Kept("2.20", "2026-11-21", {bore_key(r): d for r, d in zip(REDUCTIONS, decreases)})
+def _kept(*decreases: float) -> KeptNumbers:
+    return KeptNumbers("2.20", "2026-11-21", {bore_key(r): d for r, d in zip(REDUCTIONS, decreases)})
 
 
-#: Kept from CalculiX, for where it is not installed.
+#: Numbers of an earlier CalculiX run, for machines without CalculiX.
 KEPT = {
-    0.1: Kept("2.20", "2026-11-21", {"force": 130.96, "bore_middle": 2.777}),
+    0.1: KeptNumbers("2.20", "2026-11-21", {"force": 130.96, "bore_middle": 2.777}),
     0.15: _kept(0.51, 2.19, 5.30, 10.88, 20.25),
     0.2: _kept(1.90, 5.62, 11.09, 18.95, 31.16),
     0.3: _kept(3.27, 8.83, 16.38, 26.82, 42.52),
@@ -73,11 +73,11 @@ def with_calculix() -> Outcome:
     """Ring at mu 0.1, 50 %: force and bore."""
     process = ring()
     result = finished(process, process.run(0.1, 2.0))
-    other = peer(in_calculix(0.1), KEPT[0.1])
+    other = calculix_numbers(in_calculix(0.1), KEPT[0.1])
     middle = float(process.bore_profile(201)[100])
     rows = [
-        peer_row("force at 50 %", "kN", other, "force", float(result.force[-1]), 1.0),
-        peer_row("bore radius at middle height", "mm", other, "bore_middle", middle, 1.0),
+        calculix_row("force at 50 %", "kN", other, "force", float(result.force[-1]), 1.0),
+        calculix_row("bore radius at middle height", "mm", other, "bore_middle", middle, 1.0),
         *account_rows(result),
     ]
     faces = (
@@ -95,13 +95,13 @@ def bulging_with_calculix() -> Outcome:
     for mu in AGAINST_CALCULIX:
         sticks = mu == STICKING
         ours[mu] = readings(ring(), CONSTANT_SHEAR if sticks else mu)
-        other = peer(in_calculix(mu), KEPT[mu])
+        other = calculix_numbers(in_calculix(mu), KEPT[mu])
         keys = [bore_key(r) for r in REDUCTIONS[: len(ours[mu])]]
         others[mu] = [other.values[key] for key in keys]
         k = max(range(len(keys)), key=lambda k: abs(ours[mu][k] - others[mu][k]))
         name = f"sticking: m 1 (CalculiX: mu {mu:g})" if sticks else f"mu {mu:g}"
         what = f"bore decrease, {name}, worst of {len(keys)} readings ({REDUCTIONS[k]} %)"
-        rows.append(peer_row(what, "points", other, keys[k], ours[mu][k], POINTS, True))
+        rows.append(calculix_row(what, "points", other, keys[k], ours[mu][k], POINTS, True))
     return Outcome(rows, f"{_three(ours, others)}\n\n{_shares(others[0.2][-1])}")
 
 

@@ -1,4 +1,4 @@
-"""The runs that cases share: flow curves, isothermal runs, the check that a run has ended."""
+"""Common parts of the cases: flow curves, the check that a run has ended, balance of energy and volume."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ..fe.mesh.shape import FloatArray
 from ..materials.materials import HenselSpittel, steel_16MnCr5
 from ..processes.base import FormingProcess
-from ..results.history import FormingResult
+from ..results.result import FormingResult
 from .case import Row, Unfinished
 
 #: Published coefficients of 16MnCr5, kept apart from the product's: A [MPa], m1 [1/K], m2, m3, m4.
@@ -32,13 +32,13 @@ def published_flow_stress(strain: npt.ArrayLike, T: float, rate: float) -> Float
 
 
 def rate_independent() -> HenselSpittel:
-    """Return 16MnCr5 with its flow curve held at 0.5/s, as the other program is given it."""
+    """Return 16MnCr5 with its flow curve held at 0.5/s, as CalculiX is given it."""
     steel = steel_16MnCr5()
     return replace(steel, A=steel.A * FROZEN_RATE**steel.m3, m3=0.0)
 
 
 def finished(process: FormingProcess, result: FormingResult) -> FormingResult:
-    """Return the result.
+    """Return the result of a run that has reached its end.
 
     Raises
     ------
@@ -50,26 +50,11 @@ def finished(process: FormingProcess, result: FormingResult) -> FormingResult:
     return result
 
 
-def account_rows(result: FormingResult, what: str = "") -> list[Row]:
+def account_rows(result: FormingResult) -> list[Row]:
     """Return the rows on the energy balance and the unloaded volume of a run."""
-    of = f" {what}" if what else ""
+    balance = "work of the punch = plastic + friction + elastic + contact springs"
+    energy, volume = 100.0 * result.energy_balance, 100.0 * result.volume_change
     return [
-        Row(
-            f"energy balance{of}",
-            "%",
-            0.0,
-            "work of the punch = plastic + friction + elastic + contact springs",
-            100.0 * result.energy_balance,
-            ENERGY,
-            absolute=True,
-        ),
-        Row(
-            f"unloaded volume{of}",
-            "%",
-            0.0,
-            "plastic flow keeps it",
-            100.0 * result.volume_change,
-            VOLUME,
-            absolute=True,
-        ),
+        Row("energy balance", "%", 0.0, balance, energy, ENERGY, absolute=True),
+        Row("unloaded volume", "%", 0.0, "plastic flow keeps it", volume, VOLUME, absolute=True),
     ]

@@ -197,9 +197,9 @@ def _forming_fmus(plant: Plant, causes: Sequence[Cause], folder: Path) -> dict[s
             for name in _FLOW[material.get("kind", "HenselSpittel")]:
                 material[name] = _times(material[name], 1.0 + cause.step)
         else:
-            from forming.processes.heat_input import HeatInput
+            from forming.processes.thermal_conditions import ThermalConditions
 
-            usual = HeatInput.__dataclass_fields__["htc"].default
+            usual = ThermalConditions.__dataclass_fields__["htc"].default
             fixed["htc"] = float(fixed.get("htc", usual)) * (1.0 + cause.step)
         if isinstance(fixed.get("tool_material"), dict):
             fixed["tool_material"] = material_from_dict(fixed["tool_material"])

@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from forming.fe.heat_data import Property, checked_property, integral, value_at
+from forming.fe.heat.properties import Property, checked_property, integral, value_at
 from forming.materials.materials import Material, load
 from friction_models.common import InputError
 from friction_models.loads import FloatArray

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.integrate import quad
 from scipy.special import erfc, k0e
 
-from forming.fe.heat_data import value_at
+from forming.fe.heat.properties import value_at
 from forming.verification import Case, Row
 
 from .contact_temperature import SlidingContact

@@ -9,12 +9,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from forming.fe.body import Body
-from forming.fe.contact import surface_weights
-from forming.fe.heat_data import integral, mean_between, value_at
+from forming.fe.heat.conduction import heat_step
+from forming.fe.heat.properties import integral, mean_between, value_at
 from forming.fe.heat_exchange import Environment, HeatExchange, exchange_heat, exposed
 from forming.fe.mesh.mesher import grid_mesh
+from forming.fe.mesh.shape import surface_weights
 from forming.fe.state import Energy
-from forming.fe.thermal import heat_step
 from forming.fe.tooling import plate
 from forming.materials.materials import steel_16MnCr5
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.special import erfc
 
+from forming.fe.heat.conduction import heat_step
 from forming.fe.mesh.mesher import grid_mesh
-from forming.fe.thermal import heat_step
 from forming.processes.ring import Upsetting
 from forming.processes.upsetting import upset
 from forming.tools.punch_geometry import PunchGeometry

@@ -19,7 +19,7 @@ from fmus import pack, pack_forming
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
 from forming.materials.materials import steel_16MnCr5
 from forming.press import PressLevel
-from forming.processes.heat_input import HeatInput
+from forming.processes.thermal_conditions import ThermalConditions
 from friction_models import ConstantFriction
 from friction_models.common import InputError, atomic_path
 from friction_models.loads import FloatArray
@@ -190,7 +190,7 @@ def _solved(kind: str, T: float, speed: float, mesh: float, truth: Truth) -> tup
     elif truth.cause == "billet_temperature":
         own["T_billet"] = 20.0 + truth.strength
     elif truth.cause == "heat_transfer":
-        own["htc"] = signature(HeatInput).parameters["htc"].default * (1.0 + truth.strength)
+        own["htc"] = signature(ThermalConditions).parameters["htc"].default * (1.0 + truth.strength)
     solver = _SOLVERS[kind](speed=speed, T_tool=T, material=steel, mesh_size=_size(kind, mesh), **own)
     effect = HIDDEN.get(truth.cause)
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
-from forming.results.history import FormingResult
+from forming.results.result import FormingResult
 from friction_models.common import InputError, write_json
 
 from .common import Section, Table, section

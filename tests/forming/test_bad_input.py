@@ -40,11 +40,15 @@ NONSENSE = (
 
 
 def parameters(process) -> list[str]:
-    """Return the names of all parameters of a constructor, those of its base, too."""
+    """Return the names of all parameters of a constructor, those of its base, too, where it passes them on."""
     names: list[str] = []
     for kind in process.__mro__:
-        if "__init__" in vars(kind) and kind is not object:
-            names += [n for n, p in inspect.signature(kind).parameters.items() if p.kind is not p.VAR_KEYWORD]
+        if "__init__" not in vars(kind):
+            continue
+        own = inspect.signature(kind).parameters.values()
+        names += [p.name for p in own if p.kind is not p.VAR_KEYWORD]
+        if all(p.kind is not p.VAR_KEYWORD for p in own):
+            break
     return sorted(set(names))
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from forming import BackwardCupExtrusion
 from forming.fe.contact import gap_and_normal
-from forming.fe.tooling import CupPunch
+from forming.tools.cup_punch import CupPunch
 from friction_models.common import InputError
 
 

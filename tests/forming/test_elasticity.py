@@ -7,7 +7,7 @@ import pytest
 
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
 from forming.fe.tractions import bore_pressure
-from forming.tools.elasticity import Elasticity, bore_flexibility
+from forming.tools.elasticity import ElasticTools, bore_flexibility
 from friction_models.common import InputError
 
 COARSE = {"mesh_size": 0.6, "n_points": 40, "tool_heating": False}
@@ -44,7 +44,7 @@ def test_a_short_contact_is_carried_by_the_wall_around_it():
     assert bore_pressure(table, weights) == pytest.approx(600.0)
     assert bore_pressure(table, weights, 10.0) == pytest.approx(600.0)
     assert bore_pressure(table, weights, 200.0) == pytest.approx(60.0)
-    assert Elasticity("a", 20.0, 20.0, 60.0).spread == pytest.approx(10.0 * 20.0)
+    assert ElasticTools("a", 20.0, 20.0, 60.0).spread == pytest.approx(10.0 * 20.0)
 
 
 def test_press_and_punch_shift_the_curve_by_their_spring():

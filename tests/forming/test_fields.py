@@ -15,6 +15,7 @@ import pytest
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
 from forming.fe.mesh.shape import gauss_volumes
 from forming.results.animation import animation
+from forming.results.drawing import Window, tool_polygon
 from forming.results.field_recorder import (
     FIELDS_EVERY,
     FIELDS_FOLDER,
@@ -22,9 +23,10 @@ from forming.results.field_recorder import (
     FieldWriter,
     writer_from_environment,
 )
-from forming.results.fields import CONTACT_FIELDS, ELEMENT_FIELDS, FIELDS, FieldHistory
+from forming.results.fields import FieldHistory
 from forming.results.files import load_result
-from forming.results.picture import Window, subdivided, tool_polygon
+from forming.results.picture import subdivided
+from forming.results.snapshot import CONTACT_FIELDS, ELEMENT_FIELDS, FIELDS
 from friction_models.common import InputError
 
 COARSE = {"mesh_size": 0.7, "n_points": 50}

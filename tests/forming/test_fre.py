@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from forming import ForwardRodExtrusion
 from forming.fe.mesh.mesher import MeshError
-from forming.fe.tooling import ExtrusionDie
 from forming.fe.tractions import along_contact
+from forming.tools.extrusion_die import ExtrusionDie
 from friction_models.common import InputError
 from friction_models.loads import TriboLoads
 
@@ -338,6 +338,6 @@ def test_a_tool_that_cannot_be_meshed_is_refused(monkeypatch):
     def fails(*args, **kwargs):
         raise MeshError("an element has quality 0.001")
 
-    monkeypatch.setattr("forming.processes.forward_rod_extrusion.mesh_inside", fails)
+    monkeypatch.setattr("forming.processes.forward_rod_extrusion.body_within", fails)
     with pytest.raises(InputError, match=r"cannot be meshed .*; allowed: a smaller mesh_size"):
         ForwardRodExtrusion(**COARSE).start(0.05)

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 
 from forming import ForwardRodExtrusion
 from forming.fe.body import Body
-from forming.fe.heat_data import integral
+from forming.fe.heat.properties import integral
 from forming.fe.heat_exchange import keep_heat
 from forming.fe.mesh.mesher import grid_mesh
 from forming.fe.mesh.polyline import first_crossing
 from forming.fe.mesh.shape import N_GAUSS, gauss_volumes
+from forming.fe.mesh.transfer import transfer
 from forming.fe.resample import mesh_inside
-from forming.fe.transfer import transfer
 from forming.materials.materials import steel_16MnCr5
 from forming.processes.ring import Upsetting
 

@@ -1,1 +1,1 @@
-"""Meshing of axisymmetric regions: elements, outlines, mesher."""
+"""Meshes of axisymmetric regions: elements, outlines, mesher, transfer between meshes."""

@@ -88,3 +88,15 @@ def local_coordinates(px: float, py: float, xe: FloatArray) -> tuple[float, floa
         if abs(step_xi) + abs(step_eta) < 1e-7:
             break
     return xi, eta
+
+
+@njit(cache=True)
+def surface_weights(x: FloatArray, chain: IntArray, weights: FloatArray) -> None:
+    """Write the surface area per radian that belongs to each node of the chain (consistent, lumped)."""
+    weights[:] = 0.0
+    for i in range(chain.shape[0] - 1):
+        a = chain[i]
+        b = chain[i + 1]
+        length = np.hypot(x[a, 0] - x[b, 0], x[a, 1] - x[b, 1])
+        weights[i] += length * (2.0 * x[a, 0] + x[b, 0]) / 6.0
+        weights[i + 1] += length * (x[a, 0] + 2.0 * x[b, 0]) / 6.0

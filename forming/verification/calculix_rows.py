@@ -1,4 +1,4 @@
-"""Rows against CalculiX, run beside ours; where it is missing, its last numbers stand in and the row says so."""
+"""Comparison with CalculiX; where it is not installed, numbers of an earlier run take its place."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .case import Row
 
 
 @dataclass(frozen=True)
-class Kept:
+class KeptNumbers:
     """Numbers of an earlier CalculiX run: its version and day, and the values."""
 
     version: str
@@ -19,8 +19,8 @@ class Kept:
 
 
 @dataclass(frozen=True)
-class Peer:
-    """Numbers to compare with; `reason` says why they are not from a run of now, or is empty."""
+class CalculixNumbers:
+    """Numbers to compare with; `reason` says why CalculiX was not run, or is empty."""
 
     values: Mapping[str, float]
     source: str
@@ -32,26 +32,32 @@ def bore_key(reduction: int) -> str:
     return f"bore_decrease_{reduction}"
 
 
-def peer(setup: Compression, kept: Kept) -> Peer:
-    """Run CalculiX; without it, return what was kept and why."""
+def calculix_numbers(setup: Compression, kept: KeptNumbers) -> CalculixNumbers:
+    """Run CalculiX; where it is missing, return the kept numbers and the reason."""
     try:
         result = compress(setup)
     except CalculixError as error:
         source = f"CalculiX {kept.version} CAX8R, value kept from {kept.day}"
-        return Peer(kept.values, source, str(error))
+        return CalculixNumbers(kept.values, source, str(error))
     values = {"force": result.force, "bore_middle": result.bore_middle}
     if setup.inner:
         values |= {
             bore_key(r): 100.0 * (1.0 - result.bore_at(0.01 * r) / setup.inner)
             for r in range(10, round(100.0 * setup.reduction) + 1, 10)
         }
-    return Peer(values, f"CalculiX {result.version} CAX8R, run beside")
+    return CalculixNumbers(values, f"CalculiX {result.version} CAX8R, run beside")
 
 
-def peer_row(
-    quantity: str, unit: str, other: Peer, key: str, ours: float, tolerance: float, absolute: bool = False
+def calculix_row(
+    quantity: str,
+    unit: str,
+    other: CalculixNumbers,
+    key: str,
+    ours: float,
+    tolerance: float,
+    absolute: bool = False,
 ) -> Row:
-    """Return the row that compares `ours` with one of the peer's numbers."""
+    """Return the row that compares `ours` with one of the numbers of CalculiX."""
     return Row(
         quantity,
         unit,

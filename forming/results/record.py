@@ -1,63 +1,22 @@
-"""What a forming run leaves behind."""
+"""Force, work and contact of a forming run, as numbers."""
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
-from friction_models.loads import LOAD_NAMES
-
 from ..fe.mesh.shape import FloatArray
+from .contact_history import ContactHistory
 from .ejection_result import EjectionResult
 from .fields import FieldHistory
 from .force_curve import FORCE_WINDOW, averaged
 
 
 @dataclass(frozen=True)
-class ContactHistory:
-    """Loads of the material markers at each communication step.
-
-    Attributes
-    ----------
-    stroke : ndarray, shape (n,)
-        End of the step [mm].
-    loads : ndarray, shape (n, n_points, 5)
-        In the order of the loads contract.
-    active : ndarray of bool, shape (n, n_points)
-        Whether the marker is in contact; the loads of the others are those of their last contact.
-    mu : ndarray, shape (n, n_points)
-        Coefficients of friction that acted during the step.
-    position : ndarray, shape (n, n_points, 2)
-        r, z [mm].
-    tau_over_k : ndarray, shape (n, n_points)
-        Friction stress over shear yield stress k = kf / sqrt(3) at the end of the step; 0 out of contact.
-    """
-
-    stroke: FloatArray
-    loads: FloatArray
-    active: npt.NDArray[np.bool_]
-    mu: FloatArray
-    position: FloatArray
-    tau_over_k: FloatArray
-
-    def to_frame(self) -> pd.DataFrame:
-        """Return one row for each marker in contact at each step."""
-        step, point = np.nonzero(self.active)
-        columns: dict[str, npt.ArrayLike] = {"stroke": self.stroke[step], "point": point}
-        columns |= {name: self.loads[step, point, k] for k, name in enumerate(LOAD_NAMES)}
-        columns |= {"mu": self.mu[step, point], "tau_over_k": self.tau_over_k[step, point]}
-        columns |= {"r": self.position[step, point, 0], "z": self.position[step, point, 1]}
-        return pd.DataFrame(columns)
-
-
-@dataclass(frozen=True)
-class FormingResult:
-    """Force and bookkeeping of a forming run, one entry a communication step.
+class FormingRecord:
+    """Numbers of a forming run; arrays have one entry per communication step.
 
     Attributes
     ----------
@@ -88,9 +47,10 @@ class FormingResult:
     heat_balance : float
         Rise of the workpiece's heat + what left it - what arose in it, over the largest of these.
     warnings : tuple of str
-        Where the run left what is known of the material; it went on with the edge or the law's own extension.
+        Where the run left the range in which the flow curve is known; it went on with the edge of a table or the
+        law's own extension.
     ejection : EjectionResult or None
-        What it took to get the product off the tools, if the run was asked for it.
+        Forces and work of ejecting the product, if the run was asked for it.
     """
 
     stroke: FloatArray
@@ -154,39 +114,3 @@ class FormingResult:
     def to_frame(self) -> pd.DataFrame:
         """Return stroke [mm], force [kN] and work [J] as a table."""
         return pd.DataFrame({"stroke": self.stroke, "force": self.force, "work": self.work})
-
-    def picture(self, path: str | os.PathLike[str], field: str = "T", stroke: float | None = None) -> Path:
-        """Draw a field over the full cross-section with the tools; return the path.
-
-        Parameters
-        ----------
-        path : path-like
-            ``.svg`` for a drawing, ``.html`` for a page on which stroke and field can be chosen.
-        field : str
-            One of `forming.results.fields.FIELDS`: T, strain, sigma_m ...
-        stroke : float, optional
-            The snapshot nearest to it is drawn [mm]; by default the last.
-
-        Raises
-        ------
-        InputError
-            No snapshots were kept, an unknown field, another kind of file.
-        """
-        from .picture import write_picture
-
-        return write_picture(self.fields, path, field, stroke)
-
-    def save(self, folder: str | os.PathLike[str], name: str = "forming") -> Path:
-        """Write ``forming.json``, ``force.csv``, ``contact.nc`` and the fields into a folder, which is replaced.
-
-        ``tribofmu report FOLDER`` makes a page of it; ``fields/fields.pvd`` opens in ParaView.
-        """
-        from .files import save_result
-
-        return save_result(self, Path(folder), name)
-
-    def report(self, path: str | os.PathLike[str], name: str = "forming") -> Path:
-        """Write a self-contained HTML page: key figures, force, animation of the fields, contact."""
-        from .page import write_report
-
-        return write_report(self, path, name)

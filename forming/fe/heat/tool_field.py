@@ -7,12 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 
-from .contact import surface_weights
-from .heat_data import Property, scaled
-from .mesh.mesher import quad_mesh
-from .mesh.polyline import SizeField, arc_length, at_arc_length, spaced
-from .mesh.shape import FloatArray, IntArray
-from .thermal import heat_step
+from ..mesh.mesher import quad_mesh
+from ..mesh.polyline import SizeField, arc_length, at_arc_length, spaced
+from ..mesh.shape import FloatArray, IntArray, surface_weights
+from .conduction import heat_step
+from .properties import Property, scaled
 
 #: A tool point further from the workpiece than this has no contact [mm].
 NEAR = 0.3

@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 from scipy.linalg.lapack import dpbsv
 
-from .heat_data import Property, mean_between, value_at
-from .mesh.shape import N_GAUSS, FloatArray, IntArray, gradients
+from ..mesh.shape import N_GAUSS, FloatArray, IntArray, gradients
+from .properties import Property, mean_between, value_at
 
 #: Iterations of a capacity over temperature end after so many, or when no node changes by more [K].
 ITERATIONS, SETTLED = 6, 1e-3

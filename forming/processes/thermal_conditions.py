@@ -1,20 +1,22 @@
-"""Heat as a process is told about it: the steel of the tools, the contact, the environment."""
+"""Thermal boundary conditions of a forming process."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from friction_models.common.ranges import check_range
+from friction_models.common.ranges import check_flag
 
+from ..fe.heat.tool_field import ToolSteel
 from ..fe.heat_exchange import Environment, HeatExchange
 from ..fe.simulation import Simulation
-from ..fe.tool_heat import ToolSteel
 from ..materials.materials import Material, MaterialSource, as_material
 
 #: Steel of the tools unless another is named.
 TOOLS = "1.2379"
 #: Lowest, highest and unit of the numbers.
 RANGES = {
+    "T_billet": (-50.0, 700.0, "degC"),
+    "T_tool": (-50.0, 700.0, "degC"),
     "htc": (0.01, 1000.0, "kW/(m2 K)"),
     "T_ambient": (-50.0, 700.0, "degC"),
     "h_ambient": (0.0, 10_000.0, "W/(m2 K)"),
@@ -22,42 +24,34 @@ RANGES = {
 
 
 @dataclass(frozen=True)
-class HeatInput:
-    """Heat data of a process beside the workpiece's own.
+class ThermalConditions:
+    """Temperatures at the start, and how workpiece, tools and environment exchange heat.
 
-    Attributes
-    ----------
-    where : str
-        For messages.
-    tool_material : Material, name or path
-        Steel of the tools; it needs no flow curve.
-    htc : float
-        Heat transfer coefficient of the contact [kW/(m2 K)].
-    T_ambient : float
-        Temperature of air and walls [degC].
-    h_ambient : float
-        Heat transfer coefficient to still air [W/(m2 K)]; 0: free surfaces are insulated and do not radiate.
-
-    Raises
-    ------
-    InputError
-        A value outside its range.
+    The attributes are described in `StepwiseProcess`; the material of the tools needs no flow curve.
     """
 
-    where: str
+    T_billet: float = 20.0
+    T_tool: float = 20.0
+    tool_heating: bool = True
     tool_material: MaterialSource = TOOLS
     htc: float = 35.0
     T_ambient: float = 20.0
     h_ambient: float = 10.0
 
-    def __post_init__(self) -> None:
-        for name, (low, high, unit) in RANGES.items():
-            check_range(self.where, name, getattr(self, name), low, high, unit)
+    def resolved(self, process: str) -> ThermalConditions:
+        """Return the conditions with a checked switch and with the material itself instead of its name.
+
+        Raises
+        ------
+        InputError
+            The switch or the material of the tools cannot be; `process` is for the message.
+        """
+        heating = check_flag(process, "tool_heating", self.tool_heating)
         steel = TOOLS if self.tool_material is None else self.tool_material
-        object.__setattr__(self, "tool_material", as_material(steel, "tool_material"))
+        return replace(self, tool_heating=heating, tool_material=as_material(steel, "tool_material"))
 
     def apply(self, simulation: Simulation) -> Simulation:
-        """Give a simulation at its start these data; return it."""
+        """Give a simulation at its start the heat data of tools, contact and environment; return it."""
         assert isinstance(self.tool_material, Material)
         steel = ToolSteel(self.tool_material.conductivity, self.tool_material.rho, self.tool_material.cp)
         for tool in simulation.state.tools:

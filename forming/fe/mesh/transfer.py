@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .mesh.shape import ETA, N_GAUSS, XI, FloatArray, IntArray, local_coordinates
+from .shape import ETA, N_GAUSS, XI, FloatArray, IntArray, local_coordinates
 
 
 @njit(cache=True)
@@ -178,17 +178,5 @@ def transfer(
     n_r, n_z = int((high_r - low_r) / cell) + 1, int((high_z - low_z) / cell) + 1
     start, members = bin_elements(x_old, quads_old, low_r, low_z, cell, n_r, n_z)
     return interpolate_state(
-        x_old,
-        quads_old,
-        gauss_old,
-        nodal_old,
-        x_new,
-        quads_new,
-        low_r,
-        low_z,
-        cell,
-        n_r,
-        n_z,
-        start,
-        members,
+        x_old, quads_old, gauss_old, nodal_old, x_new, quads_new, low_r, low_z, cell, n_r, n_z, start, members
     )

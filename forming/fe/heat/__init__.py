@@ -1,0 +1,1 @@
+"""Heat: properties over temperature, conduction, temperature fields of the tools."""

@@ -1,0 +1,50 @@
+"""Loads, friction and position of the material markers over a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from friction_models.loads import LOAD_NAMES
+
+from ..fe.mesh.shape import FloatArray
+
+
+@dataclass(frozen=True)
+class ContactHistory:
+    """Loads of the material markers at each communication step.
+
+    Attributes
+    ----------
+    stroke : ndarray, shape (n,)
+        End of the step [mm].
+    loads : ndarray, shape (n, n_points, 5)
+        In the order of the loads contract.
+    active : ndarray of bool, shape (n, n_points)
+        Whether the marker is in contact; the loads of the others are those of their last contact.
+    mu : ndarray, shape (n, n_points)
+        Coefficients of friction that acted during the step.
+    position : ndarray, shape (n, n_points, 2)
+        r, z [mm].
+    tau_over_k : ndarray, shape (n, n_points)
+        Friction stress over shear yield stress k = kf / sqrt(3) at the end of the step; 0 out of contact.
+    """
+
+    stroke: FloatArray
+    loads: FloatArray
+    active: npt.NDArray[np.bool_]
+    mu: FloatArray
+    position: FloatArray
+    tau_over_k: FloatArray
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return one row for each marker in contact at each step."""
+        step, point = np.nonzero(self.active)
+        columns: dict[str, npt.ArrayLike] = {"stroke": self.stroke[step], "point": point}
+        columns |= {name: self.loads[step, point, k] for k, name in enumerate(LOAD_NAMES)}
+        columns |= {"mu": self.mu[step, point], "tau_over_k": self.tau_over_k[step, point]}
+        columns |= {"r": self.position[step, point, 0], "z": self.position[step, point, 1]}
+        return pd.DataFrame(columns)

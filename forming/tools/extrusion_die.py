@@ -1,0 +1,90 @@
+"""Die for forward rod extrusion: container, cone, land and relief."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from friction_models.common import InputError
+
+from ..fe.heat.tool_field import ToolField, ToolSteel
+from ..fe.mesh.polyline import SizeField
+from ..fe.mesh.shape import FloatArray
+from ..fe.tooling import arc, line, polylines
+
+
+@dataclass(frozen=True)
+class ExtrusionDie:
+    """Die for forward rod extrusion; z = 0 is the lower end of its land.
+
+    Parameters
+    ----------
+    container_radius, exit_radius : float
+        Radii before and behind the cone [mm].
+    half_angle : float
+        Angle between the cone and the axis [degrees].
+    entry_radius, edge_radius : float
+        Rounding from container to cone and from cone to land [mm]; shortened where the cone is too short.
+    land : float
+        Length of the calibrating land [mm].
+    relief : float
+        Radius at the lower end of the land, behind which the rod runs free [mm].
+    """
+
+    container_radius: float
+    exit_radius: float
+    half_angle: float
+    entry_radius: float = 2.0
+    edge_radius: float = 1.5
+    land: float = 2.0
+    relief: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.exit_radius < self.container_radius:
+            raise InputError(
+                f"forming: exit radius {self.exit_radius:g} mm with a container radius of "
+                f"{self.container_radius:g} mm; allowed: 0 < exit radius < container radius"
+            )
+        if not 5.0 <= self.half_angle <= 85.0:
+            raise InputError(f"forming: half_angle = {self.half_angle:g} degrees; allowed: 5 to 85")
+        for name in ("entry_radius", "edge_radius", "land", "relief"):
+            if not getattr(self, name) > 0.0:
+                raise InputError(f"forming: {name} = {getattr(self, name):g} mm; allowed: > 0")
+        cone = (self.container_radius - self.exit_radius) / math.sin(math.radians(self.half_angle))
+        tangents = (self.entry_radius + self.edge_radius) * math.tan(math.radians(self.half_angle) / 2.0)
+        if tangents > 0.95 * cone:
+            shorten = 0.95 * cone / tangents
+            object.__setattr__(self, "entry_radius", self.entry_radius * shorten)
+            object.__setattr__(self, "edge_radius", self.edge_radius * shorten)
+
+    def segments(self, container_length: float) -> tuple[FloatArray, float]:
+        """Return the chain from the relief below the land up the container, and the cone's upper end z."""
+        a = math.radians(self.half_angle)
+        r1, r0 = self.exit_radius, self.container_radius
+        edge, entry, land, relief = self.edge_radius, self.entry_radius, self.land, self.relief
+        cone_start = (r1 + edge * (1.0 - math.cos(a)), land + edge * math.sin(a))
+        cone_end_r = r0 - entry * (1.0 - math.cos(a))
+        cone_end = (cone_end_r, cone_start[1] + (cone_end_r - cone_start[0]) / math.tan(a))
+        z_entry = cone_end[1] + entry * math.sin(a)
+        rows = [
+            line((r1 + 40.0, -relief), (r1 + relief, -relief)),
+            arc((r1 + relief, -relief), (r1, 0.0), (r1 + relief, 0.0), relief),
+            line((r1, 0.0), (r1, land)),
+            arc((r1, land), cone_start, (r1 + edge, land), edge),
+            line(cone_start, cone_end),
+            arc(cone_end, (r0, z_entry), (r0 - entry, z_entry), -entry),
+            line((r0, z_entry), (r0, z_entry + container_length)),
+        ]
+        return np.array(rows), z_entry
+
+    def heat_field(self, top: float, size: SizeField, T: float, steel: ToolSteel | None = None) -> ToolField:
+        """Return the heat field of the die with its container up to z = `top`."""
+        segments, z_entry = self.segments(1.0)
+        inner = [piece[::-1] for piece in polylines(segments)[:0:-1]]
+        inner[0] = np.array([[self.container_radius, top], [self.container_radius, z_entry]])
+        start, end = inner[0][0], inner[-1][-1]
+        outside = self.container_radius + max(1.5 * self.container_radius, 12.0)
+        back = np.array([end, [outside, end[1]], [outside, top], start])
+        return ToolField.build(inner, back, size, T, steel)
