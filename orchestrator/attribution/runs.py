@@ -14,7 +14,7 @@ from friction_models.common.kept import cache_folder, is_kept, keep
 from friction_models.effects import CATALOGUE, make_effect
 
 from ..cosim.batch import RunProgress, RunTask, run_all
-from ..cosim.forces import ForceCurve
+from ..force_curves.forces import ForceCurve
 from .causes import FORMING, FRICTION_LEVEL, MACHINE, Cause, all_causes
 from .plant import Plant
 from .probe import FACTOR, addable, graph_of, pack_probe, strengths

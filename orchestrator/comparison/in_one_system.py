@@ -17,9 +17,9 @@ from friction_models.common import InputError, grown, write_json
 from friction_models.common.folders import STUDY
 from friction_models.loads import LOADS, MU, FloatArray
 
-from ..cosim.forces import SAMPLES, WINDOW, ForceCurve
 from ..cosim.run_folders import Run
 from ..cosim.swapping import friction_component, swap_model, takes_loads
+from ..force_curves.forces import SAMPLES, WINDOW, ForceCurve
 from .level_runs import CODE, RUN
 
 if TYPE_CHECKING:

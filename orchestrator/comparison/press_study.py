@@ -16,8 +16,8 @@ from fmus.runtime.fmu_files import describe
 from friction_models.common import grown, write_json
 from friction_models.common.folders import STUDY
 
-from ..cosim.forces import ForceCurve, LevelsComparison, compare_force, read_press_curve
 from ..cosim.ready_made import STEP, STROKE
+from ..force_curves.forces import ForceCurve, LevelsComparison, compare_force, read_press_curve
 from ..jobs.campaign import CODE as PACKAGES
 from ..jobs.campaign import Campaign
 from .level_runs import CODE, RUN, Level, level_job

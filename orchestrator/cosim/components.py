@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     from fmus.runtime.instance import Start
 
+    from .setup.wiring import Wiring
     from .system import System
-    from .wiring import Wiring
 
 _Index: TypeAlias = npt.NDArray[np.intp] | slice
 

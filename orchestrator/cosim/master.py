@@ -40,12 +40,12 @@ from friction_models.common.folders import RUN
 from friction_models.loads import FloatArray
 
 from . import iteration
-from .algebraic_loops import loop_warning
 from .components import AnyInstance, Components
 from .iteration import Settling
 from .run_folders import Run, write_run
+from .setup.algebraic_loops import loop_warning
+from .setup.wiring import Wiring
 from .system import System
-from .wiring import Wiring
 
 MODES = ("gauss_seidel", "jacobi", "iterated")
 

@@ -21,7 +21,7 @@ from friction_models.models.model_card import package_version
 if TYPE_CHECKING:
     import pandas as pd
 
-    from .forces import ForceComparison, ForceCurve
+    from ..force_curves.forces import ForceComparison, ForceCurve
     from .master import Master
 
 PACKAGES = ("fmpy", "numpy", "onnx", "onnxruntime", "pandas", "pythonfmu", "scipy", "xarray")
@@ -138,14 +138,14 @@ class Run:
         InputError
             No component recorded ``stroke`` and ``force``.
         """
-        from .forces import ForceCurve
+        from ..force_curves.forces import ForceCurve
 
         stroke, force = force_labels(self.values, str(self.folder))
         return ForceCurve(self.values[stroke], self.values[force])
 
     def compare_force(self, press: str | os.PathLike[str]) -> ForceComparison:
         """Compare the force-stroke curve with a measured one (CSV: stroke [mm], force [kN], repeat)."""
-        from .forces import compare_force, read_press_curve
+        from ..force_curves.forces import compare_force, read_press_curve
 
         return compare_force(self.force_curve(), read_press_curve(press), label=self.name)
 

@@ -18,8 +18,8 @@ from friction_models.loads import MU
 if TYPE_CHECKING:
     from fmus.ssp.systems import Component, Connector, Structure
 
+    from .setup.wiring import Wiring
     from .system import System
-    from .wiring import Wiring
 
 
 class UnpackedSsp:
@@ -62,7 +62,7 @@ def export_ssp(system: System, path: str | os.PathLike[str], boundary: bool = Fa
     """
     from fmus.ssp.systems import Connector, Structure, write_ssp
 
-    from .wiring import Wiring
+    from .setup.wiring import Wiring
 
     wiring = Wiring.of(system)
     scaled = next((link for link in wiring.links if (link.factor, link.offset) != (1.0, 0.0)), None)

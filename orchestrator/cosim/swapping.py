@@ -13,7 +13,7 @@ from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES, MU
 
 from ..comparison.press_study import friction_fmu
-from .connections import split_connection
+from .setup.connections import split_connection
 from .ssp_systems import UnpackedSsp
 
 if TYPE_CHECKING:

@@ -229,7 +229,7 @@ class System(BaseModel):
         InputError
             Lists all problems at once: names, units, lengths, unconnected inputs, unreadable FMUs.
         """
-        from .wiring import Wiring
+        from .setup.wiring import Wiring
 
         Wiring.of(self)
 

@@ -80,7 +80,7 @@ def test_results_are_kept_and_only_what_changed_is_computed(tmp_path: Path) -> N
     assert campaign(7).dry_run().to_do == 0  # the content counts, not the place
     elsewhere.write_text("2.0")
     assert campaign(7).dry_run().to_do == 2
-    assert campaign(7, ("orchestrator.cosim.metrics",)).dry_run().to_do == 3  # other sources
+    assert campaign(7, ("orchestrator.force_curves.metrics",)).dry_run().to_do == 3  # other sources
 
     damaged = results["other"].folder / "result.json"
     damaged.write_text("{", encoding="utf-8")

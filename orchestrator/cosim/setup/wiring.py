@@ -15,7 +15,7 @@ from .connections import scaling, split_connection
 from .sizing import size_arrays
 
 if TYPE_CHECKING:
-    from .system import StartValue, System
+    from ..system import StartValue, System
 
 #: A component and the elements of one of its variables.
 _End = tuple[str, list[Variable]]

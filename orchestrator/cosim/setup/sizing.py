@@ -7,8 +7,8 @@ import re
 from fmus.runtime.fmu_files import FmuDescription
 from friction_models.common import InputError
 
+from ..system import System
 from .connections import split_connection
-from .system import System
 
 _INDEXED = re.compile(r"^(?P<base>.*)\[(?P<index>\d{1,9})\]$")
 
