@@ -267,7 +267,7 @@ def _recording(system: System, process: str, names: FrictionNames) -> System:
     known = describe(system.fmu_path(process)).arrays
     wanted = [f"{process}.{n}" for n in ("stroke", "force", "active", *(q.name for q in LOADS)) if n in known]
     wanted += [f"{n}.{names.mu}" for n in system.components if takes_loads(system, n)]
-    return system._changed(record=list(dict.fromkeys([*system.record, *wanted])))
+    return system.changed(record=list(dict.fromkeys([*system.record, *wanted])))
 
 
 def _compared(

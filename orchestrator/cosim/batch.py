@@ -18,7 +18,8 @@ from friction_models.common.folders import RUN
 from friction_models.common.kept import is_kept, keep
 from friction_models.common.pool import map_unordered
 
-from .run_folders import Run, versions
+from ..jobs.versions import versions
+from .run_folders import Run
 from .system import System
 
 #: Called with (done, total, name of the run that is finished).

@@ -17,9 +17,9 @@ from typing import Any
 from friction_models.common import InputError
 from friction_models.common.pool import one_thread
 
-from ..cosim.run_folders import versions
 from .keys import DISTRIBUTIONS, code_digest
 from .store import JobResult, Store
+from .versions import versions
 
 
 @dataclass(frozen=True)
