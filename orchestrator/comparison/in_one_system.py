@@ -20,7 +20,7 @@ from friction_models.loads import LOADS, MU, FloatArray
 from ..cosim.run_folders import Run
 from ..cosim.swapping import friction_component, swap_model, takes_loads
 from ..force_curves.forces import SAMPLES, WINDOW, ForceCurve
-from .level_runs import CODE, RUN
+from .level_runs import RUN
 
 if TYPE_CHECKING:
     from ..cosim.system import System
@@ -190,7 +190,6 @@ def compare_in_system(
     SimulationError
         Every run failed.
     """
-    from ..jobs.campaign import CODE as PACKAGES
     from ..jobs.campaign import Campaign, Job
 
     component = friction_component(system)
@@ -210,7 +209,7 @@ def compare_in_system(
             inputs = {"system": _plain(other), "mode": mode}
             files = {name: other.fmu_path(name) for name in other.components}
             todo.append(Job(label, f"{__name__}:run_system", inputs, files, seconds=0.1 * other.steps))
-        campaign = Campaign(place, todo, (*PACKAGES, *CODE))
+        campaign = Campaign(place, todo)
         results = campaign.run(jobs, progress=progress)
         if runs is not None:
             folders = {

@@ -18,9 +18,8 @@ from friction_models.common.folders import STUDY
 from ..cosim.ready_made import STEP, STROKE
 from ..cosim.swapping import friction_fmu
 from ..force_curves.forces import ForceCurve, LevelsComparison, compare_force, read_press_curve
-from ..jobs.campaign import CODE as PACKAGES
 from ..jobs.campaign import Campaign
-from .level_runs import CODE, RUN, Level, level_job
+from .level_runs import RUN, Level, level_job
 
 if TYPE_CHECKING:
     from forming.press import PressCurves
@@ -157,7 +156,7 @@ class PressStudy:
                 )
                 for label, level in pairs
             ]
-            campaign = Campaign(place, jobs_of, (*PACKAGES, *CODE))
+            campaign = Campaign(place, jobs_of)
             results = campaign.run(jobs, progress=progress)
             if runs is not None:
                 # Folders are named by hashes; the table says which is which.
