@@ -206,7 +206,7 @@ def compare_in_system(
                 swap_model(system, component, model, (names or {}).get(label), packed), process, called[label]
             )
             other.validate()
-            inputs = {"system": _plain(other), "mode": mode}
+            inputs = {"system": other.to_dict(dict.fromkeys(other.components, "")), "mode": mode}
             files = {name: other.fmu_path(name) for name in other.components}
             todo.append(Job(label, f"{__name__}:run_system", inputs, files, seconds=0.1 * other.steps))
         campaign = Campaign(place, todo)
@@ -235,14 +235,6 @@ def run_system(
     content["components"] = {n: c | {"fmu": str(files[n])} for n, c in content["components"].items()}
     run = Master(System.from_dict(content), mode=str(inputs["mode"])).run(folder / RUN)
     return {"steps": int(run.manifest["steps"]), "timing": dict(run.manifest["timing_s"])}
-
-
-def _plain(system: System) -> dict[str, Any]:
-    """Return a system as JSON holds it, without the places of its FMUs, whose content counts instead."""
-    content = system.model_dump(mode="json", exclude_none=True)
-    for part in content["components"].values():
-        del part["fmu"]
-    return dict(content)
 
 
 def _process(system: System, friction: str) -> str:

@@ -43,17 +43,22 @@ def digest(content: Any) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def result_key(module: str, content: Any) -> str:
-    """Return the key of a result: what it was made of, the versions, and the sources that decide it.
+class ResultKeys:
+    """Keys of the results that the functions of a module compute, with the sources as they are now.
 
     Parameters
     ----------
     module : str
-        Module of the function that computes the result.
-    content : JSON-able
-        Everything that enters it, files as hashes.
+        Name of the module.
     """
-    return digest({"content": content, **stamp(deciding_code(module))})[:40]
+
+    def __init__(self, module: str) -> None:
+        self._stamp = stamp(deciding_code(module))
+
+    def of(self, content: Any) -> str:
+        """Return the key of what is computed from JSON-able content: all that enters it, files as their hashes."""
+        text = json.dumps(content, sort_keys=True)  # start values may be NaN
+        return digest({"content": text, **self._stamp})[:20]
 
 
 def stamp(code: Iterable[str]) -> dict[str, Any]:

@@ -229,16 +229,23 @@ class SystemDescription(BaseModel):
                 shutil.copyfile(path, copies[name])
         return copies
 
+    def to_dict(self, fmus: Mapping[str, str]) -> dict[str, Any]:
+        """Return JSON-able data; `fmus` says what stands for the FMU of each component: a path, or a hash."""
+        content = self.model_dump(mode="json", exclude_none=True)
+        for name, component in content["components"].items():
+            component["fmu"] = fmus[name]
+        return dict(content)
+
     def to_yaml(
         self,
         relative_to: str | os.PathLike[str] | None = None,
         moved: Mapping[str, Path] | None = None,
     ) -> str:
         """Return the YAML text; FMU paths absolute, or relative to a folder; `moved`: components whose FMU is elsewhere."""
-        content = self.model_dump(mode="json", exclude_none=True)
-        for name, component in content["components"].items():
-            path = (moved or {}).get(name) or self.fmu_path(name)
-            component["fmu"] = Path(os.path.relpath(path, relative_to) if relative_to else path).as_posix()
+        paths = {name: (moved or {}).get(name) or self.fmu_path(name) for name in self.components}
+        if relative_to:
+            paths = {name: Path(os.path.relpath(path, relative_to)) for name, path in paths.items()}
+        content = self.to_dict({name: path.as_posix() for name, path in paths.items()})
         return str(yaml.safe_dump(content, sort_keys=False, allow_unicode=True))
 
     def save(self, path: str | os.PathLike[str]) -> Path:
