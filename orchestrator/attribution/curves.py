@@ -13,7 +13,7 @@ from friction_models.loads import FloatArray
 
 from ..force_curves.forces import WINDOW, ForceCurve
 from .causes import Cause
-from .runs import Sensitivities
+from .sensitivities import Sensitivities
 
 if TYPE_CHECKING:
     from forming.press import PressLevel

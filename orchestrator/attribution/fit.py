@@ -13,8 +13,8 @@ from friction_models.loads import FloatArray
 from .causes import Cause
 from .curves import BENT, Level, fingerprint
 from .result import Attribution, Fit
-from .runs import Sensitivities
 from .scatter import Scatter
+from .sensitivities import Sensitivities
 
 #: Whitened squared distance below which two causes cannot be told apart (three standard errors).
 APART = 9.0

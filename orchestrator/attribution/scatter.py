@@ -17,7 +17,7 @@ import numpy as np
 from friction_models.loads import FloatArray
 
 from .curves import Level, averaged
-from .runs import OTHER_MESH, Sensitivities
+from .sensitivities import OTHER_MESH, Sensitivities
 
 if TYPE_CHECKING:
     from ..force_curves.forces import ForceCurve

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,14 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmus.runtime.errors import SimulationError
-from friction_models.common import grown, write_json
-from friction_models.common.folders import STUDY
 
 from ..cosim.ready_made import STEP, STROKE
 from ..cosim.swapping import friction_fmu
 from ..force_curves.forces import ForceCurve, LevelsComparison, compare_force, read_press_curve
 from ..jobs.campaign import Campaign
-from .level_runs import RUN, Level, level_job
+from .level_runs import Level, level_job
+from .study_folder import study_folder, write_runs_table
 
 if TYPE_CHECKING:
     from forming.press import PressCurves
@@ -136,9 +133,7 @@ class PressStudy:
         InputError
             A model that cannot be packed or read.
         """
-        place = runs if runs is not None else Path(tempfile.mkdtemp(prefix="tribofmu-study-"))
-        try:
-            grown(place, STUDY)
+        with study_folder(runs) as place:
             frictions = {
                 label: friction_fmu(name, place / f"friction-{number}.fmu")
                 for number, (label, name) in enumerate(models.items(), 1)
@@ -159,12 +154,7 @@ class PressStudy:
             campaign = Campaign(place, jobs_of)
             results = campaign.run(jobs, progress=progress)
             if runs is not None:
-                # Folders are named by hashes; the table says which is which.
-                folders = {
-                    name: (result.folder / RUN).relative_to(place.resolve())
-                    for name, result in results.items()
-                }
-                write_json(place / "runs.json", {name: folder.as_posix() for name, folder in folders.items()})
+                write_runs_table(place, results)
             curves = {
                 name: ForceCurve(np.array(result.values["stroke"]), np.array(result.values["force"]))
                 for name, result in results.items()
@@ -193,6 +183,3 @@ class PressStudy:
                 failed,
                 len(pairs),
             )
-        finally:
-            if runs is None:
-                shutil.rmtree(place, ignore_errors=True)

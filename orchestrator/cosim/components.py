@@ -13,7 +13,7 @@ from fmus.runtime.errors import SimulationError
 from fmus.runtime.ports import Port
 from friction_models.loads import FloatArray
 
-from .points_without_pressure import Patch, Untouched
+from .points_without_pressure import Patch, PointsWithoutPressure
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -85,7 +85,7 @@ class Components:
         What is connected or recorded of each component.
     incoming : dict of str to list of Transfer
         By target.
-    untouched : dict of str to Untouched
+    untouched : dict of str to PointsWithoutPressure
         Components that are spared the points without contact.
     """
 
@@ -94,7 +94,7 @@ class Components:
     inputs: dict[str, Port] = field(default_factory=dict)
     outputs: dict[str, Port] = field(default_factory=dict)
     incoming: dict[str, list[Transfer]] = field(default_factory=dict)
-    untouched: dict[str, Untouched] = field(default_factory=dict)
+    untouched: dict[str, PointsWithoutPressure] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -109,7 +109,9 @@ class Components:
             made.inputs[name] = Port(fed)
             made.outputs[name] = Port({v.name: v for v in given}.values())
         for name, component in system.components.items():
-            found = Untouched.of(name, wiring.links, made.outputs) if component.contact_only else None
+            found = (
+                PointsWithoutPressure.of(name, wiring.links, made.outputs) if component.contact_only else None
+            )
             if found is not None:
                 made.untouched[name] = found
         made.incoming = {name: [] for name in made.order}

@@ -27,7 +27,7 @@ DAMPED_AFTER = 10
 
 
 @dataclass
-class Settling:
+class FixedPointIteration:
     """Follows the values of all connections through the repetitions of one step.
 
     Attributes
@@ -71,7 +71,7 @@ class Settling:
         self._previous = self._values()
         self._passed = list(self._previous)
 
-    def settled(self) -> bool:
+    def converged(self) -> bool:
         """Compare with the last repetition; return whether the step is done."""
         values = self._values()
         self.repetitions += 1

@@ -41,7 +41,7 @@ from friction_models.loads import FloatArray
 
 from . import iteration
 from .components import AnyInstance, Components
-from .iteration import Settling
+from .iteration import FixedPointIteration
 from .run_folders import Coupling, Course, Run, write_run
 from .setup.algebraic_loops import loop_warning
 from .setup.wiring import Wiring
@@ -103,7 +103,7 @@ class Master:
         #: Components that run in a process of their own.
         self.isolated = {n for n, d in self.wiring.descriptions.items() if runs_apart(d.path, isolate)}
         self._course = Course()
-        self._settling: Settling | None = None
+        self._iteration: FixedPointIteration | None = None
         self._interrupts = Interrupts()
 
     def run(self, folder: str | os.PathLike[str], progress: Progress | None = None, csv: bool = False) -> Run:
@@ -245,28 +245,28 @@ class Master:
 
     def _iterated(self, components: Components, now: float, size: float) -> None:
         outputs, instances = components.outputs, components.instances
-        if self._settling is None or self._settling.outputs is not outputs:
-            self._settling = Settling(self.wiring.links, outputs, self.tolerance)
-        settling = self._settling
+        if self._iteration is None or self._iteration.outputs is not outputs:
+            self._iteration = FixedPointIteration(self.wiring.links, outputs, self.tolerance)
+        fixed_point = self._iteration
         with ExitStack() as stack:
             saved = {}
             for name, instance in instances.items():
                 saved[name] = instance.save_state(now)
                 stack.callback(instance.free_state, saved[name])
-            settling.begin()
-            while settling.repetitions < iteration.MOST_REPETITIONS:
-                if settling.repetitions:
+            fixed_point.begin()
+            while fixed_point.repetitions < iteration.MOST_REPETITIONS:
+                if fixed_point.repetitions:
                     for name, instance in instances.items():
                         instance.restore_state(saved[name], now)
-                    settling.pass_on()
+                    fixed_point.pass_on()
                 self._gauss_seidel(components, now, size)
-                if settling.settled():
-                    self._course.iterations.append(settling.repetitions)
-                    self._course.changes.append(settling.change)
+                if fixed_point.converged():
+                    self._course.iterations.append(fixed_point.repetitions)
+                    self._course.changes.append(fixed_point.change)
                     return
         raise SimulationError(
-            f"the step at t = {now:g} s did not converge in {settling.repetitions} repetitions: {settling.where} still "
-            f"changes by {100 * settling.change:.2g} %; use a smaller communication step or the mode 'gauss_seidel'"
+            f"the step at t = {now:g} s did not converge in {fixed_point.repetitions} repetitions: {fixed_point.where} still "
+            f"changes by {100 * fixed_point.change:.2g} %; use a smaller communication step or the mode 'gauss_seidel'"
         )
 
     @property

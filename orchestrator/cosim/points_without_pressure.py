@@ -25,7 +25,7 @@ _Rows = npt.NDArray[np.intp]
 
 
 @dataclass
-class Untouched:
+class PointsWithoutPressure:
     """Where the loads of a friction component come from, and which of its points touch nothing.
 
     Attributes
@@ -40,7 +40,9 @@ class Untouched:
     rows: _Rows = field(repr=False)
 
     @classmethod
-    def of(cls, name: str, links: Iterable[Link], outputs: Mapping[str, Port]) -> Untouched | None:
+    def of(
+        cls, name: str, links: Iterable[Link], outputs: Mapping[str, Port]
+    ) -> PointsWithoutPressure | None:
         """Find the pressure behind the loads of component `name`; None where no component gives one out."""
         for link in links:
             if link.target != name or _base(link.sources[0].name) not in LOAD_NAMES:
@@ -76,7 +78,7 @@ class Untouched:
 class Patch:
     """Values of one connection at points without contact: another load, or 0 for a mu that is no number."""
 
-    untouched: Untouched
+    untouched: PointsWithoutPressure
     places: _Rows
     value: float | None
 

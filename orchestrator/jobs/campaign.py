@@ -16,7 +16,7 @@ from friction_models.common.kept import path_digest
 from friction_models.common.pool import process_count
 
 from .estimate import Clock, DryRun
-from .executors import Cluster, Here, Local, Place
+from .executors import Cluster, Executor, ProcessExecutor, SerialExecutor
 from .job import Failure, Job
 from .keys import PACKAGES, deciding_code, digest, stamp
 from .store import JobResult, Store
@@ -98,13 +98,13 @@ class Campaign:
             todo = [name for name in self.jobs if name not in results]
             if todo:
                 count = min(process_count(jobs), len({self.keys[n] for n in todo}))
-                place: Place
+                executor: Executor
                 if scheduler is not None:
-                    place = Cluster(scheduler)
+                    executor = Cluster(scheduler)
                 else:
-                    place = Here() if count == 1 else Local(count)
-                with place:
-                    self._work(place, work, todo, results, progress or (lambda done, total, what: None))
+                    executor = SerialExecutor() if count == 1 else ProcessExecutor(count)
+                with executor:
+                    self._work(executor, work, todo, results, progress or (lambda done, total, what: None))
             elif progress is not None:
                 progress(len(self.jobs), len(self.jobs), "all kept from before")
             self._report_failures()
@@ -128,8 +128,8 @@ class Campaign:
         clock = Clock(self.jobs.values(), kept)
         count = process_count(jobs)
         if scheduler is not None:
-            with Cluster(scheduler) as place:
-                count = place.workers
+            with Cluster(scheduler) as executor:
+                count = executor.workers
         todo = self._unique(name for name in self.jobs if name not in kept)
         return DryRun(
             len(self.jobs), len(kept), len(todo), clock.left(todo, count), count, scheduler is not None
@@ -245,7 +245,12 @@ class Campaign:
     # --- the work ---------------------------------------------------------------------------------
 
     def _work(
-        self, place: Place, work: Path, todo: Sequence[str], results: dict[str, JobResult], progress: Progress
+        self,
+        executor: Executor,
+        work: Path,
+        todo: Sequence[str],
+        results: dict[str, JobResult],
+        progress: Progress,
     ) -> None:
         twins: dict[str, list[str]] = {}
         for name in todo:
@@ -258,7 +263,7 @@ class Campaign:
         def tell(what: str) -> None:
             done = len(results) + len(self.failed)
             rest = [*waiting, *running.values()]
-            left = clock.text(rest, place.workers) if rest else ""
+            left = clock.text(rest, executor.workers) if rest else ""
             progress(done, len(self.jobs), f"{what}{', ' if what and left else ''}{left}")
 
         tell("")
@@ -269,10 +274,10 @@ class Campaign:
                 if missing:
                     waiting.remove(name)
                     self._fail(twins[self.keys[name]], f"{_NOT_RUN} {', '.join(missing)} failed")
-                elif len(running) < place.capacity and all(need in results for need in job.needs):
+                elif len(running) < executor.capacity and all(need in results for need in job.needs):
                     waiting.remove(name)
                     tries[name] += 1
-                    running[place.submit(self._ordered(job, work))] = name
+                    running[executor.submit(self._ordered(job, work))] = name
             if not running:
                 continue
             finished, _ = wait(running, return_when=FIRST_COMPLETED)
@@ -285,11 +290,13 @@ class Campaign:
                     )
                 error = future.exception()
                 if error is not None:
-                    if place.died(error) and tries[name] < TRIES:
+                    if executor.died(error) and tries[name] < TRIES:
                         waiting.insert(0, name)
                     else:
                         killed = f"its worker was killed {tries[name]} times (out of memory?)"
-                        self._fail(names, killed if place.died(error) else f"{type(error).__name__}: {error}")
+                        self._fail(
+                            names, killed if executor.died(error) else f"{type(error).__name__}: {error}"
+                        )
                 elif outcome := future.result():
                     self._fail(names, outcome["error"], outcome["traceback"])
                 else:

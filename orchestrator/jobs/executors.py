@@ -22,7 +22,7 @@ Outcome = dict[str, str]
 PATIENCE, ASK_AGAIN = 30.0, 5.0
 
 
-class Place(ABC):
+class Executor(ABC):
     """Takes orders and gives futures of their outcomes."""
 
     @property
@@ -56,7 +56,7 @@ class Place(ABC):
         self.close(now=kind is not None)
 
 
-class Local(Place):
+class ProcessExecutor(Executor):
     """Processes of this machine, a pool for each: when one is killed, the others do not notice."""
 
     def __init__(self, jobs: int) -> None:
@@ -93,7 +93,7 @@ class Local(Place):
             worker.close(now)
 
 
-class Here(Place):
+class SerialExecutor(Executor):
     """This process."""
 
     @property
@@ -112,7 +112,7 @@ class Here(Place):
         pass
 
 
-class Cluster(Place):
+class Cluster(Executor):
     """A dask.distributed cluster; it repeats by itself what a killed worker had in hand.
 
     Workers may come and go while it is in use.

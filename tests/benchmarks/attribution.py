@@ -19,8 +19,8 @@ from friction_models.models.interval_coverage import wilson
 from orchestrator.attribution.curves import Level, fingerprint, on_common_stroke
 from orchestrator.attribution.fit import attribution
 from orchestrator.attribution.result import Attribution
-from orchestrator.attribution.runs import Sensitivities
 from orchestrator.attribution.scatter import Scatter
+from orchestrator.attribution.sensitivities import Sensitivities
 from sct_twin.virtual_lab.press import VirtualPress
 
 from .attribution_curves import LEVELS, MU, TRUE_MESHES, TRUTHS, USER_MESHES, Store, Truth

@@ -29,8 +29,8 @@ from orchestrator.attribution.attribute import attribute
 from orchestrator.attribution.causes import MACHINE, Cause
 from orchestrator.attribution.curves import Level, on_common_stroke
 from orchestrator.attribution.fit import attribution
-from orchestrator.attribution.probe import addable, strengths, with_effects
-from orchestrator.attribution.runs import Sensitivities
+from orchestrator.attribution.friction_with_effects import addable, strengths, with_effects
+from orchestrator.attribution.sensitivities import Sensitivities
 from orchestrator.cli.commands import attributing
 from orchestrator.cosim.ready_made import extrusion_system
 from orchestrator.cosim.system import System
