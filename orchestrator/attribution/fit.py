@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from friction_models.loads import FloatArray
 
 from .causes import Cause
 from .curves import BENT, Level, fingerprint
-from .result import Attribution, Fit
+from .result import Attribution, Fit, LevelCurves, Strength
 from .scatter import Scatter
 from .sensitivities import Sensitivities
 
@@ -112,7 +111,7 @@ def _curves(
     parts: dict[str, list[Cause]],
     left: FloatArray,
     scatter: Scatter,
-) -> list[dict[str, Any]]:
+) -> list[LevelCurves]:
     """Return what the page draws of each level."""
     ends = np.cumsum([len(v.stroke) for v in levels])[:-1]
     after, expected = np.split(left, ends), np.split(scatter.deviation, ends)
@@ -161,7 +160,7 @@ def _described(parts: Sequence[Cause], X: FloatArray, values: FloatArray, drop: 
     errors = np.sqrt(np.diag(np.linalg.pinv(X.T @ X)))
     p = float(min(1.0, family * chi2.sf(drop, k)))
     numbers = tuple(
-        (c.column, float(v), float(e), c.unit) for c, v, e in zip(parts, values, errors, strict=True)
+        Strength(c.column, float(v), float(e), c.unit) for c, v, e in zip(parts, values, errors, strict=True)
     )
     return Fit(parts[0].name, parts[0].kind, parts[0].title, numbers, drop - 2.0 * k, p)
 

@@ -1,4 +1,4 @@
-"""Run folders: what was run, with which versions and files, and what came out."""
+"""Run folders: results of a co-simulation with the system, the versions and the FMU hashes behind them."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class Course:
 
 @dataclass
 class Run:
-    """A run that was written: a complete one, or the beginning of one that stopped.
+    """A written run: complete, or the beginning of one that stopped.
 
     Attributes
     ----------

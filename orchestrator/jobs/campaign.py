@@ -1,4 +1,4 @@
-"""Campaigns: jobs that need each other, done in parallel, each result kept under the hash of what decides it."""
+"""Campaigns: graphs of jobs, run in parallel, each result kept under the hash of everything that decides it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from friction_models.common.folders import STUDY
 from friction_models.common.kept import path_digest
 from friction_models.common.pool import process_count
 
-from .estimate import Clock, DryRun
+from .estimate import DryRun, TimeEstimate
 from .executors import Cluster, Executor, ProcessExecutor, SerialExecutor
 from .job import Failure, Job
 from .keys import PACKAGES, deciding_code, digest, stamp
@@ -33,9 +33,8 @@ TRIES = 2
 class Campaign:
     """Jobs and the folder of their results.
 
-    A result lies in ``jobs/<hash>`` of the folder; the hash covers function, inputs, file contents, the
-    hashes of the needed jobs, versions and sources. So a second run does only what changed, and one that
-    was killed goes on where it was.
+    A result lies in ``jobs/<hash>`` of the folder. The hash covers function, inputs, file contents, the hashes of the
+    needed jobs, versions and sources. So a second run computes only what changed, and a killed one continues.
 
     Parameters
     ----------
@@ -74,7 +73,7 @@ class Campaign:
     def run(
         self, jobs: int | None = None, scheduler: str | None = None, progress: Progress | None = None
     ) -> dict[str, JobResult]:
-        """Do what is not done yet and return the results by name; `failed` holds the jobs without one.
+        """Run the jobs without a kept result; return all results by name. `failed` holds the jobs without one.
 
         Parameters
         ----------
@@ -125,7 +124,7 @@ class Campaign:
         """
         check_folder(self.folder, STUDY)
         kept = self._kept()
-        clock = Clock(self.jobs.values(), kept)
+        clock = TimeEstimate(self.jobs.values(), kept)
         count = process_count(jobs)
         if scheduler is not None:
             with Cluster(scheduler) as executor:
@@ -258,7 +257,7 @@ class Campaign:
         waiting = [names[0] for names in twins.values()]
         running: dict[Future[dict[str, str]], str] = {}
         tries = dict.fromkeys(waiting, 0)
-        clock = Clock(self.jobs.values(), results)
+        clock = TimeEstimate(self.jobs.values(), results)
 
         def tell(what: str) -> None:
             done = len(results) + len(self.failed)

@@ -1,4 +1,4 @@
-"""Where jobs run: processes of this machine, or a dask.distributed cluster."""
+"""Executors of jobs: this process, several processes of this machine, or a dask.distributed cluster."""
 
 from __future__ import annotations
 
@@ -23,29 +23,29 @@ PATIENCE, ASK_AGAIN = 30.0, 5.0
 
 
 class Executor(ABC):
-    """Takes orders and gives futures of their outcomes."""
+    """Runs jobs and returns futures of their outcomes."""
 
     @property
     @abstractmethod
     def workers(self) -> int:
-        """Orders that are worked on at a time, for estimates."""
+        """Number of jobs that run at a time, for estimates."""
 
     @property
     def capacity(self) -> int:
-        """Orders that may be in hand at a time."""
+        """Number of jobs that may be submitted at a time."""
         return self.workers
 
     @abstractmethod
     def submit(self, order: Order) -> Future[Outcome]:
-        """Start an order."""
+        """Start a job."""
 
     @abstractmethod
     def died(self, error: BaseException) -> bool:
-        """Whether the error says that the worker of an order was killed, so that it is worth another try."""
+        """Whether the error says that the worker was killed, so that the job is worth another try."""
 
     @abstractmethod
     def close(self, now: bool) -> None:
-        """End; `now` gives up what is in hand."""
+        """End; `now` gives up jobs that are still running."""
 
     def __enter__(self) -> Self:
         return self
@@ -57,7 +57,7 @@ class Executor(ABC):
 
 
 class ProcessExecutor(Executor):
-    """Processes of this machine, a pool for each: when one is killed, the others do not notice."""
+    """Processes of this machine. Each is a pool of its own, so that a killed one does not take the others with it."""
 
     def __init__(self, jobs: int) -> None:
         self._jobs = jobs
@@ -94,7 +94,7 @@ class ProcessExecutor(Executor):
 
 
 class SerialExecutor(Executor):
-    """This process."""
+    """Runs one job after the other in this process."""
 
     @property
     def workers(self) -> int:
@@ -113,16 +113,14 @@ class SerialExecutor(Executor):
 
 
 class Cluster(Executor):
-    """A dask.distributed cluster; it repeats by itself what a killed worker had in hand.
-
-    Workers may come and go while it is in use.
+    """A dask.distributed cluster. It repeats the jobs of killed workers by itself; workers may join and leave.
 
     Parameters
     ----------
     address : str
         ``tcp://host:port`` or ``tls://host:port`` of its scheduler.
     patience : float
-        How long scheduler and first worker are waited for [s]: the job script of a queue starts all at once.
+        How long to wait for scheduler and first worker [s]: the job script of a queue starts all at once.
 
     Raises
     ------

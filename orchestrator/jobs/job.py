@@ -1,4 +1,4 @@
-"""A job of a campaign, and what is said of one that failed."""
+"""Jobs of a campaign, and failed ones."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Job:
-    """A call that is worth keeping.
+    """A call whose result is kept.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""One job in a worker process: called, written beside, renamed."""
+"""Execution of one job in a worker process. Its result folder is complete before it gets its final name."""
 
 from __future__ import annotations
 
