@@ -151,7 +151,7 @@ def _friction_fmus(
     frictions: dict[int, Path] = {}
     for system in systems:
         graph = hashlib.sha256(graphs[id(system)]).hexdigest()
-        key = hashes.of([graph, [e.name for e in effects], system.nodes, system.fmi])
+        key = hashes.of([graph, [e.name for e in effects], system.nodes, system.fmi])[:20]
         target = folder / f"probe-{key}.fmu"
         if not is_kept(target, key):
             fmu = system.system.fmu_path(system.friction)
@@ -244,7 +244,7 @@ def _forming_fmus(
         # a number that may be left out is 0 in the FMU when it is
         left_out = [n for n in config.get("optional", []) if numbers.get(n) == 0.0]
         numbers = {n: value for n, value in numbers.items() if n not in left_out}
-        key = hashes.of([system.process, material, config["fixed"], numbers, cause.key])
+        key = hashes.of([system.process, material, config["fixed"], numbers, cause.key])[:20]
         target = folder / f"forming-{key}.fmu"
         if not is_kept(target, key):
             pack_forming(

@@ -54,7 +54,7 @@ def cached_task(system: System, cache: Path, keys: ResultKeys, label: str) -> Ru
     `label` tells runs apart that have everything else in common.
     """
     content = system.to_dict({name: path_digest(system.fmu_path(name)) for name in system.components})
-    key = keys.of({"system": content, "label": label})
+    key = keys.of({"system": content, "label": label})[:20]
     return RunTask(system, cache / key, key=key)
 
 

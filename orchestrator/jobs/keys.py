@@ -10,6 +10,7 @@ import ast
 import hashlib
 import importlib.util
 import json
+import os
 from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
@@ -49,7 +50,7 @@ class ResultKeys:
     Parameters
     ----------
     module : str
-        Name of the module.
+        Name of the module, or of a folder of modules.
     """
 
     def __init__(self, module: str) -> None:
@@ -57,8 +58,8 @@ class ResultKeys:
 
     def of(self, content: Any) -> str:
         """Return the key of what is computed from JSON-able content: all that enters it, files as their hashes."""
-        text = json.dumps(content, sort_keys=True)  # start values may be NaN
-        return digest({"content": text, **self._stamp})[:20]
+        text = json.dumps(content, sort_keys=True, default=os.fspath)  # start values may be NaN
+        return digest({"content": text, **self._stamp})
 
 
 def stamp(code: Iterable[str]) -> dict[str, Any]:
