@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 from friction_models.common import InputError
 
-from ..cosim.batch import RunProgress
 from ..cosim.system import System
+from ..jobs.job import Progress
 from .curves import on_common_stroke
 from .fit import attribution
 from .forming_system import FormingSystem
@@ -35,7 +35,7 @@ def attribute(
     causes: Sequence[str] | None = None,
     runs: Path | None = None,
     jobs: int | None = None,
-    progress: RunProgress | None = None,
+    progress: Progress | None = None,
 ) -> Attribution:
     """Say which cause the difference between measured and simulated force-stroke curves points to.
 

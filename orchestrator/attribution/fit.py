@@ -10,7 +10,7 @@ from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
 from .causes import Cause
-from .curves import BENT, Level, fingerprint
+from .curves import BENT, LevelForces, fingerprint
 from .result import Attribution, Fit, LevelCurves, Strength
 from .scatter import Scatter
 from .sensitivities import Sensitivities
@@ -28,7 +28,7 @@ FOLLOWED = 4
 
 
 def attribution(
-    levels: Sequence[Level], found: Sensitivities, synthetic: bool, warnings: Sequence[str] = ()
+    levels: Sequence[LevelForces], found: Sensitivities, synthetic: bool, warnings: Sequence[str] = ()
 ) -> Attribution:
     """Project the deviations of all levels on the fingerprints."""
     notes = list(warnings)
@@ -106,7 +106,7 @@ def _whitened(prints: Sequence[Sequence[FloatArray]], scatter: Scatter) -> Float
 
 
 def _curves(
-    levels: Sequence[Level],
+    levels: Sequence[LevelForces],
     columns: dict[str, list[FloatArray]],
     parts: dict[str, list[Cause]],
     left: FloatArray,

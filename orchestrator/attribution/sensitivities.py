@@ -15,8 +15,9 @@ from friction_models.common.kept import cache_folder, is_kept, keep
 from friction_models.effects import CATALOGUE, make_effect
 from friction_models.effects.base import Effect
 
-from ..cosim.batch import RunProgress, cached_task, run_all
+from ..cosim.batch import cached_task, run_all
 from ..force_curves.forces import ForceCurve
+from ..jobs.job import Progress
 from ..jobs.keys import ResultKeys
 from .causes import FORMING, FRICTION_LEVEL, MACHINE, Cause, all_causes
 from .forming_system import FormingSystem
@@ -73,7 +74,7 @@ def run_sensitivities(
     wanted: Sequence[str] | None,
     folder: Path,
     jobs: int | None = None,
-    progress: RunProgress | None = None,
+    progress: Progress | None = None,
 ) -> Sensitivities:
     """Run all levels with every cause moved; runs of the same content are taken from `folder`.
 

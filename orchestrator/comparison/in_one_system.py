@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,8 +22,8 @@ from .study_folder import RUN, study_folder, write_runs_table
 if TYPE_CHECKING:
     from ..cosim.system import System
     from ..jobs.campaign import JobResult
+    from ..jobs.job import Progress
 
-Progress = Callable[[int, int, str], None]
 #: The run without friction, which the others are held against; no model may be called so.
 REFERENCE = "without friction"
 #: Contact points whose loads and mu are shown.

@@ -50,16 +50,13 @@ def export_ssp(system: SystemDescription, path: str | os.PathLike[str], boundary
             f"{system.source}: a connection to {scaled.target}.{scaled.targets[0].name} converts units, which an archive "
             "cannot hold; allowed: FMUs that share the units of what they exchange"
         )
-    careful = next((name for name, c in system.components.items() if c.contact_only), None)
-    if careful is not None:
-        raise InputError(
-            f"{system.source}: component {careful!r} has contact_only, which an archive cannot hold; allowed: without it"
-        )
-    finer = next((name for name, c in system.components.items() if c.step is not None), None)
-    if finer is not None:
-        raise InputError(
-            f"{system.source}: component {finer!r} has a step of its own, which an archive cannot hold; allowed: without it"
-        )
+    careful = [name for name, c in system.components.items() if c.contact_only]
+    finer = [name for name, c in system.components.items() if c.step is not None]
+    for found, what in ((careful, "contact_only"), (finer, "a step of its own")):
+        if found:
+            raise InputError(
+                f"{system.source}: component {found[0]!r} has {what}, which an archive cannot hold; allowed: without it"
+            )
     links = [
         (_copy(wiring, link.source, a), _plain(a), _copy(wiring, link.target, b), _plain(b))
         for link in wiring.links

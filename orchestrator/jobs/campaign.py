@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -17,15 +17,13 @@ from friction_models.common.pool import process_count
 
 from .estimate import DryRun, TimeEstimate
 from .executors import Cluster, Executor, ProcessExecutor, SerialExecutor
-from .job import Failure, Job
+from .job import Failure, Job, Progress
 from .keys import PACKAGES, deciding_code, digest, stamp
 from .store import JobResult, Store
 from .work import Order
 
 __all__ = ["Campaign", "DryRun", "Failure", "Job", "JobResult"]
 
-#: Called with (done, total, what and how long it will take).
-Progress = Callable[[int, int, str], None]
 #: How often a job is started whose worker gets killed.
 TRIES = 2
 
@@ -54,6 +52,12 @@ class Campaign:
     ------
     InputError
         Two jobs of one name, an unknown need, needs in a circle, inputs that JSON does not hold.
+
+    Examples
+    --------
+    >>> jobs = [Job(name, "json:dumps", {"seed": 1}) for name in ("first", "second")]
+    >>> print(Campaign(Path("no-such-study"), jobs, code=()).dry_run(jobs=1).report())
+    2 jobs: 0 kept, 1 to do, 1 the same as others, about 1 s on 1 processes of this machine
     """
 
     def __init__(self, folder: Path, jobs: Iterable[Job], code: Sequence[str] = PACKAGES) -> None:

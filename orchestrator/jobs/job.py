@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+#: Called with (done, total, what was done and how long the rest will take).
+Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
