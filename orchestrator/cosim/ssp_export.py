@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fmus.runtime.fmu_files import describe
 from fmus.runtime.fmu_variables import Variable
@@ -16,7 +16,7 @@ from .setup.description import SystemDescription
 from .setup.wiring import Wiring
 
 if TYPE_CHECKING:
-    from fmus.ssp.systems import Component, Connector, Structure
+    from fmus.ssp.systems import Component, Connector, Structure, Value
 
 
 def export_ssp(system: SystemDescription, path: str | os.PathLike[str], boundary: bool = False) -> Path:
@@ -162,7 +162,7 @@ def _components(wiring: Wiring, name: str) -> list[Component]:
     for item in wiring.recorded:
         if item.component == name and item.elements[0].causality == "output":
             use(item.elements, "output")
-    start: dict[str, Any] = {}
+    start: dict[str, Value] = {}
     for variable, value in wiring.starts[name]:
         start[_plain(variable)] = value
         for connectors in used.values():

@@ -212,9 +212,9 @@ class Coverage:
                 "",
                 "Tests that would cover more (what each adds: mean of its shares of contact area and friction work)",
             ]
-            for p in self.proposals:
-                s, c = p["setpoints"], p["covers"]
-                what = ", ".join(f"{' with '.join(x['loads'])} {100 * x['share']:.1f} %" for x in c)
+            for proposal in self.proposals:
+                s, gains = proposal["setpoints"], proposal["covers"]
+                what = ", ".join(f"{' with '.join(x['loads'])} {100 * x['share']:.1f} %" for x in gains)
                 lines.append(
                     f"  sigma_set {s['sigma_set']:g} MPa, psi_set {s['psi_set']:g}, v_set {s['v_set']:g} mm/s, "
                     f"T_tool {s['T_tool']:g} degC, sd_set {s['sd_set']:g} mm: {what}"

@@ -18,9 +18,9 @@ from friction_models.common.pool import process_count
 from .estimate import DryRun, TimeEstimate
 from .executors import Cluster, Executor, ProcessExecutor, SerialExecutor
 from .job import Failure, Job, Progress
-from .keys import PACKAGES, deciding_code, digest, stamp
+from .keys import PACKAGES, Stamp, deciding_code, digest, stamp
 from .store import JobResult, Store
-from .work import Order
+from .work import JobCall
 
 __all__ = ["Campaign", "DryRun", "Failure", "Job", "JobResult"]
 
@@ -71,7 +71,7 @@ class Campaign:
         self.code = tuple(code)
         self.failed: dict[str, Failure] = {}
         self._code: dict[str, tuple[str, ...]] = {}
-        self._stamps: dict[tuple[str, ...], dict[str, Any]] = {}
+        self._stamps: dict[tuple[str, ...], Stamp] = {}
         self.keys = self._keys(self._sorted())
 
     def run(
@@ -209,7 +209,7 @@ class Campaign:
             self._code[module] = tuple(dict.fromkeys((*self.code, *deciding_code(module))))
         return self._code[module]
 
-    def _stamp(self, code: tuple[str, ...]) -> dict[str, Any]:
+    def _stamp(self, code: tuple[str, ...]) -> Stamp:
         if code not in self._stamps:
             self._stamps[code] = stamp(code)
         return self._stamps[code]
@@ -280,7 +280,7 @@ class Campaign:
                 elif len(running) < executor.capacity and all(need in results for need in job.needs):
                     waiting.remove(name)
                     tries[name] += 1
-                    running[executor.submit(self._ordered(job, work))] = name
+                    running[executor.submit(self._call(job, work))] = name
             if not running:
                 continue
             finished, _ = wait(running, return_when=FIRST_COMPLETED)
@@ -316,9 +316,9 @@ class Campaign:
                         clock.add(self.jobs[name], results[name].seconds)
                 tell(name)
 
-    def _ordered(self, job: Job, work: Path) -> Order:
+    def _call(self, job: Job, work: Path) -> JobCall:
         code = self._code_of(job)
-        return Order(
+        return JobCall(
             self.keys[job.name], job.name, job.function, job.inputs,
             {n: str(p.resolve()) for n, p in job.files.items()}, {n: self.keys[n] for n in job.needs},
             str(self.store.folder), str(work), code, self._stamp(code),

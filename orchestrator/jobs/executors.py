@@ -15,7 +15,7 @@ from typing import Any, Self
 from friction_models.common import InputError
 from friction_models.common.pool import Workers
 
-from .work import Order, execute
+from .work import JobCall, execute
 
 Outcome = dict[str, str]
 #: How long a cluster is waited for [s], and how often it is asked for its workers [s].
@@ -36,7 +36,7 @@ class Executor(ABC):
         return self.workers
 
     @abstractmethod
-    def submit(self, order: Order) -> Future[Outcome]:
+    def submit(self, call: JobCall) -> Future[Outcome]:
         """Start a job."""
 
     @abstractmethod
@@ -68,7 +68,7 @@ class ProcessExecutor(Executor):
     def workers(self) -> int:
         return self._jobs
 
-    def submit(self, order: Order) -> Future[Outcome]:
+    def submit(self, call: JobCall) -> Future[Outcome]:
         for future in [f for f in self._busy if f.done()]:
             worker = self._busy.pop(future)
             if future.exception() is None:
@@ -78,7 +78,7 @@ class ProcessExecutor(Executor):
         while True:
             worker = self._idle.pop() if self._idle else Workers(1)
             try:
-                future = worker.submit(execute, order)
+                future = worker.submit(execute, call)
             except BrokenProcessPool:  # killed while it had nothing to do
                 worker.close()
                 continue
@@ -100,9 +100,9 @@ class SerialExecutor(Executor):
     def workers(self) -> int:
         return 1
 
-    def submit(self, order: Order) -> Future[Outcome]:
+    def submit(self, call: JobCall) -> Future[Outcome]:
         future: Future[Outcome] = Future()
-        future.set_result(execute(order))
+        future.set_result(execute(call))
         return future
 
     def died(self, error: BaseException) -> bool:
@@ -169,11 +169,11 @@ class Cluster(Executor):
 
     @property
     def capacity(self) -> int:
-        # One waits at each worker, so that none is idle while the next order travels.
+        # One waits at each worker, so that none is idle while the next job travels.
         return 2 * self.workers
 
-    def submit(self, order: Order) -> Future[Outcome]:
-        future: Future[Outcome] = self._executor.submit(execute, order)
+    def submit(self, call: JobCall) -> Future[Outcome]:
+        future: Future[Outcome] = self._executor.submit(execute, call)
         return future
 
     def died(self, error: BaseException) -> bool:

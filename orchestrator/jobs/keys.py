@@ -14,7 +14,7 @@ import os
 from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 from friction_models.common import InputError
 from friction_models.common.kept import path_digest
@@ -30,6 +30,13 @@ DISTRIBUTIONS = (
 PACKAGES = ("friction_models", "forming", "sct_twin", "fmus")
 #: Files of a package that are sources of its results.
 _SOURCES = (".py", ".yaml", ".c", ".h")
+
+
+class Stamp(TypedDict):
+    """What counts in every key beside the inputs: versions of packages, and the hash of the sources."""
+
+    versions: dict[str, str]
+    code: str
 
 
 def digest(content: Any) -> str:
@@ -62,8 +69,8 @@ class ResultKeys:
         return digest({"content": text, **self._stamp})
 
 
-def stamp(code: Iterable[str]) -> dict[str, Any]:
-    """Return what counts in every key: versions, and the hash of the sources."""
+def stamp(code: Iterable[str]) -> Stamp:
+    """Return the versions, and the hash of the sources of packages and modules as they are now."""
     return {"versions": versions(DISTRIBUTIONS), "code": code_digest(code)}
 
 
