@@ -213,11 +213,11 @@ class Coverage:
                 "Tests that would cover more (what each adds: mean of its shares of contact area and friction work)",
             ]
             for proposal in self.proposals:
-                s, gains = proposal["setpoints"], proposal["covers"]
+                settings, gains = proposal["setpoints"], proposal["covers"]
                 what = ", ".join(f"{' with '.join(x['loads'])} {100 * x['share']:.1f} %" for x in gains)
                 lines.append(
-                    f"  sigma_set {s['sigma_set']:g} MPa, psi_set {s['psi_set']:g}, v_set {s['v_set']:g} mm/s, "
-                    f"T_tool {s['T_tool']:g} degC, sd_set {s['sd_set']:g} mm: {what}"
+                    f"  sigma_set {settings['sigma_set']:g} MPa, psi_set {settings['psi_set']:g}, v_set {settings['v_set']:g} mm/s, "
+                    f"T_tool {settings['T_tool']:g} degC, sd_set {settings['sd_set']:g} mm: {what}"
                 )
         if self.beyond_rig:
             lines += ["", "No test of the rig reaches"] + [f"  - {b}" for b in self.beyond_rig]
