@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
-import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,20 +11,19 @@ import numpy as np
 
 from fmus.runtime.errors import SimulationError
 from fmus.runtime.friction_names import FrictionNames
-from friction_models.common import InputError, grown, write_json
-from friction_models.common.folders import STUDY
+from friction_models.common import InputError
 from friction_models.loads import LOADS, MU, FloatArray
 
-from ..cosim.forces import SAMPLES, WINDOW, ForceCurve
 from ..cosim.run_folders import Run
 from ..cosim.swapping import friction_component, swap_model, takes_loads
-from .level_runs import CODE, RUN
+from ..force_curves.forces import SAMPLES, WINDOW, ForceCurve
+from .study_folder import RUN, study_folder, write_runs_table
 
 if TYPE_CHECKING:
     from ..cosim.system import System
     from ..jobs.campaign import JobResult
+    from ..jobs.job import Progress
 
-Progress = Callable[[int, int, str], None]
 #: The run without friction, which the others are held against; no model may be called so.
 REFERENCE = "without friction"
 #: Contact points whose loads and mu are shown.
@@ -190,14 +187,11 @@ def compare_in_system(
     SimulationError
         Every run failed.
     """
-    from ..jobs.campaign import CODE as PACKAGES
     from ..jobs.campaign import Campaign, Job
 
     component = friction_component(system)
     process = _process(system, component)
-    place = runs if runs is not None else Path(tempfile.mkdtemp(prefix="tribofmu-study-"))
-    try:
-        grown(place, STUDY)
+    with study_folder(runs) as place:
         todo = []
         called: dict[str, FrictionNames] = {}
         for number, (label, model) in enumerate({**models, REFERENCE: "0"}.items(), 1):
@@ -207,22 +201,16 @@ def compare_in_system(
                 swap_model(system, component, model, (names or {}).get(label), packed), process, called[label]
             )
             other.validate()
-            inputs = {"system": _plain(other), "mode": mode}
+            inputs = {"system": other.to_dict(dict.fromkeys(other.components, "")), "mode": mode}
             files = {name: other.fmu_path(name) for name in other.components}
             todo.append(Job(label, f"{__name__}:run_system", inputs, files, seconds=0.1 * other.steps))
-        campaign = Campaign(place, todo, (*PACKAGES, *CODE))
+        campaign = Campaign(place, todo)
         results = campaign.run(jobs, progress=progress)
         if runs is not None:
-            folders = {
-                n: (r.folder / RUN).relative_to(place.resolve()).as_posix() for n, r in results.items()
-            }
-            write_json(place / "runs.json", folders)
+            write_runs_table(place, results)
         found = {label: Run.load(result.folder / RUN) for label, result in results.items()}
         failed = {label: failure.error for label, failure in campaign.failed.items()}
         return _compared(system, component, process, found, called, failed)
-    finally:
-        if runs is None:
-            shutil.rmtree(place, ignore_errors=True)
 
 
 def run_system(
@@ -236,14 +224,6 @@ def run_system(
     content["components"] = {n: c | {"fmu": str(files[n])} for n, c in content["components"].items()}
     run = Master(System.from_dict(content), mode=str(inputs["mode"])).run(folder / RUN)
     return {"steps": int(run.manifest["steps"]), "timing": dict(run.manifest["timing_s"])}
-
-
-def _plain(system: System) -> dict[str, Any]:
-    """Return a system as JSON holds it, without the places of its FMUs, whose content counts instead."""
-    content = system.model_dump(mode="json", exclude_none=True)
-    for part in content["components"].values():
-        del part["fmu"]
-    return dict(content)
 
 
 def _process(system: System, friction: str) -> str:
@@ -267,7 +247,7 @@ def _recording(system: System, process: str, names: FrictionNames) -> System:
     known = describe(system.fmu_path(process)).arrays
     wanted = [f"{process}.{n}" for n in ("stroke", "force", "active", *(q.name for q in LOADS)) if n in known]
     wanted += [f"{n}.{names.mu}" for n in system.components if takes_loads(system, n)]
-    return system._changed(record=list(dict.fromkeys([*system.record, *wanted])))
+    return system.changed(record=list(dict.fromkeys([*system.record, *wanted])))
 
 
 def _compared(

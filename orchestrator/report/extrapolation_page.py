@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ..cosim.run_folders import versions
+from ..jobs.versions import versions
 from .parts.markup import bullets, escape, paragraph, table
 from .parts.page import Page, figure, footer
 from .parts.palette import COLORS, looks

@@ -14,7 +14,7 @@ from friction_models.common import InputError, unknown_name
 from ..comparison.level_runs import Level
 
 if TYPE_CHECKING:
-    from ..cosim.forces import PressCurve
+    from ..force_curves.forces import PressCurve
     from ..jobs.campaign import Job, JobResult
 
 #: CPU time of the virtual press by millimetre of stroke of one solver run [s], for estimates.
@@ -48,7 +48,7 @@ class StudyLevel:
 
     def measured(self, results: Mapping[str, JobResult]) -> PressCurve | None:
         """Return the measured curves; None where their job failed."""
-        from ..cosim.forces import read_press_curve
+        from ..force_curves.forces import read_press_curve
 
         result = results.get(self.job)
         return None if result is None else read_press_curve(result.file("file"))

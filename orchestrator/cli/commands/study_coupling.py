@@ -109,11 +109,10 @@ def _carry_out(
     dry_run: bool,
 ) -> None:
     """Run a study and write what it found; `shown` makes the rows of its CSV file, its page and its text."""
-    from ...comparison.level_runs import CODE as RUNS
-    from ...jobs.campaign import CODE, Campaign
+    from ...jobs.campaign import Campaign
 
     chosen = _chosen(data)
-    campaign = Campaign(out, study.jobs(chosen), (*CODE, *RUNS))
+    campaign = Campaign(out, study.jobs(chosen))
     results = run_campaign(campaign, f"study {name}", jobs, scheduler, dry_run)
     if results is None:
         return

@@ -10,8 +10,8 @@ from typing import Any
 from friction_models.common import InputError
 from friction_models.loads import DataSet, FloatArray
 
-from ...cosim.forces import ForceComparison, compare_force, read_press_curve
 from ...cosim.run_folders import Run
+from ...force_curves.forces import ForceComparison, compare_force, read_press_curve
 from ..charts.force import ForceLine
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from friction_models.common import atomic_path, write_json, write_text
 
-from ...cosim.metrics import LevelSummary
+from ...force_curves.metrics import LevelSummary
 from .result import FormingErrors
 
 #: Processes as readers know them.

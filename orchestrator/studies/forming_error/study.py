@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from friction_models.common import InputError
 
-from ...comparison.level_runs import CODE, level_job
+from ...comparison.level_runs import level_job
 from ..measurements import FULL_PLAN, QUICK_PLAN, VIRTUAL, data_jobs, data_name
 from ..models import ADVANCED, CONSTANTS, constant_job, model_job
 from ..press_levels import StudyLevel, own_levels, virtual_levels
@@ -197,10 +197,9 @@ class FormingErrorStudy:
 
     def campaign(self, folder: Path) -> Campaign:
         """Return the campaign in a folder."""
-        from ...jobs.campaign import CODE as PACKAGES
         from ...jobs.campaign import Campaign
 
-        return Campaign(folder, self.jobs, (*PACKAGES, *CODE))
+        return Campaign(folder, self.jobs)
 
     def synthetic(self, results: Mapping[str, JobResult]) -> bool:
         """Return whether any measurement is synthetic: of this study, or data of one's own that say so."""
