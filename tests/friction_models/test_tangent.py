@@ -11,7 +11,14 @@ import numpy.typing as npt
 import pandas as pd
 import pytest
 
-from friction_models import FAMILIES, ConstantFriction, FrictionModel, PowerLawFriction, TriboLoads, make_model
+from friction_models import (
+    FAMILIES,
+    ConstantFriction,
+    FrictionModel,
+    PowerLawFriction,
+    TriboLoads,
+    make_model,
+)
 from friction_models.discovery import diagnose
 from friction_models.estimation.base_law import base_law
 from friction_models.estimation.binning import prepare
