@@ -220,11 +220,6 @@ class Effect:
         return [n for n in dict.fromkeys((self.driver[0], *self.needed_loads)) if n in absent]
 
     @property
-    def needs_metadata(self) -> bool:
-        """Whether the effect reads the test table."""
-        return bool(self.metadata)
-
-    @property
     def free_shapes(self) -> tuple[ShapeParameter, ...]:
         """Shape parameters that a fit may move."""
         return tuple(s for s in self.shapes if s.fitted and s.name not in self.fixed)

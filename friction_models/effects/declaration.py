@@ -1,4 +1,4 @@
-"""Whether an effect says everything about itself that the rest relies on; users write effects, too."""
+"""Check that the class of an effect, which users may write, declares all that the diagnosis relies on."""
 
 from __future__ import annotations
 

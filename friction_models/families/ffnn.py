@@ -1,4 +1,4 @@
-"""Feed-forward neural networks: trained with torch, evaluated without it."""
+"""Feed-forward neural networks. Only training needs torch (extra `train-networks`)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`FrictionModel`: what every friction model offers, whatever its family."""
+"""`FrictionModel`: the base class of all friction models. It learns from data, explains itself, and is saved."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class FrictionModel(FrictionLaw):
         return points, target, tests
 
     def _record_fit(self, points: TriboLoads, mu: FloatArray, tests: Groups) -> Self:
-        """Note what the model has just been fitted to: facts, domain, training error; an interval is gone."""
+        """Record what the model was fitted to: facts, domain, training error. An earlier interval is dropped."""
         self.training_: dict[str, Any] = self._training_facts(mu, tests)
         self.domain_ = Domain.of(points)
         tied = not_told_apart(points.as_array()) if self.needed_loads else ()
@@ -134,12 +134,12 @@ class FrictionModel(FrictionLaw):
         return self.record_data(data.attrs if info is None else info)
 
     def record_data(self, info: Mapping[Any, Any]) -> Self:
-        """Let the card say where the data come from that the model is fitted to; `info` as for `fit_frame`."""
+        """Record in the card where the training data come from; `info` as for `fit_frame`."""
         self.training_["data"] |= data_facts(info)
         return self
 
     def record_tests(self, data: pd.DataFrame) -> Self:
-        """Let the card know the tests it was trained on as they stand in `data`, where a fit saw them repaired."""
+        """Record the training tests as they stand in `data`, where the fit has seen them repaired."""
         known = self.training_["splits"].get("digests")
         if known and "test_id" in data.columns:
             given = test_digests(data["test_id"], data["mu"].to_numpy(dtype=np.float64))

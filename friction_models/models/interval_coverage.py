@@ -1,4 +1,4 @@
-"""How much of the measured friction a prediction interval holds, test by test, and how sure that is."""
+"""Coverage: the share of measured points that a prediction interval holds, test by test, and its uncertainty."""
 
 from __future__ import annotations
 

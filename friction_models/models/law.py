@@ -72,7 +72,7 @@ class FrictionLaw(BaseEstimator):
 
     @abstractmethod
     def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
-        """Take back what `_learned` returned; raise `InputError` where it does not fit."""
+        """Restore what `_learned` returned; raise `InputError` if values or shapes do not fit."""
 
     @property
     def states(self) -> tuple[StateVariable, ...]:
@@ -104,7 +104,7 @@ class FrictionLaw(BaseEstimator):
         return self.domain.measured
 
     def check_alone(self) -> None:
-        """Raise `InputError` where what was learned is no friction by itself, only as a part of a sum."""
+        """Raise `InputError` if the model may only stand in a sum with effects (a negative constant, for example)."""
 
     # --- what every law offers --------------------------------------------------------------------------
 
@@ -112,11 +112,6 @@ class FrictionLaw(BaseEstimator):
     def name(self) -> str:
         """Name for reports: the family, with its effects where it has some."""
         return self.family
-
-    @property
-    def state_names(self) -> tuple[str, ...]:
-        """Names of the internal states."""
-        return tuple(s.name for s in self.states)
 
     @property
     def is_fitted(self) -> bool:
@@ -225,7 +220,7 @@ class FrictionLaw(BaseEstimator):
         return model._restored(content, arrays)
 
     def _restored(self, content: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Self:
-        """Take back what `parts` returned."""
+        """Restore what `parts` returned."""
         self._restore(content["learned"], arrays)
         self.domain_ = Domain.from_dict(content["domain"])
         self.training_ = dict(content.get("training", {}))

@@ -1,4 +1,4 @@
-"""The model card: what a model is, what it was trained on, how well it does, where it holds."""
+"""The model card: law, training data, errors and trained domain of a model, as JSON and as Markdown."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Errors of a model on data: overall, by role of the tests, test by test."""
+"""Errors of a model on data: over all points, by role of the tests, and of each test."""
 
 from __future__ import annotations
 
