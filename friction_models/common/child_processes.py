@@ -1,4 +1,4 @@
-"""How Python starts in processes of our own: with our modules, whatever lies in the folder that the user is in.
+"""Start of Python in child processes, safe from modules in the folder that the user is in.
 
 Python takes modules from the current folder before its own when it starts with ``-c`` or ``-m``: a file
 ``json.py`` of the user would run in place of Python's. Children start without that folder. Folders of the user come

@@ -1,4 +1,4 @@
-"""Writing so that nothing half-written is ever seen: beside the target first, then renamed."""
+"""Atomic writing: a file or folder is written beside its target, then renamed, so that nobody sees half of it."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Results that are kept to save time: beside each stands of what it is one, and a checksum.
+"""Results kept to save time. A file beside each result holds a checksum and the key of what it was computed from.
 
-A result that was damaged, changed or exchanged for another is none, and is computed again.
+A result that was damaged, changed or replaced is computed again.
 """
 
 from __future__ import annotations

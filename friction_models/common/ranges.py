@@ -1,4 +1,4 @@
-"""Numbers that users give: refused in one sentence when they cannot be."""
+"""Checks of numbers that users give."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""YAML from others: bounded before anything is built, one sentence where it cannot be read."""
+"""YAML files from anywhere: size and depth are limited before anything is built, and errors are one sentence."""
 
 from __future__ import annotations
 

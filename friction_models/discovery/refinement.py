@@ -16,8 +16,8 @@ from ..estimation.binning import campaign_of, prepare
 from ..estimation.candidates import evaluate_points
 from ..estimation.metadata import with_all_metadata
 from ..loads import FloatArray, TriboLoads
+from ..models.measures import error_measures
 from ..models.variables import as_numbers
-from ..training.measures import error_measures
 
 FOLDS = 4
 #: An addition is refused when the held-out error rises by more than this, and clearly so (paired over tests).
@@ -69,9 +69,9 @@ def refine(
     """
     from sklearn.base import clone
 
+    from ..families.composed import ComposedFriction
+    from ..families.registry import make_model
     from ..models.base import FrictionModel
-    from ..models.composed import ComposedFriction
-    from ..models.registry import make_model
 
     base = make_model(model) if isinstance(model, str) else model
     if not isinstance(base, FrictionModel):

@@ -1,4 +1,4 @@
-"""Checks of parameters and of stored arrays: one sentence with the name, the value and what is allowed."""
+"""Checks of parameters and of stored arrays; errors give the name, the value and what is allowed."""
 
 from __future__ import annotations
 

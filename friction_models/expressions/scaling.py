@@ -54,7 +54,7 @@ class Scaling:
 
     @classmethod
     def restore(cls, family: str, arrays: Mapping[str, npt.NDArray[Any]], k: int) -> Self:
-        """Take back what `arrays` returned."""
+        """Restore what `arrays` returned."""
         mean = stored_floats(family, arrays, "mean", (k,))
         scale = stored_floats(family, arrays, "scale", (k,))
         if not (scale > 0).all():

@@ -1,4 +1,4 @@
-"""Which of the five loads a table holds: one that was not measured is a constant that no model may use."""
+"""Which of the five loads a table holds. A load that was not measured becomes a constant that no model may use."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The order of points: those of one test together, by time; what has no order is refused."""
+"""Order of points: the points of a test stand together, sorted by time."""
 
 from __future__ import annotations
 

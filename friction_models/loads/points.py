@@ -1,4 +1,4 @@
-"""Points of a table: checked, without rows that lack a number, every test in the order of its time."""
+"""Checked points of a table: rows that lack a number are left out, and each test is sorted by time."""
 
 from __future__ import annotations
 

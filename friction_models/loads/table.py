@@ -1,4 +1,4 @@
-"""Tables from files: CSV as spreadsheets and loggers of any language write it, or Parquet; units become the contract's."""
+"""Reading of tables: CSV files of spreadsheets and loggers in any language, or Parquet, converted to the contract's units."""
 
 from __future__ import annotations
 

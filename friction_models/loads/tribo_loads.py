@@ -182,7 +182,7 @@ class TriboLoads:
         )
 
     def in_order(self, memory: bool) -> tuple[TriboLoads, npt.NDArray[np.intp]]:
-        """Return the points with those of each test together, by time, and the row in which each of them stands here.
+        """Return the points with those of each test together, sorted by time, and the row from which each of them comes.
 
         Parameters
         ----------

@@ -18,7 +18,7 @@ from friction_models.effects import CATALOGUE, Amplitude, Effect, Memory, Shape,
 from friction_models.estimation.binning import prepare
 from friction_models.estimation.candidates import evaluate_points, spans_of
 from friction_models.expressions.ops import LoadColumns, NumpyOps
-from friction_models.models.composed import ComposedFriction
+from friction_models.families.composed import ComposedFriction
 from tests.benchmarks.discovery_campaigns import campaign
 
 
@@ -99,7 +99,15 @@ def with_effect(
 def test_declaration_is_complete(name: str) -> None:
     effect = make_effect(name)
     assert effect.name == name
-    for text in (effect.title, effect.equation, effect.latex, effect.citation, effect.where_it_shows):
+    for text in (
+        effect.title,
+        effect.equation,
+        effect.latex,
+        effect.citation,
+        effect.where_it_shows,
+        effect.label,
+        effect.sentence,
+    ):
         assert len(text) > 5
     assert effect.kind in {"physics", "system", "fault"}
     assert effect.driver and effect.amplitudes

@@ -86,7 +86,7 @@ def train(
 def add_interval(model: Any, dataset: DataSet, level: float = 0.95) -> str:
     """Calibrate the prediction interval of a fitted model; return what to tell the user, also why there is none."""
     from friction_models.common import InputError
-    from friction_models.models.calibration import add_interval as calibrate
+    from friction_models.models.interval_coverage import add_interval as calibrate
     from friction_models.models.interval_coverage import report
 
     try:
@@ -144,7 +144,7 @@ def predict(
     The output is CSV or Parquet, by its suffix: the rows and columns of the input as they stand in it.
     """
     from friction_models.common import InputError, atomic_path
-    from friction_models.training.measures import range_warning
+    from friction_models.models.measures import range_warning
 
     if out.suffix not in {".csv", ".parquet"}:
         raise InputError(f"{out}: suffix {out.suffix!r}, allowed: .csv, .parquet")

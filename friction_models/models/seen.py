@@ -1,4 +1,4 @@
-"""Which tests a model was trained on, by their names and their measured mu: its errors on those promise nothing."""
+"""Which tests a model has seen in training. Its errors on these say little about new tests."""
 
 from __future__ import annotations
 

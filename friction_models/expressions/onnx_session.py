@@ -1,4 +1,4 @@
-"""Sessions of ONNX Runtime: one thread, and silent, as what is wrong is said in a sentence of ours."""
+"""Sessions of ONNX Runtime: on one thread, and silent, because our own errors say what is wrong."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""mu from anything that predicts: models of ours, FMUs, regressors of scikit-learn, objects of a user."""
+"""Predictions of mu by any object that can predict: our models, FMUs, scikit-learn regressors, objects of a user."""
 
 from __future__ import annotations
 

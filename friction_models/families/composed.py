@@ -8,18 +8,21 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 from sklearn.base import clone
 
 from ..common import InputError, shown
 from ..effects import CATALOGUE, ENTRY_POINT_GROUP, make_effect
-from ..effects.base import Effect, Memory
+from ..effects.base import Effect, EffectContext
+from ..estimation.joint_fit import fit_jointly
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..loads import FloatArray, TriboLoads
 from ..loads.order import order_of_tests
 from ..loads.time_steps import rests, time_steps
-from .base import FrictionModel, Groups, LoadsLike
-from .variables import StateVariable, SystemVariable, as_numbers
+from ..models.base import FrictionModel, Groups, LoadsLike
+from ..models.tangent import MeasuredPoints, Tangent
+from ..models.variables import StateVariable, SystemVariable, as_numbers
+from .metadata import check_loads, levels_of, system_variables_of
+from .registry import make_model
 
 
 class ComposedFriction(FrictionModel):
@@ -67,15 +70,13 @@ class ComposedFriction(FrictionModel):
     # --- fit ------------------------------------------------------------------------------------------
 
     def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> None:
-        from ..estimation.joint_fit import fit_jointly
-
         self._check_base()
         self.effects_ = [make_effect(e) for e in self.effects]
         names = [e.name for e in self.effects_]
         twice = next((n for n in names if names.count(n) > 1), None)
         if twice is not None:
             raise InputError(f"composed: effect {twice!r} stands twice; allowed: each effect once")
-        _check_loads(loads, self.effects_)
+        check_loads(loads, self.effects_)
         rows = order_of_tests(
             loads.test_id if groups is None else groups,
             loads.t,
@@ -85,11 +86,24 @@ class ComposedFriction(FrictionModel):
         if rows is not None:
             loads, mu = loads.take(rows), mu[rows]
             groups = None if groups is None else groups[rows]
-        self.levels_ = _levels(loads, self.effects_)
+        self.levels_ = levels_of(loads, self.effects_)
         fitted = fit_jointly(self.base, self.effects_, loads, mu, groups, self._metadata(loads))
         self.base_, self.shapes_, self.amplitudes_ = fitted.base, fitted.shapes, fitted.amplitudes
         self.noise_floor_ = fitted.noise_floor
-        self.system_ = _system_variables(loads, self._metadata(loads), self.exported, self.levels_)
+        self.system_ = system_variables_of(loads, self._metadata(loads), self.exported, self.levels_)
+
+    def tangent(self, data: MeasuredPoints) -> Tangent:
+        """Return the columns of the base, and the effects at their fitted shapes, whose amplitudes may change."""
+        fitted = self if self.is_fitted else clone(self).fit(data.loads, data.mu)
+        inner = fitted.base.tangent(data)
+        mu = fitted.predict(data.loads)
+        terms = [
+            np.broadcast_to(column, (len(mu), 1))
+            for effect, shape in zip(fitted.effects_, fitted.shapes_, strict=True)
+            for column in data.effect_columns(effect, mu, shape)
+        ]
+        names = tuple(e.name for e in fitted.effects_)
+        return Tangent(np.column_stack([inner.columns, *terms]), inner.offset, effects=names)
 
     def _check_base(self) -> None:
         if not isinstance(self.base, FrictionModel) or isinstance(self.base, ComposedFriction):
@@ -135,7 +149,7 @@ class ComposedFriction(FrictionModel):
         for effect, shape, amplitudes in sorted(
             self._terms(), key=lambda t: t[0].needs_mu and not t[0].states
         ):
-            basis = effect.basis(x, L, shape, Memory(mu, held, known))
+            basis = effect.basis(x, L, shape, EffectContext(mu, held, known))
             for amplitude, column in zip(amplitudes, basis, strict=True):
                 if amplitude != 0.0:
                     mu = mu + amplitude * column
@@ -148,13 +162,13 @@ class ComposedFriction(FrictionModel):
     def state_update(
         self, x: Ops, L: LoadColumns, S: Sequence[Value], mu: Value, dt: Value
     ) -> tuple[list[Value], list[Value] | None]:
-        memory = Memory(mu, self._held(x, L, S), {v.name: v.start for v in self.system_variables})
+        context = EffectContext(mu, self._held(x, L, S), {v.name: v.start for v in self.system_variables})
         following: list[Value] = []
         rates: list[Value] = []
         for effect, shape, _ in self._terms():
             if effect.states:
-                following += effect.advance(x, L, shape, memory, dt)
-                rates += effect.rate(x, L, shape, memory)
+                following += effect.advance(x, L, shape, context, dt)
+                rates += effect.rate(x, L, shape, context)
         return following, rates or None
 
     # --- prediction -----------------------------------------------------------------------------------
@@ -245,11 +259,9 @@ class ComposedFriction(FrictionModel):
         return values, {f"base.{k}": v for k, v in arrays.items()}
 
     def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
-        from .registry import model_class
-
         self.effects_ = [make_effect(e) for e in self.effects]
         inner = {k.removeprefix("base."): v for k, v in arrays.items() if k.startswith("base.")}
-        self.base_ = model_class(self.base.family).from_parts(values["base"], inner)
+        self.base_ = type(self.base).from_parts(values["base"], inner)
         self.shapes_ = [
             _checked(e, s, [p.name for p in e.shapes]) for e, s in zip(self.effects_, values["shapes"])
         ]
@@ -271,8 +283,6 @@ class ComposedFriction(FrictionModel):
     @classmethod
     def from_parts(cls, content: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Self:
         """Build a model from `parts`; see `FrictionModel.from_parts`."""
-        from .registry import make_model
-
         params = content["params"]
         base = make_model(str(params["base"]["family"]), **params["base"]["params"])
         effects: list[str | Effect] = []
@@ -286,6 +296,16 @@ class ComposedFriction(FrictionModel):
             effects.append(type(effect)(**{str(k): float(v) for k, v in entry["fixed"].items()}))
         model = cls(base, effects)
         return model._restored(content, arrays)
+
+
+def _sum(base: FrictionModel, effects: list[Any]) -> FrictionModel:
+    """Return an unfitted sum; a misspelt effect is refused here, not at the fit."""
+    for effect in effects:
+        make_effect(effect)
+    return ComposedFriction(base, effects)
+
+
+FrictionModel._compose = _sum
 
 
 def _checked_round(entry: Any) -> dict[str, Any]:
@@ -322,58 +342,3 @@ def _checked(effect: Effect, values: Mapping[str, Any], names: list[str]) -> dic
             f"composed: parameters {dict(values)!r:.80} of effect {effect.name!r}; allowed: finite numbers for {names}"
         )
     return {n: float(values[n]) for n in names}
-
-
-def _check_loads(loads: TriboLoads, effects: Sequence[Effect]) -> None:
-    """Refuse an effect of loads that were not measured."""
-    for effect in effects:
-        absent = effect.lacking(loads.absent)
-        if absent:
-            raise InputError(
-                f"effect {effect.name!r} needs {' and '.join(absent)}, which the data lack; allowed: effects of the loads that "
-                "were measured"
-            )
-        if effect.needs_state and loads.t is None and {"sd", "v_rel"} & set(loads.absent):
-            raise InputError(
-                f"effect {effect.name!r} needs the time t, or distance and speed, which the data lack"
-            )
-
-
-def _levels(loads: TriboLoads, effects: Sequence[Effect]) -> dict[str, list[str]]:
-    """Return the labels of metadata that is not numeric; raise where metadata that an effect needs is missing."""
-    levels: dict[str, list[str]] = {}
-    for effect in effects:
-        for name in effect.metadata:
-            values = loads.context_column(name)
-            if values is None:
-                raise InputError(
-                    f"effect {effect.name!r} needs the column {name!r} in the table of tests; allowed: give tests with it"
-                )
-            if bool(pd.isna(values).any()):
-                row = int(np.argmax(pd.isna(values)))
-                raise InputError(
-                    f"effect {effect.name!r}: column {name!r} has no value for the test of row {row}; allowed: one a test"
-                )
-            if pd.to_numeric(pd.Series(values), errors="coerce").isna().any():
-                levels[name] = sorted({str(v) for v in values})
-    return levels
-
-
-def _system_variables(
-    loads: TriboLoads,
-    metadata: Mapping[str, FloatArray],
-    effects: Sequence[Effect],
-    levels: Mapping[str, Sequence[str]],
-) -> list[SystemVariable]:
-    units = {m: u for e in effects for m, u in zip(e.metadata, e.metadata_units, strict=True)}
-    tests = np.array([s.start for s in loads.segments()])
-    found = []
-    for name, unit in units.items():
-        values = metadata[name][tests, 0]
-        labels = tuple(levels.get(name, ()))
-        # Between two labels there is nothing: where the metadata lacks one, the commonest is taken.
-        start = np.bincount(values.astype(int)).argmax() if labels else np.median(values)
-        found.append(
-            SystemVariable(name, unit, float(start), float(values.min()), float(values.max()), labels)
-        )
-    return found

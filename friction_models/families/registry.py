@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from ..common import unknown_name
-from ..families.constant import ConstantFriction
-from ..families.ffnn import FeedForwardFriction
-from ..families.gradient_boosting import GradientBoostingFriction
-from ..families.linear import LinearFriction
-from ..families.polynomial import PolynomialFriction
-from ..families.power_law import PowerLawFriction
-from .base import FrictionModel
+from ..models.base import FrictionModel
+from .constant import ConstantFriction
+from .ffnn import FeedForwardFriction
+from .gradient_boosting import GradientBoostingFriction
+from .linear import LinearFriction
+from .polynomial import PolynomialFriction
+from .power_law import PowerLawFriction
 
 #: Families that can be trained by name. `linear`, `polynomial` and `ffnn` are the ones that the work
 #: this project builds on names; `power_law` (grey box) and `gradient_boosting` (black box) are our choice.
@@ -29,17 +29,13 @@ FAMILIES: dict[str, type[FrictionModel]] = {
 
 
 def model_class(family: str) -> type[FrictionModel]:
-    """Return the class of a family, ``composed`` included.
+    """Return the class of a family that can be trained by name.
 
     Raises
     ------
     InputError
         Unknown family; the message names the nearest one.
     """
-    if family == "composed":
-        from .composed import ComposedFriction
-
-        return ComposedFriction
     if family not in FAMILIES:
         raise unknown_name("model", family, FAMILIES)
     return FAMILIES[family]
@@ -53,10 +49,9 @@ def make_model(name: str, **params: Any) -> FrictionModel:
     InputError
         Unknown family or parameter; the message names the nearest one.
     """
-    if name not in FAMILIES:
-        raise unknown_name("model", name, FAMILIES)
-    allowed = FAMILIES[name]._get_param_names()
+    kind = model_class(name)
+    allowed = kind._get_param_names()
     for param in params:
         if param not in allowed:
             raise unknown_name(f"parameter of {name}", param, allowed)
-    return FAMILIES[name](**params)
+    return kind(**params)
