@@ -10,6 +10,7 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from typing import Any
 
 from .common import interrupts
 from .common.console import Interrupted
@@ -62,15 +63,16 @@ def run(arguments: Sequence[str]) -> int:
 
 def _called(arguments: Sequence[str]) -> int:
     """Call the command; imports are part of it, as they take most of the time of some."""
-    from typer._click.exceptions import ClickException
+    import typer
 
     from .app import app
 
     try:
         result = app(spread(arguments), prog_name="tribofmu", standalone_mode=False)
-    except ClickException as error:
-        error.show()
-        return int(error.exit_code)
+    except typer.TyperException as error:
+        wrong_usage: Any = error  # it prints itself; the public base class does not declare that
+        wrong_usage.show()
+        return error.exit_code
     return result if isinstance(result, int) else 0
 
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from fmus.runtime.errors import of_this_version
 from friction_models.common import InputError, unknown_name
@@ -44,15 +44,19 @@ def study_page(folder: Path) -> str | None:
 
 
 def _lag(folder: Path, manifest: Mapping[str, Any]) -> str:
+    from ..studies.lag.result import LagNumbers
     from .lag_page import lag_page
 
-    return lag_page(read_object(folder / NUMBERS["lag"], MAX_BYTES))
+    return lag_page(cast(LagNumbers, read_object(folder / NUMBERS["lag"], MAX_BYTES)))
 
 
 def _extrapolation(folder: Path, manifest: Mapping[str, Any]) -> str:
+    from ..studies.extrapolation.result import ExtrapolationNumbers
     from .extrapolation_page import extrapolation_page
 
-    return extrapolation_page(read_object(folder / NUMBERS["extrapolation"], MAX_BYTES))
+    return extrapolation_page(
+        cast(ExtrapolationNumbers, read_object(folder / NUMBERS["extrapolation"], MAX_BYTES))
+    )
 
 
 def _learning_curve(folder: Path, manifest: Mapping[str, Any]) -> str:
@@ -70,7 +74,7 @@ def _learning_curve(folder: Path, manifest: Mapping[str, Any]) -> str:
     )
     count = {n: results[f"facts-{n}"].values["train"] for n in plan.lubricants if f"facts-{n}" in results}
     virtual = any(str(name).startswith("specimens-") for name in names)
-    study = LearningCurveStudy.kept(
+    study = LearningCurveStudy.of_counts(
         plan, {n: int(count.get(n, plan.sizes[-1])) for n in plan.lubricants}, virtual
     )
     return learning_curve_page(study, LearningCurves.of(study, results), manifest, results)
@@ -104,7 +108,7 @@ def _forming_error(folder: Path, manifest: Mapping[str, Any]) -> str:
     )
     if virtual:
         plan = replace(plan, tests=str(settings["tests"]), repeats=int(settings["repeats"]))
-    study = FormingErrorStudy.kept(plan, levels, virtual)
+    study = FormingErrorStudy.of_levels(plan, levels, virtual)
     return forming_error_page(study, FormingErrors.of(study, results), manifest, results)
 
 

@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 from friction_models.common import InputError, unknown_name
 
+from ..jobs.campaign import Job, JobResult
 from .models import data_files, load_data
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from friction_models.loads import DataSet
-
-    from ..jobs.campaign import Job, JobResult
 
 #: The lubricants of the virtual laboratory that the studies compare.
 VIRTUAL = ("polymer", "mos2")
@@ -93,6 +92,21 @@ def chosen_data(texts: Iterable[str] | None) -> dict[str, Path] | None:
     return chosen or None
 
 
+def only_lubricant(data: Mapping[str, Path] | None, default: str) -> str:
+    """Return the lubricant of a study that compares runs of one; `default` where the virtual laboratory measures.
+
+    Raises
+    ------
+    InputError
+        Several data sets.
+    """
+    if data is not None and len(data) > 1:
+        raise InputError(
+            f"--data: {len(data)} data sets, allowed: one, as the study compares runs of one lubricant"
+        )
+    return next(iter(data or ()), default)
+
+
 def measurement_jobs(lubricant: str, plan: str = FULL_PLAN, seed: int = 0) -> list[Job]:
     """Return the jobs that measure a lubricant in the virtual laboratory and run the twin.
 
@@ -103,8 +117,6 @@ def measurement_jobs(lubricant: str, plan: str = FULL_PLAN, seed: int = 0) -> li
     """
     from sct_twin.virtual_lab import LUBRICANTS
     from sct_twin.virtual_lab.plans import make_plan
-
-    from ..jobs.campaign import Job
 
     if lubricant not in LUBRICANTS:
         raise unknown_name("lubricant", lubricant, LUBRICANTS)
@@ -142,8 +154,6 @@ def own_data_job(lubricant: str, place: Path, seed: int = 0) -> Job:
     InputError
         It cannot be read, or has too few tests.
     """
-    from ..jobs.campaign import Job
-
     read_own(place, seed)
     inputs = {"lubricant": lubricant, "seed": seed}
     return Job(data_name(lubricant), f"{__name__}:take", inputs, data_files(place))

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from friction_models.common import InputError
 
-if TYPE_CHECKING:
-    from ..jobs.campaign import Job, JobResult
+from ..jobs.campaign import Job, JobResult
 
 #: The five advanced models, simplest first, and the two constants from the literature.
 ADVANCED = ("linear", "polynomial", "power_law", "gradient_boosting", "ffnn")
@@ -45,27 +44,30 @@ def model_job(
     tests : sequence of str, optional
         Train on these tests only; on those with the role ``train``, or on all where there is none, by default.
     """
-    from ..jobs.campaign import Job
-
     files: dict[str, Path] = {}
     needs: tuple[str, ...] = ()
     label = ""
     if isinstance(data, Path):
         files = data_files(data)
-        label = f"-{data.name if data.is_dir() else data.parent.name}"
+        label = data.name if data.is_dir() else data.parent.name
     elif data is not None:
-        needs, label = (data,), f"-{data}"
+        needs, label = (data,), data
     inputs: dict[str, Any] = {"family": family, "parameters": dict(parameters or {})}
     if tests is not None:
         inputs["tests"] = list(tests)
     return Job(
-        name or f"model-{family}{label}",
+        name or model_name(family, label),
         "orchestrator.studies.models:train_model",
         inputs,
         files,
         needs,
         seconds=SECONDS.get(family, USUAL_SECONDS),
     )
+
+
+def model_name(family: str, data: str) -> str:
+    """Return the name of the job that trains a family on a data set."""
+    return f"model-{family}-{data}" if data else f"model-{family}"
 
 
 def constant_job(mu: float) -> Job:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import errno
-import math
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -114,28 +113,10 @@ def note(text: str) -> None:
     print(f"note: {text}", file=sys.stderr, flush=True)
 
 
-def plain(value: Any) -> Any:
-    """Return `value` as JSON holds it: numbers of NumPy become Python's, NaN and infinity become null."""
-    import numpy as np
-
-    if isinstance(value, Mapping):
-        return {str(k): plain(v) for k, v in value.items()}
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, list | tuple | set):
-        return [plain(v) for v in value]
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    if isinstance(value, Path):
-        return value.as_posix()
-    return value
-
-
 def write_result(path: Path, content: Any) -> None:
     """Write a JSON result file (stable keys, no NaN), atomically."""
     from friction_models.common import write_json
+    from friction_models.common.plain import plain
 
     write_json(path, plain(content))
     say(f"written: {path}")

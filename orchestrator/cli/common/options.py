@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -54,17 +53,10 @@ Swap = Annotated[
 def _isolated(context: typer.Context, value: bool | None) -> bool | None:
     """Let the option decide for this command and the processes that it starts."""
     if value is not None:
-        before = os.environ.get(ISOLATE)
-        os.environ[ISOLATE] = str(int(value))
-        context.call_on_close(lambda: _restore(before))
+        from friction_models.common.child_processes import environment
+
+        context.with_resource(environment(**{ISOLATE: str(int(value))}))
     return value
-
-
-def _restore(before: str | None) -> None:
-    if before is None:
-        os.environ.pop(ISOLATE, None)
-    else:
-        os.environ[ISOLATE] = before
 
 
 #: `fmus.archive.made_here.VARIABLE`, which is not imported here for the sake of time.
