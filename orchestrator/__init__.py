@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from fmus.runtime.errors import SimulationError as SimulationError
 
-    from .cosim.forces import ForceComparison as ForceComparison
-    from .cosim.forces import compare_force as compare_force
     from .cosim.master import Master as Master
     from .cosim.run_folders import Run as Run
     from .cosim.system import System as System
+    from .force_curves.forces import ForceComparison as ForceComparison
+    from .force_curves.forces import compare_force as compare_force
     from .prediction.predict_sct import predict_sct as predict_sct
 
 _EXPORTS = {
-    "ForceComparison": "cosim.forces",
+    "ForceComparison": "force_curves.forces",
     "Master": "cosim.master",
     "Run": "cosim.run_folders",
     "SimulationError": "cosim.master",
     "System": "cosim.system",
-    "compare_force": "cosim.forces",
+    "compare_force": "force_curves.forces",
     "predict_sct": "prediction.predict_sct",
 }
 

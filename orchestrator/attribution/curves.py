@@ -11,7 +11,7 @@ import numpy as np
 from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
-from ..cosim.forces import WINDOW, ForceCurve
+from ..force_curves.forces import WINDOW, ForceCurve
 from .causes import Cause
 from .runs import Sensitivities
 

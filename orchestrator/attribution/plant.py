@@ -12,7 +12,7 @@ from fmus.runtime.fmu_files import FmuDescription, describe
 from friction_models.common import InputError
 from friction_models.loads import MU
 
-from ..cosim.connections import split_connection
+from ..cosim.setup.connections import split_connection
 from ..cosim.system import System
 
 if TYPE_CHECKING:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,8 +14,9 @@ from friction_models.common.folders import SENSITIVITIES
 from friction_models.common.kept import cache_folder, is_kept, keep
 from friction_models.effects import CATALOGUE, make_effect
 
-from ..cosim.batch import RunProgress, RunTask, run_all
-from ..cosim.forces import ForceCurve
+from ..cosim.batch import RunProgress, cached_task, run_all
+from ..force_curves.forces import ForceCurve
+from ..jobs.keys import ResultKeys
 from .causes import FORMING, FRICTION_LEVEL, MACHINE, Cause, all_causes
 from .plant import Plant
 from .probe import FACTOR, addable, graph_of, pack_probe, strengths
@@ -106,9 +108,11 @@ def run_sensitivities(
             if e not in kept
         ]
         effects = kept
+    keys_of = ResultKeys(__name__)
     frictions: dict[int, Path] = {}
     for plant in plants:
-        name = _hashed(graphs[id(plant)], [e.name for e in effects], plant.nodes, plant.fmi)
+        graph = hashlib.sha256(graphs[id(plant)]).hexdigest()
+        name = keys_of.of([graph, [e.name for e in effects], plant.nodes, plant.fmi])
         target = folder / f"probe-{name}.fmu"
         if not is_kept(target, name):
             pack_probe(plant.system.fmu_path(plant.friction), effects, target, plant.nodes, plant.fmi)
@@ -124,7 +128,7 @@ def run_sensitivities(
         title = CATALOGUE[s.effect].title
         causes.append(Cause(s.effect, title, "friction", s.unit, s.step, s.sign, column))
     by_key = {c.key: s.parameter for c, s in zip(causes[len(causes) - len(steps) :], steps, strict=True)}
-    forming = {id(p): _forming_fmus(p, causes, folder) for p in plants}
+    forming = {id(p): _forming_fmus(p, causes, folder, keys_of) for p in plants}
     tasks = []
     sizes = [p.start_of("mesh_size") or 0.0 for p in plants]
     keys = ["", *(["mesh"] if min(sizes) > 0.0 else []), *(c.key for c in causes)]
@@ -146,8 +150,7 @@ def run_sensitivities(
             elif cause is not None and cause.name == "billet_temperature":
                 changes = {plant.forming: {"T_billet": (plant.start_of("T_billet") or 20.0) + cause.step}}
             system = plant.at(level, frictions[id(plant)], fmu, changes)
-            name = _hashed(system.to_yaml().encode(), fmu.read_bytes(), key)
-            tasks.append(RunTask(system, folder / name, key=name))
+            tasks.append(cached_task(system, folder, keys_of, key))
     runs = iter(run_all(tasks, jobs, progress))
     curves = {key: [next(runs).force_curve() for _ in levels] for key in keys}
     base, remeshed = curves.pop(""), curves.pop("mesh", [])
@@ -180,7 +183,9 @@ def _possible(cause: Cause, plants: Sequence[Plant], warnings: list[str]) -> boo
     return True
 
 
-def _forming_fmus(plant: Plant, causes: Sequence[Cause], folder: Path) -> dict[str, Path]:
+def _forming_fmus(
+    plant: Plant, causes: Sequence[Cause], folder: Path, keys_of: ResultKeys
+) -> dict[str, Path]:
     """Pack the forming FMU again for what is fixed in it: flow stress and heat transfer."""
     from fmus import pack_forming
     from forming.materials.materials import material_from_dict
@@ -211,9 +216,7 @@ def _forming_fmus(plant: Plant, causes: Sequence[Cause], folder: Path) -> dict[s
         # a number that may be left out is 0 in the FMU when it is
         left_out = [n for n in config.get("optional", []) if numbers.get(n) == 0.0]
         numbers = {n: value for n, value in numbers.items() if n not in left_out}
-        key = _hashed(
-            json.dumps([material, config["fixed"], numbers], sort_keys=True, default=str).encode(), cause.key
-        )
+        key = keys_of.of([plant.process, material, config["fixed"], numbers, cause.key])
         target = folder / f"forming-{key}.fmu"
         if not is_kept(target, key):
             pack_forming(
@@ -226,9 +229,3 @@ def _forming_fmus(plant: Plant, causes: Sequence[Cause], folder: Path) -> dict[s
 
 def _times(value: Any, factor: float) -> Any:
     return [_times(v, factor) for v in value] if isinstance(value, list) else float(value) * factor
-
-
-def _hashed(*parts: object) -> str:
-    from sct_twin.twin.test_result import fingerprint
-
-    return fingerprint(*parts)[:20]

@@ -20,7 +20,7 @@ from .curves import Level, averaged
 from .runs import OTHER_MESH, Sensitivities
 
 if TYPE_CHECKING:
-    from ..cosim.forces import ForceCurve
+    from ..force_curves.forces import ForceCurve
 
 #: What a mesh is assumed to move a curve by where no other mesh can be set, relative to its largest force.
 ASSUMED_MESH = 0.005

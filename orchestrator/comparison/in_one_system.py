@@ -17,10 +17,10 @@ from friction_models.common import InputError, grown, write_json
 from friction_models.common.folders import STUDY
 from friction_models.loads import LOADS, MU, FloatArray
 
-from ..cosim.forces import SAMPLES, WINDOW, ForceCurve
 from ..cosim.run_folders import Run
 from ..cosim.swapping import friction_component, swap_model, takes_loads
-from .level_runs import CODE, RUN
+from ..force_curves.forces import SAMPLES, WINDOW, ForceCurve
+from .level_runs import RUN
 
 if TYPE_CHECKING:
     from ..cosim.system import System
@@ -190,7 +190,6 @@ def compare_in_system(
     SimulationError
         Every run failed.
     """
-    from ..jobs.campaign import CODE as PACKAGES
     from ..jobs.campaign import Campaign, Job
 
     component = friction_component(system)
@@ -207,10 +206,10 @@ def compare_in_system(
                 swap_model(system, component, model, (names or {}).get(label), packed), process, called[label]
             )
             other.validate()
-            inputs = {"system": _plain(other), "mode": mode}
+            inputs = {"system": other.to_dict(dict.fromkeys(other.components, "")), "mode": mode}
             files = {name: other.fmu_path(name) for name in other.components}
             todo.append(Job(label, f"{__name__}:run_system", inputs, files, seconds=0.1 * other.steps))
-        campaign = Campaign(place, todo, (*PACKAGES, *CODE))
+        campaign = Campaign(place, todo)
         results = campaign.run(jobs, progress=progress)
         if runs is not None:
             folders = {
@@ -238,14 +237,6 @@ def run_system(
     return {"steps": int(run.manifest["steps"]), "timing": dict(run.manifest["timing_s"])}
 
 
-def _plain(system: System) -> dict[str, Any]:
-    """Return a system as JSON holds it, without the places of its FMUs, whose content counts instead."""
-    content = system.model_dump(mode="json", exclude_none=True)
-    for part in content["components"].values():
-        del part["fmu"]
-    return dict(content)
-
-
 def _process(system: System, friction: str) -> str:
     """Return the component that publishes force and stroke; every model replaces the FMU of `friction`, which need not exist."""
     from fmus.runtime.fmu_files import describe
@@ -267,7 +258,7 @@ def _recording(system: System, process: str, names: FrictionNames) -> System:
     known = describe(system.fmu_path(process)).arrays
     wanted = [f"{process}.{n}" for n in ("stroke", "force", "active", *(q.name for q in LOADS)) if n in known]
     wanted += [f"{n}.{names.mu}" for n in system.components if takes_loads(system, n)]
-    return system._changed(record=list(dict.fromkeys([*system.record, *wanted])))
+    return system.changed(record=list(dict.fromkeys([*system.record, *wanted])))
 
 
 def _compared(

@@ -20,15 +20,6 @@ if TYPE_CHECKING:
     from ..cosim.run_folders import Run
     from ..jobs.campaign import Job, JobResult
 
-#: Modules besides the packages of `campaign.CODE` whose sources decide what a run gives.
-CODE = tuple(
-    f"orchestrator.{name}"
-    for name in (
-        "components", "connections", "fmi2_slave", "fmi3_slave", "fmu_files", "fmu_variables", "friction_names", "instance", "isolated", "iteration",
-        "master", "points", "ports", "processes", "runs", "sizing", "slaves", "studies.level_runs", "studies.models",
-        "system", "untouched", "wiring",
-    )
-)  # fmt: skip
 #: CPU time of a run by millimetre of stroke [s], for estimates.
 SECONDS_A_MM = {"fre": 0.25, "bce": 0.25}
 RUN = "run"

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..cosim.forces import LevelsComparison, levels_table
-from ..cosim.metrics import ScalarError
+from ..force_curves.forces import LevelsComparison, levels_table
+from ..force_curves.metrics import ScalarError
 from .on_tests import Order, resampled_errors
 from .press_study import FailedRun
 

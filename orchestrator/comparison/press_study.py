@@ -12,15 +12,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmus.runtime.errors import SimulationError
-from fmus.runtime.fmu_files import describe
 from friction_models.common import grown, write_json
 from friction_models.common.folders import STUDY
 
-from ..cosim.forces import ForceCurve, LevelsComparison, compare_force, read_press_curve
 from ..cosim.ready_made import STEP, STROKE
-from ..jobs.campaign import CODE as PACKAGES
+from ..cosim.swapping import friction_fmu
+from ..force_curves.forces import ForceCurve, LevelsComparison, compare_force, read_press_curve
 from ..jobs.campaign import Campaign
-from .level_runs import CODE, RUN, Level, level_job
+from .level_runs import RUN, Level, level_job
 
 if TYPE_CHECKING:
     from forming.press import PressCurves
@@ -157,7 +156,7 @@ class PressStudy:
                 )
                 for label, level in pairs
             ]
-            campaign = Campaign(place, jobs_of, (*PACKAGES, *CODE))
+            campaign = Campaign(place, jobs_of)
             results = campaign.run(jobs, progress=progress)
             if runs is not None:
                 # Folders are named by hashes; the table says which is which.
@@ -197,23 +196,3 @@ class PressStudy:
         finally:
             if runs is None:
                 shutil.rmtree(place, ignore_errors=True)
-
-
-def friction_fmu(model: str, target: Path, nodes: int | None = None) -> Path:
-    """Return the friction FMU of a model folder, an ONNX file or a number; an FMU is taken as it is.
-
-    Without a number of nodes it is one of FMI 3.0, whose arrays become as long as what feeds them.
-    """
-    import fmus
-
-    size: dict[str, Any] = {"fmi": "3.0", "arrays": True} if nodes is None else {"nodes": nodes}
-    if Path(model).suffix == ".fmu":
-        describe(model)
-        return Path(model)
-    try:
-        constant = float(model)
-    except ValueError:
-        return fmus.pack(Path(model), target, **size)
-    from friction_models import ConstantFriction
-
-    return fmus.pack(ConstantFriction(constant), target, **size)

@@ -1,7 +1,7 @@
-"""Many runs at once: a pool of processes; runs that are already there are taken as they are.
+"""Many runs at once, in a pool of processes. Runs that are already there are taken as they are.
 
-For systems whose run folders the user names and looks at. Studies, whose jobs need each other, are campaigns
-(`campaign`).
+This is for systems whose run folders the user names and looks at. Studies, whose jobs need each other, are campaigns
+(`jobs.campaign`).
 """
 
 from __future__ import annotations
@@ -15,10 +15,13 @@ from typing import Any
 
 from friction_models.common import check_folder
 from friction_models.common.folders import RUN
-from friction_models.common.kept import is_kept, keep
+from friction_models.common.kept import is_kept, keep, path_digest
 from friction_models.common.pool import map_unordered
 
-from .run_folders import Run, versions
+from ..jobs.keys import ResultKeys
+from ..jobs.versions import versions
+from .master import Master
+from .run_folders import Run
 from .system import System
 
 #: Called with (done, total, name of the run that is finished).
@@ -35,14 +38,24 @@ class RunTask:
     folder : Path
     mode : str
     key : str
-        Of a run in a cache: what it is a run of. Such a run is kept with a checksum; a folder in its place that
-        does not fit is replaced, whatever is in it.
+        Of a run in a cache (`cached_task`): the hash of all that decides it. Such a run is kept with a checksum; a
+        folder in its place that does not fit is replaced, whatever is in it.
     """
 
     system: System
     folder: Path
     mode: str = "gauss_seidel"
     key: str = ""
+
+
+def cached_task(system: System, cache: Path, keys: ResultKeys, label: str) -> RunTask:
+    """Return the task that runs a system into a folder of a cache, named by the hash of all that decides the run.
+
+    `label` tells runs apart that have everything else in common.
+    """
+    content = system.to_dict({name: path_digest(system.fmu_path(name)) for name in system.components})
+    key = keys.of({"system": content, "label": label})
+    return RunTask(system, cache / key, key=key)
 
 
 def run_all(
@@ -74,26 +87,20 @@ def run_all(
 
 def _portable(task: RunTask) -> tuple[dict[str, Any], str, str, str]:
     """What a worker needs, as plain data: absolute FMU paths make the place of the YAML file irrelevant."""
-    content = task.system.model_dump(mode="json", exclude_none=True)
-    for name in task.system.components:
-        content["components"][name]["fmu"] = str(task.system.fmu_path(name))
-    return content, str(task.folder), task.mode, task.key
+    paths = {name: str(task.system.fmu_path(name)) for name in task.system.components}
+    return task.system.to_dict(paths), str(task.folder), task.mode, task.key
 
 
 def _run(content: dict[str, Any], folder: str, mode: str, key: str) -> None:
-    from .master import Master
-
     Master(System.from_dict(content, source=str(content["name"])), mode=mode).run(folder)
     if key:
         keep(Path(folder), key)
 
 
 def _same_run(task: RunTask) -> bool:
-    """Whether the folder holds a finished run of the same thing."""
-    from fmus.runtime.fmu_files import file_hash
-
-    if task.key and not is_kept(task.folder, task.key):
-        return False
+    """Whether the folder holds a finished run of the same thing: by its key in a cache, else by its manifest."""
+    if task.key:
+        return is_kept(task.folder, task.key)
     if not (task.folder / "manifest.json").is_file() or not (task.folder / "results.nc").is_file():
         return False
     try:
@@ -108,7 +115,7 @@ def _same_run(task: RunTask) -> bool:
             and manifest["versions"] == versions()
             and manifest["provenance"] == system.provenance
             and parts.keys() == system.components.keys()
-            and all(parts[n]["sha256"] == file_hash(system.fmu_path(n)) for n in parts)
+            and all(parts[n]["sha256"] == path_digest(system.fmu_path(n)) for n in parts)
             and all(parts[n]["start"] == system.components[n].start for n in parts)
         )
     except (KeyError, TypeError, ValueError, OSError):

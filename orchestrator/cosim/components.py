@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     from fmus.runtime.instance import Start
 
-    from .system import System
-    from .wiring import Wiring
+    from .setup.description import SystemDescription
+    from .setup.wiring import Wiring
 
 _Index: TypeAlias = npt.NDArray[np.intp] | slice
 
@@ -97,7 +97,9 @@ class Components:
     untouched: dict[str, Untouched] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, system: System, wiring: Wiring, instances: Mapping[str, AnyInstance]) -> Components:
+    def of(
+        cls, system: SystemDescription, wiring: Wiring, instances: Mapping[str, AnyInstance]
+    ) -> Components:
         """Make the ports of all instances and the transfers of all connections."""
         made = cls(instances, system.evaluation_order())
         for name in wiring.descriptions:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from fmus.runtime.ports import Port
 from friction_models.loads import FloatArray
 
-from .wiring import Link
+from .setup.wiring import Link
 
 #: Repetitions agree when the values of every connection change by less than this share of their largest.
 TOLERANCE = 1e-8

@@ -40,12 +40,12 @@ from friction_models.common.folders import RUN
 from friction_models.loads import FloatArray
 
 from . import iteration
-from .algebraic_loops import loop_warning
 from .components import AnyInstance, Components
 from .iteration import Settling
-from .run_folders import Run, write_run
+from .run_folders import Coupling, Course, Run, write_run
+from .setup.algebraic_loops import loop_warning
+from .setup.wiring import Wiring
 from .system import System
-from .wiring import Wiring
 
 MODES = ("gauss_seidel", "jacobi", "iterated")
 
@@ -102,16 +102,9 @@ class Master:
         self.warnings = [*self.wiring.notes, *loop_warning(self.wiring, mode)]
         #: Components that run in a process of their own.
         self.isolated = {n for n, d in self.wiring.descriptions.items() if runs_apart(d.path, isolate)}
-        self._log: list[str] = []
-        self._iterations: list[int] = []
-        self._changes: list[float] = []
+        self._course = Course()
         self._settling: Settling | None = None
         self._interrupts = Interrupts()
-        self._stopped: BaseException | None = None
-        #: Why the last run ended before its stop time although nothing failed.
-        self.ending = ""
-        #: Wall time of the stepping loop of the last run [s], without loading and writing.
-        self.loop_seconds = 0.0
 
     def run(self, folder: str | os.PathLike[str], progress: Progress | None = None, csv: bool = False) -> Run:
         """Run from 0 to the stop time and write a run folder.
@@ -140,8 +133,7 @@ class Master:
             Ctrl-C, between two steps or two seconds after it in a step of an isolated FMU; the message says what is kept.
         """
         check_folder(folder, RUN)
-        self._log, self._iterations, self._changes = [], [], []
-        self._stopped, self.ending = None, ""
+        self._course = course = Course()
         began = time.perf_counter()
         # Binaries cannot be deleted while they are mapped on some platforms: folders go after the instances.
         work = Path(tempfile.mkdtemp(prefix="tribofmu-"))
@@ -157,13 +149,15 @@ class Master:
                 timing = {name: instance.seconds for name, instance in instances.items()}
         finally:
             shutil.rmtree(work, ignore_errors=True)
-        timing["master"] = max(0.0, self.loop_seconds - sum(timing.values()))
-        timing["setup"] = time.perf_counter() - began - self.loop_seconds
+        timing["master"] = max(0.0, course.loop_seconds - sum(timing.values()))
+        timing["setup"] = time.perf_counter() - began - course.loop_seconds
         timing["total"] = time.perf_counter() - began
-        run = write_run(Path(folder), self, history, timing, self._log, csv, str(self._stopped or ""))
-        if self._stopped is not None:
-            kept = f"{self._stopped}; kept in {folder}: {len(run.time) - 1} steps until then"
-            raise type(self._stopped)(kept)
+        course.timing = timing
+        coupling = Coupling(self.mode, self.tolerance, self.isolated, self.warnings)
+        run = write_run(Path(folder), self.system, self.wiring, coupling, course, history, csv)
+        if course.stopped is not None:
+            kept = f"{course.stopped}; kept in {folder}: {len(run.time) - 1} steps until then"
+            raise type(course.stopped)(kept)
         return run
 
     def _open(self, name: str, folder: Path) -> AnyInstance:
@@ -173,10 +167,12 @@ class Master:
         if name in self.isolated:
             points = self.wiring.points.get(name)
             waiting = self._interrupts.check_waiting
-            return IsolatedInstance(name, description, unpacked, points, self._log, parts, waiting)
+            return IsolatedInstance(name, description, unpacked, points, self._course.log, parts, waiting)
         if name in self.wiring.points:
-            return PointInstances(name, description, unpacked, self.wiring.points[name], self._log, parts)
-        return Instance(name, description, unpacked, self._log, parts)
+            return PointInstances(
+                name, description, unpacked, self.wiring.points[name], self._course.log, parts
+            )
+        return Instance(name, description, unpacked, self._course.log, parts)
 
     def _integrate(self, components: Components, progress: Progress | None) -> dict[str, FloatArray]:
         components.initialize(self.wiring, self.system.stop_time)
@@ -204,13 +200,15 @@ class Master:
                 progress(k / steps)
             ended = [name for name, instance in components.instances.items() if instance.ended]
             if ended and k < steps:
-                self.ending = f"component {ended[0]!r} ended the simulation at t = {k * size:g} s"
+                self._course.ending = f"component {ended[0]!r} ended the simulation at t = {k * size:g} s"
                 break
-        self.loop_seconds = time.perf_counter() - loop
-        if self.ending:
-            self.ending += f", before the stop time of {self.system.stop_time:g} s"
-        if self._stopped is not None and not made:
-            raise type(self._stopped)(f"{self._stopped}; nothing was written, as no step was complete")
+        self._course.loop_seconds = time.perf_counter() - loop
+        if self._course.ending:
+            self._course.ending += f", before the stop time of {self.system.stop_time:g} s"
+        if self._course.stopped is not None and not made:
+            raise type(self._course.stopped)(
+                f"{self._course.stopped}; nothing was written, as no step was complete"
+            )
         return {label: values[: made + 1] for label, values in history.items()}
 
     def _advance(self, components: Components, now: float, size: float) -> bool:
@@ -221,12 +219,12 @@ class Master:
             advance[self.mode](components, now, size)
             return True
         except SimulationEnded as end:
-            self.ending = str(end)
+            self._course.ending = str(end)
         except SimulationError as error:
             # An FMU that saw the interrupt itself may have failed by it.
-            self._stopped = self._interruption(now) if self._interrupts.asked else error
+            self._course.stopped = self._interruption(now) if self._interrupts.asked else error
         except KeyboardInterrupt:
-            self._stopped = self._interruption(now)
+            self._course.stopped = self._interruption(now)
         return False
 
     def _interruption(self, now: float) -> KeyboardInterrupt:
@@ -263,8 +261,8 @@ class Master:
                     settling.pass_on()
                 self._gauss_seidel(components, now, size)
                 if settling.settled():
-                    self._iterations.append(settling.repetitions)
-                    self._changes.append(settling.change)
+                    self._course.iterations.append(settling.repetitions)
+                    self._course.changes.append(settling.change)
                     return
         raise SimulationError(
             f"the step at t = {now:g} s did not converge in {settling.repetitions} repetitions: {settling.where} still "
@@ -272,14 +270,24 @@ class Master:
         )
 
     @property
+    def ending(self) -> str:
+        """Why the last run ended before its stop time although nothing failed."""
+        return self._course.ending
+
+    @property
+    def loop_seconds(self) -> float:
+        """Wall time of the stepping loop of the last run [s], without loading and writing."""
+        return self._course.loop_seconds
+
+    @property
     def iterations(self) -> list[int]:
         """Repetitions of each step of the last run in the mode ``iterated``."""
-        return list(self._iterations)
+        return list(self._course.iterations)
 
     @property
     def changes(self) -> list[float]:
         """Largest relative change of a connection in the last repetition of each of these steps."""
-        return list(self._changes)
+        return list(self._course.changes)
 
 
 def _made(folder: Path) -> Path:

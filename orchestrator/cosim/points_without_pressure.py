@@ -15,7 +15,8 @@ import numpy.typing as npt
 
 from fmus.runtime.ports import Port
 from friction_models.loads import LOAD_NAMES, MU, FloatArray
-from orchestrator.cosim.wiring import Link
+
+from .setup.wiring import Link
 
 #: Loads of a point without contact: an ordinary pressure [MPa], and a velocity [mm/s] so small that no memory of
 #: sliding distance grows, but from which powers and logarithms are finite.

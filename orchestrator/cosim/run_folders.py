@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,15 +16,15 @@ from friction_models.common import InputError, atomic_folder, unknown_name, writ
 from friction_models.common.files import read_json
 from friction_models.common.folders import RUN
 from friction_models.loads import FloatArray
-from friction_models.models.model_card import package_version
+
+from ..jobs.versions import versions
+from .setup.description import SystemDescription
+from .setup.wiring import Wiring
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from .forces import ForceComparison, ForceCurve
-    from .master import Master
-
-PACKAGES = ("fmpy", "numpy", "onnx", "onnxruntime", "pandas", "pythonfmu", "scipy", "xarray")
+    from ..force_curves.forces import ForceComparison, ForceCurve
 
 
 def force_labels(recorded: Collection[str], where: str) -> tuple[str, str]:
@@ -42,6 +42,59 @@ def force_labels(recorded: Collection[str], where: str) -> tuple[str, str]:
     raise InputError(
         f"{where}: no component recorded both 'stroke' and 'force'; recorded: {', '.join(recorded)}"
     )
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """How the components of a run were coupled.
+
+    Attributes
+    ----------
+    mode : str
+        Mode of the master.
+    tolerance : float
+        Of the mode ``iterated``.
+    isolated : set of str
+        Components that ran in a process of their own.
+    warnings : list of str
+        What was worth a look before the run.
+    """
+
+    mode: str
+    tolerance: float
+    isolated: Collection[str]
+    warnings: Sequence[str]
+
+
+@dataclass
+class Course:
+    """What happened in a run.
+
+    Attributes
+    ----------
+    log : list of str
+        Messages of the FMUs.
+    iterations : list of int
+        Mode ``iterated``: repetitions of each step.
+    changes : list of float
+        Mode ``iterated``: largest relative change of a connection in the last repetition of each step.
+    ending : str
+        Why the run ended before its stop time although nothing failed.
+    stopped : BaseException or None
+        What stopped it early.
+    timing : dict of str to float
+        Wall time by component, and of ``master``, ``setup`` and ``total`` [s].
+    loop_seconds : float
+        Wall time of the stepping loop [s], without loading and writing.
+    """
+
+    log: list[str] = field(default_factory=list)
+    iterations: list[int] = field(default_factory=list)
+    changes: list[float] = field(default_factory=list)
+    ending: str = ""
+    stopped: BaseException | None = None
+    timing: dict[str, float] = field(default_factory=dict)
+    loop_seconds: float = 0.0
 
 
 @dataclass
@@ -138,14 +191,14 @@ class Run:
         InputError
             No component recorded ``stroke`` and ``force``.
         """
-        from .forces import ForceCurve
+        from ..force_curves.forces import ForceCurve
 
         stroke, force = force_labels(self.values, str(self.folder))
         return ForceCurve(self.values[stroke], self.values[force])
 
     def compare_force(self, press: str | os.PathLike[str]) -> ForceComparison:
         """Compare the force-stroke curve with a measured one (CSV: stroke [mm], force [kN], repeat)."""
-        from .forces import compare_force, read_press_curve
+        from ..force_curves.forces import compare_force, read_press_curve
 
         return compare_force(self.force_curve(), read_press_curve(press), label=self.name)
 
@@ -162,23 +215,17 @@ class Run:
         return pd.DataFrame(columns)
 
 
-def versions(packages: Iterable[str] = PACKAGES) -> dict[str, str]:
-    """Return the versions of tribofmu, Python and the packages that results depend on."""
-    found = {name: package_version(name) or "not installed" for name in ("tribofmu", *packages)}
-    return {"python": platform.python_version()} | found
-
-
 def write_run(
     folder: Path,
-    master: Master,
+    system: SystemDescription,
+    wiring: Wiring,
+    coupling: Coupling,
+    course: Course,
     history: dict[str, FloatArray],
-    timing: dict[str, float],
-    log: Sequence[str],
     csv: bool = False,
-    failure: str = "",
 ) -> Run:
-    """Write a run folder, beside its place first, and return the run; `failure` says why it stopped early."""
-    system, wiring = master.system, master.wiring
+    """Write a run folder, beside its place first, and return the run."""
+    failure = str(course.stopped or "")
     points = len(next(iter(history.values()))) if history else system.steps + 1
     time: FloatArray = np.arange(points, dtype=np.float64) * system.communication_step
     values = {item.label: history[item.label] for item in wiring.recorded}
@@ -195,35 +242,35 @@ def write_run(
             "start": dict(system.components[name].start),
             "instances": wiring.points.get(name, 1),
             "steps": system.parts(name),
-            "isolated": name in master.isolated,
+            "isolated": name in coupling.isolated,
         }
         for name, description in wiring.descriptions.items()
     }
     manifest: dict[str, Any] = {
         "name": system.name,
         "synthetic": system.synthetic or any(part["synthetic"] for part in files.values()),
-        "mode": master.mode,
+        "mode": coupling.mode,
         "communication_step": system.communication_step,
         "stop_time": system.stop_time,
         "steps": points - 1,
         "status": "stopped" if failure else "ok",
-        "message": failure or master.ending,
-        "warnings": master.warnings,
+        "message": failure or course.ending,
+        "warnings": list(coupling.warnings),
         "seeds": {k: v for k, v in system.provenance.items() if k.endswith("seed")},
         "provenance": system.provenance,
         "components": files,
-        "timing_s": {name: round(seconds, 6) for name, seconds in timing.items()},
+        "timing_s": {name: round(seconds, 6) for name, seconds in course.timing.items()},
         "versions": versions(),
         "platform": platform.platform(terse=True),
         "written": datetime.now(UTC).isoformat(timespec="seconds"),
     }
-    if master.mode == "iterated":
+    if coupling.mode == "iterated":
         manifest["iterations"] = {
-            "mean": float(np.mean(master.iterations or [0])),
-            "largest": max(master.iterations, default=0),
-            "total": sum(master.iterations),
-            "largest_change": max(master.changes, default=0.0),
-            "tolerance": master.tolerance,
+            "mean": float(np.mean(course.iterations or [0])),
+            "largest": max(course.iterations, default=0),
+            "total": sum(course.iterations),
+            "largest_change": max(course.changes, default=0.0),
+            "tolerance": coupling.tolerance,
         }
     run = Run(folder, manifest, time, values, units)
     with atomic_folder(folder, RUN) as place:
@@ -234,7 +281,7 @@ def write_run(
         _write_netcdf(run, place / "results.nc")
         if csv:
             run.to_frame().to_csv(place / "results.csv", index=False, lineterminator="\n")
-        (place / "log.txt").write_text("\n".join([*_summary(run), *log]) + "\n", encoding="utf-8")
+        (place / "log.txt").write_text("\n".join([*_summary(run), *course.log]) + "\n", encoding="utf-8")
     return run
 
 

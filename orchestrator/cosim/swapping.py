@@ -1,23 +1,21 @@
-"""Another friction model in a system: an FMU, also one with other variables, a model folder, an ONNX file or a number."""
+"""Exchange of the model of a component: for an FMU, a model folder, an ONNX file or a constant friction coefficient."""
 
 from __future__ import annotations
 
 import os
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
+import fmus
 from fmus.runtime.fmu_files import describe
 from fmus.runtime.friction_names import FrictionNames
 from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES, MU
 
-from ..comparison.press_study import friction_fmu
-from .connections import split_connection
-from .ssp_systems import UnpackedSsp
-
-if TYPE_CHECKING:
-    from .system import System
+from .setup.connections import split_connection
+from .setup.description import TemporaryFolder
+from .system import System
 
 #: Outputs and parameters that friction FMUs of ours have and others need not.
 _OWN = ("domain_distance", "in_domain", "mu_low", "mu_high", "clamp_to_domain")
@@ -57,12 +55,31 @@ def swap_model(
     text = os.fspath(model)
     if _is_packed(text):
         if packed is None:
-            other._unpacked = other._unpacked or UnpackedSsp()
-            packed = other._unpacked.folder / f"{component}-{_plain(Path(text).name)}.fmu"
-        other = system.swap(component, friction_fmu(text, packed))._with_unpacked(other._unpacked)
+            folder = other.temporary or TemporaryFolder()
+            other.kept_with(folder)
+            packed = folder.folder / f"{component}-{_plain(Path(text).name)}.fmu"
+        other = system.swap(component, friction_fmu(text, packed)).kept_with(other.temporary)
     if not takes_loads(system, component):
         return other
     return _fitted(other, component, names)
+
+
+def friction_fmu(model: str, target: Path, nodes: int | None = None) -> Path:
+    """Return the friction FMU of a model folder, an ONNX file or a number; an FMU is taken as it is.
+
+    Without a number of nodes it is one of FMI 3.0, whose arrays become as long as what feeds them.
+    """
+    size: dict[str, Any] = {"fmi": "3.0", "arrays": True} if nodes is None else {"nodes": nodes}
+    if Path(model).suffix == ".fmu":
+        describe(model)
+        return Path(model)
+    try:
+        constant = float(model)
+    except ValueError:
+        return fmus.pack(Path(model), target, **size)
+    from friction_models import ConstantFriction
+
+    return fmus.pack(ConstantFriction(constant), target, **size)
 
 
 def takes_loads(system: System, component: str) -> bool:
@@ -133,7 +150,7 @@ def _fitted(system: System, component: str, names: FrictionNames | None) -> Syst
             owner == component and base in _OWN and base not in description.arrays
         ):
             record.append(f"{owner}.{base}{_index(name)}" if owner == component else text)
-    return system._changed(connections=connections, record=record)
+    return system.changed(connections=connections, record=record)
 
 
 def _check(description: object, variable: str, causality: str, names: FrictionNames | None) -> None:

@@ -17,9 +17,10 @@ from friction_models.common.folders import DEMO
 from friction_models.loads import DataSet
 
 from ..cosim.batch import RunTask, run_all
-from ..cosim.forces import LevelsComparison, compare_force, read_press_curve
 from ..cosim.ready_made import extrusion_system
-from ..cosim.run_folders import Run, versions
+from ..cosim.run_folders import Run
+from ..force_curves.forces import LevelsComparison, compare_force, read_press_curve
+from ..jobs.versions import versions
 from .prediction import PARTS, predict_held_out
 from .scenario import Scenario
 from .steps import StepBook

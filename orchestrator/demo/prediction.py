@@ -13,9 +13,9 @@ from friction_models.loads import DataSet
 from ..cosim.batch import RunTask, run_all
 from ..prediction.predict_sct import SctPrediction, SctPredictions, sct_system
 from ..prediction.schedule import held_out_schedules
+from ..report.sections.demo_folder import PREDICTED
 
-#: Folder of the predictions, parts of the story that are compared, number of tests.
-FOLDER = "predicted"
+#: Friction models that are compared, and number of tests.
 PARTS = ("before", "after")
 COUNT = 3
 
@@ -46,9 +46,9 @@ def predict_held_out(
     tasks = [
         RunTask(
             sct_system(
-                out / "fmus" / f"{part}-point.fmu", schedule, out / FOLDER / "fmus", label=labels[part]
+                out / "fmus" / f"{part}-point.fmu", schedule, out / PREDICTED / "fmus", label=labels[part]
             ),
-            out / FOLDER / part / "runs" / schedule.test_id,
+            out / PREDICTED / part / "runs" / schedule.test_id,
         )
         for part, schedule in pairs
     ]
@@ -57,7 +57,7 @@ def predict_held_out(
     for part, label in labels.items():
         mine = [SctPrediction(s, run) for (p, s), run in zip(pairs, runs) if p == part]
         predictions = SctPredictions(label, mine)
-        predictions.save(out / FOLDER / part)
+        predictions.save(out / PREDICTED / part)
         found[part] = predictions.to_dict()
     return found
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from friction_models.common import write_json
 
-from ..cosim.run_folders import versions
+from ..jobs.versions import versions
 
 
 class StepBook:

@@ -18,16 +18,14 @@ from friction_models.common.pool import process_count
 from .estimate import Clock, DryRun
 from .executors import Cluster, Here, Local, Place
 from .job import Failure, Job
-from .keys import digest
+from .keys import PACKAGES, deciding_code, digest, stamp
 from .store import JobResult, Store
-from .work import Order, stamp
+from .work import Order
 
 __all__ = ["Campaign", "DryRun", "Failure", "Job", "JobResult"]
 
 #: Called with (done, total, what and how long it will take).
 Progress = Callable[[int, int, str], None]
-#: Packages whose sources count in the hash of every job.
-CODE = ("friction_models", "forming", "sct_twin", "fmus")
 #: How often a job is started whose worker gets killed.
 TRIES = 2
 
@@ -46,7 +44,7 @@ class Campaign:
     jobs : iterable of Job
         In any order.
     code : sequence of str
-        Packages and modules whose sources count; the module of a job's function always does.
+        Packages and modules whose sources count besides those that follow from the function of a job (`deciding_code`).
 
     Attributes
     ----------
@@ -59,7 +57,7 @@ class Campaign:
         Two jobs of one name, an unknown need, needs in a circle, inputs that JSON does not hold.
     """
 
-    def __init__(self, folder: Path, jobs: Iterable[Job], code: Sequence[str] = CODE) -> None:
+    def __init__(self, folder: Path, jobs: Iterable[Job], code: Sequence[str] = PACKAGES) -> None:
         self.folder = Path(folder)
         self.store = Store(self.folder / "jobs")
         self.jobs: dict[str, Job] = {}
@@ -69,7 +67,8 @@ class Campaign:
             self.jobs[job.name] = job
         self.code = tuple(code)
         self.failed: dict[str, Failure] = {}
-        self._stamps: dict[str, dict[str, Any]] = {}
+        self._code: dict[str, tuple[str, ...]] = {}
+        self._stamps: dict[tuple[str, ...], dict[str, Any]] = {}
         self.keys = self._keys(self._sorted())
 
     def run(
@@ -171,11 +170,15 @@ class Campaign:
             Of the study.
         """
         values = {n: {k: v for k, v in r.values.items() if k != "timing"} for n, r in results.items()}
+        code = tuple(
+            dict.fromkeys([*self.code, *(n for job in self.jobs.values() for n in self._code_of(job))])
+        )
+        mark = self._stamp(code)
         return {
             "settings": dict(settings or {}),
             "seeds": dict(seeds or {}),
-            "versions": self._stamp(self.code)["versions"],
-            "sources": {"packages": list(self.code), "sha256": self._stamp(self.code)["code"]},
+            "versions": mark["versions"],
+            "sources": {"packages": list(code), "sha256": mark["code"]},
             "platform": platform.platform(terse=True),
             "jobs": {n: {"job": self.keys[n], "values": digest(v)} for n, v in values.items()},
             "failed": sorted(self.failed),
@@ -198,13 +201,15 @@ class Campaign:
             ) from None
 
     def _code_of(self, job: Job) -> tuple[str, ...]:
-        return (*self.code, job.function.partition(":")[0])
+        module = job.function.partition(":")[0]
+        if module not in self._code:
+            self._code[module] = tuple(dict.fromkeys((*self.code, *deciding_code(module))))
+        return self._code[module]
 
     def _stamp(self, code: tuple[str, ...]) -> dict[str, Any]:
-        mark = "\n".join(code)
-        if mark not in self._stamps:
-            self._stamps[mark] = stamp(code)
-        return self._stamps[mark]
+        if code not in self._stamps:
+            self._stamps[code] = stamp(code)
+        return self._stamps[code]
 
     def _keys(self, order: Sequence[str]) -> dict[str, str]:
         keys: dict[str, str] = {}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .campaign import Job
+    from .job import Job
     from .store import JobResult
 
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fmus.runtime.fmu_files import file_hash
 from friction_models.common import InputError, write_json
+from friction_models.common.kept import path_digest
 from friction_models.common.locks import locked
 
 from .keys import digest
@@ -109,7 +109,7 @@ class Store:
     def keep(self, key: str, work: Path, content: dict[str, Any]) -> None:
         """Put the folder `work` in its place as the result of a key; one that is there already stays."""
         files = {p.relative_to(work).as_posix(): p for p in sorted(work.rglob("*")) if p.is_file()}
-        hashes = {name: [p.stat().st_size, file_hash(p)] for name, p in files.items()}
+        hashes = {name: [p.stat().st_size, path_digest(p)] for name, p in files.items()}
         whole = {**content, "key": key, "files": hashes}
         write_json(work / RESULT, {**whole, "sha256": digest(whole)})
         place = self.folder / key
@@ -151,6 +151,6 @@ def _whole(place: Path, files: dict[str, Any]) -> bool:
         file = (place / name).resolve()
         if not (file.is_relative_to(place) and file.is_file() and file.stat().st_size == size):
             return False
-        if file_hash(file) != sha256:
+        if path_digest(file) != sha256:
             return False
     return True

@@ -17,8 +17,7 @@ from typing import Any
 from friction_models.common import InputError
 from friction_models.common.pool import one_thread
 
-from ..cosim.run_folders import versions
-from .keys import DISTRIBUTIONS, code_digest
+from .keys import stamp
 from .store import JobResult, Store
 
 
@@ -53,11 +52,6 @@ class Order:
     work: str
     code: tuple[str, ...]
     stamp: dict[str, Any]
-
-
-def stamp(code: tuple[str, ...]) -> dict[str, Any]:
-    """Return what counts in every hash: versions, and the hash of the sources."""
-    return {"versions": versions(DISTRIBUTIONS), "code": code_digest(code)}
 
 
 _my_stamp = cache(stamp)

@@ -9,7 +9,7 @@ import numpy as np
 from friction_models.discovery.wording import p_text
 
 from ..attribution.result import Attribution, Fit
-from ..cosim.run_folders import versions
+from ..jobs.versions import versions
 from .parts.markup import bullets, escape, paragraph, table
 from .parts.page import Page, figure
 from .parts.theme import AFTER, BEFORE, CONSTANT, OTHER, PRESS_BAND, dress

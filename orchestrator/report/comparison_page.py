@@ -12,8 +12,8 @@ from friction_models.loads import FloatArray
 from ..comparison.in_one_system import RunsComparison
 from ..comparison.on_press import QUANTITIES, ForcesComparison
 from ..comparison.on_tests import Order, TestsComparison
-from ..cosim.metrics import LevelSummary
-from ..cosim.run_folders import versions
+from ..force_curves.metrics import LevelSummary
+from ..jobs.versions import versions
 from .charts.responses import CAPTION, response_chart
 from .parts.markup import bullets, escape, table
 from .parts.page import Page, figure

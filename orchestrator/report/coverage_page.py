@@ -9,8 +9,8 @@ import numpy as np
 
 from friction_models.discovery.shown import with_unit
 
-from ..cosim.run_folders import versions
 from ..coverage.tested_loads import SLOW, Coverage, Region, cell_map, natural
+from ..jobs.versions import versions
 from .parts.markup import bullets, escape, paragraph, table
 from .parts.page import Page, figure
 from .parts.theme import AFTER, BEFORE, dress

@@ -10,7 +10,7 @@ import pandas as pd
 from friction_models.discovery.diagnosis import Diagnosis
 from friction_models.discovery.shown import load_map, meanings, structure_pair, with_unit
 
-from ..cosim.run_folders import versions
+from ..jobs.versions import versions
 from .charts.diagnosis import effect_chart, map_chart
 from .charts.friction import residual_chart, worst_tests_chart
 from .parts.markup import Change, cards, escape, paragraph, table

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from ..cosim.run_folders import versions
+from ..jobs.versions import versions
 from ..studies.extrapolation.result import ExtrapolationNumbers, ExtrapolationRun
 from ..studies.extrapolation.study import DataKind, Rule
 from ..studies.extrapolation.words import headline

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ..cosim.run_folders import versions
+from ..jobs.versions import versions
 from ..studies.lag.result import LagNumbers, LagRun, Quantity, Reference, groups
 from ..studies.lag.study import Mode
 from ..studies.lag.words import headline

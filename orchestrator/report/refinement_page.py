@@ -6,7 +6,7 @@ from typing import Any
 
 from friction_models.loads import DataSet
 
-from ..cosim.run_folders import versions
+from ..jobs.versions import versions
 from .charts.friction import residual_chart
 from .charts.responses import CAPTION, response_chart
 from .parts.markup import Change, cards, escape, paragraph, table

@@ -10,7 +10,6 @@ from typing import Any
 from fmus.runtime.errors import SimulationError
 from friction_models.common import InputError, unknown_name
 
-from ..comparison.level_runs import CODE as RUNS
 from ..comparison.level_runs import (
     RUN,
     SECONDS_A_MM,
@@ -21,8 +20,7 @@ from ..comparison.level_runs import (
     summary,
 )
 from ..cosim.run_folders import Run
-from ..jobs.campaign import CODE as PACKAGES
-from ..jobs.campaign import Campaign, Job, JobResult
+from ..jobs.campaign import Job, JobResult
 from .models import ADVANCED
 
 #: Relative change at which repetitions agree: well above what the solver resolves, well below what matters.
@@ -104,11 +102,6 @@ def run_coupled(
 def synthetic(results: Mapping[str, JobResult]) -> bool:
     """Return whether any result comes from synthetic measurements."""
     return any(bool(result.values.get("synthetic")) for result in results.values())
-
-
-def campaign(folder: Path, jobs: Iterable[Job]) -> Campaign:
-    """Return the campaign of jobs that form press levels."""
-    return Campaign(folder, jobs, (*PACKAGES, *RUNS))
 
 
 def run_of(result: JobResult) -> Run | None:

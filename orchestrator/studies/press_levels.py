@@ -15,7 +15,7 @@ from ..comparison.level_runs import Level
 from ..jobs.campaign import Job, JobResult
 
 if TYPE_CHECKING:
-    from ..cosim.forces import PressCurve
+    from ..force_curves.forces import PressCurve
 
 #: CPU time of the virtual press by millimetre of stroke of one solver run [s], for estimates.
 SECONDS_A_MM = 0.45
@@ -48,7 +48,7 @@ class StudyLevel:
 
     def measured(self, results: Mapping[str, JobResult]) -> PressCurve | None:
         """Return the measured curves; None where their job failed."""
-        from ..cosim.forces import read_press_curve
+        from ..force_curves.forces import read_press_curve
 
         result = results.get(self.job)
         return None if result is None else read_press_curve(result.file("file"))

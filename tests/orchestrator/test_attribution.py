@@ -32,9 +32,9 @@ from orchestrator.attribution.fit import attribution
 from orchestrator.attribution.probe import addable, strengths, with_effects
 from orchestrator.attribution.runs import Sensitivities
 from orchestrator.cli.commands import attributing
-from orchestrator.cosim.forces import ForceCurve
 from orchestrator.cosim.ready_made import extrusion_system
 from orchestrator.cosim.system import System
+from orchestrator.force_curves.forces import ForceCurve
 from orchestrator.report.attribution_page import attribution_page
 
 LEVELS = ((20.0, 5.0), (150.0, 100.0))

@@ -20,6 +20,7 @@ from friction_models.common import InputError
 from friction_models.common.kept import path_digest
 from orchestrator.jobs.campaign import Campaign, Job, JobResult
 from orchestrator.jobs.executors import Cluster
+from orchestrator.jobs.keys import code_digest, deciding_code
 
 HERE = "tests.orchestrator.campaign_jobs"
 #: Tiny jobs: only their own module counts as source.
@@ -80,7 +81,7 @@ def test_results_are_kept_and_only_what_changed_is_computed(tmp_path: Path) -> N
     assert campaign(7).dry_run().to_do == 0  # the content counts, not the place
     elsewhere.write_text("2.0")
     assert campaign(7).dry_run().to_do == 2
-    assert campaign(7, ("orchestrator.cosim.metrics",)).dry_run().to_do == 3  # other sources
+    assert campaign(7, ("orchestrator.force_curves.metrics",)).dry_run().to_do == 3  # other sources
 
     damaged = results["other"].folder / "result.json"
     damaged.write_text("{", encoding="utf-8")
@@ -104,6 +105,55 @@ def test_results_are_kept_and_only_what_changed_is_computed(tmp_path: Path) -> N
     content["files"] = {"../../../data.txt": [3, path_digest(data)]}
     damaged.write_text(json.dumps(content), encoding="utf-8")
     assert campaign(1).dry_run().to_do == 1
+
+
+def test_the_sources_in_a_key_follow_from_the_imports(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    modules = {
+        "__init__": "",
+        "runs.__init__": "",
+        "runs.form": "def form():\n    from ..solver.deep.mesh import size\n    return size\n",
+        "solver.__init__": "from . import beside\n",
+        "solver.beside": "from ..units import MM\n",
+        "solver.deep.__init__": "",
+        "solver.deep.mesh": "size = 1\n",
+        "units.__init__": "MM = 1\n",
+        "pages.__init__": "import workshop.runs.form\n",
+    }
+    for name, text in modules.items():
+        file = tmp_path / "workshop" / f"{name.replace('.', '/')}.py"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def key() -> str:
+        code = deciding_code("workshop.runs.form", "workshop")
+        assert code[4:] == ("workshop.runs", "workshop.solver", "workshop.units")
+        return code_digest(code)
+
+    keys = [key()]
+    for name in ("runs.form", "solver.beside", "solver.deep.mesh", "units.__init__"):
+        file = tmp_path / "workshop" / f"{name.replace('.', '/')}.py"
+        file.write_text(file.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
+        keys.append(key())
+    assert len(set(keys)) == len(keys)
+    (tmp_path / "workshop" / "pages" / "colours.py").write_text("RED = 1\n", encoding="utf-8")
+    assert key() == keys[-1]  # nothing that decides
+
+
+def test_a_forming_run_depends_on_the_co_simulation_and_on_no_page() -> None:
+    code = deciding_code("orchestrator.comparison.level_runs")
+    assert {
+        "friction_models",
+        "forming",
+        "sct_twin",
+        "fmus",
+        "orchestrator.cosim",
+        "orchestrator.jobs",
+    } < set(code)
+    assert not {"orchestrator.report", "orchestrator.cli", "orchestrator.demo"} & set(code)
+    assert deciding_code("elsewhere.jobs") == ("elsewhere.jobs",)
 
 
 def test_a_failed_job_is_reported_and_stops_only_what_needs_it(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from orchestrator.cli.main import run
 from orchestrator.comparison.on_press import ForcesComparison
 from orchestrator.comparison.on_tests import FEWEST_UNITS, compare_on_tests, known_domain, resampled_errors
 from orchestrator.comparison.press_study import FailedRun, PressResults
-from orchestrator.cosim.forces import ForceCurve, LevelsComparison, PressCurve, compare_force
+from orchestrator.force_curves.forces import ForceCurve, LevelsComparison, PressCurve, compare_force
 from orchestrator.report.comparison_page import comparison_page
 
 

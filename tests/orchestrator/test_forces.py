@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from friction_models.common import InputError
-from orchestrator.cosim.forces import (
+from orchestrator.force_curves.forces import (
     ForceCurve,
     LevelsComparison,
     PressCurve,
@@ -18,7 +18,7 @@ from orchestrator.cosim.forces import (
     levels_table,
     read_press_curve,
 )
-from orchestrator.cosim.metrics import LevelSummary, Measured, ScalarError
+from orchestrator.force_curves.metrics import LevelSummary, Measured, ScalarError
 
 
 def ramp(top: float, length: float = 10.0, n: int = 101) -> ForceCurve:

@@ -22,7 +22,7 @@ from orchestrator import Master
 from orchestrator.cli.main import run
 from orchestrator.cosim.points_without_pressure import Untouched
 from orchestrator.cosim.ready_made import extrusion_system
-from orchestrator.cosim.wiring import Link
+from orchestrator.cosim.setup.wiring import Link
 from tests.orchestrator.native_fmus import Real, native_fmu
 
 ENTRY = {

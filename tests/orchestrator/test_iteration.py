@@ -12,7 +12,7 @@ from fmus.runtime.ports import Port
 from friction_models.common import InputError
 from orchestrator import Master, SimulationError, System
 from orchestrator.cosim.iteration import DAMPED_AFTER, PATIENCE, Settling
-from orchestrator.cosim.wiring import Wiring
+from orchestrator.cosim.setup.wiring import Wiring
 from tests.orchestrator import tiny_fmus
 from tests.orchestrator.tiny_fmus import system_content
 

@@ -73,7 +73,7 @@ def predict_sct(
     from friction_models.common import grown
     from friction_models.common.folders import PREDICTION
 
-    from ...comparison.press_study import friction_fmu
+    from ...cosim.swapping import friction_fmu
     from ...prediction.predict_sct import predict_sct as predict
 
     twin = key_values(parameters or [])

@@ -35,10 +35,10 @@ def simulate(
     from fmus.runtime.errors import SimulationError
     from friction_models.common import check_outputs
 
-    from ...cosim.forces import compare_force, read_press_curve
     from ...cosim.master import Master
     from ...cosim.run_folders import force_labels
     from ...cosim.system import System
+    from ...force_curves.forces import compare_force, read_press_curve
 
     description = swapped(System.load(system), swap, names)
     measured = read_press_curve(press) if press is not None else None

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ...cosim.forces import ForceComparison
+from ...force_curves.forces import ForceComparison
 from ..parts.theme import PRESS, PRESS_BAND, STYLES, dress
 
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal
 
 from ...comparison.level_runs import Level
 from ...jobs.campaign import Campaign, Job, JobResult
-from ..coupled import campaign, check_names, chosen_level, coupled_job, synthetic
+from ..coupled import check_names, chosen_level, coupled_job, synthetic
 from ..measurements import FULL_PLAN, QUICK_PLAN, data_jobs, data_name, only_lubricant
 from ..models import ADVANCED, model_job
 from .jobs import REDUCED_BY
@@ -132,7 +132,7 @@ class ExtrapolationStudy:
 
     def campaign(self, folder: Path) -> Campaign:
         """Return the campaign that does the jobs."""
-        return campaign(folder, self.jobs)
+        return Campaign(folder, self.jobs)
 
     def settings(self, results: Mapping[str, JobResult]) -> dict[str, Any]:
         """Return what the manifest says of the study."""

@@ -10,8 +10,8 @@ import numpy as np
 
 from friction_models.loads import FloatArray
 
-from ...cosim.forces import ForceCurve, compare_force
-from ...cosim.metrics import LevelSummary, ScalarError
+from ...force_curves.forces import ForceCurve, compare_force
+from ...force_curves.metrics import LevelSummary, ScalarError
 from ...jobs.campaign import JobResult
 from ..measurements import data_name, load_measurements
 from .rows import Change, RunError, Summary

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from ...cosim.forces import ForceComparison
-from ...cosim.metrics import LevelSummary
+from ...force_curves.forces import ForceComparison
+from ...force_curves.metrics import LevelSummary
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,6 @@ from friction_models.common import InputError
 
 from ...comparison.level_runs import level_job
 from ...jobs.campaign import Campaign, Job, JobResult
-from ..coupled import campaign
 from ..measurements import FULL_PLAN, QUICK_PLAN, VIRTUAL, data_jobs, data_name
 from ..models import ADVANCED, CONSTANTS, constant_job, model_job, model_name
 from ..press_levels import StudyLevel, own_levels, virtual_levels
@@ -202,7 +201,7 @@ class FormingErrorStudy:
 
     def campaign(self, folder: Path) -> Campaign:
         """Return the campaign in a folder."""
-        return campaign(folder, self.jobs)
+        return Campaign(folder, self.jobs)
 
     def synthetic(self, results: Mapping[str, JobResult]) -> bool:
         """Return whether any measurement is synthetic: of this study, or data of one's own that say so."""

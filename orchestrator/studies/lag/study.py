@@ -11,7 +11,7 @@ from friction_models.common import InputError
 
 from ...comparison.level_runs import Level
 from ...jobs.campaign import Campaign, Job, JobResult
-from ..coupled import SPEED, T_TOOL, campaign, check_names, chosen_level, coupled_job, synthetic
+from ..coupled import SPEED, T_TOOL, check_names, chosen_level, coupled_job, synthetic
 from ..measurements import FULL_PLAN, QUICK_PLAN, data_jobs, data_name, only_lubricant
 from ..models import model_job
 
@@ -130,7 +130,7 @@ class LagStudy:
 
     def campaign(self, folder: Path) -> Campaign:
         """Return the campaign that does the jobs."""
-        return campaign(folder, self.jobs)
+        return Campaign(folder, self.jobs)
 
     def settings(self, results: Mapping[str, JobResult]) -> dict[str, Any]:
         """Return what the manifest says of the study."""

@@ -18,14 +18,6 @@ from .jobs import AVERAGE, MEAN, SERIES
 ACCURACY = 0.01
 SIZES = (2, 3, 5, 9, 13, 17, 21, 25, 30, 40, 50, 60, 70, 81)
 COLLECTIONS = (SERIES, AVERAGE)
-#: Packages whose sources decide the results.
-CODE = (
-    "friction_models",
-    "forming",
-    "sct_twin",
-    "orchestrator.studies.measurements",
-    "orchestrator.studies.models",
-)
 #: Sizes a job of gradient boosting: jobs of some ten seconds each.
 BOOSTING_SIZES = 3
 #: Values to try by data collection, model and parameter.
@@ -178,7 +170,7 @@ class LearningCurveStudy:
 
     def campaign(self, folder: Path) -> Campaign:
         """Return the campaign that does the jobs."""
-        return Campaign(folder, self.jobs, CODE)
+        return Campaign(folder, self.jobs)
 
 
 def _training_tests(plan: LearningCurvePlan, place: Path | None) -> int:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 from fmus.runtime.errors import collected
 from fmus.runtime.fmu_files import FmuDescription, describe
@@ -12,10 +11,8 @@ from fmus.runtime.fmu_variables import Variable, integer_limits
 from friction_models.common import InputError, unknown_name
 
 from .connections import scaling, split_connection
+from .description import StartValue, SystemDescription
 from .sizing import size_arrays
-
-if TYPE_CHECKING:
-    from .system import StartValue, System
 
 #: A component and the elements of one of its variables.
 _End = tuple[str, list[Variable]]
@@ -87,7 +84,7 @@ class Wiring:
         return self.points.get(name) or self.sizes.get(name) or 1
 
     @classmethod
-    def of(cls, system: System) -> Wiring:
+    def of(cls, system: SystemDescription) -> Wiring:
         """Open the FMUs of a system and resolve everything.
 
         Raises
@@ -160,7 +157,7 @@ class Wiring:
                 problems.append(str(error))
         return (ends[0], ends[1]) if len(ends) == 2 else None
 
-    def _count_points(self, system: System, source: _End, target: _End) -> None:
+    def _count_points(self, system: SystemDescription, source: _End, target: _End) -> None:
         """Let a scalar friction FMU that a vector feeds run once a point of the vector."""
         name, elements = target
         alone = system.components[name].each_point or self.descriptions[name].is_scalar_friction

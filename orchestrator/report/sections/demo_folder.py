@@ -1,4 +1,4 @@
-"""What a demo folder holds, read once for the report."""
+"""A finished demo folder, read once for its page."""
 
 from __future__ import annotations
 
@@ -10,13 +10,17 @@ from typing import Any
 from friction_models.common import InputError
 from friction_models.loads import DataSet, FloatArray
 
-from ...cosim.forces import ForceComparison, compare_force, read_press_curve
 from ...cosim.run_folders import Run
+from ...force_curves.forces import ForceComparison, compare_force, read_press_curve
 from ..charts.force import ForceLine
 
 
+#: Folder of the tests that were predicted in a closed loop.
+PREDICTED = "predicted"
+
+
 @dataclass
-class Story:
+class DemoFolder:
     """The demo's data, models, forces and diagnosis.
 
     Attributes
@@ -42,7 +46,7 @@ class Story:
     lines: list[ForceLine]
 
     @classmethod
-    def read(cls, folder: Path) -> Story:
+    def read(cls, folder: Path) -> DemoFolder:
         """Read a finished demo folder.
 
         Raises

@@ -8,13 +8,13 @@ from fmus.runtime.fmu_files import FmuDescription
 from friction_models.common import InputError
 
 from .connections import split_connection
-from .system import System
+from .description import SystemDescription
 
 _INDEXED = re.compile(r"^(?P<base>.*)\[(?P<index>\d{1,9})\]$")
 
 
 def size_arrays(
-    system: System, descriptions: dict[str, FmuDescription], problems: list[str]
+    system: SystemDescription, descriptions: dict[str, FmuDescription], problems: list[str]
 ) -> dict[str, int]:
     """Give the arrays of FMI 3.0 components their lengths.
 
@@ -23,7 +23,7 @@ def size_arrays(
 
     Parameters
     ----------
-    system : System
+    system : SystemDescription
     descriptions : dict of str to FmuDescription
         By component; sized ones replace the others.
     problems : list of str

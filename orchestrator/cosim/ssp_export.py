@@ -1,44 +1,25 @@
-"""Systems as SSP archives: `export_ssp` writes one, `load_ssp` reads one for the master."""
+"""Systems as SSP 1.0 archives that other simulators load."""
 
 from __future__ import annotations
 
 import os
-import shutil
-import tempfile
-import weakref
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fmus.runtime.fmu_files import FmuDescription, describe
+from fmus.runtime.fmu_files import describe
 from fmus.runtime.fmu_variables import Variable
 from friction_models.common import InputError
 from friction_models.loads import MU
 
+from .setup.description import SystemDescription
+from .setup.wiring import Wiring
+
 if TYPE_CHECKING:
     from fmus.ssp.systems import Component, Connector, Structure
 
-    from .system import System
-    from .wiring import Wiring
 
-
-class UnpackedSsp:
-    """The folder of an unpacked SSP; it lasts as long as a system refers to it."""
-
-    def __init__(self, folder: str | None = None) -> None:
-        self.folder = Path(folder or tempfile.mkdtemp(prefix="tribofmu-")).resolve()
-        if folder is None:
-            weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
-
-    def __deepcopy__(self, _memo: Any) -> UnpackedSsp:
-        return self
-
-    def __reduce__(self) -> tuple[Any, tuple[str]]:
-        # Another process borrows the folder; it does not own it.
-        return UnpackedSsp, (str(self.folder),)
-
-
-def export_ssp(system: System, path: str | os.PathLike[str], boundary: bool = False) -> Path:
+def export_ssp(system: SystemDescription, path: str | os.PathLike[str], boundary: bool = False) -> Path:
     """Write a system as an SSP 1.0 archive that other simulators load.
 
     A scalar friction FMU that runs once a contact point becomes one component a point (``friction_1`` ...),
@@ -46,7 +27,7 @@ def export_ssp(system: System, path: str | os.PathLike[str], boundary: bool = Fa
 
     Parameters
     ----------
-    system : System
+    system : SystemDescription
         What to write; swap FMUs before.
     path : path-like
         The archive (``.ssp``).
@@ -61,8 +42,6 @@ def export_ssp(system: System, path: str | os.PathLike[str], boundary: bool = Fa
         A set-up that does not hold (all problems at once), or arrays that SSP 1.0 cannot express.
     """
     from fmus.ssp.systems import Connector, Structure, write_ssp
-
-    from .wiring import Wiring
 
     wiring = Wiring.of(system)
     scaled = next((link for link in wiring.links if (link.factor, link.offset) != (1.0, 0.0)), None)
@@ -198,80 +177,3 @@ def _components(wiring: Wiring, name: str) -> list[Component]:
         Component(copy, f"resources/{name}.fmu", list(connectors.values()), dict(start))
         for copy, connectors in used.items()
     ]
-
-
-def load_ssp(path: str | os.PathLike[str]) -> System:
-    """Read an SSP archive as a system; its FMUs are unpacked into a temporary folder.
-
-    Connections to the system's own connectors are left out: there is nothing outside. Inputs that nothing
-    feeds keep the start value of the system's input, if it has one, else that of their FMU. The communication step comes from the annotations of this
-    project, of libcosim or of OMSimulator, else from the default experiments of the FMUs.
-
-    Raises
-    ------
-    InputError
-        What `read_ssp` refuses, a broken FMU, or no step and stop time anywhere.
-    """
-    from fmus.ssp.reading import read_ssp, unpack_ssp
-
-    from .system import System
-
-    file = Path(path)
-    structure = read_ssp(file)
-    place = UnpackedSsp()
-    unpack_ssp(file, place.folder)
-    descriptions = {c.name: describe(place.folder / c.source) for c in structure.components}
-    fed = {(end, given) for start, _, end, given in structure.connections if start}
-    components = {}
-    for component in structure.components:
-        description = descriptions[component.name]
-        start: dict[str, Any] = {
-            name: _start(v)
-            for name, v in description.variables.items()
-            if v.causality == "input"
-            and (component.name, name) not in fed
-            and v.type in {"Real", "Integer", "Boolean"}
-        }
-        prefix = f"{component.name}."
-        start |= {k.removeprefix(prefix): v for k, v in structure.start.items() if k.startswith(prefix)}
-        outside = {
-            given: structure.start[output]
-            for begin, output, end, given in structure.connections
-            if not begin and end == component.name and output in structure.start
-        }
-        components[component.name] = {"fmu": component.source, "start": start | component.start | outside}
-    step = structure.step or _default(descriptions.values(), "stepSize", min)
-    stop = structure.stop or _default(descriptions.values(), "stopTime", max)
-    for value, what in ((step, "communication step"), (stop, "stop time")):
-        if value is None:
-            raise InputError(f"{file}: neither the SSP nor its FMUs say a {what}")
-    known = {
-        k: structure.notes[k] for k in ("order", "record", "synthetic", "provenance") if k in structure.notes
-    }
-    content = {
-        "name": structure.notes.get("name", structure.name),
-        "communication_step": step,
-        "stop_time": stop,
-        "components": components,
-        "connections": [f"{a}.{x} -> {b}.{y}" for a, x, b, y in structure.connections if a and b],
-    }
-    system = System.from_dict(content | known, place.folder, str(file))
-    system._unpacked = place
-    return system
-
-
-def _start(variable: Variable) -> Any:
-    value = variable.starts[variable.element]
-    kinds = {"Boolean": bool, "Integer": int}
-    return kinds.get(variable.type, float)(value)
-
-
-def _default(descriptions: Any, key: str, choose: Any) -> float | None:
-    found: list[float] = []
-    one: FmuDescription
-    for one in descriptions:
-        experiment = one.raw.defaultExperiment
-        value = getattr(experiment, key, None) if experiment is not None else None
-        if value is not None:
-            found.append(float(value))
-    return choose(found) if found else None

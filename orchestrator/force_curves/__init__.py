@@ -1,0 +1,1 @@
+"""Force-stroke curves of press and simulation, and the error measures between them."""
