@@ -12,9 +12,9 @@ from .charts.responses import CAPTION, response_chart
 from .parts.markup import Change, cards, escape, table
 from .parts.page import Page, figure
 from .parts.theme import STYLES
+from .sections.demo_folder import DemoFolder
 from .sections.evidence import budget_html, next_tests_html, ranking_html, remarks_html, verdict_text
 from .sections.prediction import prediction_html
-from .sections.demo_folder import DemoFolder
 
 
 def demo_page(folder: Path) -> str:

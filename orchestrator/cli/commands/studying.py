@@ -60,7 +60,7 @@ def learning_curve(
     The training set grows in steps, ten random repeats a size; the curve is the 0.95 percentile of the MAE on the
     held-out tests. A second run computes only what changed.
     """
-    from ...report.learning_curve_page import learning_curve_page
+    from ...report.registry import page_of
     from ...studies.learning_curve.files import write_results
     from ...studies.learning_curve.result import LearningCurves
     from ...studies.learning_curve.study import LearningCurvePlan, LearningCurveStudy
@@ -74,7 +74,9 @@ def learning_curve(
         curves = LearningCurves.of(study, results)
         if not curves.curves:
             return ""
-        write_results(out, curves, learning_curve_page(study, curves, campaign.manifest(results), results))
+        write_results(
+            out, curves, page_of("learning-curve", study, curves, campaign.manifest(results), results)
+        )
         return text_table(curves)
 
     carry_out(study, out, written, jobs, scheduler, dry_run, "learning curve")
@@ -102,7 +104,7 @@ def forming_error(
 
     252 pairs of friction law and press level; a second run computes only what changed.
     """
-    from ...report.forming_error_page import forming_error_page
+    from ...report.registry import page_of
     from ...studies.forming_error.files import write_results
     from ...studies.forming_error.result import FormingErrors
     from ...studies.forming_error.study import FormingErrorStudy, Plan
@@ -117,7 +119,9 @@ def forming_error(
         errors = FormingErrors.of(study, results)
         if not errors.runs:
             return ""
-        write_results(out, errors, forming_error_page(study, errors, campaign.manifest(results), results))
+        write_results(
+            out, errors, page_of("forming-error", study, errors, campaign.manifest(results), results)
+        )
         return text_table(errors)
 
     carry_out(study, out, written, jobs, scheduler, dry_run, "forming error")
@@ -143,7 +147,7 @@ def lag(
     scheduler: Scheduler = None,
 ) -> None:
     """Say what one-step lag costs against iterated coupling as the communication step grows."""
-    from ...report.lag_page import lag_page
+    from ...report.registry import page_of
     from ...studies.lag.files import write_results
     from ...studies.lag.result import evaluate
     from ...studies.lag.study import LagPlan, LagStudy
@@ -156,7 +160,7 @@ def lag(
 
     def written(campaign: Campaign, results: Results) -> str:
         numbers = evaluate(study, results)
-        write_results(out, numbers, lag_page(numbers))
+        write_results(out, numbers, page_of("lag", numbers))
         return text_table(numbers)
 
     carry_out(study, out, written, jobs, scheduler, dry_run)
@@ -175,7 +179,7 @@ def extrapolation(
     scheduler: Scheduler = None,
 ) -> None:
     """Say how friction models behave in forming where the loads leave the domain that they were trained on."""
-    from ...report.extrapolation_page import extrapolation_page
+    from ...report.registry import page_of
     from ...studies.extrapolation.files import write_results
     from ...studies.extrapolation.result import evaluate
     from ...studies.extrapolation.study import ExtrapolationPlan, ExtrapolationStudy
@@ -188,7 +192,7 @@ def extrapolation(
 
     def written(campaign: Campaign, results: Results) -> str:
         numbers = evaluate(study, results)
-        write_results(out, numbers, extrapolation_page(numbers))
+        write_results(out, numbers, page_of("extrapolation", numbers))
         return text_table(numbers)
 
     carry_out(study, out, written, jobs, scheduler, dry_run)

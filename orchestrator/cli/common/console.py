@@ -108,6 +108,15 @@ def say(text: str) -> None:
         raise
 
 
+def write_page(out: Path | None, name: str, *content: Any) -> None:
+    """Write the page of a kind that `report.registry` names where the user asked for one, and say so."""
+    if out is not None:
+        from ...report import write_page as write
+
+        write(name, out, *content)
+        say(f"report written: {out}")
+
+
 def note(text: str) -> None:
     """Print a remark to stderr."""
     print(f"note: {text}", file=sys.stderr, flush=True)

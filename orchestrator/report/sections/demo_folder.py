@@ -14,7 +14,6 @@ from ...cosim.run_folders import Run
 from ...force_curves.forces import ForceComparison, compare_force, read_press_curve
 from ..charts.force import ForceLine
 
-
 #: Folder of the tests that were predicted in a closed loop.
 PREDICTED = "predicted"
 

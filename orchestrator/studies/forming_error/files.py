@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from pathlib import Path
 
 from friction_models.common import write_json, write_text
 
+from ...comparison.level_runs import Level
+from ...jobs.campaign import JobResult
+from ..press_levels import StudyLevel, press_name
+from ..saved import SavedStudy
 from ..tables import write_rows
 from .result import FormingErrors
+from .study import FormingErrorStudy, Plan
+
+_LEVEL = re.compile(r"(fre|bce)_([0-9.e+-]+)mms_([0-9.e+-]+)C")
 
 
 def write_results(folder: Path, errors: FormingErrors, page: str) -> None:
@@ -16,3 +25,29 @@ def write_results(folder: Path, errors: FormingErrors, page: str) -> None:
     for name, rows in (("runs", errors.runs), ("summary", errors.summaries()), ("changes", errors.changes())):
         write_rows(folder / f"{name}.csv", (row.to_dict() for row in rows), errors.synthetic)
     write_text(folder / "report.html", page)
+
+
+def read_study(saved: SavedStudy) -> tuple[FormingErrorStudy, dict[str, JobResult]]:
+    """Return the study in a folder and its results."""
+    settings = saved.settings
+    virtual = "tests" in settings  # what only the virtual laboratory has
+    results = saved.results(saved.manifest["jobs"], "run-", "press-", "model-", "data-")
+    levels = []
+    for found in settings["levels"]:
+        named = _LEVEL.fullmatch(str(found["level"]))
+        if named is None:
+            raise ValueError(f"level {found['level']!r:.60}")
+        level = Level(named[1], float(named[3]), float(named[2]), float(found["stroke_mm"]))
+        job = press_name(str(found["lubricant"]), level)
+        synthetic = virtual or (job in results and bool(results[job].values["synthetic"]))
+        levels.append(StudyLevel(str(found["lubricant"]), level, job, synthetic=synthetic))
+    plan = Plan(
+        models=tuple(map(str, settings["models"])),
+        constants=tuple(map(float, settings["constants"])),
+        conditions=tuple(dict.fromkeys((item.level.T_tool, item.level.speed) for item in levels)),
+        lubricants=tuple(map(str, settings["lubricants"])),
+        seed=int(settings["seed"]),
+    )
+    if virtual:
+        plan = replace(plan, tests=str(settings["tests"]), repeats=int(settings["repeats"]))
+    return FormingErrorStudy.of_levels(plan, levels, virtual), results

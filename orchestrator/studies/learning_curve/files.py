@@ -12,8 +12,11 @@ from friction_models.common import write_json, write_text
 from friction_models.training import percentile_curve
 from friction_models.training.learning_curve import PROBABILITY
 
+from ...jobs.campaign import JobResult
+from ..saved import SavedStudy
 from ..tables import write_rows
 from .result import Comparison, Curve, LearningCurves
+from .study import LearningCurvePlan, LearningCurveStudy
 from .words import findings
 
 #: Columns of `NeededTests` in ``needed.csv``.
@@ -27,6 +30,19 @@ def write_results(folder: Path, curves: LearningCurves, page: str) -> None:
     write_rows(folder / "curves.csv", _points(curves), curves.synthetic)
     write_rows(folder / "needed.csv", _needed(curves), curves.synthetic)
     write_text(folder / "report.html", page)
+
+
+def read_study(saved: SavedStudy) -> tuple[LearningCurveStudy, dict[str, JobResult]]:
+    """Return the study in a folder and its results."""
+    given = {k: tuple(v) if isinstance(v, list) else v for k, v in saved.settings.items() if k != "study"}
+    plan = LearningCurvePlan(**given)
+    results = saved.results(saved.names, "facts-", "data-", *(f"{x}-" for x in plan.lubricants))
+    counts = {
+        n: int(results[f"facts-{n}"].values["train"] if f"facts-{n}" in results else plan.sizes[-1])
+        for n in plan.lubricants
+    }
+    virtual = any(name.startswith("specimens-") for name in saved.names)
+    return LearningCurveStudy.of_counts(plan, counts, virtual), results
 
 
 def numbers(curves: LearningCurves) -> dict[str, Any]:
