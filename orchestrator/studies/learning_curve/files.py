@@ -34,7 +34,9 @@ def write_results(folder: Path, curves: LearningCurves, page: str) -> None:
 
 def read_study(saved: SavedStudy) -> tuple[LearningCurveStudy, dict[str, JobResult]]:
     """Return the study in a folder and its results."""
-    given = {k: tuple(v) if isinstance(v, list) else v for k, v in saved.settings.items() if k != "study"}
+    given: dict[str, Any] = {
+        k: tuple(v) if isinstance(v, list) else v for k, v in saved.settings.items() if k != "study"
+    }
     plan = LearningCurvePlan(**given)
     results = saved.results(saved.names, "facts-", "data-", *(f"{x}-" for x in plan.lubricants))
     counts = {
