@@ -61,12 +61,8 @@ def extrapolation_page(values: ExtrapolationNumbers) -> str:
         if r["failed"]
     ]
     page.add("failed", "Runs that broke off", bullets(failed) if failed else paragraph("None."))
-    origin = (
-        "The friction models learned from synthetic measurements."
-        if values["synthetic"]
-        else "The friction models learned from the user's measurements."
-    )
-    return page.render(footer(versions(), origin))
+    whose = "synthetic" if values["synthetic"] else "the user's"
+    return page.render(footer(versions(), f"The friction models learned from {whose} measurements."))
 
 
 def _first(runs: list[ExtrapolationRun]) -> list[ExtrapolationRun]:

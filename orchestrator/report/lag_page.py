@@ -97,12 +97,8 @@ def lag_page(values: LagNumbers) -> str:
     ]
     if failed:
         page.add("failed", "Runs that broke off", bullets(failed))
-    origin = (
-        "The friction models learned from synthetic measurements."
-        if values["synthetic"]
-        else "The friction models learned from the user's measurements."
-    )
-    return page.render(footer(versions(), origin))
+    whose = "synthetic" if values["synthetic"] else "the user's"
+    return page.render(footer(versions(), f"The friction models learned from {whose} measurements."))
 
 
 def _deviations(rows: Sequence[LagRun], which: Reference, panels: Sequence[tuple[Quantity, str]]) -> Any:

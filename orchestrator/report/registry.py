@@ -2,66 +2,65 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from friction_models.common import unknown_name
 
 
-@dataclass(frozen=True)
-class PageKind:
+class PageKind(NamedTuple):
     """A kind of page.
 
     Attributes
     ----------
-    name : str
     shows : str
         In a few words.
     function : str
-        ``"module:function"``, imported at use: charts and what they draw take a second to import.
+        ``"module:function"`` of this package, imported at use: charts and what they draw take a second to import.
     marker : str
         File by which a folder with such a page is known; empty where a command gives the content.
     """
 
-    name: str
     shows: str
     function: str
-    marker: str = ""
+    marker: str
 
     def html(self, *content: Any) -> str | None:
         """Return the page as HTML; None for a folder with the marker of this kind that is of another kind."""
         module, _, function = self.function.partition(":")
-        html: str | None = getattr(import_module(module), function)(*content)
+        html: str | None = getattr(import_module(f".{module}", __package__), function)(*content)
         return html
 
 
-_HERE = __package__
 #: Folders first, in the order in which they are tried.
 PAGES = {
-    kind.name: kind
-    for kind in (
-        PageKind("demo", "the loop of a demo", f"{_HERE}.demo_page:demo_page", "demo.json"),
-        PageKind("study", "what a study found", f"{_HERE}.study_pages:study_page", "manifest.json"),
-        PageKind("run", "a co-simulation", f"{_HERE}.run_page:run_page", "manifest.json"),
-        PageKind(
-            "prediction", "predicted tests", f"{_HERE}.prediction_page:prediction_page", "prediction.json"
-        ),
-        PageKind("forming", "a forming result", f"{_HERE}.forming_page:forming_page", "forming.json"),
-        PageKind("diagnosis", "what a model is missing", f"{_HERE}.diagnosis_page:diagnosis_page"),
-        PageKind("refinement", "a model before and after", f"{_HERE}.refinement_page:refinement_page"),
-        PageKind("comparison", "models beside each other", f"{_HERE}.comparison_page:comparison_page"),
-        PageKind("coverage", "loads that were never tested", f"{_HERE}.coverage_page:coverage_page"),
-        PageKind("attribution", "causes of a deviation", f"{_HERE}.attribution_page:attribution_page"),
-        PageKind("learning-curve", "tests needed", f"{_HERE}.learning_curve_page:learning_curve_page"),
-        PageKind("forming-error", "errors of forces", f"{_HERE}.forming_error_page:forming_error_page"),
-        PageKind("lag", "what one-step lag costs", f"{_HERE}.lag_page:lag_page"),
-        PageKind(
-            "extrapolation", "friction beyond the tests", f"{_HERE}.extrapolation_page:extrapolation_page"
-        ),
+    name: PageKind(shows, function, marker)
+    for name, shows, function, marker in (
+        ("demo", "the loop of a demo", "demo_page:demo_page", "demo.json"),
+        ("study", "what a study found", "study_pages:study_page", "manifest.json"),
+        ("run", "a co-simulation", "run_page:run_page", "manifest.json"),
+        ("prediction", "predicted tests", "prediction_page:prediction_page", "prediction.json"),
+        ("forming", "a forming result", "registry:forming_page", "forming.json"),
+        ("diagnosis", "what a model is missing", "diagnosis_page:diagnosis_page", ""),
+        ("refinement", "a model before and after", "refinement_page:refinement_page", ""),
+        ("comparison", "models beside each other", "comparison_page:comparison_page", ""),
+        ("coverage", "loads that were never tested", "coverage_page:coverage_page", ""),
+        ("attribution", "causes of a deviation", "attribution_page:attribution_page", ""),
+        ("learning-curve", "tests needed", "learning_curve_page:learning_curve_page", ""),
+        ("forming-error", "errors of forces", "forming_error_page:forming_error_page", ""),
+        ("lag", "what one-step lag costs", "lag_page:lag_page", ""),
+        ("extrapolation", "friction beyond the tests", "extrapolation_page:extrapolation_page", ""),
     )
 }
+
+
+def forming_page(folder: Path) -> str:
+    """Return the page of a forming result, which `forming` makes itself."""
+    from forming.results.files import load_result
+    from forming.results.page import report_page
+
+    return report_page(*load_result(folder))
 
 
 def page_of(name: str, *content: Any) -> str:

@@ -13,7 +13,7 @@ from .files_named import Reads, Writes
 
 if TYPE_CHECKING:
     from ...jobs.campaign import Campaign, JobResult
-    from ...studies.protocol import Study
+    from ...studies.study import Study
 
 StudyFolder = Annotated[
     Path,
@@ -56,19 +56,9 @@ def carry_out(
     dry_run: bool,
     title: str | None = None,
 ) -> None:
-    """Run the jobs of a study, write its manifest and what it found, and print the latter; only count for a dry run.
+    """Run the jobs of a study and write its manifest; a dry run only counts them.
 
-    Parameters
-    ----------
-    study : Study
-    folder : Path
-        Where it is written.
-    written : callable
-        Writes what was found and returns it as text, empty for nothing.
-    jobs, scheduler, dry_run
-        As the user gave them.
-    title : str, optional
-        Of the progress display.
+    `written` writes what was found and returns it as text, empty where nothing was found.
     """
     from friction_models.common import write_json
 
@@ -77,7 +67,7 @@ def carry_out(
     if results is None:
         return
     settings = {"study": study.name, **study.settings(results)}
-    write_json(folder / "manifest.json", campaign.manifest(results, settings, study.seeds))
+    write_json(folder / "manifest.json", campaign.manifest(results, settings, {study.seeds: study.plan.seed}))
     text = written(campaign, results)
     if text:
         say(text)

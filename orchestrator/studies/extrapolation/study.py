@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 from ...comparison.level_runs import Level
-from ...jobs.campaign import Campaign, Job, JobResult
+from ...jobs.campaign import Job, JobResult
 from ..coupled import check_names, chosen_level, coupled_job, synthetic
 from ..measurements import FULL_PLAN, QUICK_PLAN, data_jobs, data_name, only_lubricant
 from ..models import ADVANCED, model_job
+from ..study import Study
 from .jobs import REDUCED_BY
 
 #: Training data: all training tests, or those with low pressure and temperature only.
@@ -79,7 +80,7 @@ class ExtrapolationPlan:
 
 
 @dataclass(frozen=True)
-class ExtrapolationStudy:
+class ExtrapolationStudy(Study):
     """The study as jobs.
 
     Attributes
@@ -90,7 +91,7 @@ class ExtrapolationStudy:
 
     plan: ExtrapolationPlan
     jobs: tuple[Job, ...] = ()
-    name: ClassVar[str] = "extrapolation"
+    name = "extrapolation"
 
     @classmethod
     def of(cls, plan: ExtrapolationPlan, data: Mapping[str, Path] | None = None) -> ExtrapolationStudy:
@@ -124,15 +125,6 @@ class ExtrapolationStudy:
                     for rule, clamped in RULES.items()
                 ]
         return cls(plan, tuple(jobs))
-
-    @property
-    def seeds(self) -> dict[str, int]:
-        """Seeds for the manifest."""
-        return {"virtual_lab": self.plan.seed}
-
-    def campaign(self, folder: Path) -> Campaign:
-        """Return the campaign that does the jobs."""
-        return Campaign(folder, self.jobs)
 
     def settings(self, results: Mapping[str, JobResult]) -> dict[str, Any]:
         """Return what the manifest says of the study."""

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from friction_models.common import InputError
 
 from ...comparison.level_runs import level_job
-from ...jobs.campaign import Campaign, Job, JobResult
+from ...jobs.campaign import Job, JobResult
 from ..measurements import FULL_PLAN, QUICK_PLAN, VIRTUAL, data_jobs, data_name
 from ..models import ADVANCED, CONSTANTS, constant_job, model_job, model_name
 from ..press_levels import StudyLevel, own_levels, virtual_levels
+from ..study import Study
 
 #: Punch travel [mm]: the rod passes its steady force, the cup is as deep as the virtual press draws it.
 STROKES = {"fre": 20.0, "bce": 12.0}
@@ -109,7 +110,7 @@ class Friction:
 
 
 @dataclass(frozen=True)
-class FormingErrorStudy:
+class FormingErrorStudy(Study):
     """The study as jobs, and the names to find their results by.
 
     Attributes
@@ -127,7 +128,7 @@ class FormingErrorStudy:
     frictions: tuple[Friction, ...]
     levels: tuple[StudyLevel, ...]
     jobs: tuple[Job, ...]
-    name: ClassVar[str] = "forming-error"
+    name = "forming-error"
 
     @classmethod
     def of(
@@ -193,15 +194,6 @@ class FormingErrorStudy:
     def of_levels(cls, plan: Plan, levels: Sequence[StudyLevel], virtual: bool) -> FormingErrorStudy:
         """Return the study without its jobs, to find results by."""
         return cls(plan, virtual, plan.frictions(), tuple(levels), ())
-
-    @property
-    def seeds(self) -> dict[str, int]:
-        """Seeds for the manifest."""
-        return {"virtual_lab": self.plan.seed}
-
-    def campaign(self, folder: Path) -> Campaign:
-        """Return the campaign in a folder."""
-        return Campaign(folder, self.jobs)
 
     def synthetic(self, results: Mapping[str, JobResult]) -> bool:
         """Return whether any measurement is synthetic: of this study, or data of one's own that say so."""

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 from friction_models.common import InputError
 
 from ...comparison.level_runs import Level
-from ...jobs.campaign import Campaign, Job, JobResult
+from ...jobs.campaign import Job, JobResult
 from ..coupled import SPEED, T_TOOL, check_names, chosen_level, coupled_job, synthetic
 from ..measurements import FULL_PLAN, QUICK_PLAN, data_jobs, data_name, only_lubricant
 from ..models import model_job
+from ..study import Study
 
 Mode = Literal["jacobi", "gauss_seidel", "iterated"]
 MODES: tuple[Mode, ...] = ("jacobi", "gauss_seidel", "iterated")
@@ -85,7 +86,7 @@ class LagPlan:
 
 
 @dataclass(frozen=True)
-class LagStudy:
+class LagStudy(Study):
     """The study as jobs.
 
     Attributes
@@ -96,7 +97,7 @@ class LagStudy:
 
     plan: LagPlan
     jobs: tuple[Job, ...] = ()
-    name: ClassVar[str] = "lag"
+    name = "lag"
 
     @classmethod
     def of(cls, plan: LagPlan, data: Mapping[str, Path] | None = None) -> LagStudy:
@@ -122,15 +123,6 @@ class LagStudy:
                     for mode in MODES
                 ]
         return cls(plan, tuple(jobs))
-
-    @property
-    def seeds(self) -> dict[str, int]:
-        """Seeds for the manifest."""
-        return {"virtual_lab": self.plan.seed}
-
-    def campaign(self, folder: Path) -> Campaign:
-        """Return the campaign that does the jobs."""
-        return Campaign(folder, self.jobs)
 
     def settings(self, results: Mapping[str, JobResult]) -> dict[str, Any]:
         """Return what the manifest says of the study."""

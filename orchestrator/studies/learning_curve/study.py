@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from friction_models.common import InputError
 
-from ...jobs.campaign import Campaign, Job, JobResult
+from ...jobs.campaign import Job
 from ..measurements import FULL_PLAN, QUICK_PLAN, VIRTUAL, data_jobs, data_name
 from ..models import ADVANCED
+from ..study import Study
 from .jobs import AVERAGE, MEAN, SERIES
 
 #: Typical accuracy of a tribometer in mu: the limit of the paper.
@@ -103,7 +104,7 @@ class LearningCurvePlan:
 
 
 @dataclass(frozen=True)
-class LearningCurveStudy:
+class LearningCurveStudy(Study):
     """The study as jobs, and the names to find their results by.
 
     Attributes
@@ -123,7 +124,8 @@ class LearningCurveStudy:
     curves: Mapping[tuple[str, str], tuple[str, ...]]
     facts: Mapping[str, str]
     virtual: bool
-    name: ClassVar[str] = "learning-curve"
+    name = "learning-curve"
+    seeds = "study"
 
     @classmethod
     def of(cls, plan: LearningCurvePlan, data: Mapping[str, Path] | None = None) -> LearningCurveStudy:
@@ -158,19 +160,6 @@ class LearningCurveStudy:
                 curves[lubricant, collection] = tuple(job.name for job in mine)
                 jobs += mine
         return cls(plan, tuple(jobs), curves, names, virtual)
-
-    @property
-    def seeds(self) -> dict[str, int]:
-        """Seeds for the manifest."""
-        return {"study": self.plan.seed}
-
-    def settings(self, results: Mapping[str, JobResult]) -> dict[str, Any]:
-        """Return what the manifest says of the study."""
-        return self.plan.to_dict()
-
-    def campaign(self, folder: Path) -> Campaign:
-        """Return the campaign that does the jobs."""
-        return Campaign(folder, self.jobs)
 
 
 def _training_tests(plan: LearningCurvePlan, place: Path | None) -> int:
