@@ -1,1 +1,1 @@
-"""Which cause a deviation between measured and simulated forces points to."""
+"""Attribution of a deviation between measured and simulated forces to its likely causes."""

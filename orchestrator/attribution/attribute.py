@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING
 
 from friction_models.common import InputError
 
-from ..cosim.batch import RunProgress
 from ..cosim.system import System
+from ..jobs.job import Progress
 from .curves import on_common_stroke
 from .fit import attribution
-from .plant import Plant
+from .forming_system import FormingSystem
 from .result import Attribution
-from .runs import run_sensitivities, runs_folder
+from .sensitivities import run_sensitivities, runs_folder
 
 if TYPE_CHECKING:
     from forming.press import PressCurves, PressLevel
@@ -35,7 +35,7 @@ def attribute(
     causes: Sequence[str] | None = None,
     runs: Path | None = None,
     jobs: int | None = None,
-    progress: RunProgress | None = None,
+    progress: Progress | None = None,
 ) -> Attribution:
     """Say which cause the difference between measured and simulated force-stroke curves points to.
 
@@ -62,9 +62,9 @@ def attribute(
     from forming.press import PressCurves
 
     curves = press if isinstance(press, PressCurves) else PressCurves.read(press)
-    plants = [Plant.of(s) for s in ([systems] if isinstance(systems, System) else systems)]
-    pairs, warnings = _matched(curves, plants)
-    found = run_sensitivities(plants, pairs, causes, runs_folder(runs), jobs, progress)
+    varied = [FormingSystem.of(s) for s in ([systems] if isinstance(systems, System) else systems)]
+    pairs, warnings = _matched(curves, varied)
+    found = run_sensitivities(varied, pairs, causes, runs_folder(runs), jobs, progress)
     levels = [
         on_common_stroke(level, base, found.mesh_size)
         for (_, level), base in zip(pairs, found.base, strict=True)
@@ -76,26 +76,26 @@ def attribute(
                 f"{level.file}: the system's run ends at {v.stroke[-1]:.1f} mm, the press at {recorded:.1f} mm of stroke; "
                 "what comes after was not judged (a longer stop_time, or speed of the forming FMU)"
             )
-    synthetic = curves.synthetic or any(p.system.synthetic for p in plants)
+    synthetic = curves.synthetic or any(s.system.synthetic for s in varied)
     return attribution(levels, found, synthetic, [*warnings, *found.warnings])
 
 
 def _matched(
-    curves: PressCurves, plants: Sequence[Plant]
-) -> tuple[list[tuple[Plant, PressLevel]], list[str]]:
+    curves: PressCurves, systems: Sequence[FormingSystem]
+) -> tuple[list[tuple[FormingSystem, PressLevel]], list[str]]:
     """Return the levels with the system of their process."""
     pairs, left = [], []
     for level in curves.levels:
-        plant = next((p for p in plants if p.process == level.process), None)
-        plant = plant or next((p for p in plants if not p.process), None)
-        if plant is None:
+        system = next((s for s in systems if s.process == level.process), None)
+        system = system or next((s for s in systems if not s.process), None)
+        if system is None:
             left.append(level.file)
         else:
-            pairs.append((plant, level))
+            pairs.append((system, level))
     if not pairs:
         raise InputError(
             f"press curves of {', '.join(sorted({x.process for x in curves.levels}))}: the systems form "
-            f"{', '.join(p.process or 'something else' for p in plants)}; allowed: a system of the same process"
+            f"{', '.join(s.process or 'something else' for s in systems)}; allowed: a system of the same process"
         )
     notes = [f"no system forms {', '.join(left)}: left out"] if left else []
     return pairs, notes

@@ -13,7 +13,7 @@ from friction_models.loads import FloatArray
 
 from ..force_curves.forces import WINDOW, ForceCurve
 from .causes import Cause
-from .runs import Sensitivities
+from .sensitivities import Sensitivities
 
 if TYPE_CHECKING:
     from forming.press import PressLevel
@@ -29,7 +29,7 @@ BENT = ("compliance", "stroke_zero")
 
 
 @dataclass(frozen=True)
-class Level:
+class LevelForces:
     """One level of the press on a common stroke.
 
     Attributes
@@ -57,7 +57,7 @@ class Level:
     process: str = ""
 
 
-def on_common_stroke(level: PressLevel, simulated: ForceCurve, mesh_size: float = 0.0) -> Level:
+def on_common_stroke(level: PressLevel, simulated: ForceCurve, mesh_size: float = 0.0) -> LevelForces:
     """Return measured and simulated force at the same strokes, both averaged over a mesh size at least.
 
     Raises
@@ -78,7 +78,7 @@ def on_common_stroke(level: PressLevel, simulated: ForceCurve, mesh_size: float 
     force = averaged(simulated, grid, window)
     each = np.array([averaged(c, grid, window) for c in repeats])
     mean = each.mean(axis=0)
-    return Level(level.file, grid, window, force, mean, each - mean, simulated, level.process)
+    return LevelForces(level.file, grid, window, force, mean, each - mean, simulated, level.process)
 
 
 def averaged(curve: ForceCurve, grid: FloatArray, window: float) -> FloatArray:
@@ -96,7 +96,7 @@ def averaged(curve: ForceCurve, grid: FloatArray, window: float) -> FloatArray:
 
 
 def fingerprint(
-    cause: Cause, levels: Sequence[Level], found: Sensitivities, strength: float | None = None
+    cause: Cause, levels: Sequence[LevelForces], found: Sensitivities, strength: float | None = None
 ) -> list[FloatArray]:
     """Return the change of the force at every level for a strength of one [kN].
 
@@ -116,7 +116,7 @@ def fingerprint(
     return prints
 
 
-def _bent(name: str, level: Level, strength: float | None) -> FloatArray:
+def _bent(name: str, level: LevelForces, strength: float | None) -> FloatArray:
     """Return the change of the force for a give of press and tools [mm/kN], or a zero of the stroke [mm], of one."""
     stroke, force = level.curve.stroke, level.curve.force
     along = force if name == "compliance" else np.ones_like(force)

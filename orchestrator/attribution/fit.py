@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -11,10 +10,10 @@ from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
 from .causes import Cause
-from .curves import BENT, Level, fingerprint
-from .result import Attribution, Fit
-from .runs import Sensitivities
+from .curves import BENT, LevelForces, fingerprint
+from .result import Attribution, Fit, LevelCurves, Strength
 from .scatter import Scatter
+from .sensitivities import Sensitivities
 
 #: Whitened squared distance below which two causes cannot be told apart (three standard errors).
 APART = 9.0
@@ -29,7 +28,7 @@ FOLLOWED = 4
 
 
 def attribution(
-    levels: Sequence[Level], found: Sensitivities, synthetic: bool, warnings: Sequence[str] = ()
+    levels: Sequence[LevelForces], found: Sensitivities, synthetic: bool, warnings: Sequence[str] = ()
 ) -> Attribution:
     """Project the deviations of all levels on the fingerprints."""
     notes = list(warnings)
@@ -107,12 +106,12 @@ def _whitened(prints: Sequence[Sequence[FloatArray]], scatter: Scatter) -> Float
 
 
 def _curves(
-    levels: Sequence[Level],
+    levels: Sequence[LevelForces],
     columns: dict[str, list[FloatArray]],
     parts: dict[str, list[Cause]],
     left: FloatArray,
     scatter: Scatter,
-) -> list[dict[str, Any]]:
+) -> list[LevelCurves]:
     """Return what the page draws of each level."""
     ends = np.cumsum([len(v.stroke) for v in levels])[:-1]
     after, expected = np.split(left, ends), np.split(scatter.deviation, ends)
@@ -161,7 +160,7 @@ def _described(parts: Sequence[Cause], X: FloatArray, values: FloatArray, drop: 
     errors = np.sqrt(np.diag(np.linalg.pinv(X.T @ X)))
     p = float(min(1.0, family * chi2.sf(drop, k)))
     numbers = tuple(
-        (c.column, float(v), float(e), c.unit) for c, v, e in zip(parts, values, errors, strict=True)
+        Strength(c.column, float(v), float(e), c.unit) for c, v, e in zip(parts, values, errors, strict=True)
     )
     return Fit(parts[0].name, parts[0].kind, parts[0].title, numbers, drop - 2.0 * k, p)
 

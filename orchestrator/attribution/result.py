@@ -3,12 +3,51 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple, TypedDict
 
 from friction_models.discovery.wording import p_text
+from friction_models.loads import FloatArray
 
 #: What is named and still leaves this many times the scatter is not all that is missing.
 LEFT = 2.0
+
+
+class Strength(NamedTuple):
+    """Strength of a cause with its standard error; `name` is empty for a cause with one strength."""
+
+    name: str
+    value: float
+    error: float
+    unit: str
+
+
+class Deviation(TypedDict):
+    """RMS of forces [kN]: see `Attribution`."""
+
+    before: float
+    after: float
+    scatter: float
+    mesh: float
+
+
+class LevelDeviation(TypedDict):
+    """Measured minus simulated force of one level."""
+
+    level: str
+    stroke_mm: list[float]
+    rms_kN: float
+
+
+class LevelCurves(TypedDict):
+    """What the page draws of one level: stroke [mm], forces [kN], and by cause the change of the force for a strength of one."""
+
+    level: str
+    stroke: FloatArray
+    measured: FloatArray
+    simulated: FloatArray
+    after: FloatArray
+    scatter: FloatArray
+    fingerprints: dict[str, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -18,7 +57,7 @@ class Fit:
     cause: str
     kind: str
     title: str
-    values: tuple[tuple[str, float, float, str], ...]
+    values: tuple[Strength, ...]
     gain: float
     p_value: float
 
@@ -54,14 +93,12 @@ class Attribution:
         Causes whose fingerprints are the same in these curves, whatever the truth.
     unseen : list of str
         Causes that leave no trace in these curves.
-    deviation : dict
+    deviation : Deviation
         RMS of measured minus simulated [kN] ``before``, ``after`` the first cause (and the second), of the
         ``scatter`` to expect, and of the shift by the ``mesh`` that is allowed beside it.
-    levels : list of dict
-        Name, stroke and rms of each level.
-    curves : list of dict
-        For each level ``stroke`` [mm], ``measured``, ``simulated``, what is left ``after`` the causes named, the
-        ``scatter`` to expect [kN] and the ``fingerprints``: change of the force for a strength of one, by cause.
+    levels : list of LevelDeviation
+    curves : list of LevelCurves
+        Forces of each level, with what is left ``after`` the causes named and the ``scatter`` to expect.
     """
 
     ranking: list[Fit]
@@ -69,11 +106,11 @@ class Attribution:
     second: list[str]
     groups: list[list[str]]
     unseen: list[str]
-    deviation: dict[str, float]
-    levels: list[dict[str, Any]]
+    deviation: Deviation
+    levels: list[LevelDeviation]
     synthetic: bool
     warnings: list[str] = field(default_factory=list)
-    curves: list[dict[str, Any]] = field(default_factory=list, repr=False)
+    curves: list[LevelCurves] = field(default_factory=list, repr=False)
 
     @property
     def kinds(self) -> list[str]:

@@ -16,8 +16,8 @@ import numpy as np
 
 from friction_models.loads import FloatArray
 
-from .curves import Level, averaged
-from .runs import OTHER_MESH, Sensitivities
+from .curves import LevelForces, averaged
+from .sensitivities import OTHER_MESH, Sensitivities
 
 if TYPE_CHECKING:
     from ..force_curves.forces import ForceCurve
@@ -55,7 +55,7 @@ class Scatter:
     drift: FloatArray
 
     @classmethod
-    def of(cls, levels: Sequence[Level], found: Sensitivities, notes: list[str]) -> Scatter:
+    def of(cls, levels: Sequence[LevelForces], found: Sensitivities, notes: list[str]) -> Scatter:
         """Return scatter of the mean curves and error of the mesh together; notes what is poorly known."""
         waves, drifts = mesh_error(levels, found.remeshed, notes)
         own = repeats(levels, notes) + waves
@@ -72,7 +72,7 @@ class Scatter:
         return np.asarray(self.factor @ whitened)
 
 
-def repeats(levels: Sequence[Level], notes: list[str]) -> FloatArray:
+def repeats(levels: Sequence[LevelForces], notes: list[str]) -> FloatArray:
     """Return the covariance of the mean curves of the repeats [kN2].
 
     A billet, or its lubricant, shifts a whole curve in proportion to the force; beside that curves differ
@@ -106,7 +106,7 @@ def repeats(levels: Sequence[Level], notes: list[str]) -> FloatArray:
 
 
 def mesh_error(
-    levels: Sequence[Level], remeshed: Sequence[ForceCurve], notes: list[str]
+    levels: Sequence[LevelForces], remeshed: Sequence[ForceCurve], notes: list[str]
 ) -> tuple[FloatArray, FloatArray]:
     """Return the error of the mesh: from another mesh, or assumed where there is none.
 

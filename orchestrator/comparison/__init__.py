@@ -1,1 +1,1 @@
-"""Friction models compared: on tribometer tests, on press curves, in one system."""
+"""Comparison of friction models: on tribometer tests, on press curves, in one system."""

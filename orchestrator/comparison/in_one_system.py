@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
-import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,20 +11,19 @@ import numpy as np
 
 from fmus.runtime.errors import SimulationError
 from fmus.runtime.friction_names import FrictionNames
-from friction_models.common import InputError, grown, write_json
-from friction_models.common.folders import STUDY
+from friction_models.common import InputError
 from friction_models.loads import LOADS, MU, FloatArray
 
 from ..cosim.run_folders import Run
 from ..cosim.swapping import friction_component, swap_model, takes_loads
 from ..force_curves.forces import SAMPLES, WINDOW, ForceCurve
-from .level_runs import RUN
+from .study_folder import RUN, study_folder, write_runs_table
 
 if TYPE_CHECKING:
     from ..cosim.system import System
     from ..jobs.campaign import JobResult
+    from ..jobs.job import Progress
 
-Progress = Callable[[int, int, str], None]
 #: The run without friction, which the others are held against; no model may be called so.
 REFERENCE = "without friction"
 #: Contact points whose loads and mu are shown.
@@ -194,9 +191,7 @@ def compare_in_system(
 
     component = friction_component(system)
     process = _process(system, component)
-    place = runs if runs is not None else Path(tempfile.mkdtemp(prefix="tribofmu-study-"))
-    try:
-        grown(place, STUDY)
+    with study_folder(runs) as place:
         todo = []
         called: dict[str, FrictionNames] = {}
         for number, (label, model) in enumerate({**models, REFERENCE: "0"}.items(), 1):
@@ -212,16 +207,10 @@ def compare_in_system(
         campaign = Campaign(place, todo)
         results = campaign.run(jobs, progress=progress)
         if runs is not None:
-            folders = {
-                n: (r.folder / RUN).relative_to(place.resolve()).as_posix() for n, r in results.items()
-            }
-            write_json(place / "runs.json", folders)
+            write_runs_table(place, results)
         found = {label: Run.load(result.folder / RUN) for label, result in results.items()}
         failed = {label: failure.error for label, failure in campaign.failed.items()}
         return _compared(system, component, process, found, called, failed)
-    finally:
-        if runs is None:
-            shutil.rmtree(place, ignore_errors=True)
 
 
 def run_system(

@@ -14,6 +14,8 @@ import numpy as np
 
 from friction_models.common import InputError, unknown_name
 
+from .study_folder import RUN as RUN
+
 if TYPE_CHECKING:
     from forming.press import PressLevel
 
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
 
 #: CPU time of a run by millimetre of stroke [s], for estimates.
 SECONDS_A_MM = {"fre": 0.25, "bce": 0.25}
-RUN = "run"
 
 
 @dataclass(frozen=True)

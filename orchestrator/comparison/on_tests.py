@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 import pandas as pd
@@ -24,6 +24,17 @@ SURE = 0.95
 FEWEST_UNITS = FEWEST_TESTS
 
 
+class Pair(TypedDict):
+    """Two models: how much larger the error of the worse one is, and whether they can be told apart."""
+
+    better: str
+    worse: str
+    difference: float
+    interval: list[float]
+    probability: float
+    apart: bool
+
+
 @dataclass(frozen=True)
 class Order:
     """How sure the order of models is, from resampling whole tests (or press levels) for all models alike.
@@ -36,8 +47,8 @@ class Order:
         Probability of being the best of all.
     ranks : dict of str to (int, int)
         95 % interval of the place, 1 is the best.
-    pairs : list of dict
-        ``better``, ``worse``, ``difference`` with its ``interval``, ``probability`` that the first is better, ``apart``.
+    pairs : list of Pair
+        ``difference`` with its ``interval``, ``probability`` that the better one is better indeed, ``apart``.
     units : int
         Number of tests or levels.
     """
@@ -45,7 +56,7 @@ class Order:
     names: list[str]
     best: dict[str, float]
     ranks: dict[str, tuple[int, int]]
-    pairs: list[dict[str, Any]]
+    pairs: list[Pair]
     units: int
 
     @classmethod
@@ -72,7 +83,7 @@ class Order:
         first = (table <= (1.0 + same) * table.min(axis=0)).astype(float)
         best = (first / first.sum(axis=0)).mean(axis=1)
         low, high = np.quantile(places, [0.025, 0.975], axis=1, method="nearest")
-        pairs = []
+        pairs: list[Pair] = []
         tail = 0.5 * (1.0 - SURE)
         for i, j in combinations(range(len(names)), 2):
             change = table[j] - table[i]

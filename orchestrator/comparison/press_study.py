@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
-import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,19 +10,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmus.runtime.errors import SimulationError
-from friction_models.common import grown, write_json
-from friction_models.common.folders import STUDY
 
 from ..cosim.ready_made import STEP, STROKE
 from ..cosim.swapping import friction_fmu
-from ..force_curves.forces import ForceCurve, LevelsComparison, compare_force, read_press_curve
+from ..force_curves.forces import (
+    ForceComparison,
+    ForceCurve,
+    LevelsComparison,
+    compare_force,
+    read_press_curve,
+)
 from ..jobs.campaign import Campaign
-from .level_runs import RUN, Level, level_job
+from ..jobs.job import Progress
+from .level_runs import Level, level_job
+from .study_folder import study_folder, write_runs_table
 
 if TYPE_CHECKING:
-    from forming.press import PressCurves
-
-Progress = Callable[[int, int, str], None]
+    from forming.press import PressCurves, PressLevel
 
 
 @dataclass(frozen=True)
@@ -136,63 +138,48 @@ class PressStudy:
         InputError
             A model that cannot be packed or read.
         """
-        place = runs if runs is not None else Path(tempfile.mkdtemp(prefix="tribofmu-study-"))
-        try:
-            grown(place, STUDY)
+        with study_folder(runs) as place:
             frictions = {
                 label: friction_fmu(name, place / f"friction-{number}.fmu")
                 for number, (label, name) in enumerate(models.items(), 1)
             }
             pairs = [(label, level) for label in models for level in self.press.levels]
-            jobs_of = [
-                level_job(
-                    f"{Path(level.file).stem}, {label}",
-                    Level.of(level, self.press.info, STROKE, STEP),
-                    frictions[label],
-                    names=(names or {}).get(label),
-                    keep="summary" if runs is None else "run",
-                    synthetic=self.synthetic,
-                    label=label,
-                )
-                for label, level in pairs
-            ]
-            campaign = Campaign(place, jobs_of)
+            campaign = Campaign(
+                place,
+                [
+                    level_job(
+                        _run_name(label, level),
+                        Level.of(level, self.press.info, STROKE, STEP),
+                        frictions[label],
+                        names=(names or {}).get(label),
+                        keep="summary" if runs is None else "run",
+                        synthetic=self.synthetic,
+                        label=label,
+                    )
+                    for label, level in pairs
+                ],
+            )
             results = campaign.run(jobs, progress=progress)
             if runs is not None:
-                # Folders are named by hashes; the table says which is which.
-                folders = {
-                    name: (result.folder / RUN).relative_to(place.resolve())
-                    for name, result in results.items()
-                }
-                write_json(place / "runs.json", {name: folder.as_posix() for name, folder in folders.items()})
-            curves = {
-                name: ForceCurve(np.array(result.values["stroke"]), np.array(result.values["force"]))
-                for name, result in results.items()
-            }
-            failed = [
-                FailedRun(label, Path(level.file).stem, failure.error, failure.job.inputs["level"])
-                for label, level in pairs
-                if (failure := campaign.failed.get(f"{Path(level.file).stem}, {label}"))
-            ]
-            return PressResults(
-                [
-                    LevelsComparison(
-                        label,
-                        tuple(
-                            compare_force(
-                                curves[f"{Path(level.file).stem}, {label}"],
-                                read_press_curve(self.folder / level.file),
-                                label,
-                            )
-                            for level in self.press.levels
-                        ),
-                    )
-                    for label in models
-                    if label not in {f.model for f in failed}
-                ],
-                failed,
-                len(pairs),
-            )
-        finally:
-            if runs is None:
-                shutil.rmtree(place, ignore_errors=True)
+                write_runs_table(place, results)
+        failed = [
+            FailedRun(label, Path(level.file).stem, failure.error, failure.job.inputs["level"])
+            for label, level in pairs
+            if (failure := campaign.failed.get(_run_name(label, level)))
+        ]
+
+        def compared(label: str, level: PressLevel) -> ForceComparison:
+            values = results[_run_name(label, level)].values
+            curve = ForceCurve(np.array(values["stroke"]), np.array(values["force"]))
+            return compare_force(curve, read_press_curve(self.folder / level.file), label)
+
+        whole = [label for label in models if label not in {f.model for f in failed}]
+        return PressResults(
+            [LevelsComparison(x, tuple(compared(x, level) for level in self.press.levels)) for x in whole],
+            failed,
+            len(pairs),
+        )
+
+
+def _run_name(label: str, level: PressLevel) -> str:
+    return f"{Path(level.file).stem}, {label}"

@@ -1,1 +1,1 @@
-"""Co-simulation: system description, wiring, master, run folders, SSP systems."""
+"""Co-simulation of FMUs: systems, the master that runs them, run folders, SSP archives."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,14 +18,12 @@ from friction_models.common.folders import RUN
 from friction_models.common.kept import is_kept, keep, path_digest
 from friction_models.common.pool import map_unordered
 
+from ..jobs.job import Progress
 from ..jobs.keys import ResultKeys
 from ..jobs.versions import versions
 from .master import Master
 from .run_folders import Run
 from .system import System
-
-#: Called with (done, total, name of the run that is finished).
-RunProgress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
@@ -54,13 +52,11 @@ def cached_task(system: System, cache: Path, keys: ResultKeys, label: str) -> Ru
     `label` tells runs apart that have everything else in common.
     """
     content = system.to_dict({name: path_digest(system.fmu_path(name)) for name in system.components})
-    key = keys.of({"system": content, "label": label})
+    key = keys.of({"system": content, "label": label})[:20]
     return RunTask(system, cache / key, key=key)
 
 
-def run_all(
-    tasks: Sequence[RunTask], jobs: int | None = None, progress: RunProgress | None = None
-) -> list[Run]:
+def run_all(tasks: Sequence[RunTask], jobs: int | None = None, progress: Progress | None = None) -> list[Run]:
     """Run all tasks, in parallel where there is more than one, and return their runs in order.
 
     A folder that already holds a complete run of the same system, with the same FMUs, start values,

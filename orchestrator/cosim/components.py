@@ -1,4 +1,4 @@
-"""The running components of a system: what each one takes and gives, and how values pass from one to the other."""
+"""Running components of a system, and the transfer of values between them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fmus.runtime.errors import SimulationError
 from fmus.runtime.ports import Port
 from friction_models.loads import FloatArray
 
-from .points_without_pressure import Patch, Untouched
+from .points_without_pressure import Patch, PointsWithoutPressure
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -50,7 +50,7 @@ class AnyInstance(Protocol):
 
 @dataclass
 class Transfer:
-    """Where the values between two components stand in the arrays of their ports; scaled where units differ."""
+    """Copies the values of all connections between two components; converts units where they differ."""
 
     source: str
     rows: _Index
@@ -85,8 +85,8 @@ class Components:
         What is connected or recorded of each component.
     incoming : dict of str to list of Transfer
         By target.
-    untouched : dict of str to Untouched
-        Components that are spared the points without contact.
+    without_pressure : dict of str to PointsWithoutPressure
+        Components that get other loads at points without contact.
     """
 
     instances: Mapping[str, AnyInstance]
@@ -94,7 +94,7 @@ class Components:
     inputs: dict[str, Port] = field(default_factory=dict)
     outputs: dict[str, Port] = field(default_factory=dict)
     incoming: dict[str, list[Transfer]] = field(default_factory=dict)
-    untouched: dict[str, Untouched] = field(default_factory=dict)
+    without_pressure: dict[str, PointsWithoutPressure] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -109,9 +109,11 @@ class Components:
             made.inputs[name] = Port(fed)
             made.outputs[name] = Port({v.name: v for v in given}.values())
         for name, component in system.components.items():
-            found = Untouched.of(name, wiring.links, made.outputs) if component.contact_only else None
+            found = (
+                PointsWithoutPressure.of(name, wiring.links, made.outputs) if component.contact_only else None
+            )
             if found is not None:
-                made.untouched[name] = found
+                made.without_pressure[name] = found
         made.incoming = {name: [] for name in made.order}
         for transfer in made._transfers(wiring):
             made.incoming[transfer.target].append(transfer)
@@ -124,8 +126,8 @@ class Components:
         for link in wiring.links:
             pair = (link.source, link.target)
             rows, places, factors, offsets = pairs.setdefault(pair, ([], [], [], []))
-            for name, untouched in self.untouched.items():
-                patch = untouched.patch(name, link, len(rows))
+            for name, points in self.without_pressure.items():
+                patch = points.patch(name, link, len(rows))
                 if patch is not None:
                     patches.setdefault(pair, []).append(patch)
             rows += [self.outputs[link.source].index[v.name] for v in link.sources]
@@ -141,7 +143,7 @@ class Components:
         return transfers
 
     def hand_over(self, name: str) -> None:
-        """Bring the newest values to the inputs of a component."""
+        """Copy the newest values to the inputs of a component."""
         for transfer in self.incoming[name]:
             transfer.apply(self.inputs, self.outputs)
 
@@ -158,11 +160,11 @@ class Components:
             self.check_numbers(name, now + size)
 
     def check_numbers(self, name: str, at: float) -> None:
-        """Raise where an output of a component is no number; what is spared points without contact may have none there."""
+        """Raise where an output is not a number, unless it belongs to a point without contact that the component need not answer."""
         port = self.outputs[name]
         wrong = np.isnan(port.values)
-        if name in self.untouched:
-            idle = self.untouched[name].points(self.outputs)
+        if name in self.without_pressure:
+            idle = self.without_pressure[name].points(self.outputs)
             for rows in port.vectors().values():
                 if len(rows) == len(idle):
                     wrong[rows] &= ~idle

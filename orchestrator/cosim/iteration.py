@@ -1,4 +1,4 @@
-"""When the repetitions of a step agree: link by link, down to what the components themselves can resolve."""
+"""Fixed-point iteration of a communication step: when its repetitions agree."""
 
 from __future__ import annotations
 
@@ -15,27 +15,29 @@ from .setup.wiring import Link
 
 #: Repetitions agree when the values of every connection change by less than this share of their largest.
 TOLERANCE = 1e-8
-#: A solver that stops at a residual of its own gives slightly different loads each time. A change that no
-#: longer falls is taken for that when it is below this share,
+#: A solver that stops at its own residual gives slightly different loads in each repetition. A change that no longer falls
+#: counts as that when it is below this share,
 RESOLUTION = 1e-4
 #: and has not halved in so many repetitions.
 PATIENCE = 3
 MOST_REPETITIONS = 50
 _REAL = ("Real", "Float64", "Float32")
-#: Repetitions after which a step that goes to and fro is damped: the mean of the last two values is passed on.
+#: Repetitions after which a step that oscillates is damped: the mean of the last two values is passed on.
 DAMPED_AFTER = 10
 
 
 @dataclass
-class Settling:
-    """Follows the values of all connections through the repetitions of one step.
+class FixedPointIteration:
+    """Compares the values of all connections from one repetition of a step to the next.
+
+    A step has converged when the values of every connection agree, as far as the components themselves resolve them.
 
     Attributes
     ----------
     links : sequence of Link
         The connections.
     outputs : mapping of str to Port
-        Where their values stand, by component.
+        Their values, by component.
     tolerance : float
         Relative change that counts as agreement.
     repetitions : int
@@ -71,8 +73,8 @@ class Settling:
         self._previous = self._values()
         self._passed = list(self._previous)
 
-    def settled(self) -> bool:
-        """Compare with the last repetition; return whether the step is done."""
+    def converged(self) -> bool:
+        """Compare with the last repetition; return whether the values agree."""
         values = self._values()
         self.repetitions += 1
         self.change = 0.0
@@ -91,7 +93,7 @@ class Settling:
         return self.change <= self.tolerance or (self.change <= RESOLUTION and self._since >= PATIENCE)
 
     def pass_on(self) -> None:
-        """Prepare the next repetition: after many of them the mean of the last two values is what is passed on."""
+        """Prepare the next repetition; after many of them the mean of the last two values is passed on, which damps oscillation."""
         for k, (_, source, rows) in enumerate(self._rows):
             if self.repetitions >= DAMPED_AFTER and self.links[k].sources[0].type in _REAL:
                 self._passed[k] = 0.5 * (self._passed[k] + self._previous[k])

@@ -1,19 +1,18 @@
-"""The master: runs the components of a system step by step and hands values from one to the other.
+"""Master of a co-simulation: runs the components of a system step by step and exchanges their values.
 
 Modes
 -----
 gauss_seidel
-    Components run in their order; each sees the newest outputs. Friction first gives the one-step lag
-    of the user subroutine: in step n the forming process uses mu of the loads that it published at the
-    end of step n - 1.
+    Components run in their order; each gets the newest outputs. With friction first, the forming process uses in step n the
+    friction coefficient of the loads at the end of step n - 1: the same lag of one step as a friction subroutine of a solver.
 jacobi
-    All components see the outputs of the previous step: two increments of lag. This is what libcosim and
-    ecos do, with the same numbers.
+    All components get the outputs of the previous step, which is a lag of two steps. libcosim and ecos do the same and give
+    the same numbers.
 iterated
-    Each step is repeated from a saved FMU state until the values of every connection agree: no lag. Needs
-    FMUs that can save their state; shows what the lag costs. See `iteration` for when repetitions agree.
+    Each step is repeated from a saved FMU state until the values of every connection agree, so there is no lag. All FMUs
+    must be able to save their state. `iteration` says when repetitions agree.
 
-Before the first step connected inputs are initialized along the connections in every mode.
+In every mode, connected inputs are initialized along the connections before the first step.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ from friction_models.loads import FloatArray
 
 from . import iteration
 from .components import AnyInstance, Components
-from .iteration import Settling
+from .iteration import FixedPointIteration
 from .run_folders import Coupling, Course, Run, write_run
 from .setup.algebraic_loops import loop_warning
 from .setup.wiring import Wiring
@@ -53,7 +52,7 @@ Progress = Callable[[float], None]
 
 
 class Master:
-    """Runs a system.
+    """Runs a system of FMUs.
 
     Parameters
     ----------
@@ -66,13 +65,13 @@ class Master:
         share of their largest.
     isolate : bool, optional
         Run every FMU in a process of its own, where a crash does no harm, or none. By default those that were not
-        made here (`fmus.archive.made_here`).
+        made on this machine (`fmus.archive.made_here`).
 
     Raises
     ------
     InputError
         Unknown mode, a tolerance that is not between 0 and 1, a component that cannot save its state where
-        the mode needs it, or a set-up that does not hold (all problems at once).
+        the mode needs it, or errors in the set-up (all at once).
     """
 
     def __init__(
@@ -98,12 +97,12 @@ class Master:
                     "(canGetAndSetFMUstate / canGetAndSetFMUState is not true); mode 'iterated' needs that, "
                     "allowed for it: gauss_seidel, jacobi"
                 )
-        #: What is worth a look before the run: open inputs, algebraic loops.
+        #: Sentences about inputs that nothing feeds, and algebraic loops.
         self.warnings = [*self.wiring.notes, *loop_warning(self.wiring, mode)]
         #: Components that run in a process of their own.
         self.isolated = {n for n, d in self.wiring.descriptions.items() if runs_apart(d.path, isolate)}
         self._course = Course()
-        self._settling: Settling | None = None
+        self._iteration: FixedPointIteration | None = None
         self._interrupts = Interrupts()
 
     def run(self, folder: str | os.PathLike[str], progress: Progress | None = None, csv: bool = False) -> Run:
@@ -245,28 +244,28 @@ class Master:
 
     def _iterated(self, components: Components, now: float, size: float) -> None:
         outputs, instances = components.outputs, components.instances
-        if self._settling is None or self._settling.outputs is not outputs:
-            self._settling = Settling(self.wiring.links, outputs, self.tolerance)
-        settling = self._settling
+        if self._iteration is None or self._iteration.outputs is not outputs:
+            self._iteration = FixedPointIteration(self.wiring.links, outputs, self.tolerance)
+        fixed_point = self._iteration
         with ExitStack() as stack:
             saved = {}
             for name, instance in instances.items():
                 saved[name] = instance.save_state(now)
                 stack.callback(instance.free_state, saved[name])
-            settling.begin()
-            while settling.repetitions < iteration.MOST_REPETITIONS:
-                if settling.repetitions:
+            fixed_point.begin()
+            while fixed_point.repetitions < iteration.MOST_REPETITIONS:
+                if fixed_point.repetitions:
                     for name, instance in instances.items():
                         instance.restore_state(saved[name], now)
-                    settling.pass_on()
+                    fixed_point.pass_on()
                 self._gauss_seidel(components, now, size)
-                if settling.settled():
-                    self._course.iterations.append(settling.repetitions)
-                    self._course.changes.append(settling.change)
+                if fixed_point.converged():
+                    self._course.iterations.append(fixed_point.repetitions)
+                    self._course.changes.append(fixed_point.change)
                     return
         raise SimulationError(
-            f"the step at t = {now:g} s did not converge in {settling.repetitions} repetitions: {settling.where} still "
-            f"changes by {100 * settling.change:.2g} %; use a smaller communication step or the mode 'gauss_seidel'"
+            f"the step at t = {now:g} s did not converge in {fixed_point.repetitions} repetitions: {fixed_point.where} still "
+            f"changes by {100 * fixed_point.change:.2g} %; use a smaller communication step or the mode 'gauss_seidel'"
         )
 
     @property

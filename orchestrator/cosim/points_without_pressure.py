@@ -1,8 +1,8 @@
-"""Contact points without pressure: what a friction FMU is fed there.
+"""Inputs of friction FMUs for contact points that carry no pressure.
 
-A marker before its first contact has neither pressure nor sliding velocity. A law such as mu = a p^-n has no value
-there, although nothing depends on it. Our own FMUs move such loads to the border of their trained domain; others
-get loads that every law answers.
+A point of the workpiece that has not touched a tool yet has neither pressure nor sliding velocity. A law such as mu = a p^-n
+has no value there, although nothing depends on it. The friction FMUs of this project move such loads to the border of their
+trained domain. FMUs made elsewhere get ordinary loads instead.
 """
 
 from __future__ import annotations
@@ -18,29 +18,31 @@ from friction_models.loads import LOAD_NAMES, MU, FloatArray
 
 from .setup.wiring import Link
 
-#: Loads of a point without contact: an ordinary pressure [MPa], and a velocity [mm/s] so small that no memory of
-#: sliding distance grows, but from which powers and logarithms are finite.
+#: Loads for points without contact: an ordinary pressure [MPa], and a velocity [mm/s] that is small enough for the sliding
+#: distance not to grow, and large enough for powers and logarithms to be finite.
 STAND_IN = {"sigma_n": 500.0, "v_rel": 1e-3}
 _Rows = npt.NDArray[np.intp]
 
 
 @dataclass
-class Untouched:
-    """Where the loads of a friction component come from, and which of its points touch nothing.
+class PointsWithoutPressure:
+    """Finds the points of a friction component that carry no pressure, and replaces their loads.
 
     Attributes
     ----------
     source : str
-        The component with the contact.
+        The component that computes the contact.
     rows : ndarray of int, shape (points,)
-        Where its pressure stands among its outputs.
+        Indices of the pressure among its outputs.
     """
 
     source: str
     rows: _Rows = field(repr=False)
 
     @classmethod
-    def of(cls, name: str, links: Iterable[Link], outputs: Mapping[str, Port]) -> Untouched | None:
+    def of(
+        cls, name: str, links: Iterable[Link], outputs: Mapping[str, Port]
+    ) -> PointsWithoutPressure | None:
         """Find the pressure behind the loads of component `name`; None where no component gives one out."""
         for link in links:
             if link.target != name or _base(link.sources[0].name) not in LOAD_NAMES:
@@ -74,15 +76,15 @@ class Untouched:
 
 @dataclass
 class Patch:
-    """Values of one connection at points without contact: another load, or 0 for a mu that is no number."""
+    """Replaces the values of one connection at points without contact: by another load, or a mu that is not a number by 0."""
 
-    untouched: Untouched
+    idle: PointsWithoutPressure
     places: _Rows
     value: float | None
 
     def apply(self, values: FloatArray, outputs: Mapping[str, Port]) -> None:
         """Change `values` in place."""
-        places = self.places[self.untouched.points(outputs)]
+        places = self.places[self.idle.points(outputs)]
         if self.value is not None:
             values[places] = self.value
         else:

@@ -1,4 +1,4 @@
-"""Ready-made systems: a forming process with friction from an FMU."""
+"""Ready-made system: a forming FMU with a friction FMU."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Fields of the forming processes in a co-simulated run: asked of their FMUs, kept in the run folder.
+"""Fields (stress, strain, temperature of the workpiece) of a co-simulated run.
 
-Fields are no FMI variables. A forming FMU writes them itself when the environment of the simulator says where.
+FMI has no variables for fields. A forming FMU writes them to files when environment variables of the simulator tell it where.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from forming.results.fields import FieldHistory
 
 @contextmanager
 def asked_for_fields(every: float) -> Iterator[Path]:
-    """Let forming FMUs that start in this block keep their fields; yield where.
+    """Let forming FMUs that start in this block write their fields; yield the folder.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Run folders: what was run, with which versions and files, and what came out."""
+"""Run folders: results of a co-simulation with the system, the versions and the FMU hashes behind them."""
 
 from __future__ import annotations
 
@@ -46,60 +46,36 @@ def force_labels(recorded: Collection[str], where: str) -> tuple[str, str]:
 
 @dataclass(frozen=True)
 class Coupling:
-    """How the components of a run were coupled.
-
-    Attributes
-    ----------
-    mode : str
-        Mode of the master.
-    tolerance : float
-        Of the mode ``iterated``.
-    isolated : set of str
-        Components that ran in a process of their own.
-    warnings : list of str
-        What was worth a look before the run.
-    """
+    """How the components of a run were coupled: mode of the master and its tolerance (mode ``iterated``)."""
 
     mode: str
     tolerance: float
+    #: Components that ran in a process of their own.
     isolated: Collection[str]
+    #: Sentences about open inputs and algebraic loops.
     warnings: Sequence[str]
 
 
 @dataclass
 class Course:
-    """What happened in a run.
+    """What happened in a run, beside its results."""
 
-    Attributes
-    ----------
-    log : list of str
-        Messages of the FMUs.
-    iterations : list of int
-        Mode ``iterated``: repetitions of each step.
-    changes : list of float
-        Mode ``iterated``: largest relative change of a connection in the last repetition of each step.
-    ending : str
-        Why the run ended before its stop time although nothing failed.
-    stopped : BaseException or None
-        What stopped it early.
-    timing : dict of str to float
-        Wall time by component, and of ``master``, ``setup`` and ``total`` [s].
-    loop_seconds : float
-        Wall time of the stepping loop [s], without loading and writing.
-    """
-
+    #: Messages of the FMUs.
     log: list[str] = field(default_factory=list)
+    #: Mode ``iterated``: repetitions of each step, and largest relative change of a connection in the last one.
     iterations: list[int] = field(default_factory=list)
     changes: list[float] = field(default_factory=list)
+    #: Why the run ended before its stop time although nothing failed; what stopped it otherwise.
     ending: str = ""
     stopped: BaseException | None = None
+    #: Wall time by component, and of ``master``, ``setup`` and ``total`` [s]; that of the stepping loop alone.
     timing: dict[str, float] = field(default_factory=dict)
     loop_seconds: float = 0.0
 
 
 @dataclass
 class Run:
-    """A run that was written: a complete one, or the beginning of one that stopped.
+    """A written run: complete, or the beginning of one that stopped.
 
     Attributes
     ----------

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fmus.runtime.fmu_files import describe
 from fmus.runtime.fmu_variables import Variable
@@ -16,7 +16,7 @@ from .setup.description import SystemDescription
 from .setup.wiring import Wiring
 
 if TYPE_CHECKING:
-    from fmus.ssp.systems import Component, Connector, Structure
+    from fmus.ssp.systems import Component, Connector, Structure, Value
 
 
 def export_ssp(system: SystemDescription, path: str | os.PathLike[str], boundary: bool = False) -> Path:
@@ -50,16 +50,13 @@ def export_ssp(system: SystemDescription, path: str | os.PathLike[str], boundary
             f"{system.source}: a connection to {scaled.target}.{scaled.targets[0].name} converts units, which an archive "
             "cannot hold; allowed: FMUs that share the units of what they exchange"
         )
-    careful = next((name for name, c in system.components.items() if c.contact_only), None)
-    if careful is not None:
-        raise InputError(
-            f"{system.source}: component {careful!r} has contact_only, which an archive cannot hold; allowed: without it"
-        )
-    finer = next((name for name, c in system.components.items() if c.step is not None), None)
-    if finer is not None:
-        raise InputError(
-            f"{system.source}: component {finer!r} has a step of its own, which an archive cannot hold; allowed: without it"
-        )
+    careful = [name for name, c in system.components.items() if c.contact_only]
+    finer = [name for name, c in system.components.items() if c.step is not None]
+    for found, what in ((careful, "contact_only"), (finer, "a step of its own")):
+        if found:
+            raise InputError(
+                f"{system.source}: component {found[0]!r} has {what}, which an archive cannot hold; allowed: without it"
+            )
     links = [
         (_copy(wiring, link.source, a), _plain(a), _copy(wiring, link.target, b), _plain(b))
         for link in wiring.links
@@ -165,7 +162,7 @@ def _components(wiring: Wiring, name: str) -> list[Component]:
     for item in wiring.recorded:
         if item.component == name and item.elements[0].causality == "output":
             use(item.elements, "output")
-    start: dict[str, Any] = {}
+    start: dict[str, Value] = {}
     for variable, value in wiring.starts[name]:
         start[_plain(variable)] = value
         for connectors in used.values():

@@ -11,7 +11,7 @@ from fmus.runtime.fmu_files import FmuDescription, describe
 from fmus.runtime.fmu_variables import Variable
 from friction_models.common import InputError
 
-from .setup.description import TemporaryFolder
+from .setup.description import StartValue, TemporaryFolder
 
 
 def read_system(path: str | os.PathLike[str]) -> tuple[TemporaryFolder, dict[str, Any]]:
@@ -37,7 +37,7 @@ def read_system(path: str | os.PathLike[str]) -> tuple[TemporaryFolder, dict[str
     components = {}
     for component in structure.components:
         description = descriptions[component.name]
-        start: dict[str, Any] = {
+        start: dict[str, StartValue] = {
             name: _start(v)
             for name, v in description.variables.items()
             if v.causality == "input"

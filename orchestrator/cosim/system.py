@@ -19,7 +19,23 @@ _MAX_BYTES = 4_000_000
 
 
 class System(SystemDescription):
-    __doc__ = SystemDescription.__doc__
+    """Components, connections, step and stop time of a co-simulation: read, checked, run by `Master`, exported.
+
+    `SystemDescription` lists the attributes.
+
+    Examples
+    --------
+    >>> system = System.from_dict({
+    ...     "communication_step": 0.01, "stop_time": 0.5,
+    ...     "components": {"friction": {"fmu": "friction.fmu"}, "forming": {"fmu": "fre.fmu"}},
+    ...     "connections": ["forming.sigma_n -> friction.sigma_n", "friction.mu -> forming.mu"],
+    ... })
+    >>> system.steps, system.evaluation_order()
+    (50, ['friction', 'forming'])
+    >>> System.from_dict({"communication_step": 0.01, "stop_tim": 0.5})
+    Traceback (most recent call last):
+    friction_models.common.errors.InputError: ...
+    """
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:

@@ -1,1 +1,1 @@
-"""Which loads of a forming process were never tested, and which tests would cover them."""
+"""Coverage of the loads of a forming process by tests, and proposals of further tests."""

@@ -42,6 +42,11 @@ class Rig:
         Shortest and longest sliding distance [mm].
     psi_set : tuple of float, optional
         Nominal expansions (specimen shapes) there are; those of the tests by default.
+
+    Examples
+    --------
+    >>> Rig.read(["v_set=0.5:800"]).v_set
+    (0.5, 800.0)
     """
 
     sigma_set: tuple[float, float] = (500.0, 2750.0)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -114,6 +114,23 @@ class Share:
         }
 
 
+class Gain(TypedDict):
+    """Share of contact area and friction work that a test would cover for one load, or a pair."""
+
+    loads: list[str]
+    share: float
+
+
+class Proposal(TypedDict):
+    """A test that would cover more: its settings, the rows of the test plan, and what it covers."""
+
+    setpoints: dict[str, float]
+    plan: list[dict[str, str | float]]
+    covers: list[Gain]
+    area_covered: float
+    work_covered: float
+
+
 @dataclass
 class Coverage:
     """Tested loads against the loads of a process.
@@ -130,8 +147,8 @@ class Coverage:
     whole : Share
         Outside by any load or pair.
     synthetic : bool
-    proposals : list of dict
-        Tests that would cover more; see `coverage_tests.propose_tests`.
+    proposals : list of Proposal
+        Tests that would cover more; see `proposals.propose_tests`.
     beyond_rig : list of str
         What no test of the rig reaches.
     notes : list of str
@@ -143,7 +160,7 @@ class Coverage:
     pairs: list[Share]
     whole: Share
     synthetic: bool
-    proposals: list[dict[str, Any]] = field(default_factory=list)
+    proposals: list[Proposal] = field(default_factory=list)
     beyond_rig: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
@@ -195,9 +212,9 @@ class Coverage:
                 "",
                 "Tests that would cover more (what each adds: mean of its shares of contact area and friction work)",
             ]
-            for p in self.proposals:
-                s, c = p["setpoints"], p["covers"]
-                what = ", ".join(f"{' with '.join(x['loads'])} {100 * x['share']:.1f} %" for x in c)
+            for proposal in self.proposals:
+                s, gains = proposal["setpoints"], proposal["covers"]
+                what = ", ".join(f"{' with '.join(x['loads'])} {100 * x['share']:.1f} %" for x in gains)
                 lines.append(
                     f"  sigma_set {s['sigma_set']:g} MPa, psi_set {s['psi_set']:g}, v_set {s['v_set']:g} mm/s, "
                     f"T_tool {s['T_tool']:g} degC, sd_set {s['sd_set']:g} mm: {what}"

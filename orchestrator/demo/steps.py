@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import time
 from collections.abc import Callable, Mapping
@@ -11,7 +10,7 @@ from typing import Any
 
 from friction_models.common import write_json
 
-from ..jobs.versions import versions
+from ..jobs.keys import ResultKeys
 
 
 class StepBook:
@@ -26,6 +25,7 @@ class StepBook:
     def __init__(self, folder: Path) -> None:
         self._file = folder / "steps.json"
         self._folder = folder
+        self._keys = ResultKeys(__package__)
         self._steps: dict[str, dict[str, Any]] = {}
         if self._file.is_file():
             try:
@@ -42,13 +42,13 @@ class StepBook:
         name : str
             Name of the step.
         inputs : mapping
-            JSON-able values that decide the result; versions are added.
+            JSON-able values that decide the result; versions and sources are added.
         outputs : list of str
             Files or folders, relative to the folder, that the step leaves behind.
         work : callable
             Does it.
         """
-        key = _digest({**inputs, "versions": versions()})
+        key = self._keys.of(inputs)
         found = self._steps.get(name)
         if found and found["key"] == key and all((self._folder / o).exists() for o in outputs):
             return False
@@ -62,8 +62,3 @@ class StepBook:
     def seconds(self) -> dict[str, float]:
         """Computing time of each finished step [s]."""
         return {name: float(step["seconds"]) for name, step in self._steps.items()}
-
-
-def _digest(content: Mapping[str, Any]) -> str:
-    text = json.dumps(content, sort_keys=True, default=str)
-    return hashlib.sha256(text.encode()).hexdigest()

@@ -24,7 +24,14 @@ SAMPLES = 401
 
 @dataclass(frozen=True)
 class ForceCurve:
-    """Punch force [kN] over stroke [mm]; the stroke never runs backwards."""
+    """Punch force [kN] over stroke [mm]; the stroke never runs backwards.
+
+    Examples
+    --------
+    >>> curve = ForceCurve([0.0, 1.0, 2.0], [0.0, 100.0, 100.0])
+    >>> curve.work(0.0, 2.0)
+    150.0
+    """
 
     stroke: FloatArray
     force: FloatArray
@@ -163,6 +170,13 @@ def compare_force(
     ------
     InputError
         The curves have no stroke in common.
+
+    Examples
+    --------
+    >>> stroke = np.linspace(0.0, 10.0, 50)
+    >>> found = compare_force(ForceCurve(stroke, 110.0 + 0 * stroke), ForceCurve(stroke, 100.0 + 0 * stroke))
+    >>> round(found.max_force.are, 3), round(found.work.ae, 1)
+    (0.1, 100.0)
     """
     repeats = measured.repeats if isinstance(measured, PressCurve) else (measured,)
     curves = (simulated, *repeats)

@@ -1,4 +1,4 @@
-"""How long a campaign will take, from what its jobs have taken so far."""
+"""Estimate of the time that a campaign takes, from the times of its finished jobs."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ class DryRun:
         )
 
 
-class Clock:
-    """Compares the expected times of jobs with what jobs of the same function took.
+class TimeEstimate:
+    """Scales the expected times of jobs by what jobs of the same function took.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ class Clock:
 
 
 def duration(seconds: float) -> str:
-    """Return a time as one says it."""
+    """Return a time as text."""
     if seconds < 100:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"

@@ -1,4 +1,4 @@
-"""Where jobs run: processes of this machine, or a dask.distributed cluster."""
+"""Executors of jobs: this process, several processes of this machine, or a dask.distributed cluster."""
 
 from __future__ import annotations
 
@@ -15,37 +15,37 @@ from typing import Any, Self
 from friction_models.common import InputError
 from friction_models.common.pool import Workers
 
-from .work import Order, execute
+from .work import JobCall, execute
 
 Outcome = dict[str, str]
 #: How long a cluster is waited for [s], and how often it is asked for its workers [s].
 PATIENCE, ASK_AGAIN = 30.0, 5.0
 
 
-class Place(ABC):
-    """Takes orders and gives futures of their outcomes."""
+class Executor(ABC):
+    """Runs jobs and returns futures of their outcomes."""
 
     @property
     @abstractmethod
     def workers(self) -> int:
-        """Orders that are worked on at a time, for estimates."""
+        """Number of jobs that run at a time, for estimates."""
 
     @property
     def capacity(self) -> int:
-        """Orders that may be in hand at a time."""
+        """Number of jobs that may be submitted at a time."""
         return self.workers
 
     @abstractmethod
-    def submit(self, order: Order) -> Future[Outcome]:
-        """Start an order."""
+    def submit(self, call: JobCall) -> Future[Outcome]:
+        """Start a job."""
 
     @abstractmethod
     def died(self, error: BaseException) -> bool:
-        """Whether the error says that the worker of an order was killed, so that it is worth another try."""
+        """Whether the error says that the worker was killed, so that the job is worth another try."""
 
     @abstractmethod
     def close(self, now: bool) -> None:
-        """End; `now` gives up what is in hand."""
+        """End; `now` gives up jobs that are still running."""
 
     def __enter__(self) -> Self:
         return self
@@ -56,8 +56,8 @@ class Place(ABC):
         self.close(now=kind is not None)
 
 
-class Local(Place):
-    """Processes of this machine, a pool for each: when one is killed, the others do not notice."""
+class ProcessExecutor(Executor):
+    """Processes of this machine. Each is a pool of its own, so that a killed one does not take the others with it."""
 
     def __init__(self, jobs: int) -> None:
         self._jobs = jobs
@@ -68,7 +68,7 @@ class Local(Place):
     def workers(self) -> int:
         return self._jobs
 
-    def submit(self, order: Order) -> Future[Outcome]:
+    def submit(self, call: JobCall) -> Future[Outcome]:
         for future in [f for f in self._busy if f.done()]:
             worker = self._busy.pop(future)
             if future.exception() is None:
@@ -78,7 +78,7 @@ class Local(Place):
         while True:
             worker = self._idle.pop() if self._idle else Workers(1)
             try:
-                future = worker.submit(execute, order)
+                future = worker.submit(execute, call)
             except BrokenProcessPool:  # killed while it had nothing to do
                 worker.close()
                 continue
@@ -93,16 +93,16 @@ class Local(Place):
             worker.close(now)
 
 
-class Here(Place):
-    """This process."""
+class SerialExecutor(Executor):
+    """Runs one job after the other in this process."""
 
     @property
     def workers(self) -> int:
         return 1
 
-    def submit(self, order: Order) -> Future[Outcome]:
+    def submit(self, call: JobCall) -> Future[Outcome]:
         future: Future[Outcome] = Future()
-        future.set_result(execute(order))
+        future.set_result(execute(call))
         return future
 
     def died(self, error: BaseException) -> bool:
@@ -112,17 +112,15 @@ class Here(Place):
         pass
 
 
-class Cluster(Place):
-    """A dask.distributed cluster; it repeats by itself what a killed worker had in hand.
-
-    Workers may come and go while it is in use.
+class Cluster(Executor):
+    """A dask.distributed cluster. It repeats the jobs of killed workers by itself; workers may join and leave.
 
     Parameters
     ----------
     address : str
         ``tcp://host:port`` or ``tls://host:port`` of its scheduler.
     patience : float
-        How long scheduler and first worker are waited for [s]: the job script of a queue starts all at once.
+        How long to wait for scheduler and first worker [s]: the job script of a queue starts all at once.
 
     Raises
     ------
@@ -171,11 +169,11 @@ class Cluster(Place):
 
     @property
     def capacity(self) -> int:
-        # One waits at each worker, so that none is idle while the next order travels.
+        # One waits at each worker, so that none is idle while the next job travels.
         return 2 * self.workers
 
-    def submit(self, order: Order) -> Future[Outcome]:
-        future: Future[Outcome] = self._executor.submit(execute, order)
+    def submit(self, call: JobCall) -> Future[Outcome]:
+        future: Future[Outcome] = self._executor.submit(execute, call)
         return future
 
     def died(self, error: BaseException) -> bool:

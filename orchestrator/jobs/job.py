@@ -1,15 +1,19 @@
-"""A job of a campaign, and what is said of one that failed."""
+"""Jobs of a campaign, and failed ones."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+#: Called with (done, total, what was done and how long the rest will take).
+Progress = Callable[[int, int, str], None]
+
 
 @dataclass(frozen=True)
 class Job:
-    """A call that is worth keeping.
+    """A call whose result is kept.
 
     Attributes
     ----------

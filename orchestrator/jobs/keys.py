@@ -10,10 +10,11 @@ import ast
 import hashlib
 import importlib.util
 import json
+import os
 from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 from friction_models.common import InputError
 from friction_models.common.kept import path_digest
@@ -29,6 +30,13 @@ DISTRIBUTIONS = (
 PACKAGES = ("friction_models", "forming", "sct_twin", "fmus")
 #: Files of a package that are sources of its results.
 _SOURCES = (".py", ".yaml", ".c", ".h")
+
+
+class Stamp(TypedDict):
+    """What counts in every key beside the inputs: versions of packages, and the hash of the sources."""
+
+    versions: dict[str, str]
+    code: str
 
 
 def digest(content: Any) -> str:
@@ -49,7 +57,7 @@ class ResultKeys:
     Parameters
     ----------
     module : str
-        Name of the module.
+        Name of the module, or of a folder of modules.
     """
 
     def __init__(self, module: str) -> None:
@@ -57,12 +65,12 @@ class ResultKeys:
 
     def of(self, content: Any) -> str:
         """Return the key of what is computed from JSON-able content: all that enters it, files as their hashes."""
-        text = json.dumps(content, sort_keys=True)  # start values may be NaN
-        return digest({"content": text, **self._stamp})[:20]
+        text = json.dumps(content, sort_keys=True, default=os.fspath)  # start values may be NaN
+        return digest({"content": text, **self._stamp})
 
 
-def stamp(code: Iterable[str]) -> dict[str, Any]:
-    """Return what counts in every key: versions, and the hash of the sources."""
+def stamp(code: Iterable[str]) -> Stamp:
+    """Return the versions, and the hash of the sources of packages and modules as they are now."""
     return {"versions": versions(DISTRIBUTIONS), "code": code_digest(code)}
 
 

@@ -1,4 +1,4 @@
-"""The folder of a campaign: a folder for each result, named by its hash, that appears by one rename."""
+"""Store of job results: one folder a result, named by its hash, which appears by one renaming."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MAX_BYTES = 64_000_000
 
 @dataclass(frozen=True)
 class JobResult:
-    """What a job gave.
+    """Result of a job.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class Store:
         self.folder = folder.resolve()
 
     def load(self, key: str, name: str) -> JobResult | None:
-        """Return the kept result of a key under a job's name; None where there is none, or not all of it as it was."""
+        """Return the kept result of a key under a job's name; None where there is none, or where it was changed."""
         place = self.folder / key
         try:
             content = read_object(place / RESULT, MAX_BYTES)

@@ -1,4 +1,4 @@
-"""One job in a worker process: called, written beside, renamed."""
+"""Execution of one job in a worker process. Its result folder is complete before it gets its final name."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from typing import Any
 from friction_models.common import InputError
 from friction_models.common.pool import one_thread
 
-from .keys import stamp
+from .keys import Stamp, stamp
 from .store import JobResult, Store
 
 
 @dataclass(frozen=True)
-class Order:
-    """A job as a worker gets it: plain data.
+class JobCall:
+    """A job as a worker receives it, as plain data.
 
     Attributes
     ----------
@@ -51,16 +51,16 @@ class Order:
     store: str
     work: str
     code: tuple[str, ...]
-    stamp: dict[str, Any]
+    stamp: Stamp
 
 
 _my_stamp = cache(stamp)
 
 
-def execute(order: Order) -> dict[str, str]:
+def execute(call: JobCall) -> dict[str, str]:
     """Do a job; return nothing, or ``error`` and ``traceback``: not every exception survives a pickle."""
     try:
-        _do(order)
+        _do(call)
     except InputError as error:
         return {"error": str(error), "traceback": ""}
     except Exception as error:
@@ -87,48 +87,48 @@ def resolve(function: str) -> Any:
     return found
 
 
-def _do(order: Order) -> None:
-    _check(order)
-    store = Store(Path(order.store))
+def _do(call: JobCall) -> None:
+    _check(call)
+    store = Store(Path(call.store))
     needs: dict[str, JobResult] = {}
-    for name, key in order.needs.items():
+    for name, key in call.needs.items():
         result = store.load(key, name)
         if result is None:
             raise InputError(
                 f"{store.folder / key}: the result of {name} is not there; was it removed meanwhile?"
             )
         needs[name] = result
-    files = {name: Path(path) for name, path in order.files.items()}
+    files = {name: Path(path) for name, path in call.files.items()}
     # Beside the place of the result, so that relative paths in its files hold after the renaming.
-    work = Path(tempfile.mkdtemp(prefix=f"{Path(order.work).name}-{order.key[:12]}-", dir=store.folder))
+    work = Path(tempfile.mkdtemp(prefix=f"{Path(call.work).name}-{call.key[:12]}-", dir=store.folder))
     work.chmod(0o755)
-    function = resolve(order.function)
+    function = resolve(call.function)
     with _alone():
         began = time.perf_counter()
-        values = function(order.inputs, files, needs, work)
+        values = function(call.inputs, files, needs, work)
         seconds = time.perf_counter() - began
     content = {
-        "name": order.name,
-        "function": order.function,
-        "inputs": order.inputs,
-        "needs": order.needs,
-        **order.stamp,
+        "name": call.name,
+        "function": call.function,
+        "inputs": call.inputs,
+        "needs": call.needs,
+        **call.stamp,
         "seconds": round(seconds, 6),
         "values": values,
     }
-    store.keep(order.key, work, content)
+    store.keep(call.key, work, content)
 
 
-def _check(order: Order) -> None:
+def _check(call: JobCall) -> None:
     """Refuse to compute with other sources than the hash says, or without the shared folder."""
-    if not Path(order.work).is_dir():
+    if not Path(call.work).is_dir():
         raise InputError(
-            f"{order.store}: not seen by this worker; workers need the folder of the study under the same path"
+            f"{call.store}: not seen by this worker; workers need the folder of the study under the same path"
         )
-    mine = _my_stamp(order.code)
-    if mine == order.stamp:
+    mine = _my_stamp(call.code)
+    if mine == call.stamp:
         return
-    theirs = order.stamp["versions"]
+    theirs = call.stamp["versions"]
     differ = [f"{n} {v} (asked: {theirs.get(n)})" for n, v in mine["versions"].items() if theirs.get(n) != v]
     what = ", ".join(differ) or "the sources"
     raise InputError(

@@ -1,1 +1,1 @@
-"""Compression tests that were not run, predicted in a closed loop."""
+"""Prediction of sliding compression tests with a friction FMU, before they are run."""

@@ -21,9 +21,10 @@ from friction_models.common import InputError, atomic_path, grown, write_json
 from friction_models.common.folders import PREDICTION
 from friction_models.loads import LOAD_NAMES, MU, FloatArray, TriboLoads
 
-from ..cosim.batch import RunProgress, RunTask, run_all
+from ..cosim.batch import RunTask, run_all
 from ..cosim.run_folders import Run
 from ..cosim.system import System
+from ..jobs.job import Progress
 from .schedule import SctSchedule
 
 #: Sliding of one communication step at the highest speed [mm].
@@ -210,7 +211,7 @@ def predict_sct(
     label: str | None = None,
     names: FrictionNames | None = None,
     jobs: int | None = None,
-    progress: RunProgress | None = None,
+    progress: Progress | None = None,
 ) -> SctPredictions:
     """Predict tests with a friction FMU and the twin FMU in a closed loop; none of them needs to have been run.
 

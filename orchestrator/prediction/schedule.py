@@ -50,6 +50,13 @@ class SctSchedule:
     ------
     InputError
         Arrays of other lengths, values out of their physical limits, nothing that slides.
+
+    Examples
+    --------
+    >>> plan = {"test_id": "t1", "F_set": 50e3, "v_set": 20.0, "sd_set": 10.0, "T_tool": 20.0}
+    >>> schedule = SctSchedule.from_plan(plan)
+    >>> schedule.duration, schedule.distance
+    (0.5, 10.0)
     """
 
     test_id: str

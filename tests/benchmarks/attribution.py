@@ -16,11 +16,11 @@ import pandas as pd
 
 from forming.press import PressLevel
 from friction_models.models.interval_coverage import wilson
-from orchestrator.attribution.curves import Level, fingerprint, on_common_stroke
+from orchestrator.attribution.curves import LevelForces, fingerprint, on_common_stroke
 from orchestrator.attribution.fit import attribution
 from orchestrator.attribution.result import Attribution
-from orchestrator.attribution.runs import Sensitivities
 from orchestrator.attribution.scatter import Scatter
+from orchestrator.attribution.sensitivities import Sensitivities
 from sct_twin.virtual_lab.press import VirtualPress
 
 from .attribution_curves import LEVELS, MU, TRUE_MESHES, TRUTHS, USER_MESHES, Store, Truth
@@ -130,7 +130,7 @@ def pressed(store: Store, truth: Truth, mesh: float, seed: int) -> list[PressLev
     return levels
 
 
-def first_by_peaks(levels: Sequence[Level], found: Sensitivities) -> str:
+def first_by_peaks(levels: Sequence[LevelForces], found: Sensitivities) -> str:
     """Return the cause that explains the highest forces of all levels best, with the same scatter."""
     start = np.cumsum([0, *(len(v.stroke) for v in levels)])
     at = np.array([s + int(np.argmax(v.measured)) for s, v in zip(start[:-1], levels, strict=True)])

@@ -24,8 +24,8 @@ from friction_models import ConstantFriction
 from friction_models.common import InputError, atomic_path
 from friction_models.loads import FloatArray
 from orchestrator.attribution.causes import MACHINE
-from orchestrator.attribution.plant import Plant
-from orchestrator.attribution.runs import Sensitivities, run_sensitivities
+from orchestrator.attribution.forming_system import FormingSystem
+from orchestrator.attribution.sensitivities import Sensitivities, run_sensitivities
 from orchestrator.cosim.ready_made import extrusion_system
 from orchestrator.cosim.system import System
 from sct_twin.virtual_lab.hidden import HIDDEN, LawInput
@@ -155,7 +155,7 @@ class Store:
             self._found[mesh] = found
         return self._found[mesh]
 
-    def _plant(self, kind: str, mesh: float) -> Plant:
+    def _plant(self, kind: str, mesh: float) -> FormingSystem:
         friction, forming = self.folder / "friction.fmu", self.folder / f"{kind}.fmu"
         if not friction.is_file():
             pack(ConstantFriction(MU), friction, nodes=30)
@@ -164,7 +164,7 @@ class Store:
         system = extrusion_system(friction, forming, 5.0, STROKE[kind], name=kind, synthetic=True)
         content = system.model_dump(mode="json", exclude_none=True)
         content["components"]["forming"]["start"] = {"mesh_size": _size(kind, mesh)}
-        return Plant.of(System.from_dict(content, source=kind))
+        return FormingSystem.of(System.from_dict(content, source=kind))
 
 
 def long_levels() -> list[PressLevel]:

@@ -27,10 +27,10 @@ from friction_models.models.onnx_export import export
 from friction_models.models.onnx_model import OnnxModel
 from orchestrator.attribution.attribute import attribute
 from orchestrator.attribution.causes import MACHINE, Cause
-from orchestrator.attribution.curves import Level, on_common_stroke
+from orchestrator.attribution.curves import LevelForces, on_common_stroke
 from orchestrator.attribution.fit import attribution
-from orchestrator.attribution.probe import addable, strengths, with_effects
-from orchestrator.attribution.runs import Sensitivities
+from orchestrator.attribution.friction_with_effects import addable, strengths, with_effects
+from orchestrator.attribution.sensitivities import Sensitivities
 from orchestrator.cli.commands import attributing
 from orchestrator.cosim.ready_made import extrusion_system
 from orchestrator.cosim.system import System
@@ -218,7 +218,7 @@ def test_a_probe_is_the_model_until_a_strength_is_set(tmp_path: Path) -> None:
     assert (after[:, 1] > 0.0).all()  # friction work
 
 
-def made_up(repeats: int, shift: float = 0.0, seed: int = 0) -> tuple[list[Level], Sensitivities]:
+def made_up(repeats: int, shift: float = 0.0, seed: int = 0) -> tuple[list[LevelForces], Sensitivities]:
     """One level with a rising curve; causes: one like the force, one that fades along the stroke, one that is nothing."""
     rng = np.random.default_rng(seed)
     s = np.linspace(0.0, 10.0, 32)
@@ -229,7 +229,7 @@ def made_up(repeats: int, shift: float = 0.0, seed: int = 0) -> tuple[list[Level
     )
     each = force + shift * fades + noise
     curve = ForceCurve(s, force)
-    level = Level("made up", s, 0.5, force, each.mean(axis=0), each - each.mean(axis=0), curve)
+    level = LevelForces("made up", s, 0.5, force, each.mean(axis=0), each - each.mean(axis=0), curve)
     causes = [
         Cause("flow_stress", "", "flow stress", "1", 0.05),
         Cause("running_in", "", "friction", "1", 0.1),

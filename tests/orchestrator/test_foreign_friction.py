@@ -20,7 +20,7 @@ from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES, DataSet, TriboLoads
 from orchestrator import Master
 from orchestrator.cli.main import run
-from orchestrator.cosim.points_without_pressure import Untouched
+from orchestrator.cosim.points_without_pressure import PointsWithoutPressure
 from orchestrator.cosim.ready_made import extrusion_system
 from orchestrator.cosim.setup.wiring import Link
 from tests.orchestrator.native_fmus import Real, native_fmu
@@ -207,7 +207,7 @@ def test_points_without_contact_get_loads_that_every_law_answers() -> None:
         "friction": Port(links[3].sources),
     }
     outputs["forming"].values[:] = [0.0, 300.0, 0.0, 20.0, 25.0, 60.0]
-    untouched = Untouched.of("friction", links, outputs)
+    untouched = PointsWithoutPressure.of("friction", links, outputs)
     assert untouched is not None
     values = np.array([0.0, 3e8, 0.0, 0.02, 298.15, 333.15])
     for first, link in zip((0, 2, 4), links):

@@ -11,7 +11,7 @@ import pytest
 from fmus.runtime.ports import Port
 from friction_models.common import InputError
 from orchestrator import Master, SimulationError, System
-from orchestrator.cosim.iteration import DAMPED_AFTER, PATIENCE, Settling
+from orchestrator.cosim.iteration import DAMPED_AFTER, PATIENCE, FixedPointIteration
 from orchestrator.cosim.setup.wiring import Wiring
 from tests.orchestrator import tiny_fmus
 from tests.orchestrator.tiny_fmus import system_content
@@ -76,12 +76,12 @@ def test_an_fmu_without_states_is_named(tiny: dict[str, Path], tmp_path: Path) -
     Master(system)
 
 
-def settling(tiny: dict[str, Path]) -> tuple[Settling, Port]:
+def settling(tiny: dict[str, Path]) -> tuple[FixedPointIteration, Port]:
     wiring = Wiring.of(System.from_dict(system_content(tiny["law"], tiny["process"])))
     outputs = {}
     for link in wiring.links:
         outputs[link.source] = Port(link.sources)
-    return Settling(wiring.links, outputs), outputs["forming"]
+    return FixedPointIteration(wiring.links, outputs), outputs["forming"]
 
 
 def test_what_a_solver_cannot_resolve_counts_as_agreement(tiny: dict[str, Path]) -> None:
@@ -90,7 +90,7 @@ def test_what_a_solver_cannot_resolve_counts_as_agreement(tiny: dict[str, Path])
     for repetition in range(1, 30):
         # The solver stops somewhere within 1e-6 of the solution.
         loads.values[:] = 100.0 * (1.0 + 1e-6 * (-1) ** repetition)
-        if follows.settled():
+        if follows.converged():
             break
     assert 2 + PATIENCE <= repetition < 2 + 2 * PATIENCE
     assert follows.change == pytest.approx(2e-6, rel=1e-3) and follows.where.startswith("forming.load -> ")
@@ -101,4 +101,4 @@ def test_a_coarse_swing_does_not_count_as_agreement(tiny: dict[str, Path]) -> No
     follows.begin()
     for repetition in range(1, 30):
         loads.values[:] = 100.0 * (1.0 + 1e-3 * (-1) ** repetition)
-        assert not follows.settled()
+        assert not follows.converged()

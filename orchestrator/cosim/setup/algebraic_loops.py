@@ -1,4 +1,4 @@
-"""Algebraic loops: values that depend on themselves within one step, as the FMUs declare it."""
+"""Algebraic loops: values that depend on themselves within one step, according to the dependencies that FMUs declare."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The text of a connection: ``forming.T -> friction.T_contact [K]``."""
+"""Connections as text, such as ``forming.T -> friction.T_contact [K]``."""
 
 from __future__ import annotations
 
@@ -12,7 +12,13 @@ _UNIT = re.compile(r"\s+\[(?P<unit>[^\[\]]{1,30})\]\s*$")
 
 
 def split_connection(text: str) -> tuple[str, str, str] | None:
-    """Return source, target and the unit behind the target (empty without one); None for what is no connection."""
+    """Return source, target and the unit behind the target (empty without one); None for a text without ``->``.
+
+    Examples
+    --------
+    >>> split_connection("forming.T -> friction.T_contact [K]")
+    ('forming.T', 'friction.T_contact', 'K')
+    """
     left, arrow, right = text.partition("->")
     if not arrow:
         return None

@@ -1,4 +1,4 @@
-"""From names to indices: which output element feeds which input element; all set-up errors at once."""
+"""Resolves the connections of a system to elements of variables, and reports all errors of its set-up at once."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Recorded:
 
 @dataclass
 class Wiring:
-    """A system whose names are resolved and whose set-up holds.
+    """A system whose names are resolved and whose set-up was checked.
 
     Attributes
     ----------

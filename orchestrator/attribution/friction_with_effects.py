@@ -1,4 +1,4 @@
-"""A friction model with every physical effect beside it, each at a strength of its own that starts at zero.
+"""A friction model with physical effects added to it, each at a strength that is a parameter and starts at zero.
 
 One FMU serves all sensitivities: its parameters ``strength_NAME`` add ``strength * basis`` of an effect to the
 friction coefficient of the user's model, ``mu_factor`` scales it.
@@ -7,12 +7,12 @@ friction coefficient of the user's model, ``mu_factor`` scales it.
 from __future__ import annotations
 
 import json
-import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fmus.archive.content import read_member, read_members
 from friction_models.common import InputError, atomic_path
 from friction_models.effects.base import Effect, Memory
 from friction_models.expressions.onnx_graph import GraphBuilder, OnnxOps
@@ -32,7 +32,7 @@ _MAX_GRAPH = 256 * 1024**2
 
 @dataclass(frozen=True)
 class Strength:
-    """One parameter of a probe: the effect it belongs to, and how far it is moved for a sensitivity."""
+    """Parameter of an added effect: what it is called, its effect, and how far a sensitivity moves it."""
 
     parameter: str
     effect: str
@@ -42,7 +42,7 @@ class Strength:
 
 
 def strengths(effects: Sequence[Effect]) -> list[Strength]:
-    """Return the parameters of a probe, one for each amplitude of each effect."""
+    """Return the parameters of added effects, one for each amplitude of each effect."""
     return [
         Strength(f"strength_{e.name}_{a.name}", e.name, SMALL * a.start, a.unit, a.sign)
         for e in effects
@@ -56,23 +56,19 @@ def graph_of(fmu: Path) -> bytes:
     Raises
     ------
     InputError
-        Not an archive, or no graph in it.
+        Not an archive, no graph in it, or one that is too large.
     """
-    try:
-        with zipfile.ZipFile(fmu) as archive:
-            if archive.getinfo(GRAPH).file_size > _MAX_GRAPH:
-                raise InputError(f"{fmu}: {GRAPH} is larger than {_MAX_GRAPH} bytes; allowed: smaller graphs")
-            return archive.read(GRAPH)
-    except (OSError, zipfile.BadZipFile):
-        raise InputError(f"{fmu}: not an FMU that can be opened; allowed: a friction FMU") from None
-    except KeyError:
+    if GRAPH not in read_members(fmu):
         raise InputError(
             f"{fmu}: holds no {GRAPH}, so no effect can be added to it; allowed: a friction FMU that `pack` wrote"
-        ) from None
+        )
+    return read_member(fmu, GRAPH, _MAX_GRAPH)
 
 
-def pack_probe(fmu: Path, effects: Sequence[Effect], target: Path, nodes: int, fmi: str = "2.0") -> Path:
-    """Write the probe of a friction FMU; a graph that does not become C runs in Python.
+def pack_with_effects(
+    fmu: Path, effects: Sequence[Effect], target: Path, nodes: int, fmi: str = "2.0"
+) -> Path:
+    """Write a friction FMU again, with effects added at strength 0; a graph that does not become C runs in Python.
 
     Parameters
     ----------

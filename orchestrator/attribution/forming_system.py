@@ -1,13 +1,13 @@
-"""A user's forming system: which component is what, and how it is varied."""
+"""A user's co-simulation of a forming process: which component does what, and how an attribution varies it."""
 
 from __future__ import annotations
 
 import json
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fmus.archive.content import read_member
 from fmus.runtime.fmu_files import FmuDescription, describe
 from friction_models.common import InputError
 from friction_models.loads import MU
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Plant:
-    """A user's system, and how it is changed.
+class FormingSystem:
+    """A user's system of friction and forming FMU.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Plant:
     fmi: str = "2.0"
 
     @classmethod
-    def of(cls, system: System) -> Plant:
+    def of(cls, system: System) -> FormingSystem:
         """Find forming process and friction model in a system.
 
         Raises
@@ -114,11 +114,9 @@ class Plant:
         self, level: PressLevel, friction: Path, forming: Path, changes: dict[str, dict[str, float]]
     ) -> System:
         """Return the system at a level of the press, with other FMUs and start values."""
-        content = self.system.model_dump(mode="json", exclude_none=True)
-        for name in content["components"]:
-            content["components"][name]["fmu"] = str(self.system.fmu_path(name))
+        fmus = {name: str(self.system.fmu_path(name)) for name in self.system.components}
+        content = self.system.to_dict(fmus | {self.friction: str(friction), self.forming: str(forming)})
         parts = content["components"]
-        parts[self.friction]["fmu"], parts[self.forming]["fmu"] = str(friction), str(forming)
         parts[self.forming]["start"] |= {"speed": level.speed, "T_tool": level.T_tool}
         for name, values in changes.items():
             parts[name]["start"] |= values
@@ -135,10 +133,8 @@ class Plant:
 def _config(fmu: Path) -> dict[str, Any]:
     """Return what a forming FMU of this project was packed from; empty for any other."""
     try:
-        with zipfile.ZipFile(fmu) as archive:
-            item = archive.getinfo("resources/interface.json")
-            content = json.loads(archive.read(item)) if item.file_size < 64 * 1024**2 else {}
-    except (KeyError, ValueError, OSError, zipfile.BadZipFile):
+        content = json.loads(read_member(fmu, "resources/interface.json", 64 * 1024**2))
+    except (InputError, ValueError, RecursionError):
         return {}
     good = isinstance(content, dict) and {"process", "fixed", "material"} <= content.keys()
     return content if good else {}

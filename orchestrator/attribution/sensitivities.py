@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,13 +13,15 @@ from friction_models.common import InputError, grown, unknown_name
 from friction_models.common.folders import SENSITIVITIES
 from friction_models.common.kept import cache_folder, is_kept, keep
 from friction_models.effects import CATALOGUE, make_effect
+from friction_models.effects.base import Effect
 
-from ..cosim.batch import RunProgress, cached_task, run_all
+from ..cosim.batch import cached_task, run_all
 from ..force_curves.forces import ForceCurve
+from ..jobs.job import Progress
 from ..jobs.keys import ResultKeys
 from .causes import FORMING, FRICTION_LEVEL, MACHINE, Cause, all_causes
-from .plant import Plant
-from .probe import FACTOR, addable, graph_of, pack_probe, strengths
+from .forming_system import FormingSystem
+from .friction_with_effects import FACTOR, addable, graph_of, pack_with_effects, strengths
 
 if TYPE_CHECKING:
     from forming.press import PressLevel
@@ -67,20 +69,20 @@ class Sensitivities:
 
 
 def run_sensitivities(
-    plants: Sequence[Plant],
-    levels: Sequence[tuple[Plant, PressLevel]],
+    systems: Sequence[FormingSystem],
+    levels: Sequence[tuple[FormingSystem, PressLevel]],
     wanted: Sequence[str] | None,
     folder: Path,
     jobs: int | None = None,
-    progress: RunProgress | None = None,
+    progress: Progress | None = None,
 ) -> Sensitivities:
     """Run all levels with every cause moved; runs of the same content are taken from `folder`.
 
     Parameters
     ----------
-    plants : sequence of Plant
-        The systems (one for each process).
-    levels : sequence of (Plant, PressLevel)
+    systems : sequence of FormingSystem
+        One for each process.
+    levels : sequence of (FormingSystem, PressLevel)
         Which system stands for which level.
     wanted : sequence of str, optional
         Names of causes; all by default.
@@ -98,85 +100,112 @@ def run_sensitivities(
             raise unknown_name("cause", name, known)
     chosen = set(wanted or known)
     warnings: list[str] = []
-    effects = [make_effect(n) for n in known if n in chosen and n in CATALOGUE]
-    graphs = {id(p): _graph(p) for p in plants}
-    for plant in plants:
-        kept = addable(graphs[id(plant)], effects, str(plant.system.fmu_path(plant.friction)))
+    hashes = ResultKeys(__name__)
+    effects, frictions = _friction_fmus(systems, [n for n in known if n in chosen], folder, hashes, warnings)
+    causes = [c for c in FORMING if c.name in chosen and _possible(c, systems, warnings)]
+    if FRICTION_LEVEL.name in chosen:
+        causes.append(FRICTION_LEVEL)
+    parameters: dict[str, str] = {}
+    steps = strengths(effects)
+    for s in steps:
+        several = sum(o.effect == s.effect for o in steps) > 1
+        column = s.parameter.removeprefix(f"strength_{s.effect}_") if several else ""
+        cause = Cause(s.effect, CATALOGUE[s.effect].title, "friction", s.unit, s.step, s.sign, column)
+        causes.append(cause)
+        parameters[cause.key] = s.parameter
+    formings = {id(system): _forming_fmus(system, causes, folder, hashes) for system in systems}
+    sizes = [system.start_of("mesh_size") or 0.0 for system in systems]
+    moved: dict[str, Cause | None] = {"": None, **({"mesh": None} if min(sizes) > 0.0 else {})}
+    moved |= {cause.key: cause for cause in causes}
+    tasks = []
+    for key, moving in moved.items():
+        for system, level in levels:
+            fmu = formings[id(system)].get(key, system.description.path)
+            changes = _changes(key, moving, system, level, parameters)
+            varied = system.at(level, frictions[id(system)], fmu, changes)
+            tasks.append(cached_task(varied, folder, hashes, key))
+    runs = iter(run_all(tasks, jobs, progress))
+    curves = {key: [next(runs).force_curve() for _ in levels] for key in moved}
+    base, remeshed = curves.pop(""), curves.pop("mesh", [])
+    causes += [c for c in MACHINE if c.name in chosen]
+    return Sensitivities(causes, base, curves, remeshed, max(sizes), warnings)
+
+
+def _friction_fmus(
+    systems: Sequence[FormingSystem],
+    names: Sequence[str],
+    folder: Path,
+    hashes: ResultKeys,
+    warnings: list[str],
+) -> tuple[list[Effect], dict[int, Path]]:
+    """Return the effects that can be judged, and by system its friction FMU with all of them added at strength 0."""
+    effects = [make_effect(n) for n in names if n in CATALOGUE]
+    graphs = {id(system): _graph(system) for system in systems}
+    for system in systems:
+        kept = addable(graphs[id(system)], effects, str(system.system.fmu_path(system.friction)))
         warnings += [
             f"{e.name} was not judged: the model remembers the same quantity"
             for e in effects
             if e not in kept
         ]
         effects = kept
-    keys_of = ResultKeys(__name__)
     frictions: dict[int, Path] = {}
-    for plant in plants:
-        graph = hashlib.sha256(graphs[id(plant)]).hexdigest()
-        name = keys_of.of([graph, [e.name for e in effects], plant.nodes, plant.fmi])
-        target = folder / f"probe-{name}.fmu"
-        if not is_kept(target, name):
-            pack_probe(plant.system.fmu_path(plant.friction), effects, target, plant.nodes, plant.fmi)
-            keep(target, name)
-        frictions[id(plant)] = target
-    steps = strengths(effects)
-    causes = [c for c in FORMING if c.name in chosen and _possible(c, plants, warnings)]
-    if FRICTION_LEVEL.name in chosen:
-        causes.append(FRICTION_LEVEL)
-    for s in steps:
-        several = sum(o.effect == s.effect for o in steps) > 1
-        column = s.parameter.removeprefix(f"strength_{s.effect}_") if several else ""
-        title = CATALOGUE[s.effect].title
-        causes.append(Cause(s.effect, title, "friction", s.unit, s.step, s.sign, column))
-    by_key = {c.key: s.parameter for c, s in zip(causes[len(causes) - len(steps) :], steps, strict=True)}
-    forming = {id(p): _forming_fmus(p, causes, folder, keys_of) for p in plants}
-    tasks = []
-    sizes = [p.start_of("mesh_size") or 0.0 for p in plants]
-    keys = ["", *(["mesh"] if min(sizes) > 0.0 else []), *(c.key for c in causes)]
-    for key in keys:
-        for plant, level in levels:
-            changes: dict[str, dict[str, float]] = {}
-            fmu = forming[id(plant)].get(key, plant.description.path)
-            cause = next((c for c in causes if c.key == key), None)
-            if key == "mesh":
-                changes = {plant.forming: {"mesh_size": OTHER_MESH * (plant.start_of("mesh_size") or 0.0)}}
-            elif cause is not None and cause.name == FRICTION_LEVEL.name:
-                changes = {plant.friction: {FACTOR: 1.0 + cause.step}}
-            elif key in by_key and cause is not None:
-                changes = {plant.friction: {by_key[key]: cause.step}}
-            elif cause is not None and cause.name == "heat_transfer" and plant.start_of("htc") is not None:
-                changes = {plant.forming: {"htc": (plant.start_of("htc") or 0.0) * (1.0 + cause.step)}}
-            elif cause is not None and cause.name == "tool_temperature":
-                changes = {plant.forming: {"T_tool": level.T_tool + cause.step}}
-            elif cause is not None and cause.name == "billet_temperature":
-                changes = {plant.forming: {"T_billet": (plant.start_of("T_billet") or 20.0) + cause.step}}
-            system = plant.at(level, frictions[id(plant)], fmu, changes)
-            tasks.append(cached_task(system, folder, keys_of, key))
-    runs = iter(run_all(tasks, jobs, progress))
-    curves = {key: [next(runs).force_curve() for _ in levels] for key in keys}
-    base, remeshed = curves.pop(""), curves.pop("mesh", [])
-    causes += [c for c in MACHINE if c.name in chosen]
-    return Sensitivities(causes, base, curves, remeshed, max(sizes), warnings)
+    for system in systems:
+        graph = hashlib.sha256(graphs[id(system)]).hexdigest()
+        key = hashes.of([graph, [e.name for e in effects], system.nodes, system.fmi])[:20]
+        target = folder / f"probe-{key}.fmu"
+        if not is_kept(target, key):
+            fmu = system.system.fmu_path(system.friction)
+            pack_with_effects(fmu, effects, target, system.nodes, system.fmi)
+            keep(target, key)
+        frictions[id(system)] = target
+    return effects, frictions
 
 
-def _graph(plant: Plant) -> bytes:
+def _changes(
+    key: str,
+    cause: Cause | None,
+    system: FormingSystem,
+    level: PressLevel,
+    parameters: Mapping[str, str],
+) -> dict[str, dict[str, float]]:
+    """Return the start values, by component, that a run changes; none where a cause is packed into the forming FMU."""
+    if key == "mesh":
+        return {system.forming: {"mesh_size": OTHER_MESH * (system.start_of("mesh_size") or 0.0)}}
+    if cause is None:
+        return {}
+    if cause.name == FRICTION_LEVEL.name:
+        return {system.friction: {FACTOR: 1.0 + cause.step}}
+    if key in parameters:
+        return {system.friction: {parameters[key]: cause.step}}
+    if cause.name == "heat_transfer" and system.start_of("htc") is not None:
+        return {system.forming: {"htc": (system.start_of("htc") or 0.0) * (1.0 + cause.step)}}
+    if cause.name == "tool_temperature":
+        return {system.forming: {"T_tool": level.T_tool + cause.step}}
+    if cause.name == "billet_temperature":
+        return {system.forming: {"T_billet": (system.start_of("T_billet") or 20.0) + cause.step}}
+    return {}
+
+
+def _graph(system: FormingSystem) -> bytes:
     try:
-        return graph_of(plant.system.fmu_path(plant.friction))
+        return graph_of(system.system.fmu_path(system.friction))
     except InputError as error:
         raise InputError(f"{error}; without it friction cannot be told from other causes") from None
 
 
-def _possible(cause: Cause, plants: Sequence[Plant], warnings: list[str]) -> bool:
+def _possible(cause: Cause, systems: Sequence[FormingSystem], warnings: list[str]) -> bool:
     """Return whether a cause can be moved in all systems; says so where it cannot."""
-    for plant in plants:
+    for system in systems:
         if cause.name == "heat_transfer":
-            fits = bool(plant.config) or plant.start_of("htc") is not None
+            fits = bool(system.config) or system.start_of("htc") is not None
         elif cause.name == "flow_stress":
-            fits = bool(plant.config)
+            fits = bool(system.config)
         else:
-            fits = plant.start_of("T_tool" if cause.name == "tool_temperature" else "T_billet") is not None
+            fits = system.start_of("T_tool" if cause.name == "tool_temperature" else "T_billet") is not None
         if not fits:
             warnings.append(
-                f"{cause.name} was not judged: {plant.description.path.name} does not say what it was made of, or has "
+                f"{cause.name} was not judged: {system.description.path.name} does not say what it was made of, or has "
                 "no such parameter (a forming FMU of the target 'python' does)"
             )
             return False
@@ -184,7 +213,7 @@ def _possible(cause: Cause, plants: Sequence[Plant], warnings: list[str]) -> boo
 
 
 def _forming_fmus(
-    plant: Plant, causes: Sequence[Cause], folder: Path, keys_of: ResultKeys
+    system: FormingSystem, causes: Sequence[Cause], folder: Path, hashes: ResultKeys
 ) -> dict[str, Path]:
     """Pack the forming FMU again for what is fixed in it: flow stress and heat transfer."""
     from fmus import pack_forming
@@ -194,9 +223,9 @@ def _forming_fmus(
     for cause in causes:
         if cause.name not in {"flow_stress", "heat_transfer"}:
             continue
-        if cause.name == "heat_transfer" and plant.start_of("htc") is not None:
+        if cause.name == "heat_transfer" and system.start_of("htc") is not None:
             continue  # a parameter: it needs no other FMU
-        config = json.loads(json.dumps(plant.config))
+        config = json.loads(json.dumps(system.config))
         material, fixed = config["material"], dict(config["fixed"])
         if cause.name == "flow_stress":
             for name in _FLOW[material.get("kind", "HenselSpittel")]:
@@ -210,17 +239,17 @@ def _forming_fmus(
             fixed["tool_material"] = material_from_dict(fixed["tool_material"])
         numbers = {
             v.name: float(v.start)
-            for v in plant.description.raw.modelVariables
+            for v in system.description.raw.modelVariables
             if v.causality == "parameter" and v.start is not None and v.type in {"Real", "Float64"}
         }
         # a number that may be left out is 0 in the FMU when it is
         left_out = [n for n in config.get("optional", []) if numbers.get(n) == 0.0]
         numbers = {n: value for n, value in numbers.items() if n not in left_out}
-        key = keys_of.of([plant.process, material, config["fixed"], numbers, cause.key])
+        key = hashes.of([system.process, material, config["fixed"], numbers, cause.key])[:20]
         target = folder / f"forming-{key}.fmu"
         if not is_kept(target, key):
             pack_forming(
-                target, process=plant.process, material=material_from_dict(material), **{**fixed, **numbers}
+                target, process=system.process, material=material_from_dict(material), **{**fixed, **numbers}
             )
             keep(target, key)
         found[cause.key] = target

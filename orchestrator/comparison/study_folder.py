@@ -1,0 +1,40 @@
+"""Folder in which a comparison keeps its FMUs and runs: the user's, or a temporary one."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from friction_models.common import grown, write_json
+from friction_models.common.folders import STUDY
+
+from ..jobs.campaign import JobResult
+
+#: Name of the run folder in the folder of a job's result.
+RUN = "run"
+
+
+@contextmanager
+def study_folder(given: Path | None) -> Iterator[Path]:
+    """Yield the folder that the user names, or a temporary one that goes with the block.
+
+    Raises
+    ------
+    InputError
+        The folder holds something else than a study.
+    """
+    place = given if given is not None else Path(tempfile.mkdtemp(prefix="tribofmu-study-"))
+    try:
+        yield grown(place, STUDY)
+    finally:
+        if given is None:
+            shutil.rmtree(place, ignore_errors=True)
+
+
+def write_runs_table(place: Path, results: Mapping[str, JobResult]) -> None:
+    """Write ``runs.json``: the run folder of each result, as hashes name the folders."""
+    folders = {name: (r.folder / RUN).relative_to(place.resolve()) for name, r in results.items()}
+    write_json(place / "runs.json", {name: folder.as_posix() for name, folder in folders.items()})
