@@ -1,4 +1,4 @@
-"""Entry point: one place where errors become one sentence and an exit code.
+"""Entry point: turns every error into one sentence and an exit code.
 
 Exit codes: 0 done; 1 something failed; 2 bad input (a file, a name, a value, an option); 130 interrupted.
 """
@@ -62,7 +62,7 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _called(arguments: Sequence[str]) -> int:
-    """Call the command; imports are part of it, as they take most of the time of some."""
+    """Call the command. Imports happen here, because Ctrl-C may hit them too."""
     import typer
 
     from .app import app

@@ -20,14 +20,14 @@ from ..cosim.batch import RunTask, run_all
 from ..cosim.ready_made import extrusion_system
 from ..cosim.run_folders import Run
 from ..force_curves.forces import LevelsComparison, compare_force, read_press_curve
+from ..jobs.job import Progress
 from ..jobs.versions import versions
 from .prediction import PARTS, predict_held_out
 from .scenario import Scenario
 from .steps import StepBook
 
-Tick = Callable[[int, int, str], None]
-#: Gives a progress display for a step: ``with shown("title") as tick: tick(done, total, what)``.
-Shown = Callable[[str], AbstractContextManager[Tick]]
+#: Opens the progress display of a step: ``with display("title") as tick: tick(done, total, what)``.
+Display = Callable[[str], AbstractContextManager[Progress]]
 STEPS = 10
 
 
@@ -51,7 +51,7 @@ class Demo:
         Plan, models, levels.
     jobs : int, optional
         Processes; all cores by default.
-    shown : callable, optional
+    display : callable, optional
         Progress display of each step.
     """
 
@@ -60,12 +60,12 @@ class Demo:
         out: str | os.PathLike[str],
         scenario: Scenario | None = None,
         jobs: int | None = None,
-        shown: Shown | None = None,
+        display: Display | None = None,
     ) -> None:
         self.out = Path(out)
         self.scenario = scenario or Scenario()
         self.jobs = jobs
-        self._shown = shown or (lambda title: nullcontext(lambda done, total, what: None))
+        self._display = display or (lambda title: nullcontext(lambda done, total, what: None))
         self._step = 0
 
     def run(self) -> DemoResult:
@@ -108,7 +108,7 @@ class Demo:
 
     # --- steps ------------------------------------------------------------------------------------
 
-    def _campaign(self, tick: Tick) -> None:
+    def _campaign(self, tick: Progress) -> None:
         from sct_twin import virtual_lab
 
         s = self.scenario
@@ -116,7 +116,7 @@ class Demo:
             out=self.out / "campaign", jobs=self.jobs, progress=tick
         )
 
-    def _press(self, tick: Tick) -> None:
+    def _press(self, tick: Progress) -> None:
         from sct_twin.virtual_lab.press import press_curves
 
         s = self.scenario
@@ -131,12 +131,12 @@ class Demo:
             progress=tick,
         )
 
-    def _twin(self, tick: Tick) -> None:
+    def _twin(self, tick: Progress) -> None:
         from sct_twin import SctTwin
 
         SctTwin().run(self.out / "campaign", out=self.out / "data", jobs=self.jobs, progress=tick)
 
-    def _train(self, tick: Tick) -> None:
+    def _train(self, tick: Progress) -> None:
         from friction_models import make_model
         from friction_models.training import train
 
@@ -150,7 +150,7 @@ class Demo:
             model.save(self.out / "models" / part)
         tick(2, 2, "")
 
-    def _diagnose(self, tick: Tick) -> None:
+    def _diagnose(self, tick: Progress) -> None:
         from friction_models import load_model
         from friction_models.discovery import diagnose
 
@@ -188,7 +188,7 @@ class Demo:
             if part in PARTS:
                 pack(model, folder / f"{part}-point.fmu")
 
-    def _simulate(self, parts: list[str], tick: Tick) -> dict[tuple[str, str], Run]:
+    def _simulate(self, parts: list[str], tick: Progress) -> dict[tuple[str, str], Run]:
         s = self.scenario
         pairs = [(part, level) for part in parts for level in s.levels]
         tasks = [
@@ -276,12 +276,12 @@ class Demo:
 
     # --- bookkeeping --------------------------------------------------------------------------------
 
-    def _title(self, name: str) -> AbstractContextManager[Tick]:
+    def _title(self, name: str) -> AbstractContextManager[Progress]:
         self._step += 1
-        return self._shown(f"{self._step}/{STEPS} {name}")
+        return self._display(f"{self._step}/{STEPS} {name}")
 
     def _do(
-        self, name: str, inputs: dict[str, Any], outputs: list[str], work: Callable[[Tick], None]
+        self, name: str, inputs: dict[str, Any], outputs: list[str], work: Callable[[Progress], None]
     ) -> None:
         """Do a step with its progress display; it depends on all steps before it."""
         with self._title(name) as tick:

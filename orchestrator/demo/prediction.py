@@ -1,4 +1,4 @@
-"""Held-out tests as if nobody had run them: the models before and after, each in a closed loop with the twin."""
+"""Prediction of held-out tests: the models before and after, each in a closed loop with the twin."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def predict_held_out(
     """
     from friction_models import load_model
 
-    chosen = telling_tests(load_model(out / "models" / "before"), data.select("test"))
+    chosen = example_tests(load_model(out / "models" / "before"), data.select("test"))
     schedules = sorted(held_out_schedules(data, chosen), key=lambda s: chosen.index(s.test_id))
     pairs = [(part, schedule) for part in labels for schedule in schedules]
     tasks = [
@@ -62,7 +62,7 @@ def predict_held_out(
     return found
 
 
-def telling_tests(model: Any, held_out: DataSet, count: int = COUNT) -> list[str]:
+def example_tests(model: Any, held_out: DataSet, count: int = COUNT) -> list[str]:
     """Return the tests in which a model is best, worst and in between under the measured loads, best first."""
     square = (held_out.points["mu"] - model.predict_frame(held_out.points, held_out.tests)) ** 2
     ranked = square.groupby(held_out.points["test_id"]).mean().sort_values().index

@@ -50,7 +50,7 @@ def demo_page(folder: Path) -> str:
 
 
 def changes(demo: DemoFolder) -> list[Change]:
-    """Return the errors before and after as they came out."""
+    """Return the errors before and after, also where they rose."""
     summary = demo.summary
     sct, forces = summary["held_out"], summary["forces"]
     tests, count = sct["before"]["tests"], len(summary["levels"])
@@ -95,7 +95,7 @@ def _lead(demo: DemoFolder) -> str:
 
 
 def _verdict(demo: DemoFolder) -> str:
-    """The verdict in words, and which share of the error that is not noise the effect removes."""
+    """Return the verdict, and which share of the error above the noise floor the effect removes."""
     text = verdict_text(demo.diagnosis)
     held_out, floor = demo.summary["held_out"], float(demo.diagnosis["noise_floor"]["total"])
     if "after" not in held_out:

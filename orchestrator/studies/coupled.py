@@ -1,4 +1,4 @@
-"""Jobs that run a forming level whatever becomes of it: a run that breaks off is a result of these studies."""
+"""Jobs that form a press level. A run that breaks off is a result, too: these studies show where forming fails."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Measurements of a study: for each lubricant a data set of whole tests, from the virtual laboratory or one's own.
+"""Measurements of a study: a data set of whole tests for each lubricant, from the virtual laboratory or the user.
 
 Each lubricant ends in one job ``data-LUBRICANT``. Its folder holds the time series (``dataset``) and the
 average-based data set (``dataset/averages``), both with the roles ``train`` and ``test``.

@@ -1,4 +1,4 @@
-"""Press levels of a study: curves of the virtual press, or copies of one's own, each level a job."""
+"""Press levels of a study: curves of the virtual press or of the user, one job a level."""
 
 from __future__ import annotations
 

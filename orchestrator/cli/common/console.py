@@ -21,7 +21,7 @@ QUIET = 30.0
 
 
 class Interrupted(Exception):
-    """Ctrl-C in a command that keeps what is done; the message says what was kept."""
+    """Ctrl-C in a command that keeps finished work; the message says what was kept."""
 
 
 @contextmanager
@@ -35,7 +35,7 @@ def keeping(what: Callable[[], str]) -> Iterator[None]:
 
 @contextmanager
 def saying_what_is_kept() -> Iterator[None]:
-    """Turn Ctrl-C into the sentence that came with it, where one did."""
+    """Turn Ctrl-C into the sentence that came with it, if there is one."""
     try:
         yield
     except KeyboardInterrupt as interrupt:

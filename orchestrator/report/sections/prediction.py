@@ -1,4 +1,4 @@
-"""The part of the demo's report on tests that were predicted as if nobody had run them."""
+"""The section of the demo's page on held-out tests that were predicted in a closed loop."""
 
 from __future__ import annotations
 
