@@ -22,6 +22,7 @@ from ..cosim.run_folders import Run
 from ..force_curves.forces import LevelsComparison, compare_force, read_press_curve
 from ..jobs.job import Progress
 from ..jobs.versions import versions
+from ..report.sections.demo_folder import DemoSummary, FrictionEntry, RunFacts
 from .prediction import PARTS, predict_held_out
 from .scenario import Scenario
 from .steps import StepBook
@@ -37,7 +38,7 @@ class DemoResult:
 
     folder: Path
     report: Path
-    summary: dict[str, Any]
+    summary: DemoSummary
 
 
 class Demo:
@@ -100,7 +101,7 @@ class Demo:
             labels = {part: self.label(part) for part in PARTS if part in parts}
             predicted = predict_held_out(self.out, DataSet.load(self.out / "data"), labels, self.jobs, tick)
         with self._title("report") as tick:
-            summary = self._summarise(parts, runs, diagnosis) | {"predicted": predicted}
+            summary = self._summarise(parts, runs, diagnosis, predicted)
             write_json(self.out / "demo.json", summary)
             report = write_report(self.out)
             tick(1, 1, "")
@@ -222,12 +223,18 @@ class Demo:
         return s.base if part == "before" else s.other
 
     def _summarise(
-        self, parts: list[str], runs: dict[tuple[str, str], Run], diagnosis: dict[str, Any]
-    ) -> dict[str, Any]:
+        self,
+        parts: list[str],
+        runs: dict[tuple[str, str], Run],
+        diagnosis: dict[str, Any],
+        predicted: dict[str, Any],
+    ) -> DemoSummary:
         from friction_models import ConstantFriction, evaluate, load_model
 
         s, data = self.scenario, DataSet.load(self.out / "data")
-        forces, held_out, frictions = {}, {}, []
+        forces: dict[str, Any] = {}
+        held_out: dict[str, Any] = {}
+        frictions: list[FrictionEntry] = []
         for part in parts:
             results = [
                 compare_force(runs[part, level.name].force_curve(), read_press_curve(self._press_file(level.name)), self.label(part))
@@ -238,7 +245,7 @@ class Demo:
                 ConstantFriction(s.constant) if part == "constant" else load_model(self.out / "models" / part)
             )
             held_out[part] = evaluate(model, data.select("test")).overall
-            entry: dict[str, Any] = {
+            entry: FrictionEntry = {
                 "part": part,
                 "label": self.label(part),
                 "fmu": f"fmus/{part}.fmu",
@@ -269,6 +276,7 @@ class Demo:
             "run_facts": {f"runs/{name}-{part}": _facts(run) for (part, name), run in runs.items()},
             "seconds": self.book.seconds,
             "versions": versions(),
+            "predicted": predicted,
         }
 
     def _press_file(self, level: str) -> Path:
@@ -303,7 +311,7 @@ def _outside(runs: list[Run]) -> dict[str, float]:
     }
 
 
-def _facts(run: Run) -> dict[str, Any]:
+def _facts(run: Run) -> RunFacts:
     timing = run.manifest["timing_s"]
     return {
         "steps": run.manifest["steps"],

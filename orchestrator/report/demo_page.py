@@ -248,17 +248,17 @@ def _runs(demo: DemoFolder) -> str:
         rows,
         numeric=(3, 4, 5, 6, 7),
     )
-    facts = [
+    settings: list[tuple[str, object]] = [
         ("seed", summary["seed"]),
         ("plan", summary["plan"]),
         ("hidden effect", summary["hidden"] or "none"),
     ]
-    facts += [(f"seconds: {k}", f"{v:.1f}") for k, v in summary["seconds"].items()]
-    facts += sorted(summary["versions"].items())
+    settings += [(f"seconds: {k}", f"{v:.1f}") for k, v in summary["seconds"].items()]
+    settings += sorted(summary["versions"].items())
     return (
         runs
         + "<p>Every run has a folder of its own with the resolved system, the manifest with the hashes of its FMUs, results and log.</p>"
-        + f"<details><summary>Manifest of the demo</summary>{table(['what', 'value'], facts, narrow=True)}</details>"
+        + f"<details><summary>Manifest of the demo</summary>{table(['what', 'value'], settings, narrow=True)}</details>"
     )
 
 

@@ -10,7 +10,7 @@ import re
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 from friction_models.common import InputError, unknown_name
 
@@ -18,8 +18,6 @@ from ..jobs.campaign import Job, JobResult
 from .models import data_files, load_data
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from friction_models.loads import DataSet
 
 #: The lubricants of the virtual laboratory that the studies compare.
@@ -177,6 +175,20 @@ def load_measurements(result: JobResult, averages: bool = False) -> DataSet:
     return DataSet.load(result.file("averages" if averages else "dataset"))
 
 
+class MeasuredData(TypedDict):
+    """Result of a job ``data-LUBRICANT``; `dataset` and `averages` are folders in it, `train` and `held_out` count tests."""
+
+    dataset: str
+    averages: str
+    lubricant: str
+    train: int
+    held_out: int
+    points: int
+    synthetic: bool
+    plan: str | None
+    roles: str
+
+
 # --- the functions of the jobs ------------------------------------------------------------------------
 
 
@@ -225,7 +237,7 @@ def measure(
 
 def gather(
     inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, Any]:
+) -> MeasuredData:
     """Put the parts together in the order of the tests' names."""
     import pandas as pd
 
@@ -244,7 +256,7 @@ def gather(
 
 def take(
     inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, Any]:
+) -> MeasuredData:
     """Take the user's data set, with roles."""
     data = _with_roles(load_data(files, needs), inputs["seed"], str(files["points"]))
     return _write(data, str(inputs["lubricant"]), folder)
@@ -275,12 +287,14 @@ def _with_roles(data: DataSet, seed: int, where: str) -> DataSet:
     return DataSet(data.points, tests, {**data.info, "held_out": f"{len(held)} tests drawn by the seed"})
 
 
-def _write(data: DataSet, lubricant: str, folder: Path) -> dict[str, Any]:
+def _write(data: DataSet, lubricant: str, folder: Path) -> MeasuredData:
+    import pandas as pd
+
     from sct_twin.twin.campaign_result import AVERAGES, TwinResult
 
     assert data.tests is not None
     used = data.tests[data.tests["test_id"].isin(data.points["test_id"].unique())]
-    result = TwinResult(data.points, used.reset_index(drop=True), data.info, _none())
+    result = TwinResult(data.points, used.reset_index(drop=True), data.info, pd.DataFrame())
     result.save(folder / DATASET)
     roles = used["role"].value_counts()
     return {
@@ -294,9 +308,3 @@ def _write(data: DataSet, lubricant: str, folder: Path) -> dict[str, Any]:
         "plan": data.info.get("plan"),
         "roles": str(data.info.get("held_out", "as recorded")),
     }
-
-
-def _none() -> pd.DataFrame:
-    import pandas as pd
-
-    return pd.DataFrame()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 from friction_models.common import InputError
 
@@ -18,6 +18,24 @@ SECONDS = {"gradient_boosting": 5.0, "ffnn": 20.0}
 USUAL_SECONDS = 3.0
 #: Folder and file in the result of a job.
 MODEL, FMU = "model", "friction.fmu"
+
+
+class TrainedModel(TypedDict):
+    """Result of a job of `model_job`.
+
+    `model` and `fmu` are names in its folder, `points` and `tests` what it was trained on. The errors are those on
+    held-out tests, None without any.
+    """
+
+    family: str
+    model: str
+    fmu: str
+    domain: dict[str, Any]
+    points: int
+    tests: int
+    mae_test: float | None
+    rmse_test: float | None
+    synthetic: bool
 
 
 def model_job(
@@ -110,23 +128,25 @@ def load_data(files: Mapping[str, Path], needs: Mapping[str, JobResult]) -> Any:
 
 def train_model(
     inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, Any]:
-    """Train, measure on held-out tests, save and pack one model; the function of `model_job`.
-
-    Returns
-    -------
-    dict
-        ``family``, ``model`` and ``fmu`` (names in `folder`; an FMU of FMI 3.0 whose arrays take the number of
-        contact points), ``domain``, ``points`` and ``tests`` trained on, ``mae_test`` and ``rmse_test`` (None without
-        held-out tests), ``synthetic``.
-    """
+) -> TrainedModel:
+    """Train a model, measure it on held-out tests, save it and pack it as an FMU of FMI 3.0 for any number of points."""
     from fmus import pack
     from friction_models.models.registry import make_model
     from friction_models.training import error_measures
 
     family = str(inputs["family"])
     model: Any = make_model(family, **inputs.get("parameters", {}))
-    facts: dict[str, Any] = {"points": 0, "tests": 0, "mae_test": None, "rmse_test": None, "synthetic": False}
+    made: TrainedModel = {
+        "family": family,
+        "model": MODEL,
+        "fmu": FMU,
+        "domain": {},
+        "points": 0,
+        "tests": 0,
+        "mae_test": None,
+        "rmse_test": None,
+        "synthetic": False,
+    }
     if files or needs:
         data = load_data(files, needs)
         training = data.select("train")
@@ -140,11 +160,9 @@ def train_model(
                     f"{family}: none of the tests {inputs['tests'][:5]} is in the data, allowed: some of them"
                 )
         model.fit_frame(points, training.tests, data.info)
-        facts |= {
-            "points": len(points),
-            "tests": int(points["test_id"].nunique()),
-            "synthetic": bool(data.synthetic),
-        }
+        made["points"] = len(points)
+        made["tests"] = int(points["test_id"].nunique())
+        made["synthetic"] = bool(data.synthetic)
         roles = data.tests["role"].astype(str) if data.tests is not None and "role" in data.tests else ()
         if "test" in set(roles):  # without roles all tests were trained on, and nothing is held out
             test = data.select("test")
@@ -152,7 +170,8 @@ def train_model(
                 test.points["mu"].to_numpy(), model.predict_frame(test.points, test.tests)
             )
             model.record_errors("test", measures)
-            facts |= {"mae_test": measures["mae"], "rmse_test": measures["rmse"]}
+            made["mae_test"], made["rmse_test"] = measures["mae"], measures["rmse"]
     model.save(folder / MODEL)
     pack(model, folder / FMU, fmi="3.0", arrays=True)
-    return {"family": family, "model": MODEL, "fmu": FMU, "domain": model.domain.to_dict(), **facts}
+    made["domain"] = model.domain.to_dict()
+    return made

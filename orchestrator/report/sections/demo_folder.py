@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 from friction_models.common import InputError
 from friction_models.loads import DataSet, FloatArray
@@ -18,6 +18,60 @@ from ..charts.force import ForceLine
 PREDICTED = "predicted"
 
 
+class PressLevelEntry(TypedDict):
+    """A level of the press; `press` is the file of its curves."""
+
+    name: str
+    heading: str
+    press: str
+
+
+class _FrictionEntry(TypedDict):
+    part: str
+    label: str
+    fmu: str
+    runs: dict[str, str]
+    outside_domain: dict[str, float]
+
+
+class FrictionEntry(_FrictionEntry, total=False):
+    """A friction model of the demo; `runs` are folders by level, `folder` is missing for a constant."""
+
+    folder: str
+
+
+class RunFacts(TypedDict):
+    """What a run took and reached."""
+
+    steps: int
+    seconds: float
+    share_friction: float
+    master_us_per_step: float
+    max_tau_over_k: float
+    friction_sha256: str
+
+
+class DemoSummary(TypedDict):
+    """Content of ``demo.json``; `held_out`, `forces` and `predicted` are by the part of a friction model."""
+
+    synthetic: bool
+    hidden: str | None
+    seed: int
+    plan: str
+    base: str
+    data: str
+    tests: dict[str, int]
+    levels: list[PressLevelEntry]
+    frictions: list[FrictionEntry]
+    held_out: dict[str, Any]
+    forces: dict[str, Any]
+    diagnosis: dict[str, Any]
+    run_facts: dict[str, RunFacts]
+    seconds: dict[str, float]
+    versions: dict[str, str]
+    predicted: dict[str, Any]
+
+
 @dataclass
 class DemoFolder:
     """The demo's data, models, forces and diagnosis.
@@ -25,7 +79,7 @@ class DemoFolder:
     Attributes
     ----------
     folder : Path
-    summary : dict
+    summary : DemoSummary
         Content of ``demo.json``.
     held_out : DataSet
         Tests that no model was trained on.
@@ -38,7 +92,7 @@ class DemoFolder:
     """
 
     folder: Path
-    summary: dict[str, Any]
+    summary: DemoSummary
     held_out: DataSet
     models: dict[str, Any]
     predicted: dict[str, FloatArray]
@@ -56,14 +110,14 @@ class DemoFolder:
         from friction_models import load_model
 
         try:
-            summary = json.loads((folder / "demo.json").read_text(encoding="utf-8"))
+            summary: DemoSummary = json.loads((folder / "demo.json").read_text(encoding="utf-8"))
             held_out = DataSet.load(folder / summary["data"]).select("test")
             models = {
                 entry["part"]: load_model(folder / entry["folder"])
                 for entry in summary["frictions"]
                 if "folder" in entry
             }
-            predicted = {
+            predicted: dict[str, FloatArray] = {
                 part: models[part].predict_frame(held_out.points, held_out.tests)
                 for part in ("before", "after")
                 if part in models
@@ -82,11 +136,10 @@ class DemoFolder:
     @property
     def diagnosis(self) -> dict[str, Any]:
         """The diagnosis as `diagnose --json` writes it."""
-        found: dict[str, Any] = self.summary["diagnosis"]
-        return found
+        return self.summary["diagnosis"]
 
 
-def _line(folder: Path, summary: dict[str, Any], entry: dict[str, Any]) -> ForceLine:
+def _line(folder: Path, summary: DemoSummary, entry: FrictionEntry) -> ForceLine:
     levels: dict[str, ForceComparison] = {}
     for level in summary["levels"]:
         run = Run.load(folder / entry["runs"][level["name"]])

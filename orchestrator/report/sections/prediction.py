@@ -14,7 +14,7 @@ from .demo_folder import PREDICTED, DemoFolder
 
 def prediction_html(demo: DemoFolder) -> str:
     """Return chart and table of held-out tests in a closed loop of friction FMU and twin FMU."""
-    found: dict[str, Any] = demo.summary["predicted"]
+    found = demo.summary["predicted"]
     labels = {part: demo.label(part) for part in found}
     shown = [str(row["test_id"]) for row in found["before"]["tests"]]
     points = demo.held_out.points

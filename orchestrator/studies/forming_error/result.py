@@ -14,7 +14,7 @@ from ...force_curves.forces import ForceCurve, compare_force
 from ...force_curves.metrics import LevelSummary, ScalarError
 from ...jobs.campaign import JobResult
 from ..measurements import data_name, load_measurements
-from .rows import Change, RunError, Summary
+from .rows import Change, ModelRow, RunError, Summary
 from .study import FormingErrorStudy, Friction, run_name, trained_name
 
 #: A group of levels that is summed up: of one process, one lubricant, or (None) of all.
@@ -37,8 +37,7 @@ class FormingErrors:
         Pairs without a result.
     planned : tuple of (str, str, str)
         Lubricant, process and name of every level of the study, with results or without.
-    models : tuple of dict
-        Trained models: lubricant, family, mae_test, points, tests.
+    models : tuple of ModelRow
     """
 
     synthetic: bool
@@ -46,7 +45,7 @@ class FormingErrors:
     runs: tuple[RunError, ...]
     missing: int
     planned: tuple[tuple[str, str, str], ...]
-    models: tuple[dict[str, Any], ...]
+    models: tuple[ModelRow, ...]
 
     @classmethod
     def of(cls, study: FormingErrorStudy, results: Mapping[str, JobResult]) -> FormingErrors:
@@ -78,10 +77,13 @@ class FormingErrors:
                         values["timing"],
                     )
                 )
-        models = [
+        models: list[ModelRow] = [
             {
                 "lubricant": lubricant,
-                **{k: found.values[k] for k in ("family", "mae_test", "points", "tests")},
+                "family": found.values["family"],
+                "mae_test": found.values["mae_test"],
+                "points": found.values["points"],
+                "tests": found.values["tests"],
             }
             for lubricant in study.plan.lubricants
             for family in study.plan.models
