@@ -1,4 +1,4 @@
-"""Entry point: one place where errors become one sentence and an exit code.
+"""Entry point: turns every error into one sentence and an exit code.
 
 Exit codes: 0 done; 1 something failed; 2 bad input (a file, a name, a value, an option); 130 interrupted.
 """
@@ -10,6 +10,7 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from typing import Any
 
 from .common import interrupts
 from .common.console import Interrupted
@@ -61,16 +62,17 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _called(arguments: Sequence[str]) -> int:
-    """Call the command; imports are part of it, as they take most of the time of some."""
-    from typer._click.exceptions import ClickException
+    """Call the command. Imports happen here, because Ctrl-C may hit them too."""
+    import typer
 
     from .app import app
 
     try:
         result = app(spread(arguments), prog_name="tribofmu", standalone_mode=False)
-    except ClickException as error:
-        error.show()
-        return int(error.exit_code)
+    except typer.TyperException as error:
+        wrong_usage: Any = error  # it prints itself; the public base class does not declare that
+        wrong_usage.show()
+        return error.exit_code
     return result if isinstance(result, int) else 0
 
 

@@ -8,12 +8,16 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from fmus.runtime.errors import SimulationError
 from forming.results.field_recorder import FIELDS_EVERY, FIELDS_FOLDER, checked_spacing
 from forming.results.fields import FieldHistory
+
+from .master import Master
+from .run_folders import Run
 
 
 @contextmanager
@@ -55,6 +59,24 @@ def keep_fields(source: Path, run: Path) -> int:
             history.save(run / "fields" / place.name / "fields.npz")
             count += len(history)
     return count
+
+
+def run_with_fields(
+    master: Master, out: Path, every: float, progress: Callable[[float], None], csv: bool
+) -> tuple[Run, int]:
+    """Run a system into a folder and keep its fields; return the run and the number of snapshots.
+
+    `every` is the stroke between two snapshots [mm]. Where the steps of a run that breaks off are kept, its fields are,
+    too.
+    """
+    with asked_for_fields(every) as folder:
+        try:
+            run = master.run(out, progress=progress, csv=csv)
+        except (SimulationError, KeyboardInterrupt):
+            if (out / "manifest.json").is_file():
+                keep_fields(folder, out)
+            raise
+        return run, keep_fields(folder, out)
 
 
 def fields_of(run: Path) -> dict[str, FieldHistory]:

@@ -20,14 +20,15 @@ from ..cosim.batch import RunTask, run_all
 from ..cosim.ready_made import extrusion_system
 from ..cosim.run_folders import Run
 from ..force_curves.forces import LevelsComparison, compare_force, read_press_curve
+from ..jobs.job import Progress
 from ..jobs.versions import versions
+from ..report.sections.demo_folder import DemoSummary, FrictionEntry, RunFacts
 from .prediction import PARTS, predict_held_out
 from .scenario import Scenario
 from .steps import StepBook
 
-Tick = Callable[[int, int, str], None]
-#: Gives a progress display for a step: ``with shown("title") as tick: tick(done, total, what)``.
-Shown = Callable[[str], AbstractContextManager[Tick]]
+#: Opens the progress display of a step: ``with display("title") as tick: tick(done, total, what)``.
+Display = Callable[[str], AbstractContextManager[Progress]]
 STEPS = 10
 
 
@@ -37,7 +38,7 @@ class DemoResult:
 
     folder: Path
     report: Path
-    summary: dict[str, Any]
+    summary: DemoSummary
 
 
 class Demo:
@@ -51,7 +52,7 @@ class Demo:
         Plan, models, levels.
     jobs : int, optional
         Processes; all cores by default.
-    shown : callable, optional
+    display : callable, optional
         Progress display of each step.
     """
 
@@ -60,12 +61,12 @@ class Demo:
         out: str | os.PathLike[str],
         scenario: Scenario | None = None,
         jobs: int | None = None,
-        shown: Shown | None = None,
+        display: Display | None = None,
     ) -> None:
         self.out = Path(out)
         self.scenario = scenario or Scenario()
         self.jobs = jobs
-        self._shown = shown or (lambda title: nullcontext(lambda done, total, what: None))
+        self._display = display or (lambda title: nullcontext(lambda done, total, what: None))
         self._step = 0
 
     def run(self) -> DemoResult:
@@ -100,7 +101,7 @@ class Demo:
             labels = {part: self.label(part) for part in PARTS if part in parts}
             predicted = predict_held_out(self.out, DataSet.load(self.out / "data"), labels, self.jobs, tick)
         with self._title("report") as tick:
-            summary = self._summarise(parts, runs, diagnosis) | {"predicted": predicted}
+            summary = self._summarise(parts, runs, diagnosis, predicted)
             write_json(self.out / "demo.json", summary)
             report = write_report(self.out)
             tick(1, 1, "")
@@ -108,7 +109,7 @@ class Demo:
 
     # --- steps ------------------------------------------------------------------------------------
 
-    def _campaign(self, tick: Tick) -> None:
+    def _campaign(self, tick: Progress) -> None:
         from sct_twin import virtual_lab
 
         s = self.scenario
@@ -116,7 +117,7 @@ class Demo:
             out=self.out / "campaign", jobs=self.jobs, progress=tick
         )
 
-    def _press(self, tick: Tick) -> None:
+    def _press(self, tick: Progress) -> None:
         from sct_twin.virtual_lab.press import press_curves
 
         s = self.scenario
@@ -131,12 +132,12 @@ class Demo:
             progress=tick,
         )
 
-    def _twin(self, tick: Tick) -> None:
+    def _twin(self, tick: Progress) -> None:
         from sct_twin import SctTwin
 
         SctTwin().run(self.out / "campaign", out=self.out / "data", jobs=self.jobs, progress=tick)
 
-    def _train(self, tick: Tick) -> None:
+    def _train(self, tick: Progress) -> None:
         from friction_models import make_model
         from friction_models.training import train
 
@@ -150,7 +151,7 @@ class Demo:
             model.save(self.out / "models" / part)
         tick(2, 2, "")
 
-    def _diagnose(self, tick: Tick) -> None:
+    def _diagnose(self, tick: Progress) -> None:
         from friction_models import load_model
         from friction_models.discovery import diagnose
 
@@ -188,7 +189,7 @@ class Demo:
             if part in PARTS:
                 pack(model, folder / f"{part}-point.fmu")
 
-    def _simulate(self, parts: list[str], tick: Tick) -> dict[tuple[str, str], Run]:
+    def _simulate(self, parts: list[str], tick: Progress) -> dict[tuple[str, str], Run]:
         s = self.scenario
         pairs = [(part, level) for part in parts for level in s.levels]
         tasks = [
@@ -222,12 +223,18 @@ class Demo:
         return s.base if part == "before" else s.other
 
     def _summarise(
-        self, parts: list[str], runs: dict[tuple[str, str], Run], diagnosis: dict[str, Any]
-    ) -> dict[str, Any]:
+        self,
+        parts: list[str],
+        runs: dict[tuple[str, str], Run],
+        diagnosis: dict[str, Any],
+        predicted: dict[str, Any],
+    ) -> DemoSummary:
         from friction_models import ConstantFriction, evaluate, load_model
 
         s, data = self.scenario, DataSet.load(self.out / "data")
-        forces, held_out, frictions = {}, {}, []
+        forces: dict[str, Any] = {}
+        held_out: dict[str, Any] = {}
+        frictions: list[FrictionEntry] = []
         for part in parts:
             results = [
                 compare_force(runs[part, level.name].force_curve(), read_press_curve(self._press_file(level.name)), self.label(part))
@@ -238,7 +245,7 @@ class Demo:
                 ConstantFriction(s.constant) if part == "constant" else load_model(self.out / "models" / part)
             )
             held_out[part] = evaluate(model, data.select("test")).overall
-            entry: dict[str, Any] = {
+            entry: FrictionEntry = {
                 "part": part,
                 "label": self.label(part),
                 "fmu": f"fmus/{part}.fmu",
@@ -269,6 +276,7 @@ class Demo:
             "run_facts": {f"runs/{name}-{part}": _facts(run) for (part, name), run in runs.items()},
             "seconds": self.book.seconds,
             "versions": versions(),
+            "predicted": predicted,
         }
 
     def _press_file(self, level: str) -> Path:
@@ -276,12 +284,12 @@ class Demo:
 
     # --- bookkeeping --------------------------------------------------------------------------------
 
-    def _title(self, name: str) -> AbstractContextManager[Tick]:
+    def _title(self, name: str) -> AbstractContextManager[Progress]:
         self._step += 1
-        return self._shown(f"{self._step}/{STEPS} {name}")
+        return self._display(f"{self._step}/{STEPS} {name}")
 
     def _do(
-        self, name: str, inputs: dict[str, Any], outputs: list[str], work: Callable[[Tick], None]
+        self, name: str, inputs: dict[str, Any], outputs: list[str], work: Callable[[Progress], None]
     ) -> None:
         """Do a step with its progress display; it depends on all steps before it."""
         with self._title(name) as tick:
@@ -303,7 +311,7 @@ def _outside(runs: list[Run]) -> dict[str, float]:
     }
 
 
-def _facts(run: Run) -> dict[str, Any]:
+def _facts(run: Run) -> RunFacts:
     timing = run.manifest["timing_s"]
     return {
         "steps": run.manifest["steps"],

@@ -1,4 +1,4 @@
-"""Held-out tests as if nobody had run them: the models before and after, each in a closed loop with the twin."""
+"""Prediction of held-out tests: the models before and after, each in a closed loop with the twin."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from friction_models.loads import DataSet
 from ..cosim.batch import RunTask, run_all
 from ..prediction.predict_sct import SctPrediction, SctPredictions, sct_system
 from ..prediction.schedule import held_out_schedules
+from ..report.sections.demo_folder import PREDICTED
 
-#: Folder of the predictions, parts of the story that are compared, number of tests.
-FOLDER = "predicted"
+#: Friction models that are compared, and number of tests.
 PARTS = ("before", "after")
 COUNT = 3
 
@@ -40,15 +40,15 @@ def predict_held_out(
     """
     from friction_models import load_model
 
-    chosen = telling_tests(load_model(out / "models" / "before"), data.select("test"))
+    chosen = example_tests(load_model(out / "models" / "before"), data.select("test"))
     schedules = sorted(held_out_schedules(data, chosen), key=lambda s: chosen.index(s.test_id))
     pairs = [(part, schedule) for part in labels for schedule in schedules]
     tasks = [
         RunTask(
             sct_system(
-                out / "fmus" / f"{part}-point.fmu", schedule, out / FOLDER / "fmus", label=labels[part]
+                out / "fmus" / f"{part}-point.fmu", schedule, out / PREDICTED / "fmus", label=labels[part]
             ),
-            out / FOLDER / part / "runs" / schedule.test_id,
+            out / PREDICTED / part / "runs" / schedule.test_id,
         )
         for part, schedule in pairs
     ]
@@ -57,12 +57,12 @@ def predict_held_out(
     for part, label in labels.items():
         mine = [SctPrediction(s, run) for (p, s), run in zip(pairs, runs) if p == part]
         predictions = SctPredictions(label, mine)
-        predictions.save(out / FOLDER / part)
+        predictions.save(out / PREDICTED / part)
         found[part] = predictions.to_dict()
     return found
 
 
-def telling_tests(model: Any, held_out: DataSet, count: int = COUNT) -> list[str]:
+def example_tests(model: Any, held_out: DataSet, count: int = COUNT) -> list[str]:
     """Return the tests in which a model is best, worst and in between under the measured loads, best first."""
     square = (held_out.points["mu"] - model.predict_frame(held_out.points, held_out.tests)) ** 2
     ranked = square.groupby(held_out.points["test_id"]).mean().sort_values().index

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from ..report.sections.demo_folder import DemoSummary, FrictionEntry
     from .loop import DemoResult
 
 
@@ -30,7 +31,7 @@ def printed_summary(result: DemoResult) -> str:
     return "\n".join(lines)
 
 
-def _row(s: dict[str, Any], entry: dict[str, Any]) -> str:
+def _row(s: DemoSummary, entry: FrictionEntry) -> str:
     part = entry["part"]
     sct, force, work = s["held_out"][part], s["forces"][part]["max_force"], s["forces"][part]["work"]
     return (
@@ -43,7 +44,7 @@ def _percent(summary: dict[str, float]) -> str:
     return f"{100 * summary['mare']:.1f} +- {100 * summary['mare_std']:.1f} %"
 
 
-def _changes(s: dict[str, Any]) -> list[tuple[str, float, float, str]]:
+def _changes(s: DemoSummary) -> list[tuple[str, float, float, str]]:
     sct, forces = s["held_out"], s["forces"]
     loop = {part: s["predicted"][part]["summary"] for part in ("before", "after")}
     count = len(s["predicted"]["before"]["tests"])

@@ -42,8 +42,7 @@ class StepBook:
         name : str
             Name of the step.
         inputs : mapping
-            JSON-able values that decide the result; versions and sources are added. A step that depends on an
-            earlier one names it in `after` (see `key`).
+            JSON-able values that decide the result; versions and sources are added.
         outputs : list of str
             Files or folders, relative to the folder, that the step leaves behind.
         work : callable
@@ -58,10 +57,6 @@ class StepBook:
         self._steps[name] = {"key": key, "seconds": round(time.perf_counter() - began, 3)}
         write_json(self._file, self._steps)
         return True
-
-    def key(self, name: str) -> str:
-        """Return the key of a finished step, to be an input of the steps that follow."""
-        return str(self._steps[name]["key"])
 
     @property
     def seconds(self) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""Self-contained HTML reports: of the demo, of a single run, of a diagnosis. They work offline and print well."""
+"""Self-contained HTML reports, one page a subject (see `registry`). They work offline and print well."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from fmus.runtime.errors import of_this_version
 from friction_models.common import InputError, write_text
+
+from .registry import page_of, page_of_folder
 
 if TYPE_CHECKING:
     from friction_models.discovery import Diagnosis
@@ -38,7 +40,7 @@ def write_report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | N
         what = "is a file" if place.exists() else "no such folder"
         raise InputError(f"{place}: {what}; allowed: the folder of a run, a study, predicted tests or a demo")
     with of_this_version(place, "what this version wrote; run the command that made it again"):
-        page = _page(place)
+        page = page_of_folder(place)
     if page is not None:
         return write_text(target, page)
     inside = sorted(p.parent.name for p in place.glob("*/manifest.json"))
@@ -49,27 +51,19 @@ def write_report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | N
     )
 
 
-def _page(place: Path) -> str | None:
-    """Return the page of a folder; None where it is none of those that have one."""
-    if (place / "demo.json").is_file():
-        from .demo_page import demo_page
+def write_page(name: str, out: str | os.PathLike[str], *content: Any) -> Path:
+    """Write a page by the name of its kind; return its path.
 
-        return demo_page(place)
-    if (place / "manifest.json").is_file():
-        from .run_page import run_page
-        from .study_pages import study_page
-
-        return study_page(place) or run_page(place)
-    if (place / "prediction.json").is_file():
-        from .prediction_page import prediction_page
-
-        return prediction_page(place)
-    if (place / "forming.json").is_file():
-        from forming.results.files import load_result
-        from forming.results.page import report_page
-
-        return report_page(*load_result(place))
-    return None
+    Parameters
+    ----------
+    name : str
+        One of `registry.PAGES`.
+    out : path-like
+        HTML file.
+    *content
+        What the function of the page takes.
+    """
+    return write_text(out, page_of(name, *content))
 
 
 def write_diagnosis_report(
@@ -89,7 +83,6 @@ def write_diagnosis_report(
     label : str
         Name of the model.
     """
-    from .diagnosis_page import diagnosis_page
     from .sections.confirmation import confirmed
 
-    return write_text(out, diagnosis_page(diagnosis, label, confirmed(model, data, diagnosis.effects)))
+    return write_page("diagnosis", out, diagnosis, label, confirmed(model, data, diagnosis.effects))

@@ -9,8 +9,7 @@ import numpy as np
 from friction_models.discovery.wording import p_text
 
 from ..attribution.result import Attribution, Fit
-from ..jobs.versions import versions
-from .parts.markup import bullets, escape, paragraph, table
+from .parts.markup import bullets, paragraph, table
 from .parts.page import Page, figure
 from .parts.theme import AFTER, BEFORE, CONSTANT, OTHER, PRESS_BAND, dress
 
@@ -74,7 +73,7 @@ def attribution_page(found: Attribution, label: str) -> str:
     )
     if found.warnings:
         page.add("notes", "Read this with care", bullets(found.warnings))
-    return page.render(f"tribofmu {escape(versions()['tribofmu'])}")
+    return page.render()
 
 
 def _headline(found: Attribution) -> str:

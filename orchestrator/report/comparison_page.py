@@ -13,7 +13,6 @@ from ..comparison.in_one_system import RunsComparison
 from ..comparison.on_press import QUANTITIES, ForcesComparison
 from ..comparison.on_tests import Order, TestsComparison
 from ..force_curves.metrics import LevelSummary
-from ..jobs.versions import versions
 from .charts.responses import CAPTION, response_chart
 from .parts.markup import bullets, escape, table
 from .parts.page import Page, figure
@@ -45,7 +44,7 @@ def comparison_page(
         _add_forces(page, forces)
     if runs is not None:
         add_runs(page, runs)
-    return page.render(f"tribofmu {escape(versions()['tribofmu'])}")
+    return page.render()
 
 
 def _title(

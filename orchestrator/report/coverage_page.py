@@ -10,7 +10,6 @@ import numpy as np
 from friction_models.discovery.shown import with_unit
 
 from ..coverage.tested_loads import SLOW, Coverage, Region, cell_map, natural
-from ..jobs.versions import versions
 from .parts.markup import bullets, escape, paragraph, table
 from .parts.page import Page, figure
 from .parts.theme import AFTER, BEFORE, dress
@@ -88,7 +87,7 @@ def coverage_page(coverage: Coverage, label: str) -> str:
     if coverage.beyond_rig:
         page.add("beyond", "Beyond every test of the rig", bullets(coverage.beyond_rig))
     page.add("notes", "Notes", paragraph(f"Process: {coverage.history.source}"), bullets(coverage.notes))
-    return page.render(f"tribofmu {escape(versions()['tribofmu'])}")
+    return page.render()
 
 
 def _shares(coverage: Coverage) -> Any:

@@ -12,46 +12,46 @@ from .charts.responses import CAPTION, response_chart
 from .parts.markup import Change, cards, escape, table
 from .parts.page import Page, figure
 from .parts.theme import STYLES
+from .sections.demo_folder import DemoFolder
 from .sections.evidence import budget_html, next_tests_html, ranking_html, remarks_html, verdict_text
 from .sections.prediction import prediction_html
-from .sections.story import Story
 
 
 def demo_page(folder: Path) -> str:
     """Return the HTML of a finished demo folder."""
-    story = Story.read(folder)
+    demo = DemoFolder.read(folder)
     page = Page(
-        title=_headline(story),
+        title=_headline(demo),
         kicker="tribofmu demo: friction in cold forging",
-        lead=_lead(story),
-        synthetic=bool(story.summary["synthetic"]),
+        lead=_lead(demo),
+        synthetic=bool(demo.summary["synthetic"]),
     )
     page.add(
         "verdict",
         "Verdict",
-        _verdict(story),
-        cards(changes(story)),
-        _caveat(story),
-        next_tests_html(story.diagnosis),
+        _verdict(demo),
+        cards(changes(demo)),
+        _caveat(demo),
+        next_tests_html(demo.diagnosis),
     )
-    page.add("budget", "Error budget", budget_html(story.diagnosis))
-    page.add("force", "Forming force", _force(story))
-    page.add("residual", "Residuals", _residual(story))
-    page.add("evidence", "Evidence", ranking_html(story.diagnosis), remarks_html(story.diagnosis))
-    page.add("tests", "Worst tests", _worst(story))
-    page.add("predicted", "Tests not run", prediction_html(story))
-    page.add("response", "Response curves", _response(story))
-    page.add("runs", "Runs", _runs(story))
-    versions = story.summary["versions"]
+    page.add("budget", "Error budget", budget_html(demo.diagnosis))
+    page.add("force", "Forming force", _force(demo))
+    page.add("residual", "Residuals", _residual(demo))
+    page.add("evidence", "Evidence", ranking_html(demo.diagnosis), remarks_html(demo.diagnosis))
+    page.add("tests", "Worst tests", _worst(demo))
+    page.add("predicted", "Tests not run", prediction_html(demo))
+    page.add("response", "Response curves", _response(demo))
+    page.add("runs", "Runs", _runs(demo))
+    versions = demo.summary["versions"]
     return page.render(
         f"tribofmu {escape(versions['tribofmu'])}, Python {escape(versions['python'])}. "
         "Every measurement in this report is synthetic: made by the virtual laboratory, not measured."
     )
 
 
-def changes(story: Story) -> list[Change]:
-    """Return the errors before and after as they came out."""
-    summary = story.summary
+def changes(demo: DemoFolder) -> list[Change]:
+    """Return the errors before and after, also where they rose."""
+    summary = demo.summary
     sct, forces = summary["held_out"], summary["forces"]
     tests, count = sct["before"]["tests"], len(summary["levels"])
     levels = f"{count} levels" if count > 1 else "one level"
@@ -68,19 +68,19 @@ def changes(story: Story) -> list[Change]:
     ]  # fmt: skip
 
 
-def _headline(story: Story) -> str:
-    before, effects = story.label("before"), story.diagnosis["effects"]
+def _headline(demo: DemoFolder) -> str:
+    before, effects = demo.label("before"), demo.diagnosis["effects"]
     if not effects:
         return f"The {before} model lacks nothing that this data can show"
     named = " and ".join(e.replace("_", " ") for e in effects)
-    change = changes(story)[0].relative
+    change = changes(demo)[0].relative
     verb = "removes" if change < 0 else "adds"
-    what = f"an effect, {named} fits best" if story.diagnosis["verdict"] == "ambiguous" else named
+    what = f"an effect, {named} fits best" if demo.diagnosis["verdict"] == "ambiguous" else named
     return f"The {before} model lacks {what}: adding it {verb} {abs(100 * change):.0f} % of its error on unseen tests"
 
 
-def _lead(story: Story) -> str:
-    summary = story.summary
+def _lead(demo: DemoFolder) -> str:
+    summary = demo.summary
     hidden = summary["hidden"]
     truth = (
         f"<strong>{escape(hidden)}</strong> was hidden in the laboratory's law, in another mathematical form than the catalogue's"
@@ -94,10 +94,10 @@ def _lead(story: Story) -> str:
     )
 
 
-def _verdict(story: Story) -> str:
-    """The verdict in words, and which share of the error that is not noise the effect removes."""
-    text = verdict_text(story.diagnosis)
-    held_out, floor = story.summary["held_out"], float(story.diagnosis["noise_floor"]["total"])
+def _verdict(demo: DemoFolder) -> str:
+    """Return the verdict, and which share of the error above the noise floor the effect removes."""
+    text = verdict_text(demo.diagnosis)
+    held_out, floor = demo.summary["held_out"], float(demo.diagnosis["noise_floor"]["total"])
     if "after" not in held_out:
         return text
     before, after = held_out["before"]["rmse"] ** 2, held_out["after"]["rmse"] ** 2
@@ -111,25 +111,25 @@ def _verdict(story: Story) -> str:
     )
 
 
-def _caveat(story: Story) -> str:
-    risen = [c.name for c in changes(story) if c.rose]
+def _caveat(demo: DemoFolder) -> str:
+    risen = [c.name for c in changes(demo) if c.rose]
     if not risen:
         return ""
     return f'<p class="note">Not everything fell: {escape("; ".join(risen))} rose. The numbers stand as they came out.</p>'
 
 
-def _force(story: Story) -> str:
-    levels = {level["name"]: level["heading"] for level in story.summary["levels"]}
+def _force(demo: DemoFolder) -> str:
+    levels = {level["name"]: level["heading"] for level in demo.summary["levels"]}
     chart = figure(
         "force",
-        force_chart(story.lines, levels),
+        force_chart(demo.lines, levels),
         "Top: punch force of forward rod extrusion with every friction FMU, one after the other in the same forming FMU, "
         "against the mean of the (synthetic) press curves with their scatter. Bottom: the same as a deviation from the press. On the rising flank the elastic give of the press shows, which the simulation does not have; friction shows after it.",
         "Force over stroke for each friction model and each level of tool temperature and press speed.",
     )
-    forces = story.summary["forces"]
+    forces = demo.summary["forces"]
     rows, classes = [], []
-    for entry in story.summary["frictions"]:
+    for entry in demo.summary["frictions"]:
         result = forces[entry["part"]]
         force, work = result["max_force"], result["work"]
         rows.append(
@@ -155,25 +155,25 @@ def _force(story: Story) -> str:
     return chart + listed
 
 
-def _residual(story: Story) -> str:
+def _residual(demo: DemoFolder) -> str:
     return figure(
         "residual",
-        residual_chart(story.held_out.points, story.predicted),
+        residual_chart(demo.held_out.points, demo.predicted),
         "Measured minus modelled mu on the held-out tests. The intervals count a whole test as one observation, so they show "
         "what another set of tests might have given. A model that lacks nothing stays within its band around zero.",
         "Mean residual against each of the five loads, before and after.",
     )
 
 
-def _worst(story: Story) -> str:
-    worst = _worst_held_out(story)
+def _worst(demo: DemoFolder) -> str:
+    worst = _worst_held_out(demo)
     chart = figure(
         "worst",
-        worst_tests_chart(story.held_out.points, story.predicted, worst),
+        worst_tests_chart(demo.held_out.points, demo.predicted, worst),
         "The held-out tests on which the model was worst before: mu over the sliding distance.",
         f"Friction over sliding distance in the tests {', '.join(worst)}.",
     )
-    rows = [(w["test_id"], f"{float(w['rms']):.4f}") for w in story.diagnosis["worst_tests"][:6]]
+    rows = [(w["test_id"], f"{float(w['rms']):.4f}") for w in demo.diagnosis["worst_tests"][:6]]
     listed = table(
         ["training test", "RMS of the residual"],
         rows,
@@ -184,26 +184,26 @@ def _worst(story: Story) -> str:
     return chart + listed
 
 
-def _worst_held_out(story: Story, count: int = 4) -> list[str]:
+def _worst_held_out(demo: DemoFolder, count: int = 4) -> list[str]:
     import numpy as np
 
-    points = story.held_out.points
-    square = (points["mu"].to_numpy() - story.predicted["before"]) ** 2
+    points = demo.held_out.points
+    square = (points["mu"].to_numpy() - demo.predicted["before"]) ** 2
     rms = points.assign(square=square).groupby("test_id")["square"].mean().pow(0.5)
     order = np.argsort(-rms.to_numpy())[:count]
     return [str(t) for t in rms.index[order]]
 
 
-def _response(story: Story) -> str:
+def _response(demo: DemoFolder) -> str:
     models = [
-        (story.label(part), part, story.models[part])
+        (demo.label(part), part, demo.models[part])
         for part in ("before", "other", "after")
-        if part in story.models
+        if part in demo.models
     ]
     chart = figure(
         "response",
         response_chart(
-            story.held_out.loads(),
+            demo.held_out.loads(),
             [(label, STYLES[part], model) for label, part, model in models],
         ),
         CAPTION,
@@ -213,8 +213,8 @@ def _response(story: Story) -> str:
     return chart + laws
 
 
-def _runs(story: Story) -> str:
-    summary = story.summary
+def _runs(demo: DemoFolder) -> str:
+    summary = demo.summary
     rows: list[tuple[Any, ...]] = []
     for entry in summary["frictions"]:
         for level in summary["levels"]:
@@ -248,17 +248,17 @@ def _runs(story: Story) -> str:
         rows,
         numeric=(3, 4, 5, 6, 7),
     )
-    facts = [
+    settings: list[tuple[str, object]] = [
         ("seed", summary["seed"]),
         ("plan", summary["plan"]),
         ("hidden effect", summary["hidden"] or "none"),
     ]
-    facts += [(f"seconds: {k}", f"{v:.1f}") for k, v in summary["seconds"].items()]
-    facts += sorted(summary["versions"].items())
+    settings += [(f"seconds: {k}", f"{v:.1f}") for k, v in summary["seconds"].items()]
+    settings += sorted(summary["versions"].items())
     return (
         runs
         + "<p>Every run has a folder of its own with the resolved system, the manifest with the hashes of its FMUs, results and log.</p>"
-        + f"<details><summary>Manifest of the demo</summary>{table(['what', 'value'], facts, narrow=True)}</details>"
+        + f"<details><summary>Manifest of the demo</summary>{table(['what', 'value'], settings, narrow=True)}</details>"
     )
 
 

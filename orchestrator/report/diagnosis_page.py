@@ -10,7 +10,6 @@ import pandas as pd
 from friction_models.discovery.diagnosis import Diagnosis
 from friction_models.discovery.shown import load_map, meanings, structure_pair, with_unit
 
-from ..jobs.versions import versions
 from .charts.diagnosis import effect_chart, map_chart
 from .charts.friction import residual_chart, worst_tests_chart
 from .parts.markup import Change, cards, escape, paragraph, table
@@ -76,7 +75,7 @@ def diagnosis_page(found: Diagnosis, label: str, confirmed: Mapping[str, Any] | 
     page.add("tests", "Worst tests", _worst(found, averages, predicted))
     if named:
         page.add("response", "Response curves", _response(found))
-    return page.render(f"tribofmu {escape(versions()['tribofmu'])}")
+    return page.render()
 
 
 def _headline(found: Diagnosis) -> str:

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from typing import Any, Literal
 
 from ..jobs.versions import versions
+from ..studies.extrapolation.result import ExtrapolationNumbers, ExtrapolationRun
+from ..studies.extrapolation.study import DataKind, Rule
+from ..studies.extrapolation.words import headline
 from .parts.markup import bullets, escape, paragraph, table
 from .parts.page import Page, figure, footer
 from .parts.palette import COLORS, looks
 from .parts.theme import dress
 
-_RULES = {"clamp": COLORS[0], "extrapolate": COLORS[1]}
-_DATA = {"all": "all training tests", "reduced": "low pressure and temperature only"}
+_RULES: dict[Rule, str] = {"clamp": COLORS[0], "extrapolate": COLORS[1]}
+_SIDES: dict[Literal["below", "above"], str] = {"below": COLORS[4], "above": COLORS[1]}
+_DATA: dict[DataKind, str] = {"all": "all training tests", "reduced": "low pressure and temperature only"}
 
 
-def extrapolation_page(values: Mapping[str, Any]) -> str:
-    """Return the HTML of the numbers of `studies.extrapolation.ExtrapolationStudy.evaluate`."""
+def extrapolation_page(values: ExtrapolationNumbers) -> str:
+    """Return the HTML of the numbers of the study."""
     settings = values["settings"]
     page = Page(
-        title=_title(values),
+        title=headline(values),
         kicker="tribofmu study extrapolation: friction models beyond the loads that they were trained on",
         lead=escape(
             f"{', '.join(settings['models'])} trained on all tests and on the lower half of the tested "
@@ -58,35 +61,17 @@ def extrapolation_page(values: Mapping[str, Any]) -> str:
         if r["failed"]
     ]
     page.add("failed", "Runs that broke off", bullets(failed) if failed else paragraph("None."))
-    origin = (
-        "The friction models learned from synthetic measurements."
-        if values["synthetic"]
-        else "The friction models learned from the user's measurements."
-    )
-    return page.render(footer(versions(), origin))
+    whose = "synthetic" if values["synthetic"] else "the user's"
+    return page.render(footer(versions(), f"The friction models learned from {whose} measurements."))
 
 
-def _title(values: Mapping[str, Any]) -> str:
-    shares = {
-        kind: [r["outside_work"] for r in values["runs"] if r["data"] == kind and "outside_work" in r]
-        for kind in _DATA
-    }
-    if not all(shares.values()):
-        return "Friction beyond the trained domain"
-    low = {kind: (100 * min(s), 100 * max(s)) for kind, s in shares.items()}
-    return (
-        f"Outside the trained domain: {low['all'][0]:.0f} to {low['all'][1]:.0f} % of the friction work with all tests, "
-        f"{low['reduced'][0]:.0f} to {low['reduced'][1]:.0f} % with the reduced ones"
-    )
-
-
-def _first(runs: list[Any]) -> list[Any]:
+def _first(runs: list[ExtrapolationRun]) -> list[ExtrapolationRun]:
     """Return the clamped runs of the first model: what the process asks for hardly depends on the model."""
     clamped = [r for r in runs if r["rule"] == "clamp"] or runs
     return [r for r in clamped if r["model"] == clamped[0]["model"]]
 
 
-def _by_load(runs: list[Any]) -> Any:
+def _by_load(runs: list[ExtrapolationRun]) -> Any:
     from plotly.subplots import make_subplots
 
     mine = _first(runs)
@@ -98,7 +83,7 @@ def _by_load(runs: list[Any]) -> Any:
     )  # fmt: skip
     for r in mine:
         row, column = kinds.index(r["data"]) + 1, levels.index(r["level"]) + 1
-        for side, color in (("below", COLORS[4]), ("above", COLORS[1])):
+        for side, color in _SIDES.items():
             chart.add_bar(
                 x=[i["load"] for i in r["loads"]], y=[100 * i[side]["share"] for i in r["loads"]],
                 name=f"{side} the trained range", legendgroup=side, showlegend=row == column == 1, marker_color=color,
@@ -112,11 +97,11 @@ def _by_load(runs: list[Any]) -> Any:
     return chart
 
 
-def _exceedances(runs: list[Any]) -> str:
+def _exceedances(runs: list[ExtrapolationRun]) -> str:
     rows = []
     for r in _first(runs):
         for item in r["loads"]:
-            for side in ("below", "above"):
+            for side in _SIDES:
                 s = item[side]
                 if s["share"] > 0.0005:
                     rows.append(
@@ -132,7 +117,7 @@ def _exceedances(runs: list[Any]) -> str:
     )  # fmt: skip
 
 
-def _mu(runs: list[Any]) -> Any:
+def _mu(runs: list[ExtrapolationRun]) -> Any:
     from plotly.subplots import make_subplots
 
     kinds = [k for k in _DATA if any(r["data"] == k for r in runs)]
@@ -152,12 +137,10 @@ def _mu(runs: list[Any]) -> Any:
             ]
             mine = [(m, found) for m, found in mine if found]
             x = [models.index(m) + place for m, _ in mine]
-            low, high = (
-                [f(r["mu"][k] for r in found) for _, found in mine] for f, k in ((min, "low"), (max, "high"))
-            )
-            p5, p95 = (
-                [f(r["mu"][k] for r in found) for _, found in mine] for f, k in ((min, "p5"), (max, "p95"))
-            )
+            low = [min(r["mu"]["low"] for r in found) for _, found in mine]
+            high = [max(r["mu"]["high"] for r in found) for _, found in mine]
+            p5 = [min(r["mu"]["p5"] for r in found) for _, found in mine]
+            p95 = [max(r["mu"]["p95"] for r in found) for _, found in mine]
             middle = [sorted(r["mu"]["median"] for r in found)[len(found) // 2] for _, found in mine]
             for ends, width in (((low, high), 1.5), ((p5, p95), 9)):
                 for k, at in enumerate(x):
@@ -181,7 +164,7 @@ def _mu(runs: list[Any]) -> Any:
     return chart
 
 
-def _pairs(values: Mapping[str, Any]) -> Any:
+def _pairs(values: ExtrapolationNumbers) -> Any:
     from plotly.subplots import make_subplots
 
     pairs = [p for p in values["pairs"] if "work_J_pct" in p]
@@ -194,9 +177,10 @@ def _pairs(values: Mapping[str, Any]) -> Any:
     for column, kind in enumerate(kinds, 1):
         for model, style in styles.items():
             mine = [p for p in pairs if p["data"] == kind and p["model"] == model]
-            for row, name in enumerate(("max_force_kN_pct", "work_J_pct"), 1):
+            changes = [p["max_force_kN_pct"] for p in mine], [p["work_J_pct"] for p in mine]
+            for row, change in enumerate(changes, 1):
                 chart.add_bar(
-                    x=[p["level"] for p in mine], y=[p[name] for p in mine], name=model, legendgroup=model,
+                    x=[p["level"] for p in mine], y=change, name=model, legendgroup=model,
                     showlegend=row == column == 1, marker_color=style["color"], row=row, col=column,
                     hovertemplate=f"{model} %{{y:+.2f}} %<extra></extra>",
                 )  # fmt: skip
@@ -207,7 +191,7 @@ def _pairs(values: Mapping[str, Any]) -> Any:
     return chart
 
 
-def _pair_table(values: Mapping[str, Any]) -> str:
+def _pair_table(values: ExtrapolationNumbers) -> str:
     rows = []
     for p in values["pairs"]:
         head = (p["level"], p["model"], p["data"])
@@ -227,7 +211,7 @@ def _pair_table(values: Mapping[str, Any]) -> str:
     )
 
 
-def _models(values: Mapping[str, Any]) -> str:
+def _models(values: ExtrapolationNumbers) -> str:
     rows = [
         (
             m["model"],
@@ -241,7 +225,7 @@ def _models(values: Mapping[str, Any]) -> str:
     return table(["model", "trained on", "tests", "points", "MAE on held-out tests"], rows, numeric=(2, 3, 4))
 
 
-def _runs(values: Mapping[str, Any]) -> str:
+def _runs(values: ExtrapolationNumbers) -> str:
     rows = []
     for r in values["runs"]:
         head = (r["level"], r["model"], r["data"], r["rule"] + (" (broke off)" if r["failed"] else ""))

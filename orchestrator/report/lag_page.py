@@ -2,29 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from typing import Any
 
 from ..jobs.versions import versions
+from ..studies.lag.result import LagNumbers, LagRun, Quantity, Reference, groups
+from ..studies.lag.study import Mode
+from ..studies.lag.words import headline
 from .parts.markup import bullets, escape, paragraph, table
 from .parts.page import Page, figure, footer
 from .parts.palette import COLORS
 from .parts.theme import dress
 
 #: Colour of each mode.
-_MODES = {"jacobi": COLORS[1], "gauss_seidel": COLORS[0], "iterated": COLORS[2]}
-_LABELS = {
+_MODES: dict[Mode, str] = {"jacobi": COLORS[1], "gauss_seidel": COLORS[0], "iterated": COLORS[2]}
+_LABELS: dict[Mode, str] = {
     "jacobi": "jacobi (two steps of lag)",
     "gauss_seidel": "gauss_seidel (one step)",
     "iterated": "iterated (none)",
 }
 
 
-def lag_page(values: Mapping[str, Any]) -> str:
-    """Return the HTML of the numbers of `studies.lag.LagStudy.evaluate`."""
+def lag_page(values: LagNumbers) -> str:
+    """Return the HTML of the numbers of the study."""
     settings = values["settings"]
     page = Page(
-        title=_title(values),
+        title=headline(values),
         kicker="tribofmu study lag: friction from the loads of the step before, against iterated coupling",
         lead=escape(
             f"{', '.join(f'{p.upper()} ({s:g} mm of stroke)' for p, s in settings['stroke_mm'].items())} at {settings['speed_mm_s']:g} mm/s with tools of "
@@ -94,78 +97,60 @@ def lag_page(values: Mapping[str, Any]) -> str:
     ]
     if failed:
         page.add("failed", "Runs that broke off", bullets(failed))
-    origin = (
-        "The friction models learned from synthetic measurements."
-        if values["synthetic"]
-        else "The friction models learned from the user's measurements."
-    )
-    return page.render(footer(versions(), origin))
+    whose = "synthetic" if values["synthetic"] else "the user's"
+    return page.render(footer(versions(), f"The friction models learned from {whose} measurements."))
 
 
-def _title(values: Mapping[str, Any]) -> str:
-    lagging = [r for r in values["rows"] if r["mode"] == "gauss_seidel" and r.get("lag")]
-    if not lagging:
-        return "One-step lag: no pair of runs to compare"
-    work, force = (max(abs(r["lag"][name]) for r in lagging) for name in ("work_pct", "rms_pct"))
-    steps = [r["step_mm"] for r in lagging]
-    return (
-        f"One-step lag changes the forming work by at most {work:.2g} % and the force by {force:.2g} % (rms) "
-        f"at steps of {min(steps):g} to {max(steps):g} mm"
-    )
-
-
-def _groups(rows: list[Any]) -> list[tuple[str, str]]:
-    return list(dict.fromkeys((r["process"], r["model"]) for r in rows))
-
-
-def _deviations(rows: list[Any], which: str, shown: tuple[tuple[str, str], ...]) -> Any:
+def _deviations(rows: Sequence[LagRun], which: Reference, panels: Sequence[tuple[Quantity, str]]) -> Any:
     from plotly.subplots import make_subplots
 
-    groups = _groups(rows)
+    shown_groups = groups(rows)
     chart = make_subplots(
-        rows=len(shown), cols=len(groups), shared_xaxes=True, shared_yaxes="rows", vertical_spacing=0.05,
-        horizontal_spacing=0.03, subplot_titles=[f"{p.upper()}, {m}" for p, m in groups],
+        rows=len(panels), cols=len(shown_groups), shared_xaxes=True, shared_yaxes="rows", vertical_spacing=0.05,
+        horizontal_spacing=0.03, subplot_titles=[f"{p.upper()}, {m}" for p, m in shown_groups],
     )  # fmt: skip
-    for column, group in enumerate(groups, 1):
+    for column, group in enumerate(shown_groups, 1):
         for mode, color in _MODES.items():
             mine = sorted(
                 (
-                    r
+                    (r["step_mm"], deviation)
                     for r in rows
-                    if (r["process"], r["model"]) == group and r["mode"] == mode and r.get(which)
+                    if (r["process"], r["model"]) == group
+                    and r["mode"] == mode
+                    and (deviation := r.get(which)) is not None
                 ),
-                key=lambda r: r["step_mm"],
+                key=lambda found: found[0],
             )
             if not mine or (which == "lag" and mode == "iterated"):
                 continue
-            for row, (name, _) in enumerate(shown, 1):
+            for row, (name, _) in enumerate(panels, 1):
                 chart.add_scatter(
-                    x=[r["step_mm"] for r in mine], y=[r[which][name] for r in mine], mode="lines+markers",
+                    x=[step for step, _ in mine], y=[deviation[name] for _, deviation in mine], mode="lines+markers",
                     name=_LABELS[mode], legendgroup=mode, showlegend=row == 1 and column == 1,
                     line={"color": color, "width": 2}, row=row, col=column,
                     hovertemplate=f"{mode} %{{x:g}} mm: %{{y:.3g}}<extra></extra>",
                 )  # fmt: skip
-        chart.update_xaxes(title_text="communication step [mm]", row=len(shown), col=column)
-    dress(chart, 190 * len(shown) + 70)
+        chart.update_xaxes(title_text="communication step [mm]", row=len(panels), col=column)
+    dress(chart, 190 * len(panels) + 70)
     chart.update_layout(margin_t=66)
-    for row, (_, heading) in enumerate(shown, 1):
+    for row, (_, heading) in enumerate(panels, 1):
         chart.update_yaxes(title_text=heading, row=row, col=1)
     return chart
 
 
-def _curves(values: Mapping[str, Any]) -> Any:
+def _curves(values: LagNumbers) -> Any:
     from plotly.subplots import make_subplots
 
     longest = max(values["settings"]["steps_mm"])
     mine = [c for c in values["curves"] if c["step_mm"] == longest]
-    groups = _groups(mine) or [("", "")]
+    shown_groups = groups(mine) or [("", "")]
     chart = make_subplots(
         rows=1,
-        cols=len(groups),
+        cols=len(shown_groups),
         horizontal_spacing=0.05,
-        subplot_titles=[f"{p.upper()}, {m}" for p, m in groups],
+        subplot_titles=[f"{p.upper()}, {m}" for p, m in shown_groups],
     )
-    for column, group in enumerate(groups, 1):
+    for column, group in enumerate(shown_groups, 1):
         for curve in mine:
             if (curve["process"], curve["model"]) == group:
                 chart.add_scatter(
@@ -180,7 +165,7 @@ def _curves(values: Mapping[str, Any]) -> Any:
     return chart
 
 
-def _summary(values: Mapping[str, Any]) -> str:
+def _summary(values: LagNumbers) -> str:
     rows = []
     for e in values["summary"]:
         if not e["runs"]:
@@ -202,10 +187,10 @@ def _summary(values: Mapping[str, Any]) -> str:
     )
 
 
-def _runs(values: Mapping[str, Any]) -> str:
+def _runs(values: LagNumbers) -> str:
     rows = []
     for r in values["rows"]:
-        lag = r.get("lag") or {}
+        lag = r.get("lag")
         rows.append(
             (
                 r["process"].upper(), r["model"], f"{r['step_mm']:g}", r["mode"] + (" (broke off)" if r["failed"] else ""),

@@ -48,8 +48,8 @@ def _page(content: dict[str, Any], points: pd.DataFrame) -> str:
         lead="Normal force, motion and tool temperature went in; friction and the heat that it makes came out.",
         synthetic=bool(content["synthetic"]),
     )
-    shown = _telling(rows)
-    predicted = {test: points[points["test_id"] == test] for test in shown}
+    examples = _example_tests(rows)
+    predicted = {test: points[points["test_id"] == test] for test in examples}
     columns = {"mu", "T_measured"} <= set(points.columns)
     measured = {
         test: frame[["sd", "mu", "T_measured"]].dropna().rename(columns={"T_measured": "T"})
@@ -57,7 +57,7 @@ def _page(content: dict[str, Any], points: pd.DataFrame) -> str:
         if columns
     }
     chart = prediction_chart(
-        {test: test for test in shown}, measured, {"after": predicted}, {"after": str(content["friction"])}
+        {test: test for test in examples}, measured, {"after": predicted}, {"after": str(content["friction"])}
     )
     said = (
         "the tests with the smallest, a middle and the largest error of mu" if total else "some of the tests"
@@ -67,13 +67,13 @@ def _page(content: dict[str, Any], points: pd.DataFrame) -> str:
         "Friction and temperature",
         figure("predicted", chart, f"Shown: {said}. The measured T is that of the twin under the measured friction."
                if total else f"Shown: {said}. Nobody has run them.",
-               f"Friction and contact temperature over sliding distance in the tests {', '.join(shown)}."),
+               f"Friction and contact temperature over sliding distance in the tests {', '.join(examples)}."),
     )  # fmt: skip
     page.add("tests", "All tests", _table(rows, total))
     return page.render(f"Friction: {escape(content['friction'])}.")
 
 
-def _telling(rows: list[dict[str, Any]]) -> list[str]:
+def _example_tests(rows: list[dict[str, Any]]) -> list[str]:
     """Return tests with the smallest, middle and largest error; of unmeasured ones the first, middle and last."""
     ranked = sorted(rows, key=lambda row: row["errors"]["mu_rms"] if row["errors"] else 0.0)
     places = sorted({round(k * (len(ranked) - 1) / (SHOWN - 1)) for k in range(SHOWN)})
@@ -97,17 +97,17 @@ def _table(rows: list[dict[str, Any]], total: dict[str, float] | None) -> str:
         lines.append(
             (
                 row["test_id"],
-                _shown(e.get("mu_measured"), 4),
-                _shown(e.get("mu_predicted", row["mu_mean"]), 4),
-                _shown(e.get("mu_rms"), 4),
-                _shown(e.get("T_measured"), 0),
-                _shown(e.get("T_predicted", row["T_mean"]), 0),
-                _shown(e.get("T_rms"), 1),
+                _number(e.get("mu_measured"), 4),
+                _number(e.get("mu_predicted", row["mu_mean"]), 4),
+                _number(e.get("mu_rms"), 4),
+                _number(e.get("T_measured"), 0),
+                _number(e.get("T_predicted", row["T_mean"]), 0),
+                _number(e.get("T_rms"), 1),
                 "not known" if row["outside_domain"] is None else f"{100 * row['outside_domain']:.0f} %",
             )
         )
     if total is not None:
-        lines.append(("all", "", "", _shown(total["mu_rms"], 4), "", "", _shown(total.get("T_rms"), 1), ""))
+        lines.append(("all", "", "", _number(total["mu_rms"], 4), "", "", _number(total.get("T_rms"), 1), ""))
     return table(
         headings,
         lines,
@@ -117,5 +117,5 @@ def _table(rows: list[dict[str, Any]], total: dict[str, float] | None) -> str:
     )
 
 
-def _shown(value: float | None, decimals: int) -> str:
+def _number(value: float | None, decimals: int) -> str:
     return "-" if value is None else f"{float(value):.{decimals}f}"

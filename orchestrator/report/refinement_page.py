@@ -6,10 +6,9 @@ from typing import Any
 
 from friction_models.loads import DataSet
 
-from ..jobs.versions import versions
 from .charts.friction import residual_chart
 from .charts.responses import CAPTION, response_chart
-from .parts.markup import Change, cards, escape, paragraph, table
+from .parts.markup import Change, cards, paragraph, table
 from .parts.page import Page, figure
 from .parts.theme import STYLES
 
@@ -67,7 +66,7 @@ def refinement_page(before: Any, after: Any, data: DataSet, label: str) -> str:
         ),
         table(["model", "law"], [("before", before.formula_text()), ("after", after.formula_text())]),
     )
-    return page.render(f"tribofmu {escape(versions()['tribofmu'])}")
+    return page.render()
 
 
 def _history(history: list[dict[str, Any]]) -> list[str]:

@@ -63,7 +63,7 @@ def _force(run: Run) -> str:
 
 
 def _fields(run: Run) -> str:
-    """The fields that `simulate --fields` kept, as animations of 2.5 MB in all."""
+    """Return the fields that `simulate --fields` saved, as animations of 2.5 MB in all."""
     if not (run.folder / "fields").is_dir():
         return ""
     from forming.results.animation import LARGEST, animation
@@ -83,7 +83,7 @@ def _fields(run: Run) -> str:
 
 
 def _contact(run: Run) -> str:
-    """Median and range of mu and of each load over the active points, along the run; a single point as it is."""
+    """Return median and range of mu and of each load over the active points along the run."""
     from plotly.subplots import make_subplots
 
     component = next((label.rpartition(".")[0] for label in run.values if label.endswith(".sigma_n")), None)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -31,6 +31,41 @@ def reference_areas(level: Level) -> FloatArray:
     return np.asarray(0.5 * np.concatenate([between[:1], between[:-1] + between[1:], between[-1:]]))
 
 
+class Share(TypedDict):
+    """A part of the contact: its share of the area, and of the friction work."""
+
+    share: float
+    work: float
+
+
+class Beyond(Share):
+    """A part of the contact beyond a trained range, and how far: in the unit of the load, and in trained ranges."""
+
+    median: float
+    largest: float
+    median_ranges: float
+
+
+class Exceedance(TypedDict):
+    """How much of the contact lies below and above the trained range of a load."""
+
+    load: str
+    unit: str
+    trained: list[float]
+    reached: list[float]
+    below: Beyond
+    above: Beyond
+
+
+class Spread(TypedDict):
+    """Percentiles over the contact area, and the largest value."""
+
+    p5: float
+    median: float
+    p95: float
+    largest: float
+
+
 class Contact(NamedTuple):
     """Every marker in contact at every step of a run, n in all.
 
@@ -50,7 +85,7 @@ class Contact(NamedTuple):
     area: FloatArray
     work: FloatArray
 
-    def share(self, where: npt.NDArray[np.bool_]) -> dict[str, float]:
+    def share(self, where: npt.NDArray[np.bool_]) -> Share:
         """Return the share of contact area and of friction work that a mask picks."""
         total = float(self.work.sum())
         return {
@@ -75,30 +110,33 @@ class Contact(NamedTuple):
         return cls(loads, mu, area, 1e-3 * mu * sigma_n * v_rel * area * seconds)
 
 
-def exceedance(k: int, contact: Contact, domain: Domain) -> dict[str, Any]:
+def exceedance(k: int, contact: Contact, domain: Domain) -> Exceedance:
     """Return how much of the contact exceeds the trained range of one load, and by how much."""
     low, high, scale = domain.lower[k], domain.upper[k], float(domain.scale[k])
     values = contact.loads[:, k]
-    sides = {}
-    for name, over in (("below", low - values), ("above", values - high)):
-        out = over > 0.0
-        beyond = spread(over[out], contact.area[out])
-        sides[name] = {
-            **contact.share(out),
-            "median": beyond["median"],
-            "largest": beyond["largest"],
-            "median_ranges": beyond["median"] / scale,
-        }
     return {
         "load": LOAD_NAMES[k],
         "unit": LOADS[k].unit,
         "trained": [low, high],
         "reached": [float(values.min()), float(values.max())],
-        **sides,
+        "below": _beyond(low - values, contact, scale),
+        "above": _beyond(values - high, contact, scale),
     }
 
 
-def spread(values: FloatArray, area: FloatArray) -> dict[str, float]:
+def _beyond(over: FloatArray, contact: Contact, scale: float) -> Beyond:
+    out = over > 0.0
+    share, beyond = contact.share(out), spread(over[out], contact.area[out])
+    return {
+        "share": share["share"],
+        "work": share["work"],
+        "median": beyond["median"],
+        "largest": beyond["largest"],
+        "median_ranges": beyond["median"] / scale,
+    }
+
+
+def spread(values: FloatArray, area: FloatArray) -> Spread:
     """Return percentiles over the contact area, and the largest value."""
     if not len(values):
         return {"p5": 0.0, "median": 0.0, "p95": 0.0, "largest": 0.0}

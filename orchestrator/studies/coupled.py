@@ -1,11 +1,11 @@
-"""Jobs that run a forming level whatever becomes of it: a run that breaks off is a result of these studies."""
+"""Jobs that form a press level. A run that breaks off is a result, too: these studies show where forming fails."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fmus.runtime.errors import SimulationError
 from friction_models.common import InputError, unknown_name
@@ -19,11 +19,9 @@ from ..comparison.level_runs import (
     simulate_level,
     summary,
 )
+from ..cosim.run_folders import Run
+from ..jobs.campaign import Job, JobResult
 from .models import ADVANCED
-
-if TYPE_CHECKING:
-    from ..cosim.run_folders import Run
-    from ..jobs.campaign import Job, JobResult
 
 #: Relative change at which repetitions agree: well above what the solver resolves, well below what matters.
 TOLERANCE = 1e-5
@@ -59,8 +57,6 @@ def coupled_job(
     label : str
         Friction model as the run names it.
     """
-    from ..jobs.campaign import Job
-
     inputs = level_inputs(level, mode, step, start) | {"label": label, "tolerance": TOLERANCE}
     # The cost by millimetre is that of steps of 0.1 mm; the solver makes small ones of its own within a long one.
     cost = SECONDS_A_MM.get(level.process, 0.25) * level.stroke * max(0.5, min(2.0, 0.1 / step))
@@ -89,8 +85,6 @@ def run_coupled(
     SimulationError
         A component failed for another reason than `REASONS`: no result, so that the next start of the study tries again.
     """
-    from ..cosim.run_folders import Run
-
     (model,) = needs.values()
     given = {**inputs, "synthetic": bool(model.values.get("synthetic", False))}
     try:
@@ -105,10 +99,13 @@ def run_coupled(
     return {**summary(run), "failed": run.message, "repetitions": made}
 
 
+def synthetic(results: Mapping[str, JobResult]) -> bool:
+    """Return whether any result comes from synthetic measurements."""
+    return any(bool(result.values.get("synthetic")) for result in results.values())
+
+
 def run_of(result: JobResult) -> Run | None:
     """Return the run that a job kept, None where not a single step was made."""
-    from ..cosim.run_folders import Run
-
     if not result.values["steps"]:
         return None
     return Run.load(result.folder / RUN, stopped=True)

@@ -1,4 +1,4 @@
-"""Measurements of a study: for each lubricant a data set of whole tests, from the virtual laboratory or one's own.
+"""Measurements of a study: a data set of whole tests for each lubricant, from the virtual laboratory or the user.
 
 Each lubricant ends in one job ``data-LUBRICANT``. Its folder holds the time series (``dataset``) and the
 average-based data set (``dataset/averages``), both with the roles ``train`` and ``test``.
@@ -10,18 +10,15 @@ import re
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 from friction_models.common import InputError, unknown_name
 
+from ..jobs.campaign import Job, JobResult
 from .models import data_files, load_data
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from friction_models.loads import DataSet
-
-    from ..jobs.campaign import Job, JobResult
 
 #: The lubricants of the virtual laboratory that the studies compare.
 VIRTUAL = ("polymer", "mos2")
@@ -93,6 +90,21 @@ def chosen_data(texts: Iterable[str] | None) -> dict[str, Path] | None:
     return chosen or None
 
 
+def only_lubricant(data: Mapping[str, Path] | None, default: str) -> str:
+    """Return the lubricant of a study that compares runs of one; `default` where the virtual laboratory measures.
+
+    Raises
+    ------
+    InputError
+        Several data sets.
+    """
+    if data is not None and len(data) > 1:
+        raise InputError(
+            f"--data: {len(data)} data sets, allowed: one, as the study compares runs of one lubricant"
+        )
+    return next(iter(data or ()), default)
+
+
 def measurement_jobs(lubricant: str, plan: str = FULL_PLAN, seed: int = 0) -> list[Job]:
     """Return the jobs that measure a lubricant in the virtual laboratory and run the twin.
 
@@ -103,8 +115,6 @@ def measurement_jobs(lubricant: str, plan: str = FULL_PLAN, seed: int = 0) -> li
     """
     from sct_twin.virtual_lab import LUBRICANTS
     from sct_twin.virtual_lab.plans import make_plan
-
-    from ..jobs.campaign import Job
 
     if lubricant not in LUBRICANTS:
         raise unknown_name("lubricant", lubricant, LUBRICANTS)
@@ -142,8 +152,6 @@ def own_data_job(lubricant: str, place: Path, seed: int = 0) -> Job:
     InputError
         It cannot be read, or has too few tests.
     """
-    from ..jobs.campaign import Job
-
     read_own(place, seed)
     inputs = {"lubricant": lubricant, "seed": seed}
     return Job(data_name(lubricant), f"{__name__}:take", inputs, data_files(place))
@@ -165,6 +173,20 @@ def load_measurements(result: JobResult, averages: bool = False) -> DataSet:
     from friction_models.loads import DataSet
 
     return DataSet.load(result.file("averages" if averages else "dataset"))
+
+
+class MeasuredData(TypedDict):
+    """Result of a job ``data-LUBRICANT``; `dataset` and `averages` are folders in it, `train` and `held_out` count tests."""
+
+    dataset: str
+    averages: str
+    lubricant: str
+    train: int
+    held_out: int
+    points: int
+    synthetic: bool
+    plan: str | None
+    roles: str
 
 
 # --- the functions of the jobs ------------------------------------------------------------------------
@@ -215,7 +237,7 @@ def measure(
 
 def gather(
     inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, Any]:
+) -> MeasuredData:
     """Put the parts together in the order of the tests' names."""
     import pandas as pd
 
@@ -234,7 +256,7 @@ def gather(
 
 def take(
     inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, Any]:
+) -> MeasuredData:
     """Take the user's data set, with roles."""
     data = _with_roles(load_data(files, needs), inputs["seed"], str(files["points"]))
     return _write(data, str(inputs["lubricant"]), folder)
@@ -265,12 +287,14 @@ def _with_roles(data: DataSet, seed: int, where: str) -> DataSet:
     return DataSet(data.points, tests, {**data.info, "held_out": f"{len(held)} tests drawn by the seed"})
 
 
-def _write(data: DataSet, lubricant: str, folder: Path) -> dict[str, Any]:
+def _write(data: DataSet, lubricant: str, folder: Path) -> MeasuredData:
+    import pandas as pd
+
     from sct_twin.twin.campaign_result import AVERAGES, TwinResult
 
     assert data.tests is not None
     used = data.tests[data.tests["test_id"].isin(data.points["test_id"].unique())]
-    result = TwinResult(data.points, used.reset_index(drop=True), data.info, _none())
+    result = TwinResult(data.points, used.reset_index(drop=True), data.info, pd.DataFrame())
     result.save(folder / DATASET)
     roles = used["role"].value_counts()
     return {
@@ -284,9 +308,3 @@ def _write(data: DataSet, lubricant: str, folder: Path) -> dict[str, Any]:
         "plan": data.info.get("plan"),
         "roles": str(data.info.get("held_out", "as recorded")),
     }
-
-
-def _none() -> pd.DataFrame:
-    import pandas as pd
-
-    return pd.DataFrame()

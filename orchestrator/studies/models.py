@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypedDict
 
 from friction_models.common import InputError
 
-if TYPE_CHECKING:
-    from ..jobs.campaign import Job, JobResult
+from ..jobs.campaign import Job, JobResult
 
 #: The five advanced models, simplest first, and the two constants from the literature.
 ADVANCED = ("linear", "polynomial", "power_law", "gradient_boosting", "ffnn")
@@ -19,6 +18,24 @@ SECONDS = {"gradient_boosting": 5.0, "ffnn": 20.0}
 USUAL_SECONDS = 3.0
 #: Folder and file in the result of a job.
 MODEL, FMU = "model", "friction.fmu"
+
+
+class TrainedModel(TypedDict):
+    """Result of a job of `model_job`.
+
+    `model` and `fmu` are names in its folder, `points` and `tests` what it was trained on. The errors are those on
+    held-out tests, None without any.
+    """
+
+    family: str
+    model: str
+    fmu: str
+    domain: dict[str, Any]
+    points: int
+    tests: int
+    mae_test: float | None
+    rmse_test: float | None
+    synthetic: bool
 
 
 def model_job(
@@ -45,27 +62,30 @@ def model_job(
     tests : sequence of str, optional
         Train on these tests only; on those with the role ``train``, or on all where there is none, by default.
     """
-    from ..jobs.campaign import Job
-
     files: dict[str, Path] = {}
     needs: tuple[str, ...] = ()
     label = ""
     if isinstance(data, Path):
         files = data_files(data)
-        label = f"-{data.name if data.is_dir() else data.parent.name}"
+        label = data.name if data.is_dir() else data.parent.name
     elif data is not None:
-        needs, label = (data,), f"-{data}"
+        needs, label = (data,), data
     inputs: dict[str, Any] = {"family": family, "parameters": dict(parameters or {})}
     if tests is not None:
         inputs["tests"] = list(tests)
     return Job(
-        name or f"model-{family}{label}",
+        name or model_name(family, label),
         "orchestrator.studies.models:train_model",
         inputs,
         files,
         needs,
         seconds=SECONDS.get(family, USUAL_SECONDS),
     )
+
+
+def model_name(family: str, data: str) -> str:
+    """Return the name of the job that trains a family on a data set."""
+    return f"model-{family}-{data}" if data else f"model-{family}"
 
 
 def constant_job(mu: float) -> Job:
@@ -108,23 +128,25 @@ def load_data(files: Mapping[str, Path], needs: Mapping[str, JobResult]) -> Any:
 
 def train_model(
     inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, Any]:
-    """Train, measure on held-out tests, save and pack one model; the function of `model_job`.
-
-    Returns
-    -------
-    dict
-        ``family``, ``model`` and ``fmu`` (names in `folder`; an FMU of FMI 3.0 whose arrays take the number of
-        contact points), ``domain``, ``points`` and ``tests`` trained on, ``mae_test`` and ``rmse_test`` (None without
-        held-out tests), ``synthetic``.
-    """
+) -> TrainedModel:
+    """Train a model, measure it on held-out tests, save it and pack it as an FMU of FMI 3.0 for any number of points."""
     from fmus import pack
     from friction_models.families.registry import make_model
     from friction_models.training import error_measures
 
     family = str(inputs["family"])
     model: Any = make_model(family, **inputs.get("parameters", {}))
-    facts: dict[str, Any] = {"points": 0, "tests": 0, "mae_test": None, "rmse_test": None, "synthetic": False}
+    made: TrainedModel = {
+        "family": family,
+        "model": MODEL,
+        "fmu": FMU,
+        "domain": {},
+        "points": 0,
+        "tests": 0,
+        "mae_test": None,
+        "rmse_test": None,
+        "synthetic": False,
+    }
     if files or needs:
         data = load_data(files, needs)
         training = data.select("train")
@@ -138,11 +160,9 @@ def train_model(
                     f"{family}: none of the tests {inputs['tests'][:5]} is in the data, allowed: some of them"
                 )
         model.fit_frame(points, training.tests, data.info)
-        facts |= {
-            "points": len(points),
-            "tests": int(points["test_id"].nunique()),
-            "synthetic": bool(data.synthetic),
-        }
+        made["points"] = len(points)
+        made["tests"] = int(points["test_id"].nunique())
+        made["synthetic"] = bool(data.synthetic)
         roles = data.tests["role"].astype(str) if data.tests is not None and "role" in data.tests else ()
         if "test" in set(roles):  # without roles all tests were trained on, and nothing is held out
             test = data.select("test")
@@ -150,7 +170,8 @@ def train_model(
                 test.points["mu"].to_numpy(), model.predict_frame(test.points, test.tests)
             )
             model.record_errors("test", measures)
-            facts |= {"mae_test": measures["mae"], "rmse_test": measures["rmse"]}
+            made["mae_test"], made["rmse_test"] = measures["mae"], measures["rmse"]
     model.save(folder / MODEL)
     pack(model, folder / FMU, fmi="3.0", arrays=True)
-    return {"family": family, "model": MODEL, "fmu": FMU, "domain": model.domain.to_dict(), **facts}
+    made["domain"] = model.domain.to_dict()
+    return made

@@ -1,4 +1,4 @@
-"""Press levels of a study: curves of the virtual press, or copies of one's own, each level a job."""
+"""Press levels of a study: curves of the virtual press or of the user, one job a level."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 from friction_models.common import InputError, unknown_name
 
 from ..comparison.level_runs import Level
+from ..jobs.campaign import Job, JobResult
 
 if TYPE_CHECKING:
     from ..force_curves.forces import PressCurve
-    from ..jobs.campaign import Job, JobResult
 
 #: CPU time of the virtual press by millimetre of stroke of one solver run [s], for estimates.
 SECONDS_A_MM = 0.45
@@ -75,8 +75,6 @@ def virtual_levels(
         Curves a level; seed of the lubricants' laws and of scatter and noise.
     """
     from sct_twin.virtual_lab.press import VirtualPress
-
-    from ..jobs.campaign import Job
 
     levels, jobs = [], []
     parameters = {"T_billet": VirtualPress().T_billet}
@@ -182,7 +180,6 @@ def own_levels(
     from forming.press import PressCurves
 
     from ..cosim.ready_made import STEP
-    from ..jobs.campaign import Job
 
     levels: list[StudyLevel] = []
     jobs: list[Job] = []

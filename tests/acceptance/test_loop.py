@@ -248,7 +248,7 @@ def test_the_report_of_a_model_that_lacks_nothing(demo: Demo, tmp_path: Path) ->
 
 def test_a_second_run_reuses_everything(demo: Demo) -> None:
     kept: list[str] = []
-    again = Demo(demo.out, demo.scenario, jobs=1, shown=Watch(kept))
+    again = Demo(demo.out, demo.scenario, jobs=1, display=Watch(kept))
     before = {p: p.stat().st_mtime_ns for p in demo.out.rglob("results.nc")}
     assert len(before) == 4 + 2 * 3  # friction models in the extrusion, and held-out tests before and after
     again.run()

@@ -20,9 +20,9 @@ from orchestrator.cli.main import run
 from orchestrator.comparison.level_runs import Level
 from orchestrator.jobs.campaign import JobResult
 from orchestrator.report.forming_error_page import forming_error_page
-from orchestrator.studies.forming_error.files import table
 from orchestrator.studies.forming_error.result import FormingErrors, propagated
 from orchestrator.studies.forming_error.study import FormingErrorStudy, Plan, run_name
+from orchestrator.studies.forming_error.words import text_table as table
 from orchestrator.studies.press_levels import chosen_press, press_level
 
 REPEATS = 5

@@ -162,7 +162,7 @@ def test_the_page_is_made_again_from_the_folder(done: Done, monkeypatch: pytest.
         write_json(file, manifest | change)
         with pytest.raises(InputError, match=message):
             study_page(folder)
-    monkeypatch.setattr("orchestrator.report.study_pages.MAX_BYTES", 100)
+    monkeypatch.setattr("orchestrator.studies.saved.MAX_BYTES", 100)
     with pytest.raises(InputError, match="allowed: at most 100"):
         study_page(folder)
     with pytest.raises(InputError, match="allowed: a place in it"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from orchestrator.report import write_diagnosis_report, write_report
 from orchestrator.report.charts.residuals import binned_residual
 from orchestrator.report.parts.markup import Change, escape, table
 from orchestrator.report.refinement_page import refinement_page
+from orchestrator.report.registry import PAGES, page_of
 from tests.benchmarks.discovery_campaigns import campaign
 from tests.friction_models import made_up
 from tests.orchestrator.tiny_fmus import system_content
@@ -206,3 +208,11 @@ def test_only_tests_that_are_held_out_are_called_so() -> None:
     }
     assert "Charts show all 8 tests (none is held out)." in pages[0] and "held-out" not in pages[0]
     assert "Charts show 3 held-out tests." in pages[3] and "mu on 3 held-out tests;" in pages[3]
+
+
+def test_every_page_of_the_registry_has_its_function() -> None:
+    for name, kind in PAGES.items():
+        module, _, function = kind.function.partition(":")
+        assert callable(getattr(import_module(f"orchestrator.report.{module}"), function)), name
+    with pytest.raises(InputError, match="did you mean 'coverage'"):
+        page_of("coverag")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +22,15 @@ from orchestrator.comparison.level_runs import Level
 from orchestrator.jobs.campaign import JobResult
 from orchestrator.report.extrapolation_page import extrapolation_page
 from orchestrator.report.lag_page import lag_page
-from orchestrator.studies import coupled, extrapolation, models
-from orchestrator.studies.extrapolation import ExtrapolationStudy
-from orchestrator.studies.lag import LagStudy, table
+from orchestrator.studies import coupled, models
+from orchestrator.studies.contact import Contact, reference_areas
+from orchestrator.studies.extrapolation import result as extrapolation
+from orchestrator.studies.extrapolation import words
+from orchestrator.studies.extrapolation.jobs import reduce
+from orchestrator.studies.extrapolation.study import ExtrapolationPlan, ExtrapolationStudy
+from orchestrator.studies.lag.result import evaluate
+from orchestrator.studies.lag.study import LagPlan, LagStudy
+from orchestrator.studies.lag.words import text_table
 from tests.friction_models.made_up import campaign
 from tests.orchestrator.native_fmus import Real, native_fmu
 
@@ -78,7 +85,7 @@ def lag_results(pair: dict[str, Path], tmp_path_factory: pytest.TempPathFactory)
     model = JobResult("model", {"fmu": "friction.fmu", "synthetic": True}, place, 1.0)
     results = {}
     try:
-        for job in study().jobs():
+        for job in study().jobs:
             if job.function.endswith("run_coupled"):
                 folder = place / job.name
                 folder.mkdir()
@@ -90,11 +97,11 @@ def lag_results(pair: dict[str, Path], tmp_path_factory: pytest.TempPathFactory)
 
 
 def study() -> LagStudy:
-    return LagStudy(("polynomial",), ("fre",), STEPS, STROKE)
+    return LagStudy.of(LagPlan(("polynomial",), ("fre",), STEPS, STROKE))
 
 
 def test_lag_is_one_step_and_two_steps(lag_results: dict[str, JobResult]) -> None:
-    values = study().evaluate(lag_results)
+    values = evaluate(study(), lag_results)
     rows = {(r["mode"], r["step_mm"]): r for r in values["rows"]}
     work = FORCE * (0.05 * STROKE + SLOPE * STROKE**2 / 2)
     for step in STEPS:
@@ -114,18 +121,18 @@ def test_lag_is_one_step_and_two_steps(lag_results: dict[str, JobResult]) -> Non
     summary = {e["mode"]: e for e in values["summary"]}
     assert (summary["jacobi"]["runs"], summary["jacobi"]["failed"]) == (2, 1)
     assert summary["gauss_seidel"]["mu_mean_per_mm"] == pytest.approx(SLOPE, rel=1e-6)
-    assert "gauss_seidel" in table(values)
+    assert "gauss_seidel" in text_table(values)
 
 
 def test_lag_page_names_what_failed(lag_results: dict[str, JobResult]) -> None:
-    page = lag_page(study().evaluate(lag_results))
+    page = lag_page(evaluate(study(), lag_results))
     assert "One-step lag changes the forming work" in page and "Runs that broke off" in page
     assert "FRE (2 mm of stroke)" in page and 'id="chart-curves"' in page
     # Without the finest iterated run the lag at the other steps is still there.
     rest = {k: v for k, v in lag_results.items() if not k.endswith("iterated-0.1mm")}
-    page = lag_page(study().evaluate(rest))
+    page = lag_page(evaluate(study(), rest))
     assert 'id="chart-work"' in page and 'id="chart-finest"' not in page
-    empty = lag_page(study().evaluate({}))
+    empty = lag_page(evaluate(study(), {}))
     assert "no pair of runs to compare" in empty and "not run" in empty
 
 
@@ -141,7 +148,7 @@ def test_a_fault_of_the_machine_is_no_result(
         raise SimulationError(f"component 'forming' failed at t = 1 s in DoStep: {cause}")
 
     monkeypatch.setattr(coupled, "simulate_level", simulate)
-    (job,) = (j for j in study().jobs() if j.name.endswith("jacobi-0.1mm"))
+    (job,) = (j for j in study().jobs if j.name.endswith("jacobi-0.1mm"))
     model = JobResult("model", {"fmu": "friction.fmu"}, tmp_path, 1.0)
     with pytest.raises(SimulationError, match=cause):
         coupled.run_coupled(job.inputs, {}, {"model": model}, tmp_path)
@@ -149,11 +156,11 @@ def test_a_fault_of_the_machine_is_no_result(
 
 def test_steps_of_the_lag_study_divide_the_longest() -> None:
     with pytest.raises(InputError, match=r"0\.3 mm does not divide the longest, 0\.8 mm"):
-        LagStudy(steps=(0.3, 0.8))
+        LagPlan(steps=(0.3, 0.8))
     with pytest.raises(InputError, match="did you mean 'polynomial'"):
-        LagStudy(models=("polynomal",))
-    assert study().evaluate({}, {"oil": Path()})["settings"]["lubricant"] == "oil"
-    names = [job.name for job in LagStudy().jobs()]
+        LagPlan(models=("polynomal",))
+    assert evaluate(LagStudy(LagPlan(lubricant="oil")), {})["settings"]["lubricant"] == "oil"
+    names = [job.name for job in LagStudy.of(LagPlan()).jobs]
     assert len(names) == len(set(names)) and sum("-iterated-" in n for n in names) == 2 * 2 * 5
 
 
@@ -177,7 +184,7 @@ def test_what_is_outside_by_load_and_by_work(monkeypatch: pytest.MonkeyPatch) ->
     runs = {"clamp": recorded(2000.0, 0.1), "extrapolate": recorded(2000.0, 0.12)}
     monkeypatch.setattr(extrapolation, "run_of", lambda result: runs.get(result.name.rpartition("-")[2]))
     monkeypatch.setattr(extrapolation, "reference_areas", lambda level: np.array([1.0, 3.0, 90.0]))
-    small = ExtrapolationStudy(("linear",), ("fre",), ((20.0, 5.0),), 0.2)
+    small = ExtrapolationStudy.of(ExtrapolationPlan(("linear",), ("fre",), ((20.0, 5.0),), 0.2))
     facts = {
         "domain": box.to_dict(),
         "points": 10,
@@ -187,14 +194,14 @@ def test_what_is_outside_by_load_and_by_work(monkeypatch: pytest.MonkeyPatch) ->
         "synthetic": True,
     }
     results = {}
-    for job in small.jobs():
+    for job in small.jobs:
         if job.function.endswith("train_model"):
             results[job.name] = JobResult(job.name, facts, Path(), 1.0)
         elif job.function.endswith("run_coupled"):
             broke = "-reduced-extrapolate" in job.name
             made: dict[str, Any] = {"failed": "the solver gave up" if broke else "", "steps": 2, "timing": {}}
             results[job.name] = JobResult(job.name, made, Path(), 1.0)
-    values = json.loads(json.dumps(small.evaluate(results)))
+    values = json.loads(json.dumps(extrapolation.evaluate(small, results)))
     run = next(r for r in values["runs"] if (r["data"], r["rule"]) == ("all", "clamp"))
     # The marker outside stands for three times the area of the other one and presses twice as hard.
     assert run["states"] == 4 and run["outside"] == 0.75
@@ -213,19 +220,20 @@ def test_what_is_outside_by_load_and_by_work(monkeypatch: pytest.MonkeyPatch) ->
     page = extrapolation_page(values)
     assert "the solver gave up" in page and "synthetic data" in page
     assert "86 to 86 % of the friction work with all tests" in page
-    assert "broke off" in extrapolation.table(values)
+    assert "broke off" in words.text_table(values)
     for run in runs.values():
         run.values["forming.active"][:] = 0.0
-    untouched = small.evaluate(results, {"oil": Path()})
+    oil = ExtrapolationStudy(replace(small.plan, lubricant="oil"))
+    untouched = extrapolation.evaluate(oil, results)
     assert untouched["settings"]["lubricant"] == "oil" and not untouched["runs"]
-    untouched = small.evaluate(results)
+    untouched = extrapolation.evaluate(small, results)
     assert [p["data"] for p in untouched["pairs"]] == ["reduced"], "no contact, nothing to compare"
-    assert "no contact" in extrapolation.table(untouched)
+    assert "no contact" in words.text_table(untouched)
 
 
 def test_area_of_a_marker_gives_the_friction_work_of_the_solver() -> None:
     level = Level("bce", 50.0, 50.0, 0.0)
-    areas = extrapolation.reference_areas(level)
+    areas = reference_areas(level)
     process = BackwardCupExtrusion(**level.numbers)
     mu, steps, step = np.full(process.n_points, 0.08), 10, 0.1
     process.start(0.08)
@@ -244,7 +252,7 @@ def test_area_of_a_marker_gives_the_friction_work_of_the_solver() -> None:
     values = {f"forming.{name}": np.array(found) for name, found in rows.items()}
     values["friction.mu"] = np.tile(mu, (steps + 1, 1))
     run = Run(Path("run"), {"status": "ok"}, np.linspace(0.0, steps * step / 50.0, steps + 1), values, {})
-    work = extrapolation.Contact.of(run, areas).work
+    work = Contact.of(run, areas).work
     # Contact loads of the start of each step, while the contact still grows.
     assert work.sum() == pytest.approx(1e-3 * done, rel=0.12)
     assert work.sum() < 1e-3 * done
@@ -259,7 +267,7 @@ def test_reduced_training_data_keep_the_held_out_tests(tmp_path: Path) -> None:
     DataSet(points, tests, {"synthetic": True}).save(tmp_path / "dataset")
     whole = JobResult("data-x", {"dataset": "dataset"}, tmp_path, 1.0)
     (tmp_path / "out").mkdir()
-    made = extrapolation.reduce({}, {}, {"data-x": whole}, tmp_path / "out")
+    made = reduce({}, {}, {"data-x": whole}, tmp_path / "out")
     kept = DataSet.load(tmp_path / "out" / "dataset")
     assert kept.select("test").points["test_id"].nunique() == 10
     train = kept.select("train").points

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ..common.console import keeping, progress, say, write_result
+from ..common.console import keeping, progress, say, write_page, write_result
 from ..common.files_named import Writes
 from ..common.options import Jobs, Json, Report
 
@@ -50,13 +50,7 @@ def attribute(
     say(result.report())
     if json is not None:
         write_result(json, result.to_dict())
-    if report is not None:
-        from friction_models.common import write_text
-
-        from ...report.attribution_page import attribution_page
-
-        write_text(report, attribution_page(result, press.name))
-        say(f"report written: {report}")
+    write_page(report, "attribution", result, press.name)
 
 
 def add_commands(app: typer.Typer) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..common.console import keeping, progress, say, write_result
+from ..common.console import keeping, progress, say, write_page, write_result
 from ..common.files_named import Reads, Writes
 from ..common.options import Isolate, Jobs, Json, Names, Report, Tests, fitted_model, given_names, read_data
 
@@ -97,13 +97,8 @@ def compare(
         if in_system is not None:
             content = {**content, "system": in_system.to_dict()} if content else in_system.to_dict()
         write_result(json, content)
-    if report is not None and (on_tests is not None or on_press is not None or in_system is not None):
-        from friction_models.common import write_text
-
-        from ...report.comparison_page import comparison_page
-
-        write_text(report, comparison_page(on_tests, on_press, in_system))
-        say(f"report written: {report}")
+    if on_tests is not None or on_press is not None or in_system is not None:
+        write_page(report, "comparison", on_tests, on_press, in_system)
     if ran is not None:
         ran.check(runs)
     if in_system is not None and in_system.failed:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ..common.console import say, write_result
+from ..common.console import say, write_page, write_result
 from ..common.options import Data, Json, NextTests, Report, Tests, read_data
 
 
@@ -39,7 +39,7 @@ def coverage(
     plan: NextTests = None,
 ) -> None:
     """Say where a forming process leaves the tested loads, and which further tests would cover it."""
-    from friction_models.common import InputError, write_text
+    from friction_models.common import InputError
 
     from ...cosim.run_folders import Run
     from ...coverage.contact_history import ContactHistory
@@ -76,11 +76,7 @@ def coverage(
             write_plan(plan, [row for p in found.proposals for row in p["plan"]], "cover")
             lab = f" (in the virtual laboratory: tribofmu lab --plan {plan} ...)" if dataset.synthetic else ""
             say(f"written: {plan}{lab}")
-    if report is not None:
-        from ...report.coverage_page import coverage_page
-
-        write_text(report, coverage_page(found, Path(states.source).name))
-        say(f"report written: {report}")
+    write_page(report, "coverage", found, Path(states.source).name)
 
 
 def add_commands(app: typer.Typer) -> None:

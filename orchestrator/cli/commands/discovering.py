@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..common.console import say, write_result
+from ..common.console import say, write_page, write_result
 from ..common.files_named import Reads, Writes
 from ..common.options import (
     Isolate,
@@ -103,7 +103,7 @@ def refine(
     addition that makes them worse is refused. Every round is kept with the model and shown.
     """
     from friction_models import evaluate
-    from friction_models.common import InputError, write_text
+    from friction_models.common import InputError
     from friction_models.discovery import refine as improve
     from friction_models.discovery.refinement import history_text
     from friction_models.effects import make_effect
@@ -127,12 +127,9 @@ def refine(
     better.save(out)
     say(f"model written: {out}")
     if report is not None:
-        from ...report.refinement_page import refinement_page
-
         if not friction.is_fitted:
             friction = improve(dataset.points, dataset.tests, model=friction)
-        write_text(report, refinement_page(friction, better, dataset, model))
-        say(f"report written: {report}")
+        write_page(report, "refinement", friction, better, dataset, model)
 
 
 def read_campaigns(data: list[Path], tests: Path | None) -> DataSet:

@@ -88,12 +88,9 @@ def pack(
     import fmus
     from friction_models.common import InputError
 
-    values = key_values(parameters or [])
+    # The name of a steel may look like a number: 1.2379.
+    values = key_values(parameters or [], ("material", "tool_material"))
     wanted = [name for text in platforms or [] for name in text.replace(",", " ").split()] or None
-    for text in parameters or []:
-        key, _, value = text.partition("=")
-        if key in {"material", "tool_material"}:  # the name of a steel may look like a number: 1.2379
-            values[key] = value
     if model in {"forming", "twin"}:
         if spec is not None or ssp or interval:
             raise InputError(f"--spec, --ssp and --interval: allowed for friction models, not for {model!r}")

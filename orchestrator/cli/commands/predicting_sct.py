@@ -76,11 +76,7 @@ def predict_sct(
     from ...cosim.swapping import friction_fmu
     from ...prediction.predict_sct import predict_sct as predict
 
-    twin = key_values(parameters or [])
-    for text in parameters or []:
-        key, _, name = text.partition("=")
-        if key == "material":  # the name of a steel may look like a number
-            twin[key] = name
+    twin = key_values(parameters or [], ("material",))  # the name of a steel may look like a number
     schedules = _schedules(data, tests, only, plan, inputs, twin)
     label = Path(friction).stem if as_number(friction) is None else f"constant {friction}"
     called = given_names([friction], names).foreign(friction) if Path(friction).suffix == ".fmu" else None

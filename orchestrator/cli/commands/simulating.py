@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -32,7 +31,6 @@ def simulate(
     ] = None,
 ) -> None:
     """Run a system of FMUs and write a run folder (results, manifest, log)."""
-    from fmus.runtime.errors import SimulationError
     from friction_models.common import check_outputs
 
     from ...cosim.master import Master
@@ -49,25 +47,14 @@ def simulate(
     for text in master.warnings:
         note(text)
     snapshots: int | None = None
-    with ExitStack() as stack:
-        stack.enter_context(saying_what_is_kept())
-        tick = stack.enter_context(progress(description.name))
-        tell = share(tick, description.steps, "steps")
+    with saying_what_is_kept(), progress(description.name) as tick:
+        steps = share(tick, description.steps, "steps")
         if fields is None:
-            run = master.run(out, progress=tell, csv=csv)
-        else:
-            from ...cosim.run_fields import asked_for_fields, keep_fields
+            run = master.run(out, progress=steps, csv=csv)
+        else:  # imported here: the solver takes half a second
+            from ...cosim.run_fields import run_with_fields
 
-            kept = stack.enter_context(asked_for_fields(fields))
-            try:
-                run = master.run(out, progress=tell, csv=csv)
-            except (SimulationError, KeyboardInterrupt):
-                if (
-                    out / "manifest.json"
-                ).is_file():  # the steps until then are kept, and so are their fields
-                    keep_fields(kept, out)
-                raise
-            snapshots = keep_fields(kept, out)
+            run, snapshots = run_with_fields(master, out, fields, steps, csv)
     timing = run.manifest["timing_s"]
     say(
         f"run written: {out} ({run.manifest['steps']} steps in {timing['total']:.1f} s, "

@@ -2,10 +2,205 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any
+
 import typer
 
-from ..common.files_named import Commands
-from . import study_coupling, study_forming, study_learning
+from ..common.files_named import Commands, Reads
+from ..common.options import Jobs
+from ..common.study_options import DryRun, Lubricants, Quick, Scheduler, Seed, StudyFolder, carry_out
+
+if TYPE_CHECKING:
+    from ...jobs.campaign import Campaign, JobResult
+
+    Results = dict[str, JobResult]
+
+OneLubricant = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--data",
+        metavar="[LUBRICANT=]DIR",
+        help="Data set to train on. Default: the virtual laboratory measures.",
+    ),
+    Reads(),
+]
+Model = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--model",
+        help="Family of friction models: linear, polynomial, power_law, gradient_boosting or ffnn; repeatable. Default: "
+        "those of the study.",
+    ),
+]
+Process = Annotated[
+    list[str] | None,
+    typer.Option("--process", help="Forming process, fre or bce; repeatable. Default: both."),
+]
+Stroke = Annotated[
+    float | None,
+    typer.Option(help="Punch travel in mm. Default: as far as a usual run goes.", min=0.1, max=100.0),
+]
+
+
+def learning_curve(
+    out: StudyFolder,
+    data: Lubricants = None,
+    seed: Seed = 0,
+    accuracy: Annotated[
+        float, typer.Option(min=1e-5, max=1.0, help="Error in mu that is asked for (changes no job).")
+    ] = 0.01,
+    quick: Quick = False,
+    dry_run: DryRun = False,
+    jobs: Jobs = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """How many compression tests five friction models need, time-series-based against average-based.
+
+    The training set grows in steps, ten random repeats a size; the curve is the 0.95 percentile of the MAE on the
+    held-out tests. A second run computes only what changed.
+    """
+    from ...report.registry import page_of
+    from ...studies.learning_curve.files import write_results
+    from ...studies.learning_curve.result import LearningCurves
+    from ...studies.learning_curve.study import LearningCurvePlan, LearningCurveStudy
+    from ...studies.learning_curve.words import text_table
+    from ...studies.measurements import chosen_data
+
+    plan = LearningCurvePlan.quick(seed) if quick else LearningCurvePlan(seed=seed)
+    study = LearningCurveStudy.of(replace(plan, accuracy=accuracy), chosen_data(data))
+
+    def written(campaign: Campaign, results: Results) -> str:
+        curves = LearningCurves.of(study, results)
+        if not curves.curves:
+            return ""
+        write_results(
+            out, curves, page_of("learning-curve", study, curves, campaign.manifest(results), results)
+        )
+        return text_table(curves)
+
+    carry_out(study, out, written, jobs, scheduler, dry_run, "learning curve")
+
+
+def forming_error(
+    out: StudyFolder,
+    data: Lubricants = None,
+    press: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--press",
+            metavar="[LUBRICANT=]DIR",
+            help="Folder of press curves of the same lubricants, repeated for several.",
+        ),
+        Reads(),
+    ] = None,
+    seed: Seed = 0,
+    quick: Quick = False,
+    dry_run: DryRun = False,
+    jobs: Jobs = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Errors of maximum force and work of five friction models and constant friction, at nine levels.
+
+    252 pairs of friction law and press level; a second run computes only what changed.
+    """
+    from ...report.registry import page_of
+    from ...studies.forming_error.files import write_results
+    from ...studies.forming_error.result import FormingErrors
+    from ...studies.forming_error.study import FormingErrorStudy, Plan
+    from ...studies.forming_error.words import text_table
+    from ...studies.measurements import chosen_data
+    from ...studies.press_levels import chosen_press
+
+    plan = Plan.quick(seed) if quick else Plan.full(seed)
+    study = FormingErrorStudy.of(plan, chosen_data(data), chosen_press(press))
+
+    def written(campaign: Campaign, results: Results) -> str:
+        errors = FormingErrors.of(study, results)
+        if not errors.runs:
+            return ""
+        write_results(
+            out, errors, page_of("forming-error", study, errors, campaign.manifest(results), results)
+        )
+        return text_table(errors)
+
+    carry_out(study, out, written, jobs, scheduler, dry_run, "forming error")
+
+
+def lag(
+    out: StudyFolder,
+    data: OneLubricant = None,
+    model: Model = None,
+    process: Process = None,
+    step: Annotated[
+        list[float] | None,
+        typer.Option(
+            "--step",
+            help="Communication step in mm; repeatable, each divides the longest. Default: 0.05 0.1 0.2 0.4 0.8.",
+        ),
+    ] = None,
+    stroke: Stroke = None,
+    seed: Seed = 0,
+    quick: Quick = False,
+    dry_run: DryRun = False,
+    jobs: Jobs = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Say what one-step lag costs against iterated coupling as the communication step grows."""
+    from ...report.registry import page_of
+    from ...studies.lag.files import write_results
+    from ...studies.lag.result import evaluate
+    from ...studies.lag.study import LagPlan, LagStudy
+    from ...studies.lag.words import text_table
+    from ...studies.measurements import chosen_data
+
+    given = _given(models=model, processes=process, steps=step, stroke=stroke)
+    plan = replace(LagPlan.quick() if quick else LagPlan(), seed=seed, **given)
+    study = LagStudy.of(plan, chosen_data(data))
+
+    def written(campaign: Campaign, results: Results) -> str:
+        numbers = evaluate(study, results)
+        write_results(out, numbers, page_of("lag", numbers))
+        return text_table(numbers)
+
+    carry_out(study, out, written, jobs, scheduler, dry_run)
+
+
+def extrapolation(
+    out: StudyFolder,
+    data: OneLubricant = None,
+    model: Model = None,
+    process: Process = None,
+    stroke: Stroke = None,
+    seed: Seed = 0,
+    quick: Quick = False,
+    dry_run: DryRun = False,
+    jobs: Jobs = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Say how friction models behave in forming where the loads leave the domain that they were trained on."""
+    from ...report.registry import page_of
+    from ...studies.extrapolation.files import write_results
+    from ...studies.extrapolation.result import evaluate
+    from ...studies.extrapolation.study import ExtrapolationPlan, ExtrapolationStudy
+    from ...studies.extrapolation.words import text_table
+    from ...studies.measurements import chosen_data
+
+    given = _given(models=model, processes=process, stroke=stroke)
+    plan = replace(ExtrapolationPlan.quick() if quick else ExtrapolationPlan(), seed=seed, **given)
+    study = ExtrapolationStudy.of(plan, chosen_data(data))
+
+    def written(campaign: Campaign, results: Results) -> str:
+        numbers = evaluate(study, results)
+        write_results(out, numbers, page_of("extrapolation", numbers))
+        return text_table(numbers)
+
+    carry_out(study, out, written, jobs, scheduler, dry_run)
+
+
+def _given(**options: Any) -> dict[str, Any]:
+    """Return the options that the user gave."""
+    return {name: value for name, value in options.items() if value not in (None, [])}
 
 
 def add_commands(app: typer.Typer) -> None:
@@ -17,6 +212,14 @@ def add_commands(app: typer.Typer) -> None:
         rich_markup_mode="rich",
         epilog="Example: tribofmu study learning-curve --quick -o studies/learning-curve",
     )
-    for module in (study_learning, study_forming, study_coupling):
-        module.add_commands(studies)
+    studies.command(
+        "learning-curve", epilog="Example: tribofmu study learning-curve --quick -o studies/learning-curve"
+    )(learning_curve)
+    studies.command(
+        "forming-error", epilog="Example: tribofmu study forming-error --quick -o studies/forming-error"
+    )(forming_error)
+    studies.command(epilog="Example: tribofmu study lag --data data --model polynomial -o studies/lag")(lag)
+    studies.command(epilog="Example: tribofmu study extrapolation --quick -o studies/extrapolation")(
+        extrapolation
+    )
     app.add_typer(studies)

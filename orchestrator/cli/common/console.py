@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import errno
-import math
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,7 @@ QUIET = 30.0
 
 
 class Interrupted(Exception):
-    """Ctrl-C in a command that keeps what is done; the message says what was kept."""
+    """Ctrl-C in a command that keeps finished work; the message says what was kept."""
 
 
 @contextmanager
@@ -36,7 +35,7 @@ def keeping(what: Callable[[], str]) -> Iterator[None]:
 
 @contextmanager
 def saying_what_is_kept() -> Iterator[None]:
-    """Turn Ctrl-C into the sentence that came with it, where one did."""
+    """Turn Ctrl-C into the sentence that came with it, if there is one."""
     try:
         yield
     except KeyboardInterrupt as interrupt:
@@ -109,33 +108,24 @@ def say(text: str) -> None:
         raise
 
 
+def write_page(out: Path | None, name: str, *content: Any) -> None:
+    """Write the page of a kind that `report.registry` names where the user asked for one, and say so."""
+    if out is not None:
+        from ...report import write_page as write
+
+        write(name, out, *content)
+        say(f"report written: {out}")
+
+
 def note(text: str) -> None:
     """Print a remark to stderr."""
     print(f"note: {text}", file=sys.stderr, flush=True)
 
 
-def plain(value: Any) -> Any:
-    """Return `value` as JSON holds it: numbers of NumPy become Python's, NaN and infinity become null."""
-    import numpy as np
-
-    if isinstance(value, Mapping):
-        return {str(k): plain(v) for k, v in value.items()}
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, list | tuple | set):
-        return [plain(v) for v in value]
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    if isinstance(value, Path):
-        return value.as_posix()
-    return value
-
-
 def write_result(path: Path, content: Any) -> None:
     """Write a JSON result file (stable keys, no NaN), atomically."""
     from friction_models.common import write_json
+    from friction_models.common.plain import plain
 
     write_json(path, plain(content))
     say(f"written: {path}")

@@ -1,4 +1,4 @@
-"""What a command writes and reads, by its options: it never overwrites what it reads."""
+"""Files that the options of a command name. A command never overwrites what it reads."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ import typer
 
 @dataclass(frozen=True)
 class Reads:
-    """In the annotation of an option: its texts may name what is read, also as ``name=PATH``; paths always do."""
+    """Annotates an option whose texts may name input files, also as ``name=PATH``. Options of type `Path` need no mark."""
 
 
 @dataclass(frozen=True)
 class Writes:
-    """In the annotation of an option: it names what is written.
+    """Annotates an option that names an output.
 
     Attributes
     ----------

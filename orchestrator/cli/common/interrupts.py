@@ -1,4 +1,4 @@
-"""Ctrl-C: noticed whatever it hits, in libraries and foreign code that take it for an error of their own, too."""
+"""Ctrl-C, also where a library swallows it or reports it as an error of its own."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class _Noticed:
 
 @contextmanager
 def watched() -> Iterator[None]:
-    """Notice interrupts in this block; they are raised as ever."""
+    """Notice interrupts in this block; they are raised as usual."""
     _Noticed.received = False
     before = signal.getsignal(signal.SIGINT)
     if before is signal.SIG_IGN or threading.current_thread() is not threading.main_thread():

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -52,19 +51,12 @@ Swap = Annotated[
 
 
 def _isolated(context: typer.Context, value: bool | None) -> bool | None:
-    """Let the option decide for this command and the processes that it starts."""
+    """Apply the option to this command and the processes that it starts."""
     if value is not None:
-        before = os.environ.get(ISOLATE)
-        os.environ[ISOLATE] = str(int(value))
-        context.call_on_close(lambda: _restore(before))
+        from friction_models.common.child_processes import environment
+
+        context.with_resource(environment(**{ISOLATE: str(int(value))}))
     return value
-
-
-def _restore(before: str | None) -> None:
-    if before is None:
-        os.environ.pop(ISOLATE, None)
-    else:
-        os.environ[ISOLATE] = before
 
 
 #: `fmus.archive.made_here.VARIABLE`, which is not imported here for the sake of time.
@@ -109,7 +101,7 @@ def read_data(
 
 
 def swapped(system: System, swap: Iterable[str] | None, names: Path | None = None) -> System:
-    """Return the system with other models in the components that `--swap` names, whose variables are called as `--names` says.
+    """Return the system with other models in the components that `--swap` names; `--names` says how their variables are called.
 
     Raises
     ------
@@ -193,7 +185,7 @@ def any_model(name: str, names: GivenNames | None = None) -> Any:
 
 
 def _near(path: Path) -> str:
-    """Return a question for the nearest name beside a path that is not there."""
+    """Return "did you mean" with the nearest name beside a missing path."""
     from friction_models.common import nearest
 
     beside = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
@@ -221,8 +213,8 @@ def as_number(text: str) -> float | None:
         return None
 
 
-def key_values(pairs: Iterable[str]) -> dict[str, Any]:
-    """Read ``key=value`` texts; values as YAML reads them.
+def key_values(pairs: Iterable[str], texts: Collection[str] = ()) -> dict[str, Any]:
+    """Read ``key=value`` texts; values as YAML reads them, except those of the keys in `texts`.
 
     Raises
     ------
@@ -239,7 +231,7 @@ def key_values(pairs: Iterable[str]) -> dict[str, Any]:
         if not equals or not key:
             raise InputError(f"{pair!r}: not of the form key=value")
         try:
-            result[key] = yaml.safe_load(value)
+            result[key] = value if key in texts else yaml.safe_load(value)
         except (yaml.YAMLError, ValueError, RecursionError):
             raise InputError(
                 f"{pair[:80]!r}: the value cannot be read; allowed: a number or a name"

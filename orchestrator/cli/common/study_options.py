@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,6 +13,7 @@ from .files_named import Reads, Writes
 
 if TYPE_CHECKING:
     from ...jobs.campaign import Campaign, JobResult
+    from ...studies.study import Study
 
 StudyFolder = Annotated[
     Path,
@@ -42,41 +43,57 @@ Scheduler = Annotated[
     ),
 ]
 
-#: Failed jobs that are shown one by one.
-SHOWN = 10
+#: Failed jobs that are listed one by one.
+LISTED = 10
 
 
-def run_campaign(
+def carry_out(
+    study: Study,
+    folder: Path,
+    written: Callable[[Campaign, dict[str, JobResult]], str],
+    jobs: int | None,
+    scheduler: str | None,
+    dry_run: bool,
+    title: str | None = None,
+) -> None:
+    """Run the jobs of a study and write its manifest; a dry run only counts them.
+
+    `written` writes what was found and returns it as text, empty where nothing was found.
+    """
+    from friction_models.common import write_json
+
+    campaign = study.campaign(folder)
+    results = _run(campaign, title or f"study {study.name}", jobs, scheduler, dry_run)
+    if results is None:
+        return
+    settings = {"study": study.name, **study.settings(results)}
+    write_json(folder / "manifest.json", campaign.manifest(results, settings, {study.seeds: study.plan.seed}))
+    text = written(campaign, results)
+    if text:
+        say(text)
+        say(f"report written: {folder / 'report.html'}")
+    campaign.check()
+
+
+def _run(
     campaign: Campaign, title: str, jobs: int | None, scheduler: str | None, dry_run: bool
 ) -> dict[str, JobResult] | None:
     """Run a campaign with its progress shown; None for a dry run, which prints its counts.
 
-    Jobs that failed are listed on stderr; call `Campaign.check` when everything else is written.
+    Jobs that failed are listed on stderr.
     """
     if dry_run:
         say(f"{title}: {campaign.dry_run(jobs, scheduler).report()}")
         return None
 
-    def kept() -> str:
+    def what_is_kept() -> str:
         return f"the finished jobs are kept in {campaign.folder}; the same command goes on from there"
 
-    with keeping(kept), progress(title, says_time=True) as tick:
+    with keeping(what_is_kept), progress(title, says_time=True) as tick:
         results = campaign.run(jobs, scheduler, tick)
-    for failure in list(campaign.failed.values())[:SHOWN]:
+    for failure in list(campaign.failed.values())[:LISTED]:
         typer.echo(f"failed: {failure.job.name}: {failure.error}", err=True)
-    if len(campaign.failed) > SHOWN:
-        more = len(campaign.failed) - SHOWN
+    if len(campaign.failed) > LISTED:
+        more = len(campaign.failed) - LISTED
         typer.echo(f"failed: {more} more, all in {campaign.folder / 'failed.json'}", err=True)
     return results
-
-
-def write_manifest(
-    campaign: Campaign,
-    results: Mapping[str, JobResult],
-    settings: Mapping[str, Any],
-    seeds: Mapping[str, int],
-) -> None:
-    """Write ``manifest.json`` into the folder of the study."""
-    from friction_models.common import write_json
-
-    write_json(campaign.folder / "manifest.json", campaign.manifest(results, settings, seeds))

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ...studies.forming_error.files import PROCESS_TITLES
 from ...studies.forming_error.result import TAU_OVER_K, FormingErrors
 from ...studies.forming_error.rows import RunError
+from ...studies.forming_error.words import PROCESS_TITLES
 from ..parts.markup import escape
 from ..parts.palette import COLORS
 from ..parts.theme import INK, PRESS, PRESS_BAND, SOFT, dress

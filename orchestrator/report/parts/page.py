@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from importlib.resources import files
 from typing import Any
 
+from ...jobs.versions import versions
 from .markup import escape
 
 
@@ -36,8 +37,8 @@ class Page:
         """Append a section; parts are HTML."""
         self.sections.append((anchor, heading, "\n".join(p for p in parts if p)))
 
-    def render(self, footer: str = "") -> str:
-        """Return the whole document as one HTML text without any reference to the network."""
+    def render(self, footer: str | None = None) -> str:
+        """Return the whole document as one HTML text without any reference to the network; the footer says the version."""
         from plotly.offline import get_plotlyjs
 
         style = files(__package__).joinpath("style.css").read_text(encoding="utf-8")
@@ -68,15 +69,15 @@ class Page:
 <main id="content">
 {body}
 </main>
-<footer>{footer}</footer>
+<footer>{f"tribofmu {escape(versions()['tribofmu'])}" if footer is None else footer}</footer>
 </body>
 </html>
 """
 
 
-def footer(versions: Mapping[str, str], origin: str) -> str:
-    """Return the foot of a study's page: versions, and where the measurements come from."""
-    return f"tribofmu {escape(versions['tribofmu'])}, Python {escape(versions['python'])}. {escape(origin)}"
+def footer(used: Mapping[str, str], origin: str) -> str:
+    """Return the foot of a study's page: versions that were used, and where the measurements come from."""
+    return f"tribofmu {escape(used['tribofmu'])}, Python {escape(used['python'])}. {escape(origin)}"
 
 
 def figure(name: str, chart: Any, caption: str, description: str) -> str:

@@ -1,4 +1,4 @@
-"""Looks for several things side by side: colours told apart by colour-blind readers, then dashes."""
+"""Colours and dashes for curves in one chart, for colour-blind readers too."""
 
 from __future__ import annotations
 

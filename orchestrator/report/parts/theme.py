@@ -8,7 +8,7 @@ INK, SOFT, LINE = "#1b2530", "#566474", "#e1e6eb"
 PRESS, PRESS_BAND = "#3d4854", "rgba(61, 72, 84, 0.17)"
 BEFORE, AFTER, OTHER, CONSTANT = "#c8641f", "#0a7f79", "#7d62a8", "#9aa4af"
 BEFORE_BAND, AFTER_BAND = "rgba(200, 100, 31, 0.16)", "rgba(10, 127, 121, 0.16)"
-#: Colour and dash by the part that a friction model plays in the story.
+#: Colour and dash of a friction model by its part in a comparison.
 STYLES: dict[str, dict[str, Any]] = {
     "constant": {"color": CONSTANT, "width": 2, "dash": "dash"},
     "before": {"color": BEFORE, "width": 2},

@@ -1,4 +1,4 @@
-"""Whether adding the effects named lets the error fall on whole tests that the fit did not see."""
+"""Whether adding the named effects lowers the error on tests that the fit did not see."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The part of the demo's report on tests that were predicted as if nobody had run them."""
+"""The section of the demo's page on held-out tests that were predicted in a closed loop."""
 
 from __future__ import annotations
 
@@ -6,28 +6,27 @@ from typing import Any
 
 import pandas as pd
 
-from ...demo.prediction import FOLDER
 from ..charts.prediction import prediction_chart
 from ..parts.markup import escape, table
 from ..parts.page import figure
-from .story import Story
+from .demo_folder import PREDICTED, DemoFolder
 
 
-def prediction_html(story: Story) -> str:
+def prediction_html(demo: DemoFolder) -> str:
     """Return chart and table of held-out tests in a closed loop of friction FMU and twin FMU."""
-    found: dict[str, Any] = story.summary["predicted"]
-    labels = {part: story.label(part) for part in found}
+    found = demo.summary["predicted"]
+    labels = {part: demo.label(part) for part in found}
     shown = [str(row["test_id"]) for row in found["before"]["tests"]]
-    points = story.held_out.points
+    points = demo.held_out.points
     measured = {test: points[points["test_id"] == test] for test in shown}
     predicted = {}
     for part in found:
-        frame = pd.read_csv(story.folder / FOLDER / part / "predicted.csv", dtype={"test_id": str})
+        frame = pd.read_csv(demo.folder / PREDICTED / part / "predicted.csv", dtype={"test_id": str})
         predicted[part] = {test: frame[frame["test_id"] == test] for test in shown}
     chart = figure(
         "predicted",
         prediction_chart(
-            {test: _heading(story, test) for test in shown},
+            {test: _heading(demo, test) for test in shown},
             measured,
             predicted,
             {part: f"{part}: {label}" for part, label in labels.items()},
@@ -69,9 +68,9 @@ def _table(found: dict[str, Any]) -> str:
     )
 
 
-def _heading(story: Story, test: str) -> str:
+def _heading(demo: DemoFolder, test: str) -> str:
     """Name of a test with its setting."""
-    tests = story.held_out.tests
+    tests = demo.held_out.tests
     assert tests is not None
     row = tests[tests["test_id"] == test].iloc[0]
     said = [test]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,12 +12,10 @@ from friction_models.loads import FloatArray
 
 from ...force_curves.forces import ForceCurve, compare_force
 from ...force_curves.metrics import LevelSummary, ScalarError
+from ...jobs.campaign import JobResult
 from ..measurements import data_name, load_measurements
-from .rows import Change, RunError, Summary
-from .study import FormingErrorStudy, Friction, model_name, run_name
-
-if TYPE_CHECKING:
-    from ...jobs.campaign import JobResult
+from .rows import Change, ModelRow, RunError, Summary
+from .study import FormingErrorStudy, Friction, run_name, trained_name
 
 #: A group of levels that is summed up: of one process, one lubricant, or (None) of all.
 ALL = None
@@ -39,8 +37,7 @@ class FormingErrors:
         Pairs without a result.
     planned : tuple of (str, str, str)
         Lubricant, process and name of every level of the study, with results or without.
-    models : tuple of dict
-        Trained models: lubricant, family, mae_test, points, tests.
+    models : tuple of ModelRow
     """
 
     synthetic: bool
@@ -48,7 +45,7 @@ class FormingErrors:
     runs: tuple[RunError, ...]
     missing: int
     planned: tuple[tuple[str, str, str], ...]
-    models: tuple[dict[str, Any], ...]
+    models: tuple[ModelRow, ...]
 
     @classmethod
     def of(cls, study: FormingErrorStudy, results: Mapping[str, JobResult]) -> FormingErrors:
@@ -80,14 +77,17 @@ class FormingErrors:
                         values["timing"],
                     )
                 )
-        models = [
+        models: list[ModelRow] = [
             {
                 "lubricant": lubricant,
-                **{k: found.values[k] for k in ("family", "mae_test", "points", "tests")},
+                "family": found.values["family"],
+                "mae_test": found.values["mae_test"],
+                "points": found.values["points"],
+                "tests": found.values["tests"],
             }
             for lubricant in study.plan.lubricants
             for family in study.plan.models
-            if (found := results.get(model_name(lubricant, family))) is not None
+            if (found := results.get(trained_name(lubricant, family))) is not None
         ]
         planned = tuple((item.lubricant, item.level.process, item.level.name) for item in study.levels)
         return cls(study.synthetic(results), study.frictions, tuple(runs), missing, planned, tuple(models))
@@ -234,7 +234,7 @@ def held_out(
             else load_measurements(data).select("test").points
         )
         for family in study.plan.models:
-            trained = results.get(model_name(lubricant, family))
+            trained = results.get(trained_name(lubricant, family))
             if points is not None and len(points) and trained is not None:
                 model = load_model(trained.file("model"))
                 loads = model.domain.clamp(points[list(LOAD_NAMES)].to_numpy())

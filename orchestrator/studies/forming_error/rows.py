@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypedDict
 
 from ...force_curves.forces import ForceComparison
 from ...force_curves.metrics import LevelSummary
@@ -78,6 +78,16 @@ class RunError:
             "median_distance": self.distance,
             "friction_time_share": self.friction_share,
         }
+
+
+class ModelRow(TypedDict):
+    """A trained model; `mae_test` is its error on held-out tests, None without any."""
+
+    lubricant: str
+    family: str
+    mae_test: float | None
+    points: int
+    tests: int
 
 
 @dataclass(frozen=True)

@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from friction_models.common import InputError
 
 from ...comparison.level_runs import level_job
+from ...jobs.campaign import Job, JobResult
 from ..measurements import FULL_PLAN, QUICK_PLAN, VIRTUAL, data_jobs, data_name
-from ..models import ADVANCED, CONSTANTS, constant_job, model_job
+from ..models import ADVANCED, CONSTANTS, constant_job, model_job, model_name
 from ..press_levels import StudyLevel, own_levels, virtual_levels
-
-if TYPE_CHECKING:
-    from ...jobs.campaign import Campaign, Job, JobResult
+from ..study import Study
 
 #: Punch travel [mm]: the rod passes its steady force, the cup is as deep as the virtual press draws it.
 STROKES = {"fre": 20.0, "bce": 12.0}
@@ -111,7 +110,7 @@ class Friction:
 
 
 @dataclass(frozen=True)
-class FormingErrorStudy:
+class FormingErrorStudy(Study):
     """The study as jobs, and the names to find their results by.
 
     Attributes
@@ -129,6 +128,7 @@ class FormingErrorStudy:
     frictions: tuple[Friction, ...]
     levels: tuple[StudyLevel, ...]
     jobs: tuple[Job, ...]
+    name = "forming-error"
 
     @classmethod
     def of(
@@ -191,15 +191,9 @@ class FormingErrorStudy:
         return cls(plan, not press, frictions, tuple(levels), tuple(every))
 
     @classmethod
-    def kept(cls, plan: Plan, levels: Sequence[StudyLevel], virtual: bool) -> FormingErrorStudy:
+    def of_levels(cls, plan: Plan, levels: Sequence[StudyLevel], virtual: bool) -> FormingErrorStudy:
         """Return the study without its jobs, to find results by."""
         return cls(plan, virtual, plan.frictions(), tuple(levels), ())
-
-    def campaign(self, folder: Path) -> Campaign:
-        """Return the campaign in a folder."""
-        from ...jobs.campaign import Campaign
-
-        return Campaign(folder, self.jobs)
 
     def synthetic(self, results: Mapping[str, JobResult]) -> bool:
         """Return whether any measurement is synthetic: of this study, or data of one's own that say so."""
@@ -232,6 +226,6 @@ def run_name(item: StudyLevel, friction: Friction) -> str:
     return f"run-{item.lubricant}-{item.level.name}-{friction.label.replace(' ', '-')}"
 
 
-def model_name(lubricant: str, family: str) -> str:
+def trained_name(lubricant: str, family: str) -> str:
     """Return the name of the job that trains a family for a lubricant."""
-    return model_job(family, data_name(lubricant)).name
+    return model_name(family, data_name(lubricant))

@@ -1,4 +1,4 @@
-"""The findings of the forming-error study in words, and the paper's numbers beside ours."""
+"""The findings of the forming-error study in words, its table, and the paper's numbers beside ours."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from . import files as forming_error_files
-from .files import PROCESS_TITLES
 from .result import TAU_OVER_K, FormingErrors
 from .rows import Change
 from .study import FormingErrorStudy
 
+#: Processes as readers know them.
+PROCESS_TITLES = {"fre": "forward rod extrusion", "bce": "backward cup extrusion"}
 #: Change of the error of the maximum force, and of its standard deviation, against constant friction.
 PAPER_CHANGES = {"ffnn": (-0.58, -0.71), "polynomial": (-0.52, -0.84), "linear": (-0.52, -0.68)}
 #: MARE of the maximum force with constant friction and its standard deviation, each with its uncertainty.
@@ -22,7 +22,7 @@ PAPER_TIMES = {"linear": "+18 %", "polynomial": "+18 %", "ffnn": "+61 %"}
 
 def percent(value: float, std: float) -> str:
     """Return a share and its uncertainty in percent."""
-    return forming_error_files.percent(value, std).replace("+-", "±")
+    return f"{100 * value:.1f} ± {100 * std:.1f} %"
 
 
 def headline(errors: FormingErrors) -> str:
@@ -222,3 +222,40 @@ def differs(study: FormingErrorStudy, errors: FormingErrors) -> list[str]:
 def _listed(numbers: set[float]) -> str:
     found: Sequence[str] = [f"{x:g}" for x in sorted(numbers)]
     return " and ".join([", ".join(found[:-1]), found[-1]] if len(found) > 1 else found)
+
+
+def text_table(errors: FormingErrors) -> str:
+    """Return the summary as text: a block for each process and lubricant, and one over all."""
+    lines = ["synthetic measurements"] if errors.synthetic else []
+    width = max(len(f.label) for f in errors.frictions) + 2
+    group: tuple[str, str] | None = None
+    for s in errors.summaries():
+        this = (s.lubricant or "all lubricants", PROCESS_TITLES.get(s.process or "", "all processes"))
+        if this != group:
+            group = this
+            head = f"{this[1]}, {this[0]} ({s.levels})"
+            lines += [
+                "",
+                head,
+                f"{'':{width}}{'MARE max force':>18}{'std over levels':>18}{'MARE work':>18}{'tau/k':>8}{'friction time':>15}",
+            ]
+        cells = [
+            _plain_percent(s.max_force.mare, s.max_force.mare_std),
+            _plain_percent(s.max_force.spread, s.max_force.spread_std) if s.max_force.levels > 1 else "-",
+            _plain_percent(s.work.mare, s.work.mare_std),
+        ]
+        lines.append(
+            f"{s.friction:{width}}"
+            + "".join(f"{c:>18}" for c in cells)
+            + f"{s.tau_over_k:8.2f}{100 * s.friction_share:13.2f} %"
+        )
+    if errors.missing:
+        lines += [
+            "",
+            f"{errors.missing} runs are missing, see failed.json; errors are over levels that all laws have",
+        ]
+    return "\n".join(lines)
+
+
+def _plain_percent(value: float, std: float) -> str:
+    return percent(value, std).replace("±", "+-")

@@ -2,27 +2,104 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from friction_models.common import atomic_path, write_json, write_text
+import numpy as np
 
-from .result import LearningCurves
+from friction_models.common import write_json, write_text
+from friction_models.training import percentile_curve
+from friction_models.training.learning_curve import PROBABILITY
+
+from ...jobs.campaign import JobResult
+from ..saved import SavedStudy
+from ..tables import write_rows
+from .result import Comparison, Curve, LearningCurves
+from .study import LearningCurvePlan, LearningCurveStudy
+from .words import findings
+
+#: Columns of `NeededTests` in ``needed.csv``.
+_NEEDED = ("tests", "at_most", "lower", "upper", "reached")
 
 
 def write_results(folder: Path, curves: LearningCurves, page: str) -> None:
     """Write ``learning-curve.json``, ``repeats.csv``, ``curves.csv``, ``needed.csv`` and ``report.html``."""
-    content = curves.to_dict()
-    write_json(folder / "learning-curve.json", content)
-    _write_csv(folder / "repeats.csv", _repeats(curves), curves.synthetic)
-    _write_csv(folder / "curves.csv", _points(content["curves"]), curves.synthetic)
-    _write_csv(folder / "needed.csv", _needed(content), curves.synthetic)
+    write_json(folder / "learning-curve.json", numbers(curves))
+    write_rows(folder / "repeats.csv", _repeats(curves), curves.synthetic)
+    write_rows(folder / "curves.csv", _points(curves), curves.synthetic)
+    write_rows(folder / "needed.csv", _needed(curves), curves.synthetic)
     write_text(folder / "report.html", page)
 
 
-def _repeats(curves: LearningCurves) -> Iterable[dict[str, Any]]:
+def read_study(saved: SavedStudy) -> tuple[LearningCurveStudy, dict[str, JobResult]]:
+    """Return the study in a folder and its results."""
+    given: dict[str, Any] = {
+        k: tuple(v) if isinstance(v, list) else v for k, v in saved.settings.items() if k != "study"
+    }
+    plan = LearningCurvePlan(**given)
+    results = saved.results(saved.names, "facts-", "data-", *(f"{x}-" for x in plan.lubricants))
+    counts = {
+        n: int(results[f"facts-{n}"].values["train"] if f"facts-{n}" in results else plan.sizes[-1])
+        for n in plan.lubricants
+    }
+    virtual = any(name.startswith("specimens-") for name in saved.names)
+    return LearningCurveStudy.of_counts(plan, counts, virtual), results
+
+
+def numbers(curves: LearningCurves) -> dict[str, Any]:
+    """Return all numbers of the study as plain data."""
+    return {
+        "study": "learning-curve",
+        "synthetic": curves.synthetic,
+        "accuracy": curves.accuracy,
+        "probability": PROBABILITY,
+        "repeats": curves.repeats,
+        "judge": "MAE over all points of the held-out time series, loads clamped to the trained domain",
+        "missing_jobs": curves.missing,
+        "findings": findings(curves),
+        "data": {k: dict(v) for k, v in curves.facts.items()},
+        "curves": [_curve(c, curves.accuracy) for c in curves.curves],
+        "comparisons": [_comparison(c) for c in curves.comparisons],
+        "comparisons_apart": [_comparison(c) for c in curves.apart],
+        "comparisons_near_lowest": [_comparison(c) for c in curves.strict],
+    }
+
+
+def _curve(c: Curve, accuracy: float) -> dict[str, Any]:
+    low, lower, upper = c.lowest
+    return {
+        "lubricant": c.lubricant,
+        "collection": c.collection,
+        "model": c.model,
+        "tests": list(c.sizes),
+        "points": list(c.points),
+        "mae": c.errors.T.tolist(),
+        "mae_percentile": c.percentile.tolist(),
+        "mae_median": np.median(c.errors, axis=0).tolist(),
+        "mae_averages_percentile": percentile_curve(c.averages).tolist(),
+        "parameters": list(c.parameters),
+        "needed": c.needed(accuracy).to_dict(),
+        "lowest": {"mae": low, "lower": lower, "upper": upper},
+        "converged": c.converged.to_dict(),
+    }
+
+
+def _comparison(c: Comparison) -> dict[str, Any]:
+    return {
+        "lubricant": c.lubricant,
+        "model": c.model,
+        "accuracy": c.accuracy,
+        "time_series": c.series.to_dict(),
+        "average": c.average.to_dict(),
+        "average_judged_by_averages": c.own.to_dict(),
+        "share_fewer": c.fewer,
+        "share_more": c.more,
+        "verdict": c.verdict,
+    }
+
+
+def _repeats(curves: LearningCurves) -> Iterable[dict[str, object]]:
     for c in curves.curves:
         for column, size in enumerate(c.sizes):
             for repeat, (error, average) in enumerate(
@@ -39,28 +116,30 @@ def _repeats(curves: LearningCurves) -> Iterable[dict[str, Any]]:
                 }
 
 
-def _points(curves: Iterable[Mapping[str, Any]]) -> Iterable[dict[str, Any]]:
-    names = ("mae_percentile", "mae_median", "mae_averages_percentile")
-    for c in curves:
-        for k, size in enumerate(c["tests"]):
-            head = {name: c[name] for name in ("lubricant", "collection", "model")}
-            chosen = " ".join(f"{key}={value}" for key, value in c["parameters"][k].items())
-            numbers = {name: c[name][k] for name in names}
-            yield {**head, "tests": size, "points": c["points"][k], **numbers, "parameters": chosen}
+def _points(curves: LearningCurves) -> Iterable[dict[str, object]]:
+    for c in curves.curves:
+        averages, median = percentile_curve(c.averages), np.median(c.errors, axis=0)
+        for k, size in enumerate(c.sizes):
+            yield {
+                "lubricant": c.lubricant,
+                "collection": c.collection,
+                "model": c.model,
+                "tests": size,
+                "points": c.points[k],
+                "mae_percentile": float(c.percentile[k]),
+                "mae_median": float(median[k]),
+                "mae_averages_percentile": float(averages[k]),
+                "parameters": " ".join(f"{key}={value}" for key, value in c.parameters[k].items()),
+            }
 
 
-def _needed(content: Mapping[str, Any]) -> Iterable[dict[str, Any]]:
-    for c in (*content["comparisons"], *content["comparisons_apart"], *content["comparisons_near_lowest"]):
-        row = {name: c[name] for name in ("lubricant", "model", "accuracy")}
-        for collection in ("time_series", "average", "average_judged_by_averages"):
-            names = ("tests", "at_most", "lower", "upper", "reached")
-            row |= {f"{collection}_{name}": c[collection][name] for name in names}
-        yield {**row, **{name: c[name] for name in ("share_fewer", "share_more", "verdict")}}
-
-
-def _write_csv(target: Path, rows: Iterable[Mapping[str, Any]], synthetic: bool) -> None:
-    table = [{**row, "synthetic": synthetic} for row in rows]
-    with atomic_path(target) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(table[0]) if table else ["synthetic"], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(table)
+def _needed(curves: LearningCurves) -> Iterable[dict[str, object]]:
+    for c in (*curves.comparisons, *curves.apart, *curves.strict):
+        row: dict[str, object] = {"lubricant": c.lubricant, "model": c.model, "accuracy": c.accuracy}
+        for collection, needed in (
+            ("time_series", c.series),
+            ("average", c.average),
+            ("average_judged_by_averages", c.own),
+        ):
+            row |= {f"{collection}_{name}": getattr(needed, name) for name in _NEEDED}
+        yield {**row, "share_fewer": c.fewer, "share_more": c.more, "verdict": c.verdict}

@@ -5,20 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
 from friction_models.loads import LOAD_NAMES, FloatArray
 
+from ...jobs.campaign import JobResult
 from ..measurements import load_measurements
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from friction_models.models.base import FrictionModel
-
-    from ...jobs.campaign import JobResult
 
 #: The two ways to make training data of a test.
 SERIES, AVERAGE = "time-series", "average"
@@ -28,6 +27,50 @@ MEAN = "mean"
 #: follows other loads (a fast test slides a little further), and a model would take it for a cause.
 NOT_VARIED = 0.15
 FOLDS = 5
+
+
+class _Point(TypedDict):
+    model: str
+    tests: int
+    points: int
+    parameters: dict[str, Any]
+    errors: list[list[float]]
+    errors_averages: list[list[float]]
+
+
+class Point(_Point, total=False):
+    """Errors of one model at one size of the training set.
+
+    `errors` and `errors_averages` hold for each repeat what every held-out test contributes, by its time series and
+    by its averages; their mean is the MAE (`Collection.errors`). `parameters` are those that the `search` chose.
+    """
+
+    search: list[dict[str, Any]]
+
+
+class ThinningCost(TypedDict):
+    """MAE of a model that learned from every point, and from every so many."""
+
+    every_point: float
+    thinned: float
+
+
+class DataFacts(TypedDict):
+    """What the data of a lubricant are."""
+
+    synthetic: bool
+    train: int
+    held_out: int
+    points: int
+    roles: str | None
+    plan: str | None
+    mu_mean: float
+    scatter_between_tests: float
+    scatter_within_tests: float
+    mae_mean_of_training: float
+    mae_own_mean_of_test: float
+    not_varied: list[str]
+    thinning: dict[str, ThinningCost]
 
 
 def learn(
@@ -41,9 +84,7 @@ def learn(
     Returns
     -------
     dict
-        ``curves``: one entry a model and size: ``model``, ``tests`` and ``points`` trained on, ``errors`` (held-out time
-        series) and ``errors_averages`` (held-out averages): for each repeat the contribution of every held-out test,
-        whose mean is the MAE (`Collection.errors`); ``parameters`` chosen by the search.
+        ``curves``: one `Point` a model and size.
     """
     from friction_models.training import growing_sets
 
@@ -61,7 +102,7 @@ def learn(
 
 def facts(
     inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, Any]:
+) -> DataFacts:
     """Describe the data, and show what it costs to learn from every so many points only.
 
     `inputs`: ``models`` and ``parameters`` (fitted to all training tests with every point and with every
@@ -71,7 +112,7 @@ def facts(
     whole, thinned = (Collection.of(result, SERIES, thin) for thin in (1, int(inputs["thin"])))
     judge = whole.judge
     means = judge.groupby("test_id")["mu"].transform("mean")
-    costs = {}
+    costs: dict[str, ThinningCost] = {}
     for name in inputs["models"] if int(inputs["thin"]) > 1 else ():
         errors = []
         for data in (whole, thinned):
@@ -148,17 +189,14 @@ class Collection:
         return (wrong * (len(wrong) / len(held))).tolist()
 
 
-def _point(data: Collection, name: str, sets: list[list[str]], inputs: Mapping[str, Any]) -> dict[str, Any]:
+def _point(data: Collection, name: str, sets: list[list[str]], inputs: Mapping[str, Any]) -> Point:
     """Return the errors of one model at one size of the training set."""
     from friction_models.training import fit_all
 
     parts = [data.training[data.training["test_id"].isin(tests)] for tests in sets]
-    result: dict[str, Any] = {"model": name, "tests": len(sets[0]), "points": len(parts[0]), "parameters": {}}
     if name == MEAN:
         means = [float(part["mu"].mean()) for part in parts]
-        result["errors"] = [data.errors(mean) for mean in means]
-        result["errors_averages"] = [data.errors(mean, averages=True) for mean in means]
-        return result
+        return _errors(data, name, sets, parts, means)
     best, search = _search(name, parts[0], len(sets[0]), inputs)
     # One number for all repeats, so that they are alike and are trained in one batch.
     most = max(len(part) for part in parts)
@@ -167,11 +205,27 @@ def _point(data: Collection, name: str, sets: list[list[str]], inputs: Mapping[s
         for k in range(len(parts))
     ]
     fit_all(models, [_lesson(part) for part in parts])
-    result["errors"] = [data.errors(model) for model in models]
-    result["errors_averages"] = [data.errors(model, averages=True) for model in models]
-    result["parameters"] = {k: list(v) if isinstance(v, tuple) else v for k, v in best.items()}
-    result["search"] = search
-    return result
+    point = _errors(data, name, sets, parts, models)
+    point["parameters"] = {k: list(v) if isinstance(v, tuple) else v for k, v in best.items()}
+    point["search"] = search
+    return point
+
+
+def _errors(
+    data: Collection,
+    name: str,
+    sets: list[list[str]],
+    parts: list[pd.DataFrame],
+    models: Sequence[FrictionModel | float],
+) -> Point:
+    return {
+        "model": name,
+        "tests": len(sets[0]),
+        "points": len(parts[0]),
+        "parameters": {},
+        "errors": [data.errors(model) for model in models],
+        "errors_averages": [data.errors(model, averages=True) for model in models],
+    }
 
 
 def _search(

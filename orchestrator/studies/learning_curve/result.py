@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from friction_models.loads import FloatArray
 from friction_models.training import lowest_error, needed_with_interval, percentile_curve, share_fewer
-from friction_models.training.learning_curve import LEVEL, PROBABILITY, NeededTests
+from friction_models.training.learning_curve import LEVEL, NeededTests
 
 from ...jobs.campaign import JobResult
-from .jobs import AVERAGE, MEAN, SERIES
+from .jobs import AVERAGE, MEAN, SERIES, DataFacts, Point
 from .study import LearningCurveStudy
 
 #: A curve has converged from where on it stays within this factor of its lowest point.
@@ -51,12 +51,12 @@ class Curve:
     parameters: tuple[dict[str, Any], ...]
 
     @classmethod
-    def of(cls, lubricant: str, collection: str, model: str, entries: Sequence[Mapping[str, Any]]) -> Curve:
+    def of(cls, lubricant: str, collection: str, model: str, entries: Sequence[Point]) -> Curve:
         """Put the sizes of a model together, in whatever order they were computed."""
-        ordered = sorted(entries, key=lambda e: int(e["tests"]))
+        ordered = sorted(entries, key=lambda e: e["tests"])
         return cls(
             lubricant, collection, model,
-            tuple(int(e["tests"]) for e in ordered), tuple(int(e["points"]) for e in ordered),
+            tuple(e["tests"] for e in ordered), tuple(e["points"] for e in ordered),
             np.array([e["errors"] for e in ordered]).swapaxes(0, 1),
             np.array([e["errors_averages"] for e in ordered]).swapaxes(0, 1),
             tuple(dict(e["parameters"]) for e in ordered),
@@ -85,25 +85,6 @@ class Curve:
     def needed(self, accuracy: float) -> NeededTests:
         """Return the tests needed for an accuracy."""
         return needed_with_interval(self.sizes, self.parts, accuracy)
-
-    def to_dict(self, accuracy: float) -> dict[str, Any]:
-        """Return plain data."""
-        low, lower, upper = self.lowest
-        return {
-            "lubricant": self.lubricant,
-            "collection": self.collection,
-            "model": self.model,
-            "tests": list(self.sizes),
-            "points": list(self.points),
-            "mae": self.errors.T.tolist(),
-            "mae_percentile": self.percentile.tolist(),
-            "mae_median": np.median(self.errors, axis=0).tolist(),
-            "mae_averages_percentile": percentile_curve(self.averages).tolist(),
-            "parameters": list(self.parameters),
-            "needed": self.needed(accuracy).to_dict(),
-            "lowest": {"mae": low, "lower": lower, "upper": upper},
-            "converged": self.converged.to_dict(),
-        }
 
 
 @dataclass(frozen=True)
@@ -147,20 +128,6 @@ class Comparison:
             return "fewer"
         return "more" if self.more >= LEVEL else NO_DIFFERENCE
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data."""
-        return {
-            "lubricant": self.lubricant,
-            "model": self.model,
-            "accuracy": self.accuracy,
-            "time_series": self.series.to_dict(),
-            "average": self.average.to_dict(),
-            "average_judged_by_averages": self.own.to_dict(),
-            "share_fewer": self.fewer,
-            "share_more": self.more,
-            "verdict": self.verdict,
-        }
-
 
 @dataclass(frozen=True)
 class LearningCurves:
@@ -169,8 +136,8 @@ class LearningCurves:
     Attributes
     ----------
     curves : tuple of Curve
-    facts : mapping of str to mapping
-        Facts about the data by lubricant.
+    facts : mapping of str to DataFacts
+        By lubricant.
     accuracy : float
     repeats : int
     missing : int
@@ -180,7 +147,7 @@ class LearningCurves:
     """
 
     curves: tuple[Curve, ...]
-    facts: Mapping[str, Mapping[str, Any]]
+    facts: Mapping[str, DataFacts]
     accuracy: float
     repeats: int
     missing: int = 0
@@ -192,7 +159,7 @@ class LearningCurves:
         curves: list[Curve] = []
         missing = 0
         for (lubricant, collection), names in study.curves.items():
-            entries: dict[str, list[Mapping[str, Any]]] = {m: [] for m in (MEAN, *study.plan.models)}
+            entries: dict[str, list[Point]] = {m: [] for m in (MEAN, *study.plan.models)}
             for name in names:
                 missing += name not in results
                 for entry in results[name].values["curves"] if name in results else ():
@@ -200,8 +167,10 @@ class LearningCurves:
             curves += [
                 Curve.of(lubricant, collection, model, found) for model, found in entries.items() if found
             ]
-        facts = {
-            lubricant: results[name].values for lubricant, name in study.facts.items() if name in results
+        facts: dict[str, DataFacts] = {
+            lubricant: cast(DataFacts, results[name].values)
+            for lubricant, name in study.facts.items()
+            if name in results
         }
         missing += len(study.facts) - len(facts)
         return cls(tuple(curves), facts, study.plan.accuracy, study.plan.repeats, missing, study.virtual)
@@ -256,23 +225,3 @@ class LearningCurves:
                 judged = len(series.sizes) > 1 and series.parts.shape[2] >= FEWEST
                 found.append(Comparison(lubricant, model, limit, *needed, fewer, more, judged))
         return found
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data."""
-        from .words import findings
-
-        return {
-            "study": "learning-curve",
-            "synthetic": self.synthetic,
-            "accuracy": self.accuracy,
-            "probability": PROBABILITY,
-            "repeats": self.repeats,
-            "judge": "MAE over all points of the held-out time series, loads clamped to the trained domain",
-            "missing_jobs": self.missing,
-            "findings": findings(self),
-            "data": {k: dict(v) for k, v in self.facts.items()},
-            "curves": [c.to_dict(self.accuracy) for c in self.curves],
-            "comparisons": [c.to_dict() for c in self.comparisons],
-            "comparisons_apart": [c.to_dict() for c in self.apart],
-            "comparisons_near_lowest": [c.to_dict() for c in self.strict],
-        }

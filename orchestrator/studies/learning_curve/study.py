@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from friction_models.common import InputError
 
+from ...jobs.campaign import Job
 from ..measurements import FULL_PLAN, QUICK_PLAN, VIRTUAL, data_jobs, data_name
 from ..models import ADVANCED
+from ..study import Study
 from .jobs import AVERAGE, MEAN, SERIES
-
-if TYPE_CHECKING:
-    from ...jobs.campaign import Campaign, Job
 
 #: Typical accuracy of a tribometer in mu: the limit of the paper.
 ACCURACY = 0.01
@@ -105,7 +104,7 @@ class LearningCurvePlan:
 
 
 @dataclass(frozen=True)
-class LearningCurveStudy:
+class LearningCurveStudy(Study):
     """The study as jobs, and the names to find their results by.
 
     Attributes
@@ -125,6 +124,8 @@ class LearningCurveStudy:
     curves: Mapping[tuple[str, str], tuple[str, ...]]
     facts: Mapping[str, str]
     virtual: bool
+    name = "learning-curve"
+    seeds = "study"
 
     @classmethod
     def of(cls, plan: LearningCurvePlan, data: Mapping[str, Path] | None = None) -> LearningCurveStudy:
@@ -139,11 +140,13 @@ class LearningCurveStudy:
             plan = replace(plan, lubricants=tuple(data))
         measured = data_jobs(data, plan.lubricants, plan.tests, plan.seed)
         counts = {name: _training_tests(plan, None if data is None else data[name]) for name in measured}
-        study = cls.kept(plan, counts, virtual=data is None)
+        study = cls.of_counts(plan, counts, virtual=data is None)
         return replace(study, jobs=(*(job for own in measured.values() for job in own), *study.jobs))
 
     @classmethod
-    def kept(cls, plan: LearningCurvePlan, counts: Mapping[str, int], virtual: bool) -> LearningCurveStudy:
+    def of_counts(
+        cls, plan: LearningCurvePlan, counts: Mapping[str, int], virtual: bool
+    ) -> LearningCurveStudy:
         """Return the study without the jobs that measure, to find results by; `counts`: training tests by lubricant."""
         jobs: list[Job] = []
         curves: dict[tuple[str, str], tuple[str, ...]] = {}
@@ -157,12 +160,6 @@ class LearningCurveStudy:
                 curves[lubricant, collection] = tuple(job.name for job in mine)
                 jobs += mine
         return cls(plan, tuple(jobs), curves, names, virtual)
-
-    def campaign(self, folder: Path) -> Campaign:
-        """Return the campaign that does the jobs."""
-        from ...jobs.campaign import Campaign
-
-        return Campaign(folder, self.jobs)
 
 
 def _training_tests(plan: LearningCurvePlan, place: Path | None) -> int:
@@ -201,8 +198,6 @@ def _learning_job(
     models: list[str],
     sizes: Sequence[int],
 ) -> Job:
-    from ...jobs.campaign import Job
-
     grid = {m: dict(plan.grids[collection][m]) for m in models if m in plan.grids[collection]}
     fits = plan.repeats + (15 if grid else 0)
     seconds = START_SECONDS + len(sizes) * fits * sum(FIT_SECONDS.get(m, 0.0) for m in models)
@@ -228,8 +223,6 @@ def _learning_job(
 
 
 def _facts_job(plan: LearningCurvePlan, lubricant: str) -> Job:
-    from ...jobs.campaign import Job
-
     return Job(
         f"facts-{lubricant}",
         "orchestrator.studies.learning_curve.jobs:facts",

@@ -1,11 +1,11 @@
-"""What a demo folder holds, read once for the report."""
+"""A finished demo folder, read once for its page."""
 
 from __future__ import annotations
 
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 from friction_models.common import InputError
 from friction_models.loads import DataSet, FloatArray
@@ -14,15 +14,72 @@ from ...cosim.run_folders import Run
 from ...force_curves.forces import ForceComparison, compare_force, read_press_curve
 from ..charts.force import ForceLine
 
+#: Folder of the tests that were predicted in a closed loop.
+PREDICTED = "predicted"
+
+
+class PressLevelEntry(TypedDict):
+    """A level of the press; `press` is the file of its curves."""
+
+    name: str
+    heading: str
+    press: str
+
+
+class _FrictionEntry(TypedDict):
+    part: str
+    label: str
+    fmu: str
+    runs: dict[str, str]
+    outside_domain: dict[str, float]
+
+
+class FrictionEntry(_FrictionEntry, total=False):
+    """A friction model of the demo; `runs` are folders by level, `folder` is missing for a constant."""
+
+    folder: str
+
+
+class RunFacts(TypedDict):
+    """What a run took and reached."""
+
+    steps: int
+    seconds: float
+    share_friction: float
+    master_us_per_step: float
+    max_tau_over_k: float
+    friction_sha256: str
+
+
+class DemoSummary(TypedDict):
+    """Content of ``demo.json``; `held_out`, `forces` and `predicted` are by the part of a friction model."""
+
+    synthetic: bool
+    hidden: str | None
+    seed: int
+    plan: str
+    base: str
+    data: str
+    tests: dict[str, int]
+    levels: list[PressLevelEntry]
+    frictions: list[FrictionEntry]
+    held_out: dict[str, Any]
+    forces: dict[str, Any]
+    diagnosis: dict[str, Any]
+    run_facts: dict[str, RunFacts]
+    seconds: dict[str, float]
+    versions: dict[str, str]
+    predicted: dict[str, Any]
+
 
 @dataclass
-class Story:
+class DemoFolder:
     """The demo's data, models, forces and diagnosis.
 
     Attributes
     ----------
     folder : Path
-    summary : dict
+    summary : DemoSummary
         Content of ``demo.json``.
     held_out : DataSet
         Tests that no model was trained on.
@@ -35,14 +92,14 @@ class Story:
     """
 
     folder: Path
-    summary: dict[str, Any]
+    summary: DemoSummary
     held_out: DataSet
     models: dict[str, Any]
     predicted: dict[str, FloatArray]
     lines: list[ForceLine]
 
     @classmethod
-    def read(cls, folder: Path) -> Story:
+    def read(cls, folder: Path) -> DemoFolder:
         """Read a finished demo folder.
 
         Raises
@@ -53,14 +110,14 @@ class Story:
         from friction_models import load_model
 
         try:
-            summary = json.loads((folder / "demo.json").read_text(encoding="utf-8"))
+            summary: DemoSummary = json.loads((folder / "demo.json").read_text(encoding="utf-8"))
             held_out = DataSet.load(folder / summary["data"]).select("test")
             models = {
                 entry["part"]: load_model(folder / entry["folder"])
                 for entry in summary["frictions"]
                 if "folder" in entry
             }
-            predicted = {
+            predicted: dict[str, FloatArray] = {
                 part: models[part].predict_frame(held_out.points, held_out.tests)
                 for part in ("before", "after")
                 if part in models
@@ -79,11 +136,10 @@ class Story:
     @property
     def diagnosis(self) -> dict[str, Any]:
         """The diagnosis as `diagnose --json` writes it."""
-        found: dict[str, Any] = self.summary["diagnosis"]
-        return found
+        return self.summary["diagnosis"]
 
 
-def _line(folder: Path, summary: dict[str, Any], entry: dict[str, Any]) -> ForceLine:
+def _line(folder: Path, summary: DemoSummary, entry: FrictionEntry) -> ForceLine:
     levels: dict[str, ForceComparison] = {}
     for level in summary["levels"]:
         run = Run.load(folder / entry["runs"][level["name"]])

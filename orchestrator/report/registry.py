@@ -1,0 +1,84 @@
+"""All pages: what each shows, how its folder is known, and the function that makes it."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from friction_models.common import unknown_name
+
+
+class PageKind(NamedTuple):
+    """A kind of page.
+
+    Attributes
+    ----------
+    shows : str
+        In a few words.
+    function : str
+        ``"module:function"`` of this package, imported at use: charts and what they draw take a second to import.
+    marker : str
+        File by which a folder with such a page is known; empty where a command gives the content.
+    """
+
+    shows: str
+    function: str
+    marker: str
+
+    def html(self, *content: Any) -> str | None:
+        """Return the page as HTML; None for a folder with the marker of this kind that is of another kind."""
+        module, _, function = self.function.partition(":")
+        html: str | None = getattr(import_module(f".{module}", __package__), function)(*content)
+        return html
+
+
+#: Folders first, in the order in which they are tried.
+PAGES = {
+    name: PageKind(shows, function, marker)
+    for name, shows, function, marker in (
+        ("demo", "the loop of a demo", "demo_page:demo_page", "demo.json"),
+        ("study", "what a study found", "study_pages:study_page", "manifest.json"),
+        ("run", "a co-simulation", "run_page:run_page", "manifest.json"),
+        ("prediction", "predicted tests", "prediction_page:prediction_page", "prediction.json"),
+        ("forming", "a forming result", "registry:forming_page", "forming.json"),
+        ("diagnosis", "what a model is missing", "diagnosis_page:diagnosis_page", ""),
+        ("refinement", "a model before and after", "refinement_page:refinement_page", ""),
+        ("comparison", "models beside each other", "comparison_page:comparison_page", ""),
+        ("coverage", "loads that were never tested", "coverage_page:coverage_page", ""),
+        ("attribution", "causes of a deviation", "attribution_page:attribution_page", ""),
+        ("learning-curve", "tests needed", "learning_curve_page:learning_curve_page", ""),
+        ("forming-error", "errors of forces", "forming_error_page:forming_error_page", ""),
+        ("lag", "what one-step lag costs", "lag_page:lag_page", ""),
+        ("extrapolation", "friction beyond the tests", "extrapolation_page:extrapolation_page", ""),
+    )
+}
+
+
+def forming_page(folder: Path) -> str:
+    """Return the page of a forming result, which `forming` makes itself."""
+    from forming.results.files import load_result
+    from forming.results.page import report_page
+
+    return report_page(*load_result(folder))
+
+
+def page_of(name: str, *content: Any) -> str:
+    """Return the page of a kind, from the content that its function takes.
+
+    Raises
+    ------
+    InputError
+        No such kind.
+    """
+    if name not in PAGES:
+        raise unknown_name("page", name, PAGES)
+    return PAGES[name].html(*content) or ""
+
+
+def page_of_folder(folder: Path) -> str | None:
+    """Return the page of a folder by the files in it; None where there is no page for it."""
+    for kind in PAGES.values():
+        if kind.marker and (folder / kind.marker).is_file() and (html := kind.html(folder)) is not None:
+            return html
+    return None

@@ -1,0 +1,49 @@
+"""The job of the study ``extrapolation`` that makes the reduced training data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from friction_models.common import InputError
+
+from ...jobs.campaign import JobResult
+from ..models import load_data
+
+#: Loads whose upper half of the tested range is left out of the reduced training data.
+REDUCED_BY = ("sigma_n", "T")
+#: Fewest tests of a reduced training set.
+FEWEST = 4
+
+
+def reduce(
+    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
+) -> dict[str, Any]:
+    """Keep the training tests with low pressure and temperature: the lower half of the tested range of each.
+
+    The tests held out stay all, so that errors beyond the reduced domain are seen.
+    """
+    from friction_models.loads import DataSet
+
+    data = load_data(files, needs)
+    training = data.select("train").points
+    middle = training.groupby("test_id", sort=True)[list(REDUCED_BY)].median()
+    limit = 0.5 * (middle.min() + middle.max())
+    kept = middle.index[(middle <= limit).all(axis=1)]
+    if len(kept) < FEWEST:
+        raise InputError(
+            f"{len(kept)} training tests lie in the lower half of the tested {' and '.join(REDUCED_BY)}; "
+            f"allowed: at least {FEWEST} (the reduced training data need them)"
+        )
+    held_out = data.select("test").points["test_id"].unique()
+    ids = {*kept, *held_out}
+    points = data.points[data.points["test_id"].isin(ids)].reset_index(drop=True)
+    tests = data.tests[data.tests["test_id"].isin(ids)].reset_index(drop=True)
+    DataSet(points, tests, dict(data.info)).save(folder / "dataset")
+    return {
+        "dataset": "dataset",
+        "train": len(kept),
+        "limits": {name: float(limit[name]) for name in REDUCED_BY},
+        "synthetic": bool(data.synthetic),
+    }

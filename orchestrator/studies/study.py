@@ -1,0 +1,33 @@
+"""What every study has in common."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+from ..jobs.campaign import Campaign, Job, JobResult
+
+
+class Study:
+    """A study as jobs. Each lies in a folder of its own with the same modules.
+
+    ``study`` plans the jobs, ``jobs`` holds their functions where the study has its own, ``result`` evaluates what
+    they gave, ``words`` says it in sentences and tables, ``files`` writes and reads it.
+    """
+
+    #: Name of the command and in the manifest.
+    name: ClassVar[str]
+    #: What the seed of the study is the seed of, for the manifest.
+    seeds: ClassVar[str] = "virtual_lab"
+    plan: Any
+    jobs: tuple[Job, ...]
+
+    def campaign(self, folder: Path) -> Campaign:
+        """Return the campaign that does the jobs."""
+        return Campaign(folder, self.jobs)
+
+    def settings(self, results: Mapping[str, JobResult]) -> dict[str, Any]:
+        """Return what the manifest says of the study."""
+        found: dict[str, Any] = self.plan.to_dict()
+        return found

@@ -1,0 +1,33 @@
+"""CSV files of the studies; every row says whether it comes from synthetic measurements."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from friction_models.common import atomic_path, write_text
+
+
+def write_rows(target: Path, rows: Iterable[Mapping[str, object]], synthetic: bool) -> None:
+    """Write rows that all have the same columns."""
+    table = [{**row, "synthetic": synthetic} for row in rows]
+    with atomic_path(target) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(table[0]) if table else ["synthetic"], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(table)
+
+
+def write_nested(target: Path, rows: Iterable[Mapping[str, object]], synthetic: bool) -> None:
+    """Write rows with numbers inside numbers as columns ``lag.work_pct``; what a row lacks stays empty."""
+    import pandas as pd
+
+    table = pd.DataFrame([_flat(row) for row in rows]).assign(synthetic=synthetic)
+    write_text(target, table.to_csv(index=False, lineterminator="\n"))
+
+
+def _flat(row: Mapping[str, object], prefix: str = "") -> dict[str, object]:
+    flat: dict[str, object] = {}
+    for key, value in row.items():
+        flat |= _flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
+    return flat
