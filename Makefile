@@ -35,7 +35,7 @@ lint: $(TESTING)
 	$(BIN)/lint-imports
 
 bench: $(TESTING)
-	$(BIN)/python -m tests.benchmarks -o docs/benchmarks.md
+	$(BIN)/python -m benchmarks -o docs/benchmarks.md
 
 interop: $(TESTING)
 	$(BIN)/python -m tests.interop -o docs/interoperability.md

@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from benchmarks.discovery_campaigns import HIDDEN, campaign
 from friction_models import GradientBoostingFriction, LinearFriction, PolynomialFriction, effects
 from friction_models.common import InputError
 from friction_models.discovery import Diagnosis, compare, diagnose, refine
-from tests.benchmarks.discovery_campaigns import HIDDEN, campaign
 
 #: Effects that any plan of this size shows; the pressure effects are twins (below).
 CLEAR = [

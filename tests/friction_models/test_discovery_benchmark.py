@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.discovery import Sizes, chain, oracle, study
+from benchmarks.discovery.form_sets import SETS
+from benchmarks.discovery.forms import FIRST, SECOND
+from benchmarks.discovery.generator import NOISE_LEVELS, NULLS, PHYSICAL, SCATTER, campaign
 from friction_models.effects import CATALOGUE
-from tests.benchmarks.discovery import Sizes, chain, oracle, study
-from tests.benchmarks.discovery.form_sets import SETS
-from tests.benchmarks.discovery.forms import FIRST, SECOND
-from tests.benchmarks.discovery.generator import NOISE_LEVELS, NULLS, PHYSICAL, SCATTER, campaign
 
 
 def test_the_cases_are_those_that_are_asked_for() -> None:

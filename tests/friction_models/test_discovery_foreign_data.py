@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from benchmarks.discovery_campaigns import campaign
 from friction_models import LinearFriction
 from friction_models.common import InputError
 from friction_models.discovery import diagnose, refine
@@ -17,7 +18,6 @@ from friction_models.effects import make_effect
 from friction_models.estimation.binning import prepare
 from friction_models.loads import TriboLoads
 from friction_models.loads.time_steps import rests, time_steps
-from tests.benchmarks.discovery_campaigns import campaign
 
 Table = tuple[pd.DataFrame, pd.DataFrame]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.discovery.forms import FIRST, SECOND, Test
+from benchmarks.discovery.forms_third import THIRD
 from friction_models.effects import CATALOGUE
-from tests.benchmarks.discovery.forms import FIRST, SECOND, Test
-from tests.benchmarks.discovery.forms_third import THIRD
 
 
 def _test(**changed: np.ndarray | float | str) -> Test:

@@ -7,11 +7,11 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from benchmarks.discovery_campaigns import campaign
 from friction_models.common import InputError
 from friction_models.discovery.further_tests.joined import join_campaigns
 from friction_models.loads import DataSet
 from orchestrator.cli.main import run
-from tests.benchmarks.discovery_campaigns import campaign
 
 
 def part(

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from benchmarks.discovery_campaigns import campaign
 from fmus import pack, read_friction_fmu
 from friction_models import ConstantFriction, effects
 from friction_models.discovery import Diagnosis, diagnose
@@ -24,7 +25,6 @@ from friction_models.loads.time_steps import rests, time_steps
 from friction_models.models.onnx_model import OnnxModel
 from sct_twin import SctTwin
 from sct_twin.virtual_lab import Campaign, run_protocol
-from tests.benchmarks.discovery_campaigns import campaign
 
 NEEDS = {
     "constant": set(), "speed_step": {"v_levels"}, "pressure_ramp": {"sigma_end"}, "hold": {"hold_at", "hold"},

@@ -11,10 +11,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from benchmarks.discovery_campaigns import campaign
 from friction_models.common import InputError
 from friction_models.discovery import diagnose
 from orchestrator.cli.main import run
-from tests.benchmarks.discovery_campaigns import campaign
 
 LOADS = ["v_rel", "T", "sigma_n", "sd", "psi"]
 Answer = Callable[..., dict[str, Any]]

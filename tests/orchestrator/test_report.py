@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
+from benchmarks.discovery_campaigns import campaign
 from friction_models import LinearFriction
 from friction_models.common import InputError, write_text
 from friction_models.discovery import diagnose, refine
@@ -25,7 +26,6 @@ from orchestrator.report import write_diagnosis_report, write_report
 from orchestrator.report.charts.residuals import binned_residual
 from orchestrator.report.parts.markup import Change, escape, table
 from orchestrator.report.refinement_page import refinement_page
-from tests.benchmarks.discovery_campaigns import campaign
 from tests.friction_models import made_up
 from tests.orchestrator.tiny_fmus import system_content
 

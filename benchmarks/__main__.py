@@ -1,4 +1,4 @@
-"""``python -m tests.benchmarks -o docs/benchmarks.md [--only NAME]``: measure, print, write markdown.
+"""``python -m benchmarks -o docs/benchmarks.md [--only NAME]``: measure, print, write markdown.
 
 Finished parts are kept in ``build/benchmarks``; an interrupted measurement goes on from there, and
 ``--only`` measures one part afresh and takes the others as they are kept there, or as they stand on the page.
@@ -50,7 +50,7 @@ Written by `make bench` from measurements; nothing here is typed by hand.
 
 def main() -> None:
     """Measure what is asked for and write the page."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("-o", "--out", type=Path, default=Path("docs/benchmarks.md"))
     parser.add_argument("--only", choices=PARTS, help="measure this part afresh, keep the others")
     parser.add_argument("--fresh", action="store_true", help="measure everything afresh")

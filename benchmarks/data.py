@@ -13,7 +13,7 @@ from friction_models.training import train
 from sct_twin import SctTwin, virtual_lab
 
 PLAN = "factorial-81+30"
-_ROOT = Path(__file__).parents[2]
+_ROOT = Path(__file__).parents[1]
 
 
 @cache

@@ -1,6 +1,6 @@
 """How often `attribute` names the right cause, and how often it blames something where nothing is wrong.
 
-``python -m tests.benchmarks.attribution --seeds 10`` prints the table; runs are kept, so that more seeds cost little.
+``python -m benchmarks.attribution --seeds 10`` prints the table; runs are kept, so that more seeds cost little.
 """
 
 from __future__ import annotations
@@ -189,7 +189,7 @@ def _rate(hits: int, draws: int) -> str:
 
 def main() -> None:
     """Print the table of some seeds."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.attribution", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.attribution", description=__doc__)
     parser.add_argument("--kept", type=Path, default=Path("build/benchmarks"))
     parser.add_argument("--seeds", type=int, default=SEEDS)
     chosen = parser.parse_args()

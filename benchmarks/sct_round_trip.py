@@ -124,7 +124,7 @@ def _spread(values: pd.Series[Any]) -> str:
 
 def one_worker(campaign: Path) -> tuple[float, float]:
     """Return median time of one twin [s] and peak memory [MB] of a fresh process that runs 20 tests one by one."""
-    command = [sys.executable, "-m", "tests.benchmarks.sct_worker", str(campaign)]
+    command = [sys.executable, "-m", "benchmarks.sct_worker", str(campaign)]
     said = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     seconds, memory = said.split()
     return float(seconds), float(memory)

@@ -1,6 +1,6 @@
 """The benchmark of the diagnosis: every case is diagnosed once, kept in a file, and counted with Wilson intervals.
 
-``python -m tests.benchmarks.discovery -o build/discovery --seeds 12`` goes on where it was interrupted.
+``python -m benchmarks.discovery -o build/discovery --seeds 12`` goes on where it was interrupted.
 """
 
 from __future__ import annotations
@@ -293,7 +293,7 @@ def _text(results: Sequence[dict[str, Any]], series: dict[str, list[dict[str, An
     limited = sum(r["strength"] < r["drawn"] for r in lacking)
     clipped = [r["clipped"] for r in results]
     return (
-        f"{len(results)} synthetic campaigns of 81 to 90 training and 30 held-out tests, made by `tests/benchmarks/discovery` in "
+        f"{len(results)} synthetic campaigns of 81 to 90 training and 30 held-out tests, made by `benchmarks/discovery` in "
         f"{len(SETS)} sets of forms and plans; none is a form of the catalogue. There are two series of single effects. In the first, "
         "the rms of the whole hidden part is drawn from 0.5 to 2 times the scatter between tests: what a linear law follows of it "
         "is not missing, so that some campaigns hide what cannot be seen in so few tests. In the second, the rms of what a linear "

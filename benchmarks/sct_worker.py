@@ -1,4 +1,4 @@
-"""``python -m tests.benchmarks.sct_worker CAMPAIGN``: what a process of the twin's pool does, in one that imports nothing else.
+"""``python -m benchmarks.sct_worker CAMPAIGN``: what a process of the twin's pool does, in one that imports nothing else.
 
 Prints the median time of one twin [s] and the peak memory of the process [MB].
 """

@@ -1,4 +1,4 @@
-"""``python -m tests.benchmarks.discovery -o build/discovery --seeds 2``: run, print and write the tables."""
+"""``python -m benchmarks.discovery -o build/discovery --seeds 2``: run, print and write the tables."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from . import Sizes, all_parts
 
 def main() -> None:
     """Run what is missing, print the tables and write them beside the results."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.discovery", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.discovery", description=__doc__)
     parser.add_argument("-o", "--out", type=Path, default=Path("build/benchmarks/discovery"))
     parser.add_argument("--seeds", type=int, default=12, help="campaigns of each case")
     parser.add_argument("--chain", type=int, default=1, help="campaigns of each effect through raw records")
