@@ -15,8 +15,8 @@ from friction_models import ComposedFriction, LinearFriction, load_model
 from friction_models.common import InputError, shown
 from friction_models.loads import DataSet
 from orchestrator.cli.main import run
+from tests.orchestrator.cli.test_command_line import points
 from tests.orchestrator.processes import COMMAND, environment
-from tests.orchestrator.test_command_line import points
 from tests.orchestrator.tiny_fmus import law, write_system
 
 

@@ -19,8 +19,7 @@ from friction_models.estimation.base_law import base_law
 from friction_models.estimation.binning import prepare
 from friction_models.loads import LOAD_NAMES
 from friction_models.models.onnx_model import OnnxModel
-
-from . import made_up
+from tests.friction_models import made_up
 
 LEVEL = 0.074
 

@@ -11,7 +11,7 @@ import pytest
 from friction_models import ConstantFriction
 from friction_models.discovery import diagnose, refine
 
-DATA = Path(__file__).parents[2].parent / "shared" / "data"
+DATA = Path(__file__).parents[3].parent / "shared" / "data"
 PRESSURE = {"pressure_power", "pressure_saturation", "force_zero"}
 MEMORYLESS_SPEED = {"stribeck", "viscous"}
 

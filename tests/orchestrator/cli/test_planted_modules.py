@@ -15,8 +15,8 @@ from friction_models.loads import DataSet
 from sct_twin.ingest.raw_campaign import write_tables
 from sct_twin.records.record import write_csv
 from tests.fmus.foreign import model_bytes, node
+from tests.orchestrator.cli.test_command_line import points
 from tests.orchestrator.processes import COMMAND, environment, has_workers, interrupted, needs_proc
-from tests.orchestrator.test_command_line import points
 from tests.orchestrator.tiny_fmus import write_system
 from tests.sct_twin.conftest import made_up
 

@@ -160,7 +160,7 @@ _MAIN = """
 import sys
 from pathlib import Path
 from orchestrator.jobs.campaign import Campaign
-from tests.orchestrator.test_campaign import CODE, chain
+from tests.orchestrator.studies.test_campaign import CODE, chain
 
 place = Path(sys.argv[1])
 Campaign(place / "study", chain(place / "log", pause=0.3), CODE).run(jobs=2)

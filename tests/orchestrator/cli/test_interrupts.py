@@ -9,8 +9,8 @@ import pytest
 
 from friction_models import LinearFriction
 from friction_models.loads import DataSet
+from tests.orchestrator.cli.test_command_line import points
 from tests.orchestrator.processes import COMMAND, imports, interrupted, needs_proc
-from tests.orchestrator.test_command_line import points
 from tests.orchestrator.tiny_fmus import slow_process
 
 pytestmark = needs_proc

@@ -30,8 +30,7 @@ from orchestrator.studies.measurements import (
     measurement_jobs,
     own_data_job,
 )
-
-from ..friction_models.made_up import campaign
+from tests.friction_models.made_up import campaign
 
 NETWORK: dict[str, Any] = {"ffnn": {"hidden": [[4]], "weight_decay": [0.1, 1.0]}}
 TINY = LearningCurvePlan(

@@ -15,7 +15,7 @@ from friction_models.common import InputError
 from friction_models.common.locks import locked
 from friction_models.loads import DataSet
 from orchestrator.cli.main import run
-from tests.orchestrator.test_command_line import points
+from tests.orchestrator.cli.test_command_line import points
 from tests.orchestrator.tiny_fmus import write_system
 
 
