@@ -7,7 +7,25 @@ STAMP := $(VENV)/.installed
 # Tests need more: their own tools, and the simulators of others in which our FMUs must run.
 TESTING := $(VENV)/.installed-testing
 
-.PHONY: install demo test lint bench interop verify clean
+# The rooms of `make test-ROOM`: about a minute each, without the tests that are marked as slow.
+ROOM.models := tests/friction_models tests/contract --ignore=tests/friction_models/discovery --ignore=tests/contract/test_fmus.py
+ROOM.discovery := tests/friction_models/discovery
+ROOM.forming := tests/forming $(wildcard tests/analytic/test_forming_*.py)
+ROOM.twin := tests/sct_twin $(wildcard tests/analytic/test_sct_*.py)
+ROOM.fmus := tests/fmus tests/contract/test_fmus.py --ignore=tests/fmus/fuzz
+ROOM.cosim := tests/orchestrator/cosim
+ROOM.studies := tests/orchestrator/studies
+ROOM.reports := tests/orchestrator/reports
+ROOM.cli := tests/orchestrator/cli
+ROOM.acceptance := tests/acceptance
+ROOM.interop := tests/interop
+ROOM.fuzz := tests/fuzz tests/fmus/fuzz
+ROOM.docs := tests/documentation
+ROOMS := $(patsubst ROOM.%,%,$(filter ROOM.%,$(.VARIABLES)))
+# `make test-forming MARKED=` runs the slow tests, too.
+MARKED ?= not slow
+
+.PHONY: install demo test $(addprefix test-,$(ROOMS)) lint bench interop verify clean
 install: $(TESTING)
 
 $(STAMP): pyproject.toml constraints.txt
@@ -25,8 +43,12 @@ demo: $(STAMP)
 	$(BIN)/tribofmu demo -o build/demo
 
 # Two processes with one thread each: threads of both that wait for each other take many times as long.
+PYTEST := OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadscope
 test: $(TESTING)
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadscope tests
+	$(PYTEST) tests
+
+$(addprefix test-,$(ROOMS)): test-%: $(TESTING)
+	$(PYTEST) -m "$(MARKED)" $(ROOM.$*)
 
 lint: $(TESTING)
 	$(BIN)/ruff check .
@@ -35,7 +57,7 @@ lint: $(TESTING)
 	$(BIN)/lint-imports
 
 bench: $(TESTING)
-	$(BIN)/python -m tests.benchmarks -o docs/benchmarks.md
+	$(BIN)/python -m benchmarks -o docs/benchmarks.md
 
 interop: $(TESTING)
 	$(BIN)/python -m tests.interop -o docs/interoperability.md

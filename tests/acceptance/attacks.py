@@ -15,7 +15,7 @@ from friction_models import LinearFriction
 from friction_models.loads import DataSet
 from orchestrator.cli.main import run
 from tests.fmus.graphs import BOX, graph_bytes, node
-from tests.orchestrator.test_command_line import points
+from tests.orchestrator.cli.test_command_line import points
 
 from .hostile import SECRET
 

@@ -9,6 +9,7 @@ from types import ModuleType
 
 import numpy as np
 import pandas as pd
+import pytest
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -30,6 +31,7 @@ def test_own_model_and_effect(tmp_path: Path) -> None:
     assert fmu.is_file()
 
 
+@pytest.mark.slow
 def test_whole_loop_through_python(tmp_path: Path, capsys) -> None:
     example = load("whole_loop")
     settings = [

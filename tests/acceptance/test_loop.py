@@ -25,6 +25,9 @@ from orchestrator.report import write_report
 from sct_twin.virtual_lab.plans import complete_plan
 from tests.acceptance.conftest import short_plan
 
+#: The tests build on each other: all of them are marked, or none.
+pytestmark = pytest.mark.slow
+
 Tribofmu = Callable[..., str]
 HIDDEN, SEED = "stribeck", 7
 #: Tests that train, and tests that are held out.

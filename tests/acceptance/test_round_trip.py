@@ -35,6 +35,7 @@ def plan(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return file
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file_format", FORMATS)
 def test_loads_come_back_from_every_format(
     file_format: str, plan: Path, tribofmu: Tribofmu, tmp_path: Path

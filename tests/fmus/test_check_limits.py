@@ -91,6 +91,7 @@ def test_both_versions_pass_in_all_groups(fmi: str, good: dict[str, Path]) -> No
     assert [w for w in wanted if w not in passed] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "words"),
     [

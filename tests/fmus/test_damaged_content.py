@@ -13,7 +13,7 @@ from fmus import pack
 from fmus.ssp.systems import Component, Structure, write_ssp
 from friction_models import ConstantFriction, LinearFriction
 from friction_models.common import InputError
-from tests.orchestrator.test_command_line import points
+from tests.orchestrator.cli.test_command_line import points
 
 
 @pytest.fixture(scope="module")

@@ -140,6 +140,7 @@ def test_no_value_reference_of_a_solver_stands_twice(tmp_path: Path) -> None:
         assert len(set(references)) == len(references)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
 def test_two_models_link_into_one_program(ageing: Path, memory_onnx: Path, tmp_path: Path, fmi: str) -> None:
     """Both are composed models; a program that links both prefixes their functions with modelIdentifier."""

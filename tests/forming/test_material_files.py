@@ -285,6 +285,7 @@ def test_processes_take_a_material_by_name_and_refuse_what_cannot_be():
         assert words in str(caught.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("process", [ForwardRodExtrusion, BackwardCupExtrusion])
 def test_a_table_of_the_law_gives_the_force_of_the_law(process):
     """The same steel as a table: the tangent converges as well, and heat over temperature is iterated."""

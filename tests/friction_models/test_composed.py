@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from sklearn.base import clone
 
+from benchmarks.discovery_campaigns import campaign
 from friction_models import (
     ConstantFriction,
     LinearFriction,
@@ -19,7 +20,6 @@ from friction_models import (
 )
 from friction_models.common import InputError
 from friction_models.families.composed import ComposedFriction
-from tests.benchmarks.discovery_campaigns import campaign
 
 
 @pytest.fixture(scope="module")

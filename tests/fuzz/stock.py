@@ -17,7 +17,7 @@ from sct_twin.ingest.campaign_files import ingest
 from sct_twin.records.channels import CHANNELS
 from tests.acceptance.attacks import Attack, Sandbox
 from tests.fmus.graphs import graph_bytes, node
-from tests.orchestrator.test_command_line import points
+from tests.orchestrator.cli.test_command_line import points
 from tests.sct_twin.conftest import made_up
 from tests.sct_twin.reader_files import write_plain
 

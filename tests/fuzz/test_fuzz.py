@@ -25,6 +25,7 @@ TWIN = next(a for a in ATTACKS if a.command == "twin")
 EVALUATE = next(a for a in ATTACKS if a.command == "evaluate")
 
 
+@pytest.mark.slow
 def test_commands_stand_damaged_inputs_and_hostile_outputs(tmp_path: Path) -> None:
     """Sixty tries; among them an output that is an input, and a folder of somebody else."""
     page = tmp_path / "report.md"

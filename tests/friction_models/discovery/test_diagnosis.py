@@ -1,0 +1,254 @@
+"""diagnose, refine, compare on made-up campaigns whose hidden effects have forms unlike the catalogue's."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmarks.discovery_campaigns import HIDDEN, campaign
+from friction_models import GradientBoostingFriction, LinearFriction, PolynomialFriction, effects
+from friction_models.common import InputError
+from friction_models.discovery import Diagnosis, compare, diagnose, refine
+
+#: Effects that any plan of this size shows; the pressure effects are twins (below).
+CLEAR = [
+    "stribeck", "viscous", "thermal_softening", "thermal_breakdown", "running_in", "wear_out", "work_exhaustion",
+    "rate_state", "tool_roughness", "flash_temperature", "surface_expansion", "static_peak",
+]  # fmt: skip
+KEYS = [
+    "verdict", "effects", "confidence", "confusion_set", "ranking", "noise_floor", "error_budget", "where",
+    "worst_tests", "unrecorded_factor", "next_tests", "warnings",
+]  # fmt: skip
+
+
+class FixedLaw:
+    """Stands for an FMU: it predicts, and cannot be refitted."""
+
+    def predict(self, loads: np.ndarray) -> np.ndarray:
+        return 0.05 + 1e-5 * loads[:, 0]
+
+
+@pytest.fixture(scope="module")
+def worn() -> tuple[pd.DataFrame, pd.DataFrame]:
+    points, tests, _ = campaign("wear_out", seed=21, strength=1.0, thin=5)
+    return points, tests
+
+
+@pytest.fixture(scope="module")
+def worn_diagnosis(worn: tuple[pd.DataFrame, pd.DataFrame]) -> Diagnosis:
+    return diagnose(*worn)
+
+
+def test_no_false_alarms() -> None:
+    verdicts = [diagnose(*campaign(None, seed=500 + s, thin=8, extra=0)[:2]).verdict for s in range(12)]
+    assert sum(v != "nothing_missing" for v in verdicts) <= 1, verdicts
+
+
+def test_hidden_effects_are_named() -> None:
+    first, named, sizes = 0, 0, []
+    for k, name in enumerate(CLEAR):
+        points, tests, _ = campaign(name, seed=40 + k, strength=1.2, thin=8, extra=0)
+        answer = diagnose(points, tests)
+        first += answer.ranking[0]["effect"] == name
+        named += name in answer.confusion_set
+        sizes.append(len(answer.confusion_set))
+    assert first >= 0.9 * len(CLEAR) and named >= 0.9 * len(CLEAR)
+    assert np.mean(sizes) <= 1.4
+
+
+def test_twins_of_pressure_are_called_ambiguous_and_a_protocol_is_proposed() -> None:
+    answers = [diagnose(*campaign("pressure_power", seed=60 + s, strength=2.0, thin=8)[:2]) for s in range(3)]
+    assert sum(a.verdict == "ambiguous" for a in answers) >= 2
+    for a in answers:
+        assert a.ranking[0]["effect"] in {"pressure_power", "pressure_saturation", "force_zero"}
+    unsure = next(a for a in answers if a.verdict == "ambiguous")
+    assert "pressure_power" in unsure.confusion_set and len(unsure.confusion_set) > 1
+    assert {n["protocol"] for n in unsure.next_tests} & {"pressure ramp", "zero reading"}
+    assert set(unsure.next_tests[0]["separates"]) <= set(unsure.confusion_set)
+
+
+def test_pairs_are_found() -> None:
+    exact = 0
+    for k, pair in enumerate(
+        ["stribeck+wear_out", "running_in+thermal_softening", "surface_expansion+thermal_breakdown"]
+    ):
+        points, tests, _ = campaign(pair, seed=80 + k, strength=1.3, thin=8, extra=0)
+        exact += sorted(diagnose(points, tests).effects) == sorted(pair.split("+"))
+    assert exact >= 2
+
+
+def test_structure_outside_the_catalogue_is_not_given_a_name() -> None:
+    answers = [
+        diagnose(
+            *campaign(None, seed=90, strength=1.2, thin=8, shape=lambda r, g: (r.v - 200) * (r.psi - 1.4))[:2]
+        ),
+        diagnose(*campaign(None, seed=91, strength=1.2, thin=8, shape=lambda r, g: np.sin(r.sd / 2.8))[:2]),
+        diagnose(
+            *campaign(
+                None, seed=92, strength=1.2, thin=8, shape=lambda r, g: np.exp(-(((r.T - 250) / 60) ** 2))
+            )[:2]
+        ),
+    ]
+    unknown = [a for a in answers if a.verdict == "unknown_structure"]
+    assert len(unknown) >= 2 and all(not a.effects for a in unknown)
+    assert (
+        set(answers[0].where[0]["variables"]) == {"v_rel", "psi"} or answers[0].verdict != "unknown_structure"
+    )
+
+
+def test_fault_of_the_data_is_told_from_physics() -> None:
+    points, tests, _ = campaign("sensor_drift", seed=70, strength=1.2, thin=8)
+    assert diagnose(points, tests).verdict == "data_problem"
+    without = diagnose(points, tests.drop(columns="order"))
+    assert without.verdict != "data_problem"
+    assert any("sensor_drift was not tested" in w for w in without.warnings)
+
+
+def test_json_has_the_agreed_keys_and_the_report_starts_with_the_verdict(worn_diagnosis: Diagnosis) -> None:
+    content = worn_diagnosis.to_dict()
+    assert list(content) == KEYS
+    json.dumps(content, allow_nan=False)
+    assert content["verdict"] == "explained" and content["effects"] == ["wear_out"]
+    assert set(content["noise_floor"]) == {"sensor", "test", "drift", "total", "interval"}
+    assert set(content["error_budget"]) == {"floor", "explained", "missing"}
+    low, high = content["noise_floor"]["interval"]
+    assert low < content["noise_floor"]["total"] < high
+    assert 0.004 < content["noise_floor"]["test"] < 0.0065  # the scatter was 0.005
+    report = worn_diagnosis.report()
+    assert report.startswith("EXPLAINED: the linear model lacks wear_out")
+    for part in ("noise floor", "Ranked evidence", "Worst tests", "delta_w"):
+        assert part in report
+
+
+def test_same_seed_same_answer(worn: tuple[pd.DataFrame, pd.DataFrame], worn_diagnosis: Diagnosis) -> None:
+    assert diagnose(*worn).to_dict() == worn_diagnosis.to_dict()
+    shuffled = worn[0].iloc[np.argsort(worn[0]["test_id"].to_numpy()[::-1], kind="stable")]
+    again = diagnose(shuffled, worn[1])
+    assert again.effects == worn_diagnosis.effects
+
+
+def test_refine_removes_the_avoidable_error(worn: tuple[pd.DataFrame, pd.DataFrame]) -> None:
+    points, tests, hidden = campaign("wear_out", seed=21, strength=1.0, thin=5)
+    model = refine(points, tests, model=LinearFriction(), add=["wear_out"])
+    held = points["test_id"].isin(tests.loc[tests["role"] == "test", "test_id"]).to_numpy()
+    plain = LinearFriction().fit_frame(points[~held], tests)
+    # avoidable: what the ordinary fit misses of the hidden contribution, beyond offset and slopes
+    truth = points["mu"].to_numpy()
+    entry = model.error_history_[-1]
+    assert entry["before"]["rmse"] == pytest.approx(
+        np.sqrt(np.mean((plain.predict_frame(points[held]) - truth[held]) ** 2))
+    )
+    perfect = truth - hidden
+    floor = LinearFriction().fit_frame(points[~held].assign(mu=perfect[~held]), tests)
+    least = np.mean((floor.predict_frame(points[held]) - perfect[held]) ** 2)
+    avoidable = entry["before"]["rmse"] ** 2 - least
+    removed = entry["before"]["rmse"] ** 2 - entry["after"]["rmse"] ** 2
+    assert removed > 0.5 * avoidable > 0.0
+    again = refine(points, tests, model=model, add=["stribeck"], force=True)
+    assert [e["added"] for e in again.error_history_] == [["wear_out"], ["stribeck"]]
+    assert [effects.make_effect(e).name for e in again.effects] == ["wear_out", "stribeck"]
+
+
+def test_an_addition_that_hurts_is_refused(worn: tuple[pd.DataFrame, pd.DataFrame]) -> None:
+    points, tests = worn[0].iloc[::4], worn[1]
+    train = tests["test_id"].iloc[:10].tolist()
+    few = tests.assign(role=np.where(tests["test_id"].isin(train), "train", "test"))
+    worse = points.copy()
+    hot = worse["test_id"].isin(train[:7])
+    worse.loc[hot, "mu"] += 0.06 * (worse.loc[hot, "psi"] > 1.2)  # seven odd specimens in the training tests
+    with pytest.raises(InputError, match="raises the error on 101 held-out tests"):
+        refine(
+            worse, few, add=["tool_roughness", "batch", "thermal_breakdown", "viscous", "flash_temperature"]
+        )
+
+
+def test_flexible_and_fixed_bases(worn: tuple[pd.DataFrame, pd.DataFrame]) -> None:
+    points, tests = worn[0].iloc[::5], worn[1]
+    assert diagnose(points, tests, model=PolynomialFriction()).ranking[0]["effect"] == "wear_out"
+    trees = diagnose(points, tests, model=GradientBoostingFriction())
+    assert trees.model == "gradient_boosting" and trees.verdict in {
+        "nothing_missing",
+        "explained",
+        "unknown_structure",
+    }
+    fixed = diagnose(points, tests, model=FixedLaw())
+    assert fixed.error_budget["explained"] >= 0.0 and fixed.verdict != "nothing_missing"
+    fitted = (LinearFriction() + "wear_out").fit_frame(points, tests)
+    assert diagnose(points, tests, model=fitted).verdict == "nothing_missing"
+
+
+def test_data_outside_the_domain_are_not_judged(worn: tuple[pd.DataFrame, pd.DataFrame]) -> None:
+    points, tests = worn
+    model = LinearFriction().fit_frame(points[points["sigma_n"] < 700.0], tests)
+    answer = diagnose(points[points["sigma_n"] > 1500.0], tests, model=model)
+    assert answer.verdict == "out_of_domain" and not answer.effects
+
+
+def test_thin_data_get_a_careful_answer(worn: tuple[pd.DataFrame, pd.DataFrame]) -> None:
+    points, tests = worn
+    one = diagnose(points[points["test_id"] == "t010"])
+    assert one.confidence <= 0.5 and any("one test" in w for w in one.warnings)
+    averaged = points.groupby("test_id", as_index=False).mean(numeric_only=True)
+    thin = diagnose(averaged, tests)
+    assert any("averaged data" in w for w in thin.warnings)
+    two = diagnose(points[points["test_id"].isin(["t010", "t050"])])
+    assert two.verdict in {"nothing_missing", "unknown_structure", "ambiguous", "explained"}
+    some = diagnose(points[["test_id", "v_rel", "sd", "mu"]])
+    assert any("the data lack T, sigma_n, psi" in w for w in some.warnings)
+    with pytest.raises(InputError, match="'mu'"):
+        diagnose(points.drop(columns="mu"))
+    with pytest.raises(InputError, match="unknown effect 'wearout'"):
+        diagnose(points, tests, catalogue=["wearout"])
+
+
+def test_spikes_are_left_out() -> None:
+    points, tests, _ = campaign(None, seed=3, thin=5)
+    rng = np.random.default_rng(1)
+    rows = rng.choice(len(points), 120, replace=False)
+    points.loc[rows, "mu"] += rng.exponential(0.2, len(rows))
+    answer = diagnose(points, tests)
+    assert answer.verdict == "nothing_missing"
+    assert any("far off" in w for w in answer.warnings)
+
+
+def test_an_effect_of_the_users_own_is_found(worn: tuple[pd.DataFrame, pd.DataFrame]) -> None:
+    class Chatter(effects.Effect):
+        name = "chatter"
+        title = "a wave along the distance"
+        equation = "mu += c sin(2 pi sd/18)"
+        latex = "c"
+        citation = "none"
+        where_it_shows = "along the distance"
+        driver = ("sd",)
+        amplitudes = (effects.Amplitude("c", "1", "height", 0, 0.01),)
+
+        def basis(self, x: Any, L: Any, p: Any, memory: Any) -> tuple[Any, ...]:
+            return (np.sin(L.sd * 2 * np.pi / 18.0),)
+
+    points, tests, _ = campaign(None, seed=91, strength=1.2, thin=8, shape=lambda r, g: np.sin(r.sd / 2.8))
+    answer = diagnose(points, tests, catalogue={**effects.CATALOGUE, "chatter": Chatter})
+    assert answer.verdict == "explained" and answer.effects == ["chatter"]
+
+
+def test_compare_ranks_with_intervals_by_test(worn: tuple[pd.DataFrame, pd.DataFrame]) -> None:
+    points, tests = worn
+    models = {"linear": LinearFriction().fit_frame(points, tests), "fixed": FixedLaw()}
+    result = compare(models, points, tests)
+    assert result.ranking == ["linear", "fixed"] and result.clear
+    linear = result.errors["linear"]
+    assert linear.rmse_interval[0] < linear.rmse < linear.rmse_interval[1]
+    # points of a test share its offset: the interval is far wider than if points were independent
+    independent = linear.rmse / np.sqrt(2 * len(points))
+    assert linear.rmse_interval[1] - linear.rmse_interval[0] > 8 * independent
+    assert result.report().startswith("linear is clearly ahead of fixed")
+    json.dumps(result.to_dict(), allow_nan=False)
+    with pytest.raises(InputError, match="at least one"):
+        compare({}, points)
+
+
+def test_every_hidden_form_differs_from_the_catalogue() -> None:
+    assert set(HIDDEN) <= set(effects.CATALOGUE) and len(HIDDEN) == 18

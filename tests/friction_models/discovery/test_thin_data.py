@@ -1,0 +1,197 @@
+"""Thin and bad data: a verdict or a refusal that says what is needed; never a confident wrong answer."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmarks.discovery_campaigns import campaign
+from friction_models.common import InputError
+from friction_models.discovery import diagnose
+from orchestrator.cli.main import run
+
+LOADS = ["v_rel", "T", "sigma_n", "sd", "psi"]
+Answer = Callable[..., dict[str, Any]]
+
+
+@pytest.fixture(scope="module")
+def null() -> tuple[pd.DataFrame, pd.DataFrame]:
+    return campaign(None, seed=22, thin=16, extra=0)[:2]
+
+
+@pytest.fixture(scope="module")
+def worn() -> tuple[pd.DataFrame, pd.DataFrame]:
+    return campaign("wear_out", seed=21, strength=1.2, thin=16, extra=0)[:2]
+
+
+@pytest.fixture
+def answer(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Answer:
+    """Diagnose through the command line; what it writes, with the exit code and what it said."""
+    monkeypatch.delenv("TRIBOFMU_TRACEBACK", raising=False)
+
+    def ask(points: pd.DataFrame, tests: pd.DataFrame | None = None, model: str = "linear") -> dict[str, Any]:
+        points.to_csv(tmp_path / "points.csv", index=False)
+        words = [
+            "diagnose",
+            "--data",
+            str(tmp_path / "points.csv"),
+            "--model",
+            model,
+            "--json",
+            str(tmp_path / "d.json"),
+        ]
+        if tests is not None:
+            tests.drop(columns="role").to_csv(tmp_path / "tests.csv", index=False)
+            words += ["--tests", str(tmp_path / "tests.csv")]
+        code = run(words)
+        said = capsys.readouterr()
+        assert "Traceback" not in said.err and code in {0, 2}, said.err
+        if code:
+            assert len(said.err.strip().splitlines()) == 1
+            return {"code": code, "said": said.err, "verdict": None, "confidence": 0.0}
+        content = json.loads((tmp_path / "d.json").read_text(encoding="utf-8"))
+        return {**content, "code": code, "said": said.out}
+
+    return ask
+
+
+def some(points: pd.DataFrame, count: int) -> pd.DataFrame:
+    names = list(dict.fromkeys(points["test_id"]))[10 : 10 + count]
+    return points[points["test_id"].isin(names)]
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5])
+def test_few_tests_never_give_a_confident_answer(count: int, answer: Answer, worn: Any, null: Any) -> None:
+    for points in (worn[0], null[0]):
+        found = answer(some(points, count))
+        assert found["verdict"] in {"nothing_missing", "ambiguous", "explained", "unknown_structure"}
+        right = "wear_out" in found["confusion_set"] and points is worn[0]
+        assert found["confidence"] <= 0.5 or found["verdict"] == "nothing_missing" or right
+        if count < 3:
+            assert found["verdict"] == "nothing_missing" and "at least 3 are needed" in found["said"]
+        assert any("test" in w for w in found["warnings"])
+
+
+def test_loads_that_never_vary_are_refused_and_one_level_is_said(answer: Answer, worn: Any) -> None:
+    points, tests = worn
+    flat = points.assign(v_rel=50.0, T=50.0, sigma_n=900.0, sd=10.0, psi=1.2)
+    assert "none of the loads" in answer(flat, tests)["said"]
+    level = points.assign(v_rel=50.0, T=50.0, sigma_n=900.0, psi=1.2)  # the distance alone
+    found = answer(level, None)
+    assert found["code"] == 0 and sum("does not vary" in w for w in found["warnings"]) == 4
+    named = set(found["confusion_set"])
+    assert "wear_out" in named
+
+
+def test_averaged_points_cannot_show_effects_along_a_test(answer: Answer, worn: Any) -> None:
+    points, tests = worn
+    mean = points.groupby("test_id", as_index=False).mean(numeric_only=True)
+    found = answer(mean, tests)
+    assert not {"running_in", "static_peak", "wear_out"} & {r["effect"] for r in found["ranking"]}
+    assert any("averaged data" in w for w in found["warnings"])
+    few = answer(mean.iloc[:6], tests)
+    assert few["code"] == 2 and "more tests or by time series" in few["said"]
+
+
+def test_without_metadata_physics_is_still_found(answer: Answer, worn: Any) -> None:
+    points, tests = worn
+    bare = answer(points, tests[["test_id", "role"]])
+    assert bare["effects"] == ["wear_out"]
+    assert sum("the test table has no" in w for w in bare["warnings"]) >= 3
+    assert answer(points)["effects"] == ["wear_out"]
+
+
+@pytest.mark.parametrize(("share", "verdict"), [(0.02, "nothing_missing"), (0.12, "data_problem")])
+def test_outliers_are_left_out_or_called_a_fault(share: float, verdict: str, answer: Answer) -> None:
+    points, tests, _ = campaign(None, seed=22, thin=8, extra=0)
+    rng = np.random.default_rng(0)
+    rows = rng.choice(len(points), int(share * len(points)), replace=False)
+    points.loc[rows, "mu"] += rng.exponential(0.2, len(rows))
+    found = answer(points, tests)
+    assert found["verdict"] == verdict and not found["effects"]
+    assert any("far off" in w for w in found["warnings"])
+
+
+def test_copies_of_tests_confirm_nothing(answer: Answer, null: Any) -> None:
+    points, tests = null
+    copies = [points.assign(test_id=f"{k}" + points["test_id"]) for k in range(4)]
+    found = answer(pd.concat(copies, ignore_index=True))
+    single = answer(points.assign(test_id="0" + points["test_id"]))
+    assert found["verdict"] == single["verdict"] == "nothing_missing"
+    assert any(f"{3 * len(tests)} tests are exact copies" in w for w in found["warnings"])
+
+
+@pytest.mark.parametrize("kept", [["v_rel", "sd"], ["sd"], ["T", "sigma_n", "sd"]])
+def test_any_subset_of_the_loads_is_judged(kept: list[str], answer: Answer, worn: Any) -> None:
+    points, tests = worn
+    found = answer(points[["test_id", *kept, "mu"]], tests)
+    assert found["code"] == 0
+    assert any(
+        "the data lack" in w and all(n in w for n in LOADS if n not in kept) for w in found["warnings"]
+    )
+    assert found["ranking"][0]["effect"] == "wear_out"
+
+
+def test_what_cannot_be_judged_is_refused_with_what_is_needed(answer: Answer, worn: Any) -> None:
+    points, tests = worn
+    cases = {
+        "nan": points.assign(mu=np.where(np.arange(len(points)) % 9 == 7, np.nan, points["mu"])),
+        "allowed range -0.02 to 10": points.assign(mu=-points["mu"]),
+        "column 'v_rel' [mm/s] is missing": points[["test_id", "mu"]],
+        "time must not run backwards": pd.concat([points, points]).sort_values("test_id", kind="stable"),
+        "at least": points.iloc[:2],
+    }
+    for text, bad in cases.items():
+        found = answer(bad, tests)
+        assert found["code"] == 2 and text in found["said"], (text, found["said"])
+    with pytest.raises(InputError, match="no points"):
+        diagnose(points.iloc[:0])
+
+
+def test_points_without_tests_are_taken_as_averages(null: Any) -> None:
+    points = null[0].iloc[::20]
+    found = diagnose(points.assign(test_id=[f"p{k}" for k in range(len(points))]))
+    assert any("averaged data" in w for w in found.warnings)
+    with pytest.raises(InputError, match="averages of mu from 1 tests"):
+        diagnose(points.drop(columns=["test_id", "t"]))  # 81 tests strung together are no single one
+
+
+def test_two_thousand_tests_are_judged() -> None:
+    parts, rng = [], np.random.default_rng(4)
+    points, _, _ = campaign("stribeck", seed=300, strength=1.0, thin=90)
+    for k in range(18):
+        own = rng.normal(0.0, 0.005, points["test_id"].nunique())[pd.factorize(points["test_id"])[0]]
+        mu = points["mu"] + own + rng.normal(0.0, 0.002, len(points))
+        parts.append(points.assign(test_id=f"{k}-" + points["test_id"], mu=np.maximum(mu, 1e-3)))
+    many = pd.concat(parts, ignore_index=True)
+    assert many["test_id"].nunique() == 1998
+    found = diagnose(many)
+    assert found.effects[:1] == ["stribeck"] and found.confidence > 0.9
+
+
+def test_a_form_that_is_not_right_is_placed_along_its_own_loads() -> None:
+    """Speed steps in four stages: the best effect leaves much along its own loads, and no block of structure stands out."""
+    rng = np.random.default_rng(0)
+    sd = np.linspace(0.0, 4.8, 300)
+    steps = np.array([0.01, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 0.01])
+    stages = []
+    for k in range(4):
+        v = steps[np.minimum((sd / 0.6).astype(int), 7)] * np.exp(rng.normal(0.0, 0.1, 300))
+        bump = 0.0071 * np.exp(-((np.log10(v / 0.03) / 0.4) ** 2)) + 0.0042 * np.log10(v / 0.001)
+        along = 0.0016 * k * sd / 3.0 - 0.0114 * (k == 0) * np.exp(-sd / 0.5) + 0.004 * k
+        mu = 0.58 + bump + along + rng.normal(0.0, 0.0007, 300)
+        t = np.cumsum(np.gradient(sd) / v)
+        loads = {"v_rel": v, "T": 25.0, "sigma_n": 5.0 * (k + 1), "sd": sd, "psi": 1.0}
+        stages.append(pd.DataFrame({"test_id": f"t{k}", "t": t, **loads, "mu": mu}))
+    answer = diagnose(pd.concat(stages, ignore_index=True), model="constant")
+    assert answer.verdict == "unknown_structure"
+    (place,) = answer.where
+    assert place["shape"].startswith("another form than") and 0.0 < place["share"] < 1.0
+    assert f"along {' and '.join(place['variables'])} (" in answer.sentence and place["variables"]
+    assert place["shape"] in answer.report()

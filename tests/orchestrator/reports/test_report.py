@@ -1,0 +1,218 @@
+"""Reports: complete, self-contained, escaped; statistics that count whole tests."""
+
+from __future__ import annotations
+
+import json
+import re
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+from benchmarks.discovery_campaigns import campaign
+from friction_models import LinearFriction
+from friction_models.common import InputError, write_text
+from friction_models.discovery import diagnose, refine
+from friction_models.discovery.refinement import history_text
+from friction_models.discovery.shown import load_map
+from friction_models.discovery.summaries import load_bins
+from friction_models.discovery.wording import p_text
+from friction_models.loads import DataSet
+from orchestrator import Master, System
+from orchestrator.report import write_diagnosis_report, write_report
+from orchestrator.report.charts.residuals import binned_residual
+from orchestrator.report.parts.markup import Change, escape, table
+from orchestrator.report.refinement_page import refinement_page
+from orchestrator.report.registry import PAGES, page_of
+from tests.friction_models import made_up
+from tests.orchestrator.tiny_fmus import system_content
+
+
+def outside_references(html: str) -> list[str]:
+    """What a browser would fetch: sources, style sheets, imports - outside the embedded library."""
+    own = re.sub(r"<script.*?</script>", "", html, flags=re.DOTALL)
+    return re.findall(r"(?:src|href)\s*=\s*[\"'](?!#|data:)[^\"']+|@import|url\((?!data:)", own)
+
+
+def test_a_run_report_is_self_contained(tiny: dict[str, Path], tmp_path: Path) -> None:
+    content = system_content(tiny["law"], tiny["process"], synthetic=True, name="<b>tiny</b> & co")
+    Master(System.from_dict(content)).run(tmp_path / "run")
+    html = write_report(tmp_path / "run").read_text(encoding="utf-8")
+    assert outside_references(html) == []
+    assert html.count("plotly.js v") == 1  # the library is there, once
+    assert "synthetic data" in html
+    assert "&lt;b&gt;tiny&lt;/b&gt; &amp; co" in html and "<b>tiny" not in html
+    assert re.search(r"<html lang=\"en\">", html) and "aria-label" in html
+    assert (tmp_path / "run" / "report.html").is_file()
+    manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
+    del manifest["versions"]
+    (tmp_path / "run" / "manifest.json").write_text(json.dumps(manifest))
+    with pytest.raises(InputError, match=r"damaged or of another version \(KeyError: 'versions'\)"):
+        write_report(tmp_path / "run")
+
+
+def test_a_folder_that_is_neither_run_nor_demo(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="neither a folder of a run or a study"):
+        write_report(tmp_path)
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "manifest.json").write_text("{}")
+    with pytest.raises(InputError, match=f"inside is {tmp_path / 'run'}"):
+        write_report(tmp_path)
+    for folder, out, words in (
+        ("none", None, "none: no such folder"),
+        ("run/manifest.json", tmp_path / "x.html", "manifest.json: is a file; allowed: the folder"),
+        ("run", tmp_path / "run.pdf", "suffix '.pdf'; allowed: .html, .htm"),
+    ):
+        with pytest.raises(InputError, match=words):
+            write_report(tmp_path / folder, out)
+    (tmp_path / "x.html").mkdir()
+    with pytest.raises(InputError, match=r"x\.html: is a folder; allowed: a file"):
+        write_text(tmp_path / "x.html", "")
+    (tmp_path / "demo.json").write_text("{}")
+    with pytest.raises(InputError, match="not a complete demo folder"):
+        write_report(tmp_path)
+    assert not (tmp_path / "report.html").exists()
+
+
+def test_intervals_count_whole_tests() -> None:
+    rng = np.random.default_rng(0)
+    offsets = rng.normal(0.0, 0.005, 12)
+    test = np.repeat(np.arange(12), 400)
+    residual = offsets[test] + rng.normal(0.0, 0.0005, len(test))
+    found = binned_residual(np.tile(np.linspace(0.0, 60.0, 400), 12), residual, test.astype(str))
+    expected = stats.t.ppf(0.975, 11) * offsets.std(ddof=1) / np.sqrt(12)
+    assert len(found.mean) == 9 and (found.tests == 12).all()
+    np.testing.assert_allclose(found.half, expected, rtol=0.1)
+    np.testing.assert_allclose(found.mean, offsets.mean(), atol=3e-4)
+
+
+@pytest.mark.parametrize("values", [[1.0] * 10, [5.0, 200.0] * 5, list(range(10))])
+def test_loads_that_are_constant_in_a_test_still_get_bins(values: list[float]) -> None:
+    test = np.repeat(np.arange(10), 20)
+    load = np.repeat(np.array(values, dtype=float), 20)
+    found = binned_residual(load, np.full(200, 0.01), test.astype(str))
+    assert len(found.mean) >= 1
+    assert (found.tests >= 3).all() and found.tests.sum() == 10
+    np.testing.assert_allclose(found.mean, 0.01)
+
+
+def test_cards_say_when_an_error_rises() -> None:
+    assert "fell by 50 %" in Change("mu", 0.010, 0.005).card()
+    assert "rose by 20 %" in Change("force", 5.0, 6.0, "%", 1).card()
+    assert "unchanged" in Change("force", 5.0, 5.0).card()
+
+
+def test_markup_is_escaped() -> None:
+    html = table(["<a>"], [("x & y", "<script>")], numeric=(1,))
+    assert "<script>" not in html and "x &amp; y" in html and 'class="n"' in html
+    assert escape('"') == "&quot;"
+    assert (p_text(0.0001), p_text(0.0123), p_text(None)) == ("< 0.001", "0.012", "-")
+
+
+SHAPE = {"shape": lambda r, g: (r.v - 200) * (r.psi - 1.4), "strength": 1.2}
+#: Campaign, model, verdict, and a piece that page and text must hold.
+CASES: dict[str, tuple[dict[str, Any], str, str]] = {
+    "explained": ({"hidden": "wear_out", "seed": 21, "strength": 1.2}, "explained", "wear_out"),
+    "unknown": ({"hidden": None, "seed": 90, **SHAPE}, "unknown_structure", "Where structure is left"),
+    "nothing": ({"hidden": None, "seed": 501}, "nothing_missing", "nothing is missing"),
+    "fault": ({"hidden": "sensor_drift", "seed": 70, "strength": 1.2}, "data_problem", "sensor_drift"),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_page_and_text_of_a_diagnosis(case: str, tmp_path: Path) -> None:
+    settings, verdict, piece = CASES[case]
+    points, tests, _ = campaign(**settings, thin=8)
+    found = diagnose(points, tests)
+    assert found.verdict == verdict
+    html = write_diagnosis_report(
+        tmp_path / "d.html", "linear", DataSet(points, tests, {}), found, "a <b>"
+    ).read_text()
+    text = found.report()
+    assert "<b>" not in html and outside_references(html) == []
+    sections = [
+        "verdict",
+        "budget",
+        "residual",
+        "evidence",
+        "tests",
+        *(["response"] if found.effects else []),
+    ]
+    assert re.findall(r'<section id="(\w+)"', html) == sections
+    assert text.startswith(verdict.upper()) and "needed; p: family-wise" in text
+    assert piece in re.sub(r"<script.*?</script>", "", html, flags=re.DOTALL) and piece in text
+    assert ("after " in text) == bool(found.effects) and "[MPa]" in text
+    if (
+        verdict == "explained"
+    ):  # errors of tests that the refit did not see, and the share of mu over the driver
+        assert "fell by" in html and "share of mu" in text and "sd [mm]" in text
+        before, after = (found.averages[k].pow(2).mean() for k in ("before", "after"))
+        assert after < before
+        assert json.dumps(found.to_dict())  # the table stays out of the file
+
+
+def test_page_of_one_test_and_of_other_loads(tmp_path: Path) -> None:
+    points, tests, _ = campaign("wear_out", seed=21, strength=1.0, thin=8)
+    one = points[points["test_id"] == "t010"]
+    model = LinearFriction().fit_frame(points[points["sigma_n"] < 700.0], tests)
+    for name, data, base in (
+        ("one", one, "linear"),
+        ("loads", points[["test_id", "v_rel", "sd", "mu"]], "constant"),
+        ("averaged", points.groupby("test_id", as_index=False).mean(numeric_only=True), "linear"),
+        ("outside", points[points["sigma_n"] > 1500.0], model),
+    ):
+        found = diagnose(data, model=base)
+        html = write_diagnosis_report(tmp_path / f"{name}.html", base, DataSet(data, None, {}), found, name)
+        own = re.sub(r"<script.*?</script>", "", html.read_text(), flags=re.DOTALL)
+        assert "nan" not in own and "Worst tests" in own and found.report()
+        if name == "one":
+            assert "nothing can be seen to be missing" in own and "no intervals" in own
+        if name == "outside":
+            assert found.verdict == "out_of_domain"
+    assert load_map(diagnose(one[["test_id", "sd", "mu"]], model="constant").averages) is None
+
+
+def test_bins_keep_levels_of_a_plan_together() -> None:
+    rng = np.random.default_rng(2)
+    levels = np.repeat([5.0, 200.0, 500.0], 300) * rng.uniform(0.97, 1.03, 900)
+    which = load_bins(levels, 6)
+    for k in range(3):
+        assert len(set(which[300 * k : 300 * (k + 1)])) == 1
+    even = load_bins(np.linspace(0.0, 60.0, 600), 6)
+    np.testing.assert_array_equal(np.bincount(even), np.full(6, 100))
+
+
+def test_history_says_when_an_addition_did_not_help() -> None:
+    def entry(before: float, after: float) -> dict[str, Any]:
+        return {"added": ["stribeck"], "judged_by": "5 held-out tests",
+                "before": {"rmse": before, "mae": before}, "after": {"rmse": after, "mae": after}}  # fmt: skip
+
+    lines = history_text([entry(0.008, 0.005), entry(0.005, 0.00502)]).splitlines()
+    assert lines[1].startswith("  1  + stribeck") and "NO BETTER" not in lines[1] and "NO BETTER" in lines[2]
+
+
+def test_only_tests_that_are_held_out_are_called_so() -> None:
+    points = made_up.campaign(8, 15)
+    table = pd.DataFrame({"test_id": points["test_id"].unique()})
+    before = LinearFriction().fit_frame(points, table)
+    after = refine(points, table, add="stribeck", force=True)
+    pages = {
+        held: refinement_page(
+            before, after, DataSet(points, table.assign(role=roles) if held else table), "it"
+        )
+        for held, roles in ((0, ""), (3, ["train"] * 5 + ["test"] * 3))
+    }
+    assert "Charts show all 8 tests (none is held out)." in pages[0] and "held-out" not in pages[0]
+    assert "Charts show 3 held-out tests." in pages[3] and "mu on 3 held-out tests;" in pages[3]
+
+
+def test_every_page_of_the_registry_has_its_function() -> None:
+    for name, kind in PAGES.items():
+        module, _, function = kind.function.partition(":")
+        assert callable(getattr(import_module(f"orchestrator.report.{module}"), function)), name
+    with pytest.raises(InputError, match="did you mean 'coverage'"):
+        page_of("coverag")
