@@ -26,9 +26,9 @@ from .law import TrueLaw
 from .lubricants import lubricant_named
 from .plans import make_plan, parse_plan, read_plan
 from .reality import perturbations
+from .rig.file_formats import file_format as file_format_named
+from .rig.file_formats import write_channel_map
 from .rig.instruments import Faults, Instruments
-from .rig.rig_files import file_format as file_format_named
-from .rig.rig_files import write_channel_map
 from .rig.specimen import Rig, SpecimenTable
 from .specimen_runs import solver_fingerprint, specimen_tables
 from .truth import write_truth
@@ -185,7 +185,7 @@ class Campaign:
             Folder to write, atomically: ``raw/`` with a file a test, ``tests.csv``, ``campaign.json``, the truth,
             and ``channels.yaml`` for `ingest` unless the format is ``canonical``.
         file_format : str
-            One of `rig_files.FORMATS`.
+            One of `file_formats.FORMATS`.
         jobs, progress
             See `run`.
 

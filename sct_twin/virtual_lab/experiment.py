@@ -17,8 +17,8 @@ from ..twin.upsetting import ContactState
 from .heating import MU_MIN, Sliding, heat
 from .law import LawInput, TrueLaw
 from .protocols import Schedule, schedule
+from .rig.drive import RATE, commanded, on_elastic_drive
 from .rig.instruments import Faults, Instruments, measured, wander
-from .rig.motion import RATE, commanded, on_elastic_drive
 from .rig.specimen import DIAMETER, HEIGHT, TABLE_MU, Rig, SpecimenTable
 
 #: Time in which the load is taken off after a test [s].

@@ -13,7 +13,7 @@ from ..twin.contact_temperature import SlidingContact
 from ..twin.sliding import rest, step_ends
 from ..twin.upsetting import ContactState
 from .law import LawInput, TrueLaw
-from .rig.motion import RATE
+from .rig.drive import RATE
 from .rig.specimen import Rig
 
 #: A plate that stands longer than this has stopped [s].

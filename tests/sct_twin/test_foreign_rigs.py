@@ -23,7 +23,7 @@ from sct_twin.ingest.preview import preview, shortened
 from sct_twin.ingest.quality import quality_row, warnings
 from sct_twin.ingest.raw_campaign import read_tests
 from sct_twin.readers import RawTable
-from sct_twin.virtual_lab.rig.rig_files import FORMATS
+from sct_twin.virtual_lab.rig.file_formats import FORMATS
 
 Maker = Callable[..., SctRecord]
 

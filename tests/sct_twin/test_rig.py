@@ -32,9 +32,9 @@ from sct_twin.virtual_lab import (
 from sct_twin.virtual_lab.law import ContactLaw, TrueLaw
 from sct_twin.virtual_lab.plans import complete_plan
 from sct_twin.virtual_lab.protocols import Schedule
+from sct_twin.virtual_lab.rig.drive import commanded, on_elastic_drive
+from sct_twin.virtual_lab.rig.file_formats import DIGITS, write_channel_map
 from sct_twin.virtual_lab.rig.instruments import CHANNELS, lagged
-from sct_twin.virtual_lab.rig.motion import commanded, on_elastic_drive
-from sct_twin.virtual_lab.rig.rig_files import DIGITS, write_channel_map
 
 from .test_virtual_lab import loads
 

@@ -13,7 +13,7 @@ from scipy.signal import lfilter
 from friction_models.common import InputError, unknown_name
 from friction_models.loads import FloatArray
 
-from .motion import RATE
+from .drive import RATE
 
 #: Channels of the rig.
 CHANNELS = ("t", "F_n", "F_r", "s", "a", "T_plate")

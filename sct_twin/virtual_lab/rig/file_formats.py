@@ -11,7 +11,7 @@ import pandas as pd
 
 from friction_models.common import unknown_name, write_text
 
-from . import formats
+from . import file_writers as formats
 from .instruments import CHANNELS
 
 #: Canonical units of the rig's channels, in their order.
