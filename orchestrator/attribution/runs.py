@@ -229,6 +229,6 @@ def _times(value: Any, factor: float) -> Any:
 
 
 def _hashed(*parts: object) -> str:
-    from sct_twin.twin.test_result import fingerprint
+    from friction_models.common.kept import fingerprint
 
     return fingerprint(*parts)[:20]

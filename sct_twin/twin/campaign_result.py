@@ -14,6 +14,8 @@ from friction_models.common import atomic_path, grown
 from friction_models.common.folders import TWIN
 from friction_models.loads import DataSet
 
+from . import error_study
+
 #: Folder of the average-based data set inside that of the time series.
 AVERAGES = "averages"
 #: What the two data sets are called in `dataset.json`.
@@ -77,9 +79,7 @@ class TwinResult:
 
     def error_table(self) -> str:
         """Return what was found about the twin's errors as text."""
-        from . import error_study as twin_error
-
-        return twin_error.table(self.errors)
+        return error_study.table(self.errors)
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
         """Write both data sets, each file at once; other files in the folder stay.

@@ -15,11 +15,11 @@ import pandas as pd
 
 from friction_models.common import InputError, atomic_folder, atomic_path, check_folder, write_text
 from friction_models.common.folders import CAMPAIGN, UNFINISHED
+from friction_models.common.kept import fingerprint
 from friction_models.common.locks import locked
 from friction_models.common.pool import Progress, map_unordered
 
 from ..ingest.raw_campaign import RawCampaign, write_tables
-from ..twin.test_result import fingerprint
 from .experiment import Specimen, contact_reading, run_test
 from .hidden import with_offset, without_offset
 from .law import TrueLaw

@@ -15,8 +15,8 @@ from friction_models.loads import FloatArray
 
 from .drive import RATE
 
-#: Channels of the rig.
-CHANNELS = ("t", "F_n", "F_r", "s", "a", "T_plate")
+#: Channels that the rig records, in the order of its files.
+RECORDED = ("t", "F_n", "F_r", "s", "a", "T_plate")
 
 
 @dataclass(frozen=True)
@@ -160,8 +160,8 @@ class Faults:
     tests: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.dead and self.dead not in CHANNELS[1:]:
-            raise unknown_name("channel", self.dead, CHANNELS[1:], "faults: dead")
+        if self.dead and self.dead not in RECORDED[1:]:
+            raise unknown_name("channel", self.dead, RECORDED[1:], "faults: dead")
         for name, low, high in (
             ("spikes", 0, 1000),
             ("spike_size", 0.0, 1e7),
