@@ -10,11 +10,13 @@ import pandas as pd
 
 from friction_models.common import InputError, atomic_folder
 from friction_models.common.folders import CAMPAIGN
+from friction_models.common.pool import Progress
 
 from ..records.record import SctRecord, write_csv
+from .measurement_files import Source
 from .preview import describe, remarks
 from .raw_campaign import RawCampaign, write_tables
-from .survey import Map, Progress, Source, Survey, survey
+from .survey import Map, Survey, survey
 
 
 @dataclass
@@ -98,9 +100,9 @@ def ingest(
         if show is not None:
             show(found)
         if not found.tests:
-            first = found.left_out[0]["reason"] if found.left_out else "no files"
+            first = found.left_out[0].reason if found.left_out else "no files"
             raise InputError(f"none of {found.count} files can be used; the first: {first}")
-        found.info["left_out"] = found.left_out
+        found.info["left_out"] = [entry._asdict() for entry in found.left_out]
         write_tables(temporary, found.test_table, found.info)
         quality = pd.DataFrame(found.rows)
         quality.to_csv(temporary / "quality.csv", index=False, lineterminator="\n")

@@ -13,7 +13,8 @@ import numpy as np
 from friction_models.common import InputError, unknown_name
 from friction_models.loads import FloatArray
 
-from ..signals.phases import is_given
+from ..records.cells import is_given
+from .measurement_files import LeftOut
 
 _KEYS = ("upsetting", "sliding")
 #: Without a stated waiting time the plate is taken to start so soon after the upsetting file ends [s].
@@ -57,10 +58,10 @@ class PhaseFiles:
             raise InputError(f"{where}: phases: files: both end with {values[0]!r}; allowed: two endings")
         return cls(str(values[0]), str(values[1]))
 
-    def pairs(self, files: Iterable[Path]) -> tuple[list[tuple[str, Path, Path]], list[dict[str, str]]]:
+    def pairs(self, files: Iterable[Path]) -> tuple[list[tuple[str, Path, Path]], list[LeftOut]]:
         """Return (test, upsetting file, sliding file) for every test, and what has no counterpart."""
         found: dict[str, dict[str, Path]] = {}
-        left_out: list[dict[str, str]] = []
+        left_out: list[LeftOut] = []
         for file in files:
             for key in _KEYS:
                 ending = getattr(self, key)
@@ -86,8 +87,8 @@ class PhaseFiles:
         return complete, left_out
 
 
-def _said(file: Path, reason: str) -> dict[str, str]:
-    return {"file": str(file), "reason": f"{file}: {reason}"}
+def _said(file: Path, reason: str) -> LeftOut:
+    return LeftOut(str(file), f"{file}: {reason}")
 
 
 def join(

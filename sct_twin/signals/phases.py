@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from friction_models.common import InputError, unknown_name
 from friction_models.loads import FloatArray, missing_column
 
 from ..readers import RawTable
+from ..records.cells import is_given, is_number
 from ..records.record import SctRecord
 
 _KEYS = ("upsetting", "sliding", "channel")
@@ -58,11 +57,6 @@ class PhaseTimes:
         return cls(*(dict(said).get(name) for name in TIMES))
 
 
-def is_given(value: Any) -> bool:
-    """Whether a cell of a test table holds something."""
-    return value is not None and value != "" and not (isinstance(value, float) and math.isnan(value))
-
-
 @dataclass(frozen=True)
 class Phases:
     """Upsetting and sliding as time spans [s], or as values of a channel of the file.
@@ -102,14 +96,14 @@ class Phases:
         for name in ("upsetting", "sliding"):
             value: Any = content.get(name)
             if column is not None:
-                if not _is_number(value):
+                if not is_number(value):
                     raise InputError(f"{where}: phases: {name} is {value!r}; allowed: a value of {column!r}")
                 spans.append((float(value), float(value)))
                 continue
             if not (
                 isinstance(value, list | tuple)
                 and len(value) == 2
-                and all(_is_number(v) for v in value)
+                and all(is_number(v) for v in value)
                 and value[0] < value[1]
             ):
                 raise InputError(f"{where}: phases: {name} is {value!r}; allowed: [first, last] time [s]")
@@ -140,7 +134,7 @@ class Phases:
         elif self.channel not in table.frame.columns:
             raise missing_column(self.channel, table.frame.columns, f"{table.source}: phases")
         else:
-            key = pd.to_numeric(table.frame[self.channel], errors="coerce").to_numpy(np.float64)
+            key = table.numbers(self.channel)[0]
         found: dict[str, tuple[int, int]] = {}
         for name in ("upsetting", "sliding"):
             low, high = getattr(self, name)
@@ -158,7 +152,3 @@ class Phases:
             raise InputError(f"{table.source}: sliding comes before upsetting; allowed: upsetting first")
         ends = (found["upsetting"][0], *found["sliding"])
         return {name: float(t[row]) for name, row in zip(TIMES, ends)}
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

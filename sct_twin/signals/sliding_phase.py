@@ -10,12 +10,13 @@ from scipy.ndimage import median_filter
 from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
+from ..records.cells import is_given
 from ..records.record import SctRecord
 from .clock import Clock
 from .filters import can_smooth, integral, smooth, spike_rows, without
 from .force_zero import ForceZero, Zeros, force_zeros
 from .motion import Motion
-from .phases import PhaseTimes, is_given
+from .phases import PhaseTimes
 from .sliding_series import SlidingSeries, binned
 
 #: Samples around the start of sliding [s] that are never taken for spikes: friction breaks away there.

@@ -14,7 +14,7 @@ from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
 from ..records.record import SctRecord
-from .upsetting import Upsetting
+from .upsetting import UpsettingRun
 
 #: Column of the test table [mm].
 COLUMN = "contact_diameter"
@@ -37,7 +37,7 @@ class MeasuredContact:
 
     Attributes
     ----------
-    upsetting : Upsetting
+    upsetting : UpsettingRun
         The run as it is to be read.
     use : str
         ``"force and area"``: the run is read at the force at which its area is the measured one; ``"area"``: the
@@ -47,7 +47,7 @@ class MeasuredContact:
         Why it does not fit; empty where it does.
     """
 
-    upsetting: Upsetting
+    upsetting: UpsettingRun
     use: str
     remark: str = ""
 
@@ -81,13 +81,13 @@ def measured_diameter(record: SctRecord, punch: PunchGeometry) -> float | None:
 
 
 def read_at_diameter(
-    run_to: Callable[[float], Upsetting], force: float, diameter: float, punch: PunchGeometry
+    run_to: Callable[[float], UpsettingRun], force: float, diameter: float, punch: PunchGeometry
 ) -> MeasuredContact:
     """Return the run, read so that the contact under a force has the measured diameter.
 
     A contact under the force F of a specimen whose flow stress is f times that of the run is the contact
     of the run under F / f. With the measured area A this gives F / f = F*, where the run's area is A; the
-    relation of area and force is the smoothed one of `Upsetting.at`. Where the area hardly depends on the
+    relation of area and force is the smoothed one of `UpsettingRun.at`. Where the area hardly depends on the
     force, it replaces that of the run; a filled bore stays.
 
     Parameters
@@ -133,7 +133,7 @@ def read_at_diameter(
     return MeasuredContact(replace(upsetting, area_factor=factor), "area")
 
 
-def _relation(upsetting: Upsetting, force: float) -> tuple[FloatArray, FloatArray]:
+def _relation(upsetting: UpsettingRun, force: float) -> tuple[FloatArray, FloatArray]:
     """Return forces [N] within `SHIFTS` and the rising diameters [mm] of the run there."""
     forces = force * np.linspace(*SHIFTS, 31)
     forces = forces[forces <= float(upsetting.result.force.max())]
@@ -142,7 +142,7 @@ def _relation(upsetting: Upsetting, force: float) -> tuple[FloatArray, FloatArra
     return forces[rising], diameters[rising]
 
 
-def growth(upsetting: Upsetting, force: float) -> float:
+def growth(upsetting: UpsettingRun, force: float) -> float:
     """Return d ln(area) / d ln(force) of the run, over 5 % to either side."""
     ratios: FloatArray = np.array([0.95, 1.05])
     areas = [upsetting.at(float(ratio * force)).area for ratio in ratios]

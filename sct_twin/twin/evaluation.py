@@ -20,7 +20,7 @@ from .contact_diameter import measured_diameter, read_at_diameter
 from .sliding import rest, slide
 from .test_result import TestResult
 from .thermal_settings import ThermalBody, ThermalSettings
-from .upsetting import Upsetting, contact_forces, geometry, shear_share, upset_specimen
+from .upsetting import UpsettingRun, contact_forces, geometry, shear_share, upset_specimen
 
 
 @dataclass
@@ -101,7 +101,7 @@ class TwinSettings:
         diameter = measured_diameter(record, punch)
         highest = float(series.F_n.max())
 
-        def run_to(force: float) -> Upsetting:
+        def run_to(force: float) -> UpsettingRun:
             return upset_specimen(
                 punch,
                 t,

@@ -110,7 +110,7 @@ def geometry(record: SctRecord) -> PunchGeometry:
 
 
 @dataclass(frozen=True, eq=False)
-class Upsetting:
+class UpsettingRun:
     """An upsetting run that is read at forces.
 
     Attributes
@@ -185,7 +185,7 @@ def upset_specimen(
     T_tool: float,
     mesh_size: float,
     where: str,
-) -> Upsetting:
+) -> UpsettingRun:
     """Upset under a measured force history [s], [N] and up to the highest force of the test [N].
 
     The punch speed is the one that makes upsetting last as long as it did, to half a power of two: the
@@ -218,7 +218,7 @@ def upset_specimen(
     factor = stroke / max(float(t[-1] - t[0]), 1e-3) / SPEED
     if not 0.5 < factor < 2.0:
         result = run(SPEED * 2.0 ** float(np.clip(round(math.log2(max(factor, 1e-3))), -6, 6)))
-    return Upsetting(result, T_tool)
+    return UpsettingRun(result, T_tool)
 
 
 def known_upset(

@@ -17,7 +17,8 @@ from friction_models.loads import missing_column
 from friction_models.loads.table import read_table
 
 from ..ingest.raw_campaign import check_test_id
-from .protocols import missing, number, numbers, schedule
+from ..records.cells import is_given
+from .protocols import number, numbers, schedule
 
 SIGMA_LEVELS = (500.0, 1750.0, 2750.0)
 PSI_LEVELS = (1.069, 5.0, 20.0)
@@ -202,7 +203,7 @@ def complete_plan(rows: pd.DataFrame, seed: int, where: str) -> pd.DataFrame:
     filled = []
     for k, row in enumerate(rows.to_dict("records")):
         here = f"{where}: row {k}"
-        given = {str(name): value for name, value in row.items() if not missing(value)}
+        given = {str(name): value for name, value in row.items() if is_given(value)}
         if "v_set" not in given and "v_levels" in given:
             given["v_set"] = numbers(given, "v_levels", here)[0]
         full: dict[str, Any] = {
