@@ -162,7 +162,7 @@ class SctRecord:
             It is not recorded and has no default, or is not a finite number.
         """
         where = self.where
-        value = self.metadata.get(name)
+        value: Any = self.metadata.get(name)
         if not is_given(value):
             if default is None:
                 raise missing_column(name, list(self.metadata), f"{where}: test table")

@@ -14,7 +14,7 @@ from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
 from ..records.record import SctRecord
-from .upsetting import UpsettingRun
+from .upsetting import FILLED, UpsettingRun
 
 #: Column of the test table [mm].
 COLUMN = "contact_diameter"
@@ -23,8 +23,6 @@ READING = 0.05
 #: Least d ln(area) / d ln(force) at which the force is read from the area. Below, `READING` and the mesh, 0.5 % of the
 #: area each, are worth more than the few percent of flow stress that they are to correct.
 LEAST_GROWTH = 0.4
-#: Diameter over that of the bore from which on the bore is filled, which is more exact than a reading.
-FILLED = 0.995
 #: Largest and smallest force at which the run is read, over the measured one.
 SHIFTS = (0.85, 1.15)
 #: Largest relative difference from the run's diameter where the force is not read from it.

@@ -169,7 +169,7 @@ def shear_share(state: ContactState, punch: PunchGeometry, mu: float) -> float:
     A yielding contact that is sheared by tau = mu p yields at p^2 + 3 tau^2 = p0^2 (von Mises), so that the
     contact would grow by sqrt(1 + 3 mu^2) under the same force. One that fills its bore cannot.
     """
-    if punch.bore_diameter is not None and state.radius > 0.995 * 0.5 * punch.bore_diameter:
+    if punch.bore_diameter is not None and state.radius > FILLED * 0.5 * punch.bore_diameter:
         return 0.0
     return 1.0 - 1.0 / math.sqrt(1.0 + 3.0 * mu * mu)
 
@@ -250,6 +250,8 @@ def run_force(highest: float) -> float:
 SPEED = 10.0
 #: Relative excess of the force over that of upsetting that is taken for a wobble of its control.
 WOBBLE = 0.02
+#: Diameter of the contact over that of the bore from which on the bore counts as filled.
+FILLED = 0.995
 #: Width of the local fit over the force (standard deviation, relative).
 FIT_WIDTH = 0.1
 

@@ -14,7 +14,7 @@ from friction_models.loads import FloatArray
 
 from ..signals.sliding_phase import integral
 from ..twin.upsetting import ContactState
-from .heating import MU_MIN, Sliding, heat
+from .heating import LEAST_MU_WITH_SCATTER, Sliding, heat
 from .law import LawInput, TrueLaw
 from .protocols import Schedule, schedule
 from .rig.drive import RATE, commanded, on_elastic_drive
@@ -166,7 +166,7 @@ def run_test(
     sigma_n = state.sigma_n(sliding.F_n)
     psi = np.full(len(plate_sd), state.psi)
     law_mu = law.mu(LawInput(plate_v, T, sigma_n, plate_sd, psi, work, context, slip))
-    mu = np.maximum(law_mu + scatter, MU_MIN) + static
+    mu = np.maximum(law_mu + scatter, LEAST_MU_WITH_SCATTER) + static
     friction = np.zeros(n)
     friction[begin:end] = mu * sliding.F_n
     if instruments.stiffness > 0.0:
@@ -266,7 +266,7 @@ def _follow(
     start = LawInput(
         0.0 * one, T_tool * one, state.sigma_n(force) * one, 0.0 * one, state.psi * one, 0.0 * one, context
     )
-    mu = max(float(law.mu(start)[0]) + offset, MU_MIN)
+    mu = max(float(law.mu(start)[0]) + offset, LEAST_MU_WITH_SCATTER)
     mass = instruments.moving_mass * 1e-3
     damping = 2.0 * instruments.damping * float(np.sqrt(instruments.stiffness * mass))
     sd, pull = on_elastic_drive(
