@@ -1,4 +1,4 @@
-"""Measurement files of a laboratory -> canonical raw campaign folder, with a quality table."""
+"""`ingest`: from measurement files of a laboratory to a raw campaign folder with a quality table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which column of a file probably is which channel, from German and English names and units; never more than a guess."""
+"""Draft of a channel map: guesses which column is which channel, from German and English names and units."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the columns of a laboratory's files become the channels of a record."""
+"""Channel map: turns the columns of a laboratory's files into the channels of a record."""
 
 from __future__ import annotations
 

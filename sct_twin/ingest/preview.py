@@ -1,4 +1,4 @@
-"""What measurement files hold and what a channel map makes of it, as text; nothing is written."""
+"""A survey as text for the console: files, columns, tests, remarks; nothing is written."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How good a record is: sampling, gaps, clipping, zeros and their drift, spikes, phases, friction, repeats."""
+"""Quality of a record: sampling, gaps, clipping, zeros and their drift, spikes, phases, friction, repeats."""
 
 from __future__ import annotations
 

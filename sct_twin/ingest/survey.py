@@ -1,4 +1,4 @@
-"""What a laboratory's files hold: every test read, mapped and judged, one after the other."""
+"""Survey of measurement files: every test is read, mapped to channels and checked."""
 
 from __future__ import annotations
 
@@ -110,28 +110,14 @@ def survey(
     progress: Progress | None = None,
     test_id: str | None = None,
 ) -> Survey:
-    """Read every test, judge it, and hand on the records that can be used.
+    """Read every test, judge it, and call `take` with each record that can be used.
 
-    Parameters
-    ----------
-    source : path-like or iterable of path-like
-        A folder (its measurement files, or those in its `raw/`) or single files.
-    channel_map : path-like or mapping, optional
-        See `ChannelMap.load`.
-    tests : path-like, optional
-        Test table with a column `test_id`; by default `tests.csv` (`.tsv`, `.txt`) beside the files.
-    take : callable, optional
-        Called with each record that can be used.
-    progress : callable, optional
-        Called with (done, total, test_id).
-    test_id : str, optional
-        Which part of a file's name is that of the test, see `NameTemplate`; instead of what the map says.
+    The other arguments are those of `sct_twin.ingest.campaign_files.ingest`.
 
     Raises
     ------
     InputError
-        No files, or a bad channel map or test table. What is wrong with one file is left out with a
-        reason.
+        No files, or a bad channel map or test table. A file that cannot be used is left out with a reason.
     """
     mapping = ChannelMap.load(channel_map)
     files, home = measurement_files(source)

@@ -1,4 +1,4 @@
-"""The reading process of `readers.guarded`: it answers a line a file."""
+"""The reading process of `readers.guarded`: reads one file for each line of its input and answers with one line."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -97,7 +97,6 @@ class Signal:
     #: Seconds of all signals are in this unit; a time channel of the file keeps its own.
     time_name: str = "t"
     time_unit: str = "s"
-    notes: list[str] = field(default_factory=list)
 
 
 def split_unit(name: str) -> tuple[str, str]:

@@ -1,4 +1,4 @@
-"""A campaign after the twin: points, averages, tests, and how they are saved."""
+"""Result of a campaign: data sets of all points and of test averages, and their files."""
 
 from __future__ import annotations
 

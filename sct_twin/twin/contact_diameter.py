@@ -1,4 +1,4 @@
-"""The diameter of the contact, measured after the test: it says at which force the upsetting run is to be read."""
+"""Use of a contact diameter that was measured after the test: it corrects the flow stress or the area of the upsetting run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the twin's fidelity and assumptions are worth in a campaign: the same tests, one thing changed at a time."""
+"""Errors of the twin: some tests of a campaign are evaluated again with one setting or assumption changed at a time."""
 
 from __future__ import annotations
 

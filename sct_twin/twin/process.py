@@ -1,4 +1,4 @@
-"""The twin as an incremental process: normal force, speed and friction in, the five loads out."""
+"""The twin step by step, for the twin FMU: normal force, speed and friction in, the five loads out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the twin makes of one test, and how it is kept: one netCDF file a test."""
+"""Result of one test: time series of loads and friction, stored as netCDF."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The upsetting phase: what the FE kernel says about the contact when sliding begins."""
+"""The upsetting phase: contact area, pressure and surface expansion from the FE kernel when sliding begins."""
 
 from __future__ import annotations
 

@@ -92,22 +92,7 @@ def run_test(
     seed: int,
     faults: Faults | None = None,
 ) -> VirtualTest:
-    """Carry out one test of the plan.
-
-    Parameters
-    ----------
-    row : mapping
-        The test's row of the plan.
-    law : TrueLaw
-        Friction.
-    table : SpecimenTable
-        Upsetting of this specimen shape.
-    rig, instruments : Rig, Instruments
-        Reality and sensors.
-    seed : int
-        Of the campaign; the test draws from its own stream.
-    faults : Faults, optional
-        What goes wrong.
+    """Carry out one test of the plan; `seed` is the campaign's, the test draws from a stream of its own.
 
     Raises
     ------

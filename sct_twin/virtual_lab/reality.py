@@ -1,4 +1,4 @@
-"""How the laboratory's reality differs from what a twin or a simulation assumes, for `campaign.json`."""
+"""Differences between the virtual laboratory and what the twin assumes, as written to `campaign.json`."""
 
 from __future__ import annotations
 

@@ -36,18 +36,8 @@ def specimen_tables(
 ) -> dict[float, SpecimenTable]:
     """Return the table of every specimen shape.
 
-    Parameters
-    ----------
-    shapes : mapping
-        Diameter of the first contact [mm], 0 where the whole end face touches, and bore of the punch [mm].
-    rig : Rig
-        The laboratory's reality.
-    cache : str, optional
-        Folder of known runs; the user's by default.
-    jobs : int, optional
-        Processes.
-    tick : callable
-        Called with (done, total).
+    `shapes` holds the diameter of the first contact [mm], 0 where the whole end face touches, and the bore of the
+    punch [mm]; `tick` is called with (done, total).
     """
     changed = [name for name in STEPS if name == "mu" or rig.scattered]
     cases: list[tuple[float, dict[str, float]]] = [(T, {}) for T in TEMPERATURES]
