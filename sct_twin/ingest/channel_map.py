@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from friction_models.common import InputError, unknown_name
+from friction_models.common import InputError
 from friction_models.common.yaml_files import read_yaml
 from friction_models.loads import FloatArray, missing_column
 
 from ..readers import RawTable
-from ..records.cells import is_given, is_number
+from ..records.cells import check_keys, is_given, is_number
 from ..records.channels import CHANNEL_NAMES, MOTION, REQUIRED, channel, check_scale
 from ..records.record import SctRecord
 from ..records.units import channel_conversion, scale_factor
@@ -95,9 +95,7 @@ class ChannelMap:
             content = read_yaml(path)
         if not isinstance(content, Mapping):
             raise InputError(f"{where}: holds {type(content).__name__}, allowed: keys {', '.join(_KEYS)}")
-        for key in content:
-            if key not in _KEYS:
-                raise unknown_name("key", key, _KEYS, where)
+        check_keys(content, _KEYS, where)
         columns = _columns(content.get("channels"), where)
         mass = content.get("moving_mass")
         if mass is not None and not (is_number(mass) and 0.0 <= mass < 1e5):
@@ -264,9 +262,7 @@ def _column(entry: Any, here: str) -> MappedColumn:
         entry = {"quantity": entry}
     if not isinstance(entry, Mapping):
         raise InputError(f"{here}: {entry!r}; allowed: {', '.join(_COLUMN_KEYS)}")
-    for key in entry:
-        if key not in _COLUMN_KEYS:
-            raise unknown_name("key", key, _COLUMN_KEYS, here)
+    check_keys(entry, _COLUMN_KEYS, here)
     quantity = channel(str(entry.get("quantity")), here).name
     unit, std = entry.get("unit"), entry.get("std")
     sign, offset = entry.get("sign", 1), entry.get("offset", 0.0)

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.common import InputError, unknown_name
+from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
-from ..records.cells import is_given
+from ..records.cells import check_keys, is_given
 from .measurement_files import LeftOut
 
 _KEYS = ("upsetting", "sliding")
@@ -39,15 +39,11 @@ class PhaseFiles:
         """
         if not isinstance(content, Mapping) or "files" not in content:
             return None
-        for key in content:
-            if key != "files":
-                raise unknown_name("key", key, ["files"], f"{where}: phases with files")
+        check_keys(content, ["files"], f"{where}: phases with files")
         endings = content["files"]
         if not isinstance(endings, Mapping):
             raise InputError(f"{where}: phases: files is {endings!r}; allowed: upsetting and sliding")
-        for key in endings:
-            if key not in _KEYS:
-                raise unknown_name("key", key, _KEYS, f"{where}: phases: files")
+        check_keys(endings, _KEYS, f"{where}: phases: files")
         values = [endings.get(key) for key in _KEYS]
         for key, value in zip(_KEYS, values):
             if not isinstance(value, str) or not value:

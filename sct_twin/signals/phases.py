@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.common import InputError, unknown_name
+from friction_models.common import InputError
 from friction_models.loads import FloatArray, missing_column
 
 from ..readers import RawTable
-from ..records.cells import is_given, is_number
+from ..records.cells import check_keys, is_given, is_number
 from ..records.record import SctRecord
 
 _KEYS = ("upsetting", "sliding", "channel")
@@ -86,9 +86,7 @@ class Phases:
             return None
         if not isinstance(content, Mapping):
             raise InputError(f"{where}: phases is {content!r}; allowed: detect, or upsetting and sliding")
-        for key in content:
-            if key not in _KEYS:
-                raise unknown_name("key", key, _KEYS, f"{where}: phases")
+        check_keys(content, _KEYS, f"{where}: phases")
         column = content.get("channel")
         if column is not None and not isinstance(column, str):
             raise InputError(f"{where}: phases: channel is {column!r}; allowed: the name of a column")
