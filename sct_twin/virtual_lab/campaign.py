@@ -20,12 +20,12 @@ from friction_models.common.locks import locked
 from friction_models.common.pool import Progress, map_unordered
 
 from ..ingest.raw_campaign import RawCampaign, write_tables
+from .campaign_info import campaign_info
 from .experiment import Specimen, contact_reading, run_test
 from .hidden import with_offset, without_offset
 from .law import TrueLaw
 from .lubricants import lubricant_named
 from .plans import make_plan, parse_plan, read_plan
-from .reality import perturbations
 from .rig.file_formats import file_format as file_format_named
 from .rig.file_formats import write_channel_map
 from .rig.instruments import Faults, Instruments
@@ -288,6 +288,17 @@ class Campaign:
             "faults": None if self._faults is None else asdict(self._faults),
         }
 
+    def _info(self, kind: str) -> dict[str, Any]:
+        return campaign_info(
+            self._plan_info(),
+            int(self.seed),
+            self.lubricant,
+            self.repeats,
+            kind,
+            self._rig,
+            self._instruments,
+        )
+
     def _plan_info(self) -> dict[str, Any]:
         if isinstance(self.plan, str) and not self.plan.lower().endswith(".csv"):
             family, held_out = parse_plan(self.plan)
@@ -295,43 +306,6 @@ class Campaign:
         name = "rows of a table" if isinstance(self.plan, pd.DataFrame) else Path(self.plan).name
         held_out = int((self._tests["role"] == "test").sum())
         return {"plan": name, "plan_meaning": "rows given by the user", "held_out": held_out}
-
-    def _info(self, kind: str) -> dict[str, Any]:
-        return {
-            "synthetic": True,
-            "notice": "synthetic: made by the virtual laboratory, not measured",
-            **self._plan_info(),
-            "seed": int(self.seed),
-            **({} if self.lubricant is None else {"lubricant": f"{self.lubricant} (virtual)"}),
-            **({} if self.repeats == 1 else {"repeats": self.repeats}),
-            "files": kind,
-            "reality": perturbations(self._rig, self._instruments),
-            "moving_mass_kg": self._instruments.moving_mass,
-            "sampling_rate_Hz": 1000.0,
-            "specimen": {"diameter_mm": 15.0, "height_mm": 15.0, "material": "16MnCr5"},
-            "plate": {"material": "1.2379"},
-            "units": {
-                "sigma_set": "MPa",
-                "v_set": "mm/s",
-                "T_tool": "degC",
-                "T_specimen": "degC",
-                "Ra": "um",
-                "t_wait": "s",
-                "sd_set": "mm",
-                "bore": "mm",
-                "tip": "mm",
-                "F_set": "N",
-                "specimen_diameter": "mm",
-                "specimen_height": "mm",
-                "contact_diameter": "mm",
-                "sigma_end": "MPa",
-                "sigma_levels": "MPa",
-                "v_levels": "mm/s",
-                "hold_at": "mm",
-                "hold": "s",
-                "zero_reading": "s",
-            },
-        }
 
 
 def _shape(row: dict[Any, Any]) -> float:
