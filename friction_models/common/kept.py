@@ -1,6 +1,7 @@
-"""Results that are kept to save time: beside each stands of what it is one, and a checksum.
+"""Results that are kept to save time, and the hashes by which they are recognised.
 
-A result that was damaged, changed or exchanged for another is none, and is computed again.
+Beside each kept file or folder lie its key and a checksum. A result that was damaged, changed or exchanged for
+another does not match them and is computed again.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from .survey import Map, Survey, survey
 
 @dataclass
 class IngestReport:
-    """What was taken over, how good it is, and what was left out.
+    """Result of `ingest`: the new campaign, the quality of its tests, and the files left out.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Which files of a folder are measurements, and which are passed over."""
+"""Search for measurement files and the test table in a folder."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class LeftOut(NamedTuple):
 
 
 def passed_over(source: Source) -> list[LeftOut]:
-    """Return the files of a folder that no reader reads: none is lost without a word."""
+    """Return the files of a folder that no reader reads, so that the user hears of each of them."""
     if not isinstance(source, str | os.PathLike) or not Path(source).is_dir():
         return []
     folder = Path(source) / "raw" if (Path(source) / "raw").is_dir() else Path(source)

@@ -1,4 +1,4 @@
-"""Upsetting and sliding of one test in two files: which belong together, and how they are joined."""
+"""Tests whose upsetting and sliding lie in two files: finds the pairs and joins their channels."""
 
 from __future__ import annotations
 

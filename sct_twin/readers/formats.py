@@ -1,4 +1,4 @@
-"""Which reader reads a file: by its first bytes, then by its suffix."""
+"""Selection of the reader of a file by its suffix, checked against its first bytes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every reader returns, and the limits that all of them keep."""
+"""The table that every reader returns, and the size limits of all readers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which part of a file is upsetting and which is sliding, where the laboratory says so."""
+"""Times of upsetting and sliding where the laboratory states them, in the test table or the channel map."""
 
 from __future__ import annotations
 

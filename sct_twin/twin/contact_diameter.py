@@ -31,7 +31,7 @@ DIFFERS = 0.02
 
 @dataclass(frozen=True, eq=False)
 class MeasuredContact:
-    """What became of a measured diameter.
+    """An upsetting run after its comparison with a measured contact diameter.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""A synthetic campaign: plan, law, tests; raw records for everybody, the truth in files of its own."""
+"""A synthetic campaign of sliding compression tests: raw records, and the truth in separate files."""
 
 from __future__ import annotations
 
@@ -36,18 +36,18 @@ from .truth import write_truth
 
 @dataclass(eq=False)
 class Campaign:
-    """A campaign of sliding compression tests that never took place.
+    """A virtual campaign of sliding compression tests, computed from a known friction law.
 
     Parameters
     ----------
     plan : str, path-like or DataFrame
-        ``family-count[+heldout]``: ``factorial-81+30``, ``reduced-27+10``, ``tiny-6+3``; or rows of one's own
+        ``family-count[+heldout]``: ``factorial-81+30``, ``reduced-27+10``, ``tiny-6+3``; or your own rows
         (a table or the path of a ``.csv``), see `plans.complete_plan`.
     hidden : str or sequence of str, optional
         Hidden effects by name (``"stribeck"``, ``"stribeck+wear_out"``), among them ``force_zero``, an offset of the
         friction cell; None: the base law alone.
     seed : int
-        Everything random follows from it.
+        Seed of everything that is random.
     rig, instruments : Rig, Instruments, optional
         The laboratory's reality and its sensors; plain ones by default, realistic ones with a lubricant.
     cache : path-like, optional
@@ -59,7 +59,7 @@ class Campaign:
     faults : Faults, optional
         What goes wrong in the tests.
     law : TrueLaw, optional
-        A law that is known already, of another campaign, instead of one that is drawn.
+        Law of another campaign; drawn from the seed by default.
 
     Raises
     ------
@@ -112,7 +112,7 @@ class Campaign:
 
     @property
     def true_faults(self) -> Faults | None:
-        """Return what goes wrong, a hidden offset of the friction cell included."""
+        """Return the faults, with a hidden offset of the friction cell."""
         return self._faults
 
     @property
@@ -253,7 +253,7 @@ class Campaign:
     def _measured_after(
         self, tests: pd.DataFrame, scatter: Mapping[str, Mapping[str, float]]
     ) -> pd.DataFrame:
-        """Return the test table with what is read off the specimens after the tests."""
+        """Return the test table with the contact diameters that are measured after the tests."""
         if self._instruments.contact_reading == 0.0:
             return tests.drop(columns="contact_diameter", errors="ignore")
         true = [(str(t), scatter[str(t)]["contact_diameter"]) for t in tests["test_id"]]
@@ -261,7 +261,7 @@ class Campaign:
         return tests.assign(contact_diameter=read)
 
     def _prepare(self, partial: Path, kind: str) -> None:
-        """Empty the folder in which finished tests wait, if it is another campaign's."""
+        """Empty the folder of finished tests if they belong to another campaign."""
         key = fingerprint(
             self._tests.to_csv(),
             self._law.to_dict(),

@@ -97,7 +97,7 @@ class TrueLaw:
 
 
 class ContactLaw:
-    """The true law at contact points that are called step after step; remembers the friction work of each.
+    """The true law at contact points over many steps; sums up the friction work of each point.
 
     Called as ``law(loads, t)`` with loads of shape (n, 5) in the order of the contract; the points must
     keep their order. Work grows with the sliding distance since the last call, once an instant; at time

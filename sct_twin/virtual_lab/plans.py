@@ -54,7 +54,7 @@ FAMILIES: dict[str, PlanFamily] = {
     )
 }
 PLAN_NAMES = ("factorial-81+30", "reduced-27+10", "tiny-6+3")
-#: Largest plan of one's own.
+#: Most tests of a plan that the user gives.
 MOST_TESTS = 2000
 _MAX_BYTES = 4_000_000
 
@@ -157,7 +157,7 @@ def make_plan(name: str, seed: int, repeats: int = 1) -> pd.DataFrame:
 
 
 def read_plan(source: pd.DataFrame | str | os.PathLike[str], seed: int) -> pd.DataFrame:
-    """Return the test table of a plan of one's own: a table, or a CSV file of one; see `complete_plan`.
+    """Return the test table of a plan that the user gives, as a table or a CSV file; see `complete_plan`.
 
     Raises
     ------
@@ -173,7 +173,7 @@ def read_plan(source: pd.DataFrame | str | os.PathLike[str], seed: int) -> pd.Da
 
 
 def complete_plan(rows: pd.DataFrame, seed: int, where: str) -> pd.DataFrame:
-    """Check the rows of a plan and fill in what they leave open.
+    """Check the rows of a plan and fill in missing settings.
 
     Parameters
     ----------

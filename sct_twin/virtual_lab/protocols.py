@@ -1,4 +1,4 @@
-"""Protocols: what a test does besides sliding at one speed under one force, as columns of its row of the plan."""
+"""Protocols of a test: steps of speed or pressure, ramps, holds, zero readings; given by columns of the plan."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ _MOST_LEVELS = 50
 
 @dataclass(frozen=True)
 class Schedule:
-    """What the rig is told in one test.
+    """Set values of the rig in one test.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""The upsetting runs behind a campaign's specimens, kept in a cache folder by all that they depend on."""
+"""Upsetting runs of a campaign's specimens, kept in a cache folder under a hash of everything they depend on."""
 
 from __future__ import annotations
 

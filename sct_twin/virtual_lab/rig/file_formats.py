@@ -1,4 +1,4 @@
-"""What the data logger of the virtual rig writes: names, units and signs of each format, and their channel map."""
+"""File formats of the virtual rig: column names, units and signs, and the channel map that reads them."""
 
 from __future__ import annotations
 

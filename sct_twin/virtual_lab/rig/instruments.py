@@ -1,4 +1,4 @@
-"""Sensors of the virtual rig: what they make of forces, motion and temperature, and how they can fail."""
+"""Sensors of the virtual rig: noise, drift and lag of forces, motion and temperature, and faults."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ class Instruments:
 
 @dataclass(frozen=True)
 class Faults:
-    """What goes wrong in a test, and how much; nothing by default.
+    """Faults of a test and their size; none by default.
 
     Attributes
     ----------
