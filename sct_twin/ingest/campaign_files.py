@@ -14,7 +14,7 @@ from friction_models.common.pool import Progress
 
 from ..records.record import SctRecord, write_csv
 from .measurement_files import Source
-from .preview import describe, remarks
+from .preview import remarks
 from .raw_campaign import RawCampaign, write_tables
 from .survey import Map, Survey, survey
 
@@ -108,6 +108,3 @@ def ingest(
         quality.to_csv(temporary / "quality.csv", index=False, lineterminator="\n")
     left_out = pd.DataFrame(found.left_out, columns=["file", "reason"])
     return IngestReport(RawCampaign.load(out), quality, left_out, found)
-
-
-__all__ = ["IngestReport", "describe", "ingest"]

@@ -12,7 +12,7 @@ import pandas as pd
 
 from friction_models.loads import FloatArray
 
-from ..signals.sliding_phase import integral
+from ..signals.filters import integral
 from ..twin.upsetting import ContactState
 from .heating import LEAST_MU_WITH_SCATTER, Sliding, heat
 from .law import LawInput, TrueLaw
