@@ -1,17 +1,25 @@
-"""Results kept to save time. A file beside each result holds a checksum and the key of what it was computed from.
+"""Results that are kept to save time, and the hashes by which they are recognised.
 
-A result that was damaged, changed or replaced is computed again.
+Beside each kept file or folder lie its key and a checksum. A result that was damaged, changed or exchanged for
+another does not match them and is computed again.
 """
 
 from __future__ import annotations
 
 import hashlib
+import importlib.util
 import json
 import os
+from collections.abc import Iterable
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 from .errors import InputError
 from .files import write_json
+
+#: Files of a package that are sources of its results.
+_SOURCES = (".py", ".yaml", ".c", ".h")
 
 
 def path_digest(path: str | os.PathLike[str]) -> str:
@@ -23,16 +31,84 @@ def path_digest(path: str | os.PathLike[str]) -> str:
         Nothing is there, or it cannot be read.
     """
     place = Path(path)
-    digest = hashlib.sha256()
+    result = hashlib.sha256()
     try:
         if not place.is_dir():
             with place.open("rb") as stream:
                 return hashlib.file_digest(stream, "sha256").hexdigest()
         for file in sorted(p for p in place.rglob("*") if p.is_file()):
-            digest.update(f"{file.relative_to(place).as_posix()}\0{path_digest(file)}\n".encode())
+            result.update(f"{file.relative_to(place).as_posix()}\0{path_digest(file)}\n".encode())
     except OSError as error:
         raise InputError(f"{place}: cannot be read ({error.strerror}); allowed: a file or a folder") from None
-    return digest.hexdigest()
+    return result.hexdigest()
+
+
+def fingerprint(*parts: object) -> str:
+    """Return a hash of contents and settings; bytes are taken as they are."""
+    result = hashlib.sha256()
+    for part in parts:
+        result.update(part if isinstance(part, bytes) else repr(part).encode())
+        result.update(b"\0")
+    return result.hexdigest()[:32]
+
+
+def digest(content: Any) -> str:
+    """Return the hash of JSON-able content.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Content that JSON does not hold, NaN among it.
+    """
+    text = json.dumps(content, sort_keys=True, allow_nan=False, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def code_digest(names: Iterable[str]) -> str:
+    """Return the hash of the sources of packages and modules, as they lie on the disk now.
+
+    Raises
+    ------
+    InputError
+        No such package.
+    """
+    return digest({name: _sources(name) for name in sorted(set(names))})
+
+
+def _sources(name: str) -> list[list[str]]:
+    """Return file names and content hashes of one package or module."""
+    top = source_place(name)
+    files = source_files(name)
+    return [[(p.name if p == top else p.relative_to(top or p).as_posix()), path_digest(p)] for p in files]
+
+
+def source_files(name: str) -> list[Path]:
+    """Return the sources of a package or module.
+
+    Raises
+    ------
+    InputError
+        No such package.
+    """
+    place = source_place(name)
+    if place is None:
+        raise InputError(f"campaign: code {name!r}; allowed: an importable package or module with sources")
+    if place.is_file():
+        return [place]
+    return sorted(p for p in place.rglob("*") if p.suffix in _SOURCES and p.is_file())
+
+
+@cache
+def source_place(name: str) -> Path | None:
+    """Return the file of a module or the folder of a package, None where there is no such source."""
+    try:
+        spec = importlib.util.find_spec(name)
+    except (ImportError, ValueError):
+        return None
+    if spec is None or spec.origin is None:
+        return None
+    file = Path(spec.origin)
+    return file.parent if file.name == "__init__.py" else file
 
 
 def keep(path: Path, key: str) -> None:

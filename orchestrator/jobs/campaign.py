@@ -12,13 +12,13 @@ from typing import Any
 from fmus.runtime.errors import SimulationError
 from friction_models.common import InputError, check_folder, grown, unknown_name, write_json
 from friction_models.common.folders import STUDY
-from friction_models.common.kept import path_digest
+from friction_models.common.kept import digest, path_digest
 from friction_models.common.pool import process_count
 
 from .estimate import DryRun, TimeEstimate
 from .executors import Cluster, Executor, ProcessExecutor, SerialExecutor
 from .job import Failure, Job, Progress
-from .keys import PACKAGES, Stamp, deciding_code, digest, stamp
+from .keys import PACKAGES, Stamp, deciding_code, stamp
 from .store import JobResult, Store
 from .work import JobCall
 

@@ -7,17 +7,13 @@ needs. The packages below count as a whole.
 from __future__ import annotations
 
 import ast
-import hashlib
-import importlib.util
 import json
 import os
 from collections.abc import Iterable, Iterator
-from functools import cache
 from pathlib import Path
 from typing import Any, TypedDict
 
-from friction_models.common import InputError
-from friction_models.common.kept import path_digest
+from friction_models.common.kept import code_digest, digest, source_files, source_place
 
 from .versions import versions
 
@@ -28,8 +24,6 @@ DISTRIBUTIONS = (
 )  # fmt: skip
 #: The packages below this one; their sources count in every key.
 PACKAGES = ("friction_models", "forming", "sct_twin", "fmus")
-#: Files of a package that are sources of its results.
-_SOURCES = (".py", ".yaml", ".c", ".h")
 
 
 class Stamp(TypedDict):
@@ -37,18 +31,6 @@ class Stamp(TypedDict):
 
     versions: dict[str, str]
     code: str
-
-
-def digest(content: Any) -> str:
-    """Return the hash of JSON-able content.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Content that JSON does not hold, NaN among it.
-    """
-    text = json.dumps(content, sort_keys=True, allow_nan=False, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()
 
 
 class ResultKeys:
@@ -92,8 +74,8 @@ def deciding_code(module: str, root: str = __package__.partition(".")[0]) -> tup
     while waiting:
         folder = waiting.pop()
         found.add(folder)
-        names = {_folder_of(name) for file in _files(folder) for name in _imported(file, folder)}
-        waiting |= {n for n in names - found if n.startswith(f"{root}.") and _place(n) is not None}
+        names = {_folder_of(name) for file in source_files(folder) for name in _imported(file, folder)}
+        waiting |= {n for n in names - found if n.startswith(f"{root}.") and source_place(n) is not None}
     return (*PACKAGES, *sorted(found))
 
 
@@ -104,7 +86,7 @@ def _folder_of(module: str) -> str:
 
 def _imported(file: Path, folder: str) -> Iterator[str]:
     """Return what a file of a folder imports, with the names that it takes from it: ``orchestrator.cosim.system.System``."""
-    place = _place(folder)
+    place = source_place(folder)
     if file.suffix != ".py" or place is None:
         return
     package = folder.split(".")
@@ -116,43 +98,3 @@ def _imported(file: Path, folder: str) -> Iterator[str]:
             start = package[: len(package) - node.level + 1] if node.level else []
             base = [*start, node.module] if node.module else start
             yield from (".".join([*base, alias.name]) for alias in node.names)
-
-
-def code_digest(names: Iterable[str]) -> str:
-    """Return the hash of the sources of packages and modules, as they lie on the disk now.
-
-    Raises
-    ------
-    InputError
-        No such package.
-    """
-    return digest({name: _sources(name) for name in sorted(set(names))})
-
-
-def _sources(name: str) -> list[list[str]]:
-    """Return file names and content hashes of one package or module."""
-    files = _files(name)
-    top = _place(name)
-    return [[(p.name if p == top else p.relative_to(top or p).as_posix()), path_digest(p)] for p in files]
-
-
-def _files(name: str) -> list[Path]:
-    """Return the sources of a package or module."""
-    place = _place(name)
-    if place is None:
-        raise InputError(f"campaign: code {name!r}; allowed: an importable package or module with sources")
-    if place.is_file():
-        return [place]
-    return sorted(p for p in place.rglob("*") if p.suffix in _SOURCES and p.is_file())
-
-
-@cache
-def _place(name: str) -> Path | None:
-    try:
-        spec = importlib.util.find_spec(name)
-    except (ImportError, ValueError):
-        return None
-    if spec is None or spec.origin is None:
-        return None
-    file = Path(spec.origin)
-    return file.parent if file.name == "__init__.py" else file

@@ -12,10 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from friction_models.common import InputError, write_json
-from friction_models.common.kept import path_digest
+from friction_models.common.kept import digest, path_digest
 from friction_models.common.locks import locked
-
-from .keys import digest
 
 #: Every result folder holds this file, which names all others with their hashes.
 RESULT = "result.json"

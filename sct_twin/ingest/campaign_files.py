@@ -1,4 +1,4 @@
-"""Measurement files of a laboratory -> canonical raw campaign folder, with a quality table."""
+"""`ingest`: from measurement files of a laboratory to a raw campaign folder with a quality table."""
 
 from __future__ import annotations
 
@@ -10,16 +10,18 @@ import pandas as pd
 
 from friction_models.common import InputError, atomic_folder
 from friction_models.common.folders import CAMPAIGN
+from friction_models.common.pool import Progress
 
 from ..records.record import SctRecord, write_csv
-from .preview import describe, remarks
+from .measurement_files import Source
+from .preview import remarks
 from .raw_campaign import RawCampaign, write_tables
-from .survey import Map, Progress, Source, Survey, survey
+from .survey import Map, Survey, survey
 
 
 @dataclass
 class IngestReport:
-    """What was taken over, how good it is, and what was left out.
+    """Result of `ingest`: the new campaign, the quality of its tests, and the files left out.
 
     Attributes
     ----------
@@ -98,14 +100,11 @@ def ingest(
         if show is not None:
             show(found)
         if not found.tests:
-            first = found.left_out[0]["reason"] if found.left_out else "no files"
+            first = found.left_out[0].reason if found.left_out else "no files"
             raise InputError(f"none of {found.count} files can be used; the first: {first}")
-        found.info["left_out"] = found.left_out
+        found.info["left_out"] = [entry._asdict() for entry in found.left_out]
         write_tables(temporary, found.test_table, found.info)
         quality = pd.DataFrame(found.rows)
         quality.to_csv(temporary / "quality.csv", index=False, lineterminator="\n")
     left_out = pd.DataFrame(found.left_out, columns=["file", "reason"])
     return IngestReport(RawCampaign.load(out), quality, left_out, found)
-
-
-__all__ = ["IngestReport", "describe", "ingest"]

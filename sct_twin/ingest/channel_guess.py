@@ -1,4 +1,4 @@
-"""Which column of a file probably is which channel, from German and English names and units; never more than a guess."""
+"""Draft of a channel map: guesses which column is which channel, from German and English names and units."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from friction_models.common import InputError
 from ..readers import RawTable
 from ..readers.header import is_unit
 from ..records.channels import CHANNELS, MOTION
-from ..records.units import conversion
+from ..records.units import channel_conversion
 
 #: How sure a name is: of this channel for certain, of this kind and no other known, or one of several it may be.
 _SURE, _PLAIN, _MAYBE = 3, 2, 1
@@ -184,7 +184,7 @@ def _fits(quantity: str, unit: str) -> bool:
     if not unit:
         return True
     try:
-        conversion(quantity, unit)
+        channel_conversion(quantity, unit)
     except InputError:
         return False
     return True

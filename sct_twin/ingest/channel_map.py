@@ -1,4 +1,4 @@
-"""How the columns of a laboratory's files become the channels of a record."""
+"""Channel map: turns the columns of a laboratory's files into the channels of a record."""
 
 from __future__ import annotations
 
@@ -9,18 +9,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import pandas as pd
-
-from friction_models.common import InputError, unknown_name
+from friction_models.common import InputError
 from friction_models.common.yaml_files import read_yaml
 from friction_models.loads import FloatArray, missing_column
 
 from ..readers import RawTable
+from ..records.cells import check_keys, is_given, is_number
 from ..records.channels import CHANNEL_NAMES, MOTION, REQUIRED, channel, check_scale
 from ..records.record import SctRecord
-from ..records.units import conversion, scale_factor
-from ..signals.phases import TIMES, Phases, is_given
+from ..records.units import channel_conversion, scale_factor
+from ..signals.phases import TIMES, Phases
 from .name_template import NameTemplate
 from .phase_files import PhaseFiles, join
 
@@ -50,7 +48,7 @@ class MappedColumn:
         """Return (factor, shift) from readings in `unit` to the canonical unit."""
         scale = self.scale or self.sensitivity
         if scale is None:
-            return conversion(self.quantity, unit, where)
+            return channel_conversion(self.quantity, unit, where)
         return scale_factor(self.quantity, unit, scale, self.scale is None, where), 0.0
 
 
@@ -97,12 +95,10 @@ class ChannelMap:
             content = read_yaml(path)
         if not isinstance(content, Mapping):
             raise InputError(f"{where}: holds {type(content).__name__}, allowed: keys {', '.join(_KEYS)}")
-        for key in content:
-            if key not in _KEYS:
-                raise unknown_name("key", key, _KEYS, where)
+        check_keys(content, _KEYS, where)
         columns = _columns(content.get("channels"), where)
         mass = content.get("moving_mass")
-        if mass is not None and not (_is_number(mass) and 0.0 <= mass < 1e5):
+        if mass is not None and not (is_number(mass) and 0.0 <= mass < 1e5):
             raise InputError(f"{where}: moving_mass is {mass!r}; allowed: 0 to 1e5 kg")
         metadata = content.get("metadata") or {}
         if not isinstance(metadata, Mapping):
@@ -177,18 +173,12 @@ class ChannelMap:
                     f"{', '.join(channel(column.quantity).units)} in a units row or in the channel map"
                 )
             factor, shift = column.factor(unit, table.source)
-            values = table.frame[name]
-            if values.dtype.kind not in "fiu":
-                numbers = pd.to_numeric(values, errors="coerce")
-                bad = (numbers.isna() & values.notna()).to_numpy()
-                if bad.any():
-                    row = int(np.argmax(bad))
-                    raise InputError(
-                        f"{table.source}: column {name!r}, {table.place(row)}: value {values.iloc[row]!r} "
-                        f"is not a number; allowed: numbers [{unit}] (mend the line, or take it out)"
-                    )
-                values = numbers
-            readings = values.to_numpy(np.float64)
+            readings, bad = table.numbers(name)
+            if bad is not None:
+                raise InputError(
+                    f"{table.source}: column {name!r}, {table.place(bad)}: value {table.frame[name].iloc[bad]!r} "
+                    f"is not a number; allowed: numbers [{unit}] (mend the line, or take it out)"
+                )
             if (column.sign, column.offset, factor, shift) != (1.0, 0.0, 1.0, 0.0):
                 readings = column.sign * ((readings - column.offset) * factor + shift)
             data[column.quantity] = readings
@@ -243,7 +233,7 @@ def _add_times(about: dict[str, Any], times: Mapping[str, float], where: str) ->
 def _processing(name: str, value: Any, where: str) -> Any:
     if name == "despike" and not isinstance(value, bool):
         raise InputError(f"{where}: despike is {value!r}; allowed: true or false")
-    if name == "low_pass" and value != "auto" and not (_is_number(value) and 0.0 < value < 1e6):
+    if name == "low_pass" and value != "auto" and not (is_number(value) and 0.0 < value < 1e6):
         raise InputError(f"{where}: low_pass is {value!r}; allowed: a corner above 0 Hz, or auto")
     return value
 
@@ -272,17 +262,15 @@ def _column(entry: Any, here: str) -> MappedColumn:
         entry = {"quantity": entry}
     if not isinstance(entry, Mapping):
         raise InputError(f"{here}: {entry!r}; allowed: {', '.join(_COLUMN_KEYS)}")
-    for key in entry:
-        if key not in _COLUMN_KEYS:
-            raise unknown_name("key", key, _COLUMN_KEYS, here)
+    check_keys(entry, _COLUMN_KEYS, here)
     quantity = channel(str(entry.get("quantity")), here).name
     unit, std = entry.get("unit"), entry.get("std")
     sign, offset = entry.get("sign", 1), entry.get("offset", 0.0)
     if sign not in (1, -1):
         raise InputError(f"{here}: sign is {sign!r}; allowed: 1 or -1")
-    if not _is_number(offset):
+    if not is_number(offset):
         raise InputError(f"{here}: offset is {offset!r}; allowed: a finite number in the file's unit")
-    if std is not None and not (quantity in ("F_n", "F_r") and _is_number(std) and std >= 0.0):
+    if std is not None and not (quantity in ("F_n", "F_r") and is_number(std) and std >= 0.0):
         raise InputError(f"{here}: std is {std!r}; allowed: of F_n and F_r, 0 N and more")
     scale, sensitivity = entry.get("scale"), entry.get("sensitivity")
     if scale is not None and sensitivity is not None:
@@ -302,7 +290,3 @@ def _column(entry: Any, here: str) -> MappedColumn:
     if column.unit is not None:
         column.factor(column.unit, here)
     return column
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))

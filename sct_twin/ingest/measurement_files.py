@@ -1,14 +1,18 @@
-"""Which files of a folder are measurements, and which are passed over."""
+"""Search for measurement files and the test table in a folder."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterable
 from pathlib import Path
+from typing import NamedTuple
 
 from friction_models.common import InputError
 
-from ..readers import SUFFIXES
+from ..readers.formats import SUFFIXES, no_reader
+
+#: A folder of measurement files, one file, or several.
+Source = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
 
 #: What a test table beside the files is called.
 _TESTS = ("tests.csv", "tests.tsv", "tests.txt", "tests.parquet")
@@ -25,14 +29,20 @@ def _listing(folder: Path) -> list[Path]:
     )
 
 
-def passed_over(source: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> list[dict[str, str]]:
-    """Return the files of a folder that no reader reads (file, reason): none is lost without a word."""
+class LeftOut(NamedTuple):
+    """A file that is not used ('' for a test without a file), and why."""
+
+    file: str
+    reason: str
+
+
+def passed_over(source: Source) -> list[LeftOut]:
+    """Return the files of a folder that no reader reads, so that the user hears of each of them."""
     if not isinstance(source, str | os.PathLike) or not Path(source).is_dir():
         return []
     folder = Path(source) / "raw" if (Path(source) / "raw").is_dir() else Path(source)
-    allowed = ", ".join(sorted(SUFFIXES))
     return [
-        {"file": str(file), "reason": f"{file}: suffix {file.suffix!r} has no reader; allowed: {allowed}"}
+        LeftOut(str(file), no_reader(file))
         for file in _listing(folder)
         if file.suffix.lower() not in SUFFIXES and file.suffix.lower() not in _COMPANIONS
     ]
@@ -55,9 +65,7 @@ def tests_beside(folder: Path) -> Path | None:
     return found[0] if found else None
 
 
-def measurement_files(
-    source: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
-) -> tuple[list[Path], Path | None]:
+def measurement_files(source: Source) -> tuple[list[Path], Path | None]:
     """Return the measurement files and the folder that may hold a test table.
 
     Raises

@@ -1,4 +1,4 @@
-"""Which part of a file's name is the name of the test."""
+"""Templates such as `*_SCT{test_id}_raw` that take the name of a test out of a file name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Upsetting and sliding of one test in two files: which belong together, and how they are joined."""
+"""Tests whose upsetting and sliding lie in two files: finds the pairs and joins their channels."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.common import InputError, unknown_name
+from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
-from ..signals.phases import is_given
+from ..records.cells import check_keys, is_given
+from .measurement_files import LeftOut
 
 _KEYS = ("upsetting", "sliding")
 #: Without a stated waiting time the plate is taken to start so soon after the upsetting file ends [s].
@@ -38,15 +39,11 @@ class PhaseFiles:
         """
         if not isinstance(content, Mapping) or "files" not in content:
             return None
-        for key in content:
-            if key != "files":
-                raise unknown_name("key", key, ["files"], f"{where}: phases with files")
+        check_keys(content, ["files"], f"{where}: phases with files")
         endings = content["files"]
         if not isinstance(endings, Mapping):
             raise InputError(f"{where}: phases: files is {endings!r}; allowed: upsetting and sliding")
-        for key in endings:
-            if key not in _KEYS:
-                raise unknown_name("key", key, _KEYS, f"{where}: phases: files")
+        check_keys(endings, _KEYS, f"{where}: phases: files")
         values = [endings.get(key) for key in _KEYS]
         for key, value in zip(_KEYS, values):
             if not isinstance(value, str) or not value:
@@ -57,10 +54,10 @@ class PhaseFiles:
             raise InputError(f"{where}: phases: files: both end with {values[0]!r}; allowed: two endings")
         return cls(str(values[0]), str(values[1]))
 
-    def pairs(self, files: Iterable[Path]) -> tuple[list[tuple[str, Path, Path]], list[dict[str, str]]]:
+    def pairs(self, files: Iterable[Path]) -> tuple[list[tuple[str, Path, Path]], list[LeftOut]]:
         """Return (test, upsetting file, sliding file) for every test, and what has no counterpart."""
         found: dict[str, dict[str, Path]] = {}
-        left_out: list[dict[str, str]] = []
+        left_out: list[LeftOut] = []
         for file in files:
             for key in _KEYS:
                 ending = getattr(self, key)
@@ -86,8 +83,8 @@ class PhaseFiles:
         return complete, left_out
 
 
-def _said(file: Path, reason: str) -> dict[str, str]:
-    return {"file": str(file), "reason": f"{file}: {reason}"}
+def _said(file: Path, reason: str) -> LeftOut:
+    return LeftOut(str(file), f"{file}: {reason}")
 
 
 def join(

@@ -1,4 +1,4 @@
-"""What measurement files hold and what a channel map makes of it, as text; nothing is written."""
+"""A survey as text for the console: files, columns, tests, remarks; nothing is written."""
 
 from __future__ import annotations
 
@@ -12,11 +12,14 @@ from typing import Any
 
 import numpy as np
 
+from friction_models.common.pool import Progress
+
 from ..records.channels import CHANNELS
 from .channel_guess import draft
 from .channel_map import ChannelMap
+from .measurement_files import LeftOut, Source
 from .quality import warnings
-from .survey import FileFound, Map, Progress, Source, Survey, survey
+from .survey import FileFound, Map, Survey, survey
 
 _NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 _QUOTED = re.compile(r"'[^']*'")
@@ -99,11 +102,10 @@ def remarks(found: Survey, width: int = 80) -> list[str]:
     return lines
 
 
-def _left_out(entries: Sequence[dict[str, str]]) -> list[str]:
+def _left_out(entries: Sequence[LeftOut]) -> list[str]:
     """Return why files were left out, each reason once with the first file it is about."""
     same: dict[str, list[tuple[str, str]]] = {}
-    for entry in entries:
-        file, reason = entry["file"], entry["reason"]
+    for file, reason in entries:
         # What is said of a test without a file differs in the name of the test, of files in their numbers.
         quoted = _QUOTED.search(reason)
         name = Path(file).name if file or quoted is None else quoted[0]

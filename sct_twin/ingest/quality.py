@@ -1,4 +1,4 @@
-"""How good a record is: sampling, gaps, clipping, zeros and their drift, spikes, phases, friction, repeats."""
+"""Quality of a record: sampling, gaps, clipping, zeros and their drift, spikes, phases, friction, repeats."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ import pandas as pd
 from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
+from ..records.cells import is_given
 from ..records.channels import CHANNEL_NAMES
 from ..records.record import SctRecord, usual_step
 from ..signals.filters import spike_rows
 from ..signals.force_zero import Zeros
-from ..signals.phases import TIMES, PhaseTimes, is_given
+from ..signals.phases import TIMES, PhaseTimes
 from ..signals.sliding_phase import BREAK_AWAY, TestSignals, process, resample
 
 #: Metadata that says how a test was run: tests that agree in all of them are repeats.

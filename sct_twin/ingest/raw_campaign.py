@@ -62,7 +62,7 @@ class RawCampaign:
                 "(`ingest` writes one from measurement files)"
             )
         info = read_json(path / "campaign.json")
-        tests = read_tests(path / "tests.csv")
+        tests = read_test_table(path / "tests.csv")
         for test_id in tests["test_id"]:
             if not (path / "raw" / f"{test_id}.csv").is_file():
                 raise InputError(f"{path / 'tests.csv'}: test {test_id!r} has no file raw/{test_id}.csv")
@@ -111,7 +111,7 @@ class RawCampaign:
         return ChannelMap().record(read_csv(self.raw_file(test_id)), test_id, metadata)
 
 
-def read_tests(path: Path) -> pd.DataFrame:
+def read_test_table(path: Path) -> pd.DataFrame:
     """Read a test table whose tests name files; see `friction_models.loads.dataset.read_tests`."""
     frame = dataset.read_tests(path)
     for test_id in frame["test_id"]:

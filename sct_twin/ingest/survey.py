@@ -1,9 +1,9 @@
-"""What a laboratory's files hold: every test read, mapped and judged, one after the other."""
+"""Survey of measurement files: every test is read, mapped to channels and checked."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,24 +13,22 @@ import pandas as pd
 
 from friction_models.common import InputError, nearest, shown
 from friction_models.common.files import read_json
+from friction_models.common.pool import Progress
 from friction_models.loads.dataset import says_synthetic
 
 from ..readers import RawTable, read_file
 from ..records.record import SctRecord
 from .channel_map import ChannelMap
-from .measurement_files import measurement_files, passed_over, tests_beside
+from .measurement_files import LeftOut, Source, measurement_files, passed_over, tests_beside
 from .name_template import NameTemplate, proposed
 from .quality import quality_row, repeats
-from .raw_campaign import check_test_id, read_tests
+from .raw_campaign import check_test_id, read_test_table
 
-Source = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
 Map = str | os.PathLike[str] | Mapping[str, Any] | None
-#: Called with (done, total, test).
-Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
-class Column:
+class FoundColumn:
     """A column of a file: its name, unit, smallest and largest value, and the channel it becomes."""
 
     name: str
@@ -40,14 +38,11 @@ class Column:
     quantity: str | None
 
     @classmethod
-    def of(cls, table: RawTable, name: str, mapping: ChannelMap) -> Column:
+    def of(cls, table: RawTable, name: str, mapping: ChannelMap) -> FoundColumn:
         """Describe a column of a table."""
         used = mapping.used(table).get(name)
         unit = (used.unit if used is not None else None) or table.units.get(name, "")
-        values = table.frame[name]
-        if values.dtype.kind not in "fiu":
-            values = pd.to_numeric(values, errors="coerce")
-        numbers = values.to_numpy(np.float64)
+        numbers, _ = table.numbers(name)
         low, high = (
             float(f(numbers)) if not np.isnan(numbers).all() else np.nan for f in (np.nanmin, np.nanmax)
         )
@@ -60,7 +55,7 @@ class FileFound:
 
     file: str
     format: str
-    columns: tuple[Column, ...]
+    columns: tuple[FoundColumn, ...]
     notes: tuple[str, ...]
     table: RawTable | None = None
 
@@ -82,8 +77,8 @@ class Survey:
         Quality of the tests that can be used.
     tests : list of dict
         Their rows of the test table.
-    left_out : list of dict
-        ``file`` and ``reason``.
+    left_out : list of LeftOut
+        Files that cannot be used, and why.
     info : dict
         What is known about the campaign.
     count : int
@@ -95,7 +90,7 @@ class Survey:
     files: list[FileFound] = field(default_factory=list)
     rows: list[dict[str, Any]] = field(default_factory=list)
     tests: list[dict[str, Any]] = field(default_factory=list)
-    left_out: list[dict[str, str]] = field(default_factory=list)
+    left_out: list[LeftOut] = field(default_factory=list)
     info: dict[str, Any] = field(default_factory=dict)
     count: int = 0
     proposal: str | None = None
@@ -115,43 +110,19 @@ def survey(
     progress: Progress | None = None,
     test_id: str | None = None,
 ) -> Survey:
-    """Read every test, judge it, and hand on the records that can be used.
+    """Read every test, judge it, and call `take` with each record that can be used.
 
-    Parameters
-    ----------
-    source : path-like or iterable of path-like
-        A folder (its measurement files, or those in its `raw/`) or single files.
-    channel_map : path-like or mapping, optional
-        See `ChannelMap.load`.
-    tests : path-like, optional
-        Test table with a column `test_id`; by default `tests.csv` (`.tsv`, `.txt`) beside the files.
-    take : callable, optional
-        Called with each record that can be used.
-    progress : callable, optional
-        Called with (done, total, test_id).
-    test_id : str, optional
-        Which part of a file's name is that of the test, see `NameTemplate`; instead of what the map says.
+    The other arguments are those of `sct_twin.ingest.campaign_files.ingest`.
 
     Raises
     ------
     InputError
-        No files, or a bad channel map or test table. What is wrong with one file is left out with a
-        reason.
+        No files, or a bad channel map or test table. A file that cannot be used is left out with a reason.
     """
     mapping = ChannelMap.load(channel_map)
     files, home = measurement_files(source)
-    table = None
-    if tests is not None:
-        table = read_tests(Path(tests))
-    elif home is not None and (beside := tests_beside(home)) is not None:
-        table = read_tests(beside)
-    result = Survey(info={"synthetic": False})
-    if home is not None and (home / "campaign.json").is_file():
-        result.info = read_json(home / "campaign.json")
-    if table is not None and says_synthetic(table):
-        result.info["synthetic"] = True
-    if mapping.moving_mass is not None:
-        result.info["moving_mass_kg"] = mapping.moving_mass
+    table = _test_table(tests, home)
+    result = Survey(info=_info(home, table, mapping))
     mass = float(result.info.get("moving_mass_kg") or 0.0)
     work: list[tuple[str, Path | None, Path]] = [(file.stem, None, file) for file in files]
     if mapping.files is not None:
@@ -174,8 +145,7 @@ def survey(
             record, notes = _record(result, mapping, before, file, test, table)
             if table is not None and test not in listed:
                 notes.append(_not_listed(test, listed))
-            mass_here = record.number("moving_mass", mass)
-            row = {**quality_row(record, mass_here), "notes": "; ".join(notes)}
+            row = {**quality_row(record, record.number("moving_mass", mass)), "notes": "; ".join(notes)}
             if take is not None:
                 take(record)
             known[test] = file
@@ -185,23 +155,40 @@ def survey(
             reason = shown(error, 1000)
             if table is not None and test not in listed and "test table" in reason:
                 reason += f"; test {test!r} is {_not_listed(test, listed)}"
-            result.left_out.append({"file": str(file), "reason": reason})
+            result.left_out.append(LeftOut(str(file), reason))
         except MemoryError:
-            result.left_out.append({"file": str(file), "reason": f"{file}: too large for the memory"})
+            result.left_out.append(LeftOut(str(file), f"{file}: too large for the memory"))
         finally:
             if progress is not None:
                 progress(number + 1, len(work), test)
         tried.add(test)
-    if table is not None:
-        gone = sorted(set(listed) - tried)
-        result.left_out += [{"file": "", "reason": f"test {t!r} of the test table has no file"} for t in gone]
-        if names is None:
-            result.proposal = proposed(gone, [file for name, _, file in work if name not in listed])
+    gone = sorted(set(listed) - tried)
+    result.left_out += [LeftOut("", f"test {test!r} of the test table has no file") for test in gone]
+    if table is not None and names is None:
+        result.proposal = proposed(gone, [file for name, _, file in work if name not in listed])
     result.left_out += passed_over(source)
     if result.tests:
         for row, count in zip(result.rows, repeats(result.test_table)):
             row["repeats"] = count
     return result
+
+
+def _test_table(tests: str | os.PathLike[str] | None, home: Path | None) -> pd.DataFrame | None:
+    """Return the test table that is named, or else the one beside the files, if there is one."""
+    file = Path(tests) if tests is not None else None if home is None else tests_beside(home)
+    return None if file is None else read_test_table(file)
+
+
+def _info(home: Path | None, table: pd.DataFrame | None, mapping: ChannelMap) -> dict[str, Any]:
+    """Return what is known about the campaign: its own file, if there is one, the test table, the channel map."""
+    info: dict[str, Any] = {"synthetic": False}
+    if home is not None and (home / "campaign.json").is_file():
+        info = read_json(home / "campaign.json")
+    if table is not None and says_synthetic(table):
+        info["synthetic"] = True
+    if mapping.moving_mass is not None:
+        info["moving_mass_kg"] = mapping.moving_mass
+    return info
 
 
 def _named(names: NameTemplate, name: str, file: Path) -> str:
@@ -239,7 +226,7 @@ def _record(
 
 def _read(result: Survey, mapping: ChannelMap, file: Path) -> RawTable:
     table = read_file(file)
-    columns = tuple(Column.of(table, str(name), mapping) for name in table.frame.columns)
+    columns = tuple(FoundColumn.of(table, str(name), mapping) for name in table.frame.columns)
     found = FileFound(str(file), table.format, columns, table.notes)
     if all(found.layout != other.layout for other in result.files):
         # The first file of a layout is kept for a draft of the map, without its rows but a few.

@@ -1,4 +1,4 @@
-"""The reading process of `readers.guarded`: it answers a line a file."""
+"""The reading process of `readers.guarded`: reads one file for each line of its input and answers with one line."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from friction_models.common import InputError
 
 from .formats import read_kind
 from .guarded import MEMORY
+from .table import RawTable
 
 
 def _limit_memory() -> None:
@@ -37,7 +37,7 @@ def _answer(question: dict[str, Any]) -> dict[str, Any]:
         table = read_kind(file, question["kind"])
         folder = Path(question["folder"])
         for number, name in enumerate(table.frame.columns):
-            np.save(folder / f"{number}.npy", _numbers(table.frame[name], name, file), allow_pickle=False)
+            np.save(folder / f"{number}.npy", _numbers(table, name), allow_pickle=False)
     except InputError as error:
         return {"error": str(error)}
     except MemoryError:
@@ -53,15 +53,16 @@ def _answer(question: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _numbers(values: pd.Series[Any], name: str, file: Path) -> np.ndarray:
+def _numbers(table: RawTable, name: str) -> np.ndarray:
+    values = table.frame[name]
     if values.dtype.kind in "fiub":
         return values.to_numpy()
-    numbers = pd.to_numeric(values, errors="coerce")
-    bad = (numbers.isna() & values.notna()).to_numpy()
-    if bad.any():
-        row = int(np.argmax(bad))
-        raise InputError(f"{file}: column {name!r}, row {row}: value {values.iloc[row]!r} is not a number")
-    return numbers.to_numpy(np.float64)
+    numbers, bad = table.numbers(name)
+    if bad is not None:
+        raise InputError(
+            f"{table.source}: column {name!r}, row {bad}: value {values.iloc[bad]!r} is not a number"
+        )
+    return numbers
 
 
 def _line(error: BaseException) -> str:

@@ -1,4 +1,4 @@
-"""Which reader reads a file: by its first bytes, then by its suffix."""
+"""Selection of the reader of a file by its suffix, checked against its first bytes."""
 
 from __future__ import annotations
 
@@ -51,9 +51,7 @@ def kind_of(file: Path) -> str:
     check_file(file)
     kind = SUFFIXES.get(file.suffix.lower())
     if kind is None:
-        raise InputError(
-            f"{file}: suffix {file.suffix!r} has no reader; allowed: {', '.join(sorted(SUFFIXES))}"
-        )
+        raise InputError(no_reader(file))
     with file.open("rb") as stream:
         head = stream.read(512)
     if head[:2] in _PICKLE:
@@ -63,6 +61,11 @@ def kind_of(file: Path) -> str:
     if not _fits(kind, head):
         raise InputError(f"{file}: the content is not that of a {kind} file; allowed: {_allowed(kind)}")
     return kind
+
+
+def no_reader(file: Path) -> str:
+    """Return the sentence about a file whose suffix no reader knows."""
+    return f"{file}: suffix {file.suffix!r} has no reader; allowed: {', '.join(sorted(SUFFIXES))}"
 
 
 def _fits(kind: str, head: bytes) -> bool:

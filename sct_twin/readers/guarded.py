@@ -1,7 +1,7 @@
-"""Readers that rest on other people's libraries run in a process of their own.
+"""Readers that use third-party libraries run in a separate process.
 
-A damaged file can make such a library loop, fill the memory or crash; then this process is ended and the
-file gets its sentence, while the caller goes on. One process serves all files until it has to be ended.
+A damaged file can make such a library loop, fill the memory or crash. Then the process is ended, the caller gets an
+InputError and goes on. One process serves all files until it has to be ended.
 """
 
 from __future__ import annotations

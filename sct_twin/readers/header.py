@@ -1,4 +1,4 @@
-"""Which of the rows above the numbers holds the names of the columns, and which their units."""
+"""Search for the rows of column names and of units above the numbers."""
 
 from __future__ import annotations
 

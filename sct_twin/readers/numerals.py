@@ -66,13 +66,6 @@ def decimal_mark(cells: Iterable[str], where: str) -> str:
     return next(iter(found), ".")
 
 
-def in_plain(cell: str, decimal: str) -> str:
-    """Return a number with a decimal point and without separators of thousands."""
-    if _GROUPED[decimal].match(cell):
-        cell = re.sub(f"[{_other(decimal)}{_BLANKS}]", "", cell)
-    return cell.replace(",", ".") if decimal == "," else cell
-
-
 def numbers_of(values: np.ndarray, decimal: str) -> tuple[np.ndarray, np.ndarray, str]:
     """Return cells as numbers, which cells are text, and what separates groups of thousands ('' for nothing)."""
     cells = pd.Series(values, dtype=object)

@@ -1,10 +1,10 @@
-"""What every reader returns, and the limits that all of them keep."""
+"""The table that every reader returns, and the size limits of all readers."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from friction_models.common import InputError
+from friction_models.loads import FloatArray
 
 #: Larger files are refused instead of filling the memory (10 million rows of six channels fit).
 MAX_BYTES = 2 * 1024**3
@@ -74,6 +75,15 @@ class RawTable:
         """Return where a row stands, for messages: its line in the file where that is known."""
         return f"line {self.first_line + row}" if self.first_line else f"row {row}"
 
+    def numbers(self, name: str) -> tuple[FloatArray, int | None]:
+        """Return a column as numbers (NaN for text and empty cells) and the first row that holds text, if any."""
+        values = self.frame[name]
+        if values.dtype.kind in "fiu":
+            return values.to_numpy(np.float64), None
+        numbers = pd.to_numeric(values, errors="coerce")
+        text = (numbers.isna() & values.notna()).to_numpy()
+        return numbers.to_numpy(np.float64), int(np.argmax(text)) if text.any() else None
+
 
 @dataclass
 class Signal:
@@ -87,7 +97,6 @@ class Signal:
     #: Seconds of all signals are in this unit; a time channel of the file keeps its own.
     time_name: str = "t"
     time_unit: str = "s"
-    notes: list[str] = field(default_factory=list)
 
 
 def split_unit(name: str) -> tuple[str, str]:

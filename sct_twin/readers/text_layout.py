@@ -1,4 +1,4 @@
-"""How a text file is laid out: encoding, delimiter, where the table of numbers begins and what stands above it."""
+"""Layout of a text file: encoding, delimiter, first row of numbers, names and units above it."""
 
 from __future__ import annotations
 

@@ -15,6 +15,7 @@ import pandas as pd
 from friction_models.common import InputError, atomic_path
 from friction_models.loads import FloatArray, missing_column
 
+from .cells import is_given
 from .channels import CHANNEL_NAMES, CHANNELS, MOTION, REQUIRED
 
 #: A shorter record cannot hold the upsetting and the sliding phase.
@@ -161,8 +162,8 @@ class SctRecord:
             It is not recorded and has no default, or is not a finite number.
         """
         where = self.where
-        value = self.metadata.get(name)
-        if value is None or (isinstance(value, float) and np.isnan(value)) or value == "":
+        value: Any = self.metadata.get(name)
+        if not is_given(value):
             if default is None:
                 raise missing_column(name, list(self.metadata), f"{where}: test table")
             return default

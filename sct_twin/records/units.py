@@ -7,7 +7,7 @@ from functools import cache
 from typing import Any
 
 from friction_models.common import InputError
-from friction_models.common.units import conversion as known
+from friction_models.common.units import conversion
 
 from .channels import channel
 
@@ -18,7 +18,7 @@ _POWERS = str.maketrans({"²": "2", "³": "3", "·": "*", " ": "*", "µ": "μ"})
 
 
 @cache
-def conversion(quantity: str, unit: str, where: str = "") -> tuple[float, float]:
+def channel_conversion(quantity: str, unit: str, where: str = "") -> tuple[float, float]:
     """Return (factor, offset) from a unit to the canonical unit of a quantity.
 
     Raises
@@ -27,7 +27,7 @@ def conversion(quantity: str, unit: str, where: str = "") -> tuple[float, float]
         No such unit, or it measures something else.
     """
     try:
-        return known(channel(quantity).unit, unit, quantity, where)
+        return conversion(channel(quantity).unit, unit, quantity, where)
     except InputError as error:
         found = _by_pint(channel(quantity).unit, unit)
         if found is None:
@@ -63,7 +63,7 @@ def scale_factor(quantity: str, unit: str, scale: str, inverse: bool, where: str
     canonical = channel(quantity).unit
     # A slope of temperatures has no zero.
     source, reading = (_pint_text(text) for text in (match[2], unit))
-    target = {"degC": "delta_degC"}.get(canonical, canonical).replace("s2", "s**2")
+    target = "delta_degC" if canonical == "degC" else _pint_text(canonical)
     factor = None
     if source is not None and reading is not None:
         source = re.sub(r"\b(degC|K)\b", "delta_degC", source)
@@ -98,7 +98,7 @@ def _by_pint(canonical: str, unit: str) -> tuple[float, float] | None:
         registry = _registry()
     except ImportError:
         return None
-    target = canonical.replace("s2", "s**2")
+    target = _pint_text(canonical)
     try:
         zero = registry.Quantity(0.0, source).to(target).magnitude
         one = registry.Quantity(1.0, source).to(target).magnitude

@@ -1,4 +1,4 @@
-"""How the plate moves: speed, distance and acceleration from whatever of them was recorded."""
+"""Motion of the plate: speed, distance and acceleration from those of them that were recorded."""
 
 from __future__ import annotations
 

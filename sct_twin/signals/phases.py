@@ -1,19 +1,18 @@
-"""Which part of a file is upsetting and which is sliding, where the laboratory says so."""
+"""Times of upsetting and sliding where the laboratory states them, in the test table or the channel map."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
-from friction_models.common import InputError, unknown_name
+from friction_models.common import InputError
 from friction_models.loads import FloatArray, missing_column
 
 from ..readers import RawTable
+from ..records.cells import check_keys, is_given, is_number
 from ..records.record import SctRecord
 
 _KEYS = ("upsetting", "sliding", "channel")
@@ -58,11 +57,6 @@ class PhaseTimes:
         return cls(*(dict(said).get(name) for name in TIMES))
 
 
-def is_given(value: Any) -> bool:
-    """Whether a cell of a test table holds something."""
-    return value is not None and value != "" and not (isinstance(value, float) and math.isnan(value))
-
-
 @dataclass(frozen=True)
 class Phases:
     """Upsetting and sliding as time spans [s], or as values of a channel of the file.
@@ -92,9 +86,7 @@ class Phases:
             return None
         if not isinstance(content, Mapping):
             raise InputError(f"{where}: phases is {content!r}; allowed: detect, or upsetting and sliding")
-        for key in content:
-            if key not in _KEYS:
-                raise unknown_name("key", key, _KEYS, f"{where}: phases")
+        check_keys(content, _KEYS, f"{where}: phases")
         column = content.get("channel")
         if column is not None and not isinstance(column, str):
             raise InputError(f"{where}: phases: channel is {column!r}; allowed: the name of a column")
@@ -102,14 +94,14 @@ class Phases:
         for name in ("upsetting", "sliding"):
             value: Any = content.get(name)
             if column is not None:
-                if not _is_number(value):
+                if not is_number(value):
                     raise InputError(f"{where}: phases: {name} is {value!r}; allowed: a value of {column!r}")
                 spans.append((float(value), float(value)))
                 continue
             if not (
                 isinstance(value, list | tuple)
                 and len(value) == 2
-                and all(_is_number(v) for v in value)
+                and all(is_number(v) for v in value)
                 and value[0] < value[1]
             ):
                 raise InputError(f"{where}: phases: {name} is {value!r}; allowed: [first, last] time [s]")
@@ -140,7 +132,7 @@ class Phases:
         elif self.channel not in table.frame.columns:
             raise missing_column(self.channel, table.frame.columns, f"{table.source}: phases")
         else:
-            key = pd.to_numeric(table.frame[self.channel], errors="coerce").to_numpy(np.float64)
+            key = table.numbers(self.channel)[0]
         found: dict[str, tuple[int, int]] = {}
         for name in ("upsetting", "sliding"):
             low, high = getattr(self, name)
@@ -158,7 +150,3 @@ class Phases:
             raise InputError(f"{table.source}: sliding comes before upsetting; allowed: upsetting first")
         ends = (found["upsetting"][0], *found["sliding"])
         return {name: float(t[row]) for name, row in zip(TIMES, ends)}
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

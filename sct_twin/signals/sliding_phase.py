@@ -10,12 +10,13 @@ from scipy.ndimage import median_filter
 from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
+from ..records.cells import is_given
 from ..records.record import SctRecord
 from .clock import Clock
-from .filters import can_smooth, integral, smooth, spike_rows, without
+from .filters import can_smooth, smooth, spike_rows, without
 from .force_zero import ForceZero, Zeros, force_zeros
 from .motion import Motion
-from .phases import PhaseTimes, is_given
+from .phases import PhaseTimes
 from .sliding_series import SlidingSeries, binned
 
 #: Samples around the start of sliding [s] that are never taken for spikes: friction breaks away there.
@@ -244,6 +245,3 @@ def _is_true(record: SctRecord, name: str) -> bool:
     if text not in {"true", "false", "1", "0", "1.0", "0.0", "yes", "no"}:
         raise InputError(f"{record.where}: metadata {name!r} is {value!r}; allowed: true or false")
     return text in {"true", "1", "1.0", "yes"}
-
-
-__all__ = ["SlidingSeries", "TestSignals", "integral", "process", "resample", "smooth"]

@@ -1,4 +1,4 @@
-"""How far friction may be off: noise inside a point, noise that remembers, zeros and the cells themselves."""
+"""Uncertainty of friction: noise inside a point, correlated noise, zeros of the force cells."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The digital twin of the test: upsetting, heat of sliding, and the loads that come of them."""
+"""The digital twin of the test: upsetting, heat of sliding, and the loads that follow from them."""

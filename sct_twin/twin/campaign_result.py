@@ -1,4 +1,4 @@
-"""A campaign after the twin: points, averages, tests, and how they are saved."""
+"""Result of a campaign: data sets of all points and of test averages, and their files."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ import pandas as pd
 from friction_models.common import atomic_path, grown
 from friction_models.common.folders import TWIN
 from friction_models.loads import DataSet
+
+from . import error_study
 
 #: Folder of the average-based data set inside that of the time series.
 AVERAGES = "averages"
@@ -77,9 +79,7 @@ class TwinResult:
 
     def error_table(self) -> str:
         """Return what was found about the twin's errors as text."""
-        from . import error_study as twin_error
-
-        return twin_error.table(self.errors)
+        return error_study.table(self.errors)
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
         """Write both data sets, each file at once; other files in the folder stay.

@@ -1,4 +1,4 @@
-"""The diameter of the contact, measured after the test: it says at which force the upsetting run is to be read."""
+"""Use of a contact diameter that was measured after the test: it corrects the flow stress or the area of the upsetting run."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
 from ..records.record import SctRecord
-from .upsetting import Upsetting
+from .upsetting import FILLED, UpsettingRun
 
 #: Column of the test table [mm].
 COLUMN = "contact_diameter"
@@ -23,8 +23,6 @@ READING = 0.05
 #: Least d ln(area) / d ln(force) at which the force is read from the area. Below, `READING` and the mesh, 0.5 % of the
 #: area each, are worth more than the few percent of flow stress that they are to correct.
 LEAST_GROWTH = 0.4
-#: Diameter over that of the bore from which on the bore is filled, which is more exact than a reading.
-FILLED = 0.995
 #: Largest and smallest force at which the run is read, over the measured one.
 SHIFTS = (0.85, 1.15)
 #: Largest relative difference from the run's diameter where the force is not read from it.
@@ -33,11 +31,11 @@ DIFFERS = 0.02
 
 @dataclass(frozen=True, eq=False)
 class MeasuredContact:
-    """What became of a measured diameter.
+    """An upsetting run after its comparison with a measured contact diameter.
 
     Attributes
     ----------
-    upsetting : Upsetting
+    upsetting : UpsettingRun
         The run as it is to be read.
     use : str
         ``"force and area"``: the run is read at the force at which its area is the measured one; ``"area"``: the
@@ -47,7 +45,7 @@ class MeasuredContact:
         Why it does not fit; empty where it does.
     """
 
-    upsetting: Upsetting
+    upsetting: UpsettingRun
     use: str
     remark: str = ""
 
@@ -81,13 +79,13 @@ def measured_diameter(record: SctRecord, punch: PunchGeometry) -> float | None:
 
 
 def read_at_diameter(
-    run_to: Callable[[float], Upsetting], force: float, diameter: float, punch: PunchGeometry
+    run_to: Callable[[float], UpsettingRun], force: float, diameter: float, punch: PunchGeometry
 ) -> MeasuredContact:
     """Return the run, read so that the contact under a force has the measured diameter.
 
     A contact under the force F of a specimen whose flow stress is f times that of the run is the contact
     of the run under F / f. With the measured area A this gives F / f = F*, where the run's area is A; the
-    relation of area and force is the smoothed one of `Upsetting.at`. Where the area hardly depends on the
+    relation of area and force is the smoothed one of `UpsettingRun.at`. Where the area hardly depends on the
     force, it replaces that of the run; a filled bore stays.
 
     Parameters
@@ -133,7 +131,7 @@ def read_at_diameter(
     return MeasuredContact(replace(upsetting, area_factor=factor), "area")
 
 
-def _relation(upsetting: Upsetting, force: float) -> tuple[FloatArray, FloatArray]:
+def _relation(upsetting: UpsettingRun, force: float) -> tuple[FloatArray, FloatArray]:
     """Return forces [N] within `SHIFTS` and the rising diameters [mm] of the run there."""
     forces = force * np.linspace(*SHIFTS, 31)
     forces = forces[forces <= float(upsetting.result.force.max())]
@@ -142,7 +140,7 @@ def _relation(upsetting: Upsetting, force: float) -> tuple[FloatArray, FloatArra
     return forces[rising], diameters[rising]
 
 
-def growth(upsetting: Upsetting, force: float) -> float:
+def growth(upsetting: UpsettingRun, force: float) -> float:
     """Return d ln(area) / d ln(force) of the run, over 5 % to either side."""
     ratios: FloatArray = np.array([0.95, 1.05])
     areas = [upsetting.at(float(ratio * force)).area for ratio in ratios]

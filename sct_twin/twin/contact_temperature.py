@@ -20,7 +20,7 @@ import numpy as np
 
 from friction_models.loads import FloatArray
 
-from ._conduction import interface_means, properties, settle, shift_plate, sweep_across, sweep_depth
+from .conduction_kernels import interface_means, properties, settle, shift_plate, sweep_across, sweep_depth
 from .thermal_settings import ThermalBody, ThermalSettings
 
 __all__ = ["ContactTemperature", "SlidingContact", "ThermalBody", "ThermalSettings", "layers"]

@@ -1,10 +1,10 @@
-"""What the twin's fidelity and assumptions are worth in a campaign: the same tests, one thing changed at a time."""
+"""Errors of the twin: some tests of a campaign are evaluated again with one setting or assumption changed at a time."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -14,18 +14,17 @@ from friction_models.common import InputError
 from friction_models.common.pool import Progress, map_unordered
 
 from ..ingest.raw_campaign import RawCampaign
+from .evaluation import TwinSettings, evaluate_file
 from .test_result import TestResult
 
-if TYPE_CHECKING:
-    from .digital_twin import SctTwin
-
+Twin = TypeVar("Twin", bound=TwinSettings)
 #: Uncertainty of the friction while upsetting, factors on interface heat transfer and on the flow stress.
 MU_CHANGE, TRANSFER_FACTOR, STRESS_FACTOR = 0.03, 2.0, 1.02
 #: Quantities that are compared, in percent; temperatures relative to the rise above the tool.
 QUANTITIES = ("sigma_n", "psi", "T", "T_max")
 
 
-def variants(twin: SctTwin) -> dict[str, SctTwin]:
+def variants(twin: Twin) -> dict[str, Twin]:
     """Return twins that differ in one thing each, by what differs."""
     heat = twin.heat
     changed = {"finer mesh and grid": twin.finer()}
@@ -46,7 +45,7 @@ def variants(twin: SctTwin) -> dict[str, SctTwin]:
 
 
 def check(
-    twin: SctTwin,
+    twin: TwinSettings,
     campaign: RawCampaign,
     test_ids: Sequence[str],
     count: int,
@@ -57,7 +56,7 @@ def check(
 
     Parameters
     ----------
-    twin : SctTwin
+    twin : TwinSettings
         The twin as it is used.
     campaign : RawCampaign
         Where the records are.
@@ -80,8 +79,6 @@ def check(
     InputError
         Less than one test.
     """
-    from .digital_twin import evaluate_file
-
     if count < 1:
         raise InputError(f"check = {count} tests; allowed: at least 1")
     chosen = [test_ids[int(k)] for k in np.unique(np.linspace(0, len(test_ids) - 1, count).round())]

@@ -1,4 +1,4 @@
-"""The twin as an incremental process: normal force, speed and friction in, the five loads out."""
+"""The twin step by step, for the twin FMU: normal force, speed and friction in, the five loads out."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from friction_models.loads import LOAD_NAMES
 
 from .contact_temperature import SlidingContact, ThermalBody, ThermalSettings
 from .sliding import rest
-from .upsetting import SPEED, WOBBLE, ContactState, Upsetting, known_upset, run_force
+from .upsetting import SPEED, WOBBLE, ContactState, UpsettingRun, known_upset, run_force
 
 #: Least normal force that makes a contact [N].
 LOADED = 1e3
@@ -139,7 +139,7 @@ class SctProcess:
             T_tool=self._T_tool,
             speed=SPEED,
         )
-        self._upsetting = Upsetting(run, self._T_upset)
+        self._upsetting = UpsettingRun(run, self._T_upset)
         self.time = 0.0
         self._sd = self._F_n = self._v = 0.0
         # Force that made the contact, and the tool temperature then; a force of 0 is no contact yet.

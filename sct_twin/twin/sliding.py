@@ -8,6 +8,7 @@ import numpy as np
 
 from friction_models.loads import FloatArray
 
+from ..signals.filters import integral
 from .contact_temperature import SlidingContact
 
 
@@ -34,9 +35,13 @@ def rest(contact: SlidingContact, seconds: float) -> None:
     """Let specimen and plate lie on each other without sliding; steps grow with time."""
     if seconds <= 0.0:
         return
-    edges = np.linspace(0.0, 1.0, 25) ** 2 * seconds
-    for dt in np.diff(edges):
+    for dt in np.diff(rest_ends(seconds)):
         contact.advance(float(dt), 0.0, 0.0)
+
+
+def rest_ends(seconds: float) -> FloatArray:
+    """Return the times at which the thermal steps of a rest end [s], from 0 on."""
+    return np.linspace(0.0, 1.0, 25) ** 2 * seconds
 
 
 def slide(
@@ -67,7 +72,7 @@ def slide(
     where, pauses = rests(t, sd, v)
     stops = np.union1d(step_ends(contact.cell, float(sd[-1]), start_share), where)
     # Friction work is force times distance: rests and the time base have no part in it.
-    work = np.interp(stops, sd, _running(friction, sd))
+    work = np.interp(stops, sd, integral(friction, x=sd))
     steps = np.diff(t)
     steps[np.searchsorted(sd, where) - 1] -= pauses
     moving = np.interp(stops, sd, np.concatenate([[0.0], np.cumsum(steps)]))
@@ -99,10 +104,6 @@ def rests(t: FloatArray, sd: FloatArray, v: FloatArray) -> tuple[FloatArray, Flo
     pause = np.diff(t) - moving
     found = np.flatnonzero((pause > SHORTEST_REST) & (pause > moving) & (moving > 0.0))
     return 0.5 * (sd[found] + sd[found + 1]), pause[found]
-
-
-def _running(values: FloatArray, x: FloatArray) -> FloatArray:
-    return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(x))])
 
 
 def step_ends(cell: float, distance: float, start_share: float = 0.1) -> FloatArray:

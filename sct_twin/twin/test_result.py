@@ -1,8 +1,7 @@
-"""What the twin makes of one test, and how it is kept: one netCDF file a test."""
+"""Result of one test: time series of loads and friction, stored as netCDF."""
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -109,12 +108,3 @@ def read_netcdf(path: Path) -> TestResult | None:
             return TestResult(str(file.test_id), columns, json.loads(file.summary))
     except (OSError, ValueError, AttributeError, RuntimeError):
         return None
-
-
-def fingerprint(*parts: object) -> str:
-    """Return a hash of contents and settings; bytes are taken as they are."""
-    digest = hashlib.sha256()
-    for part in parts:
-        digest.update(part if isinstance(part, bytes) else repr(part).encode())
-        digest.update(b"\0")
-    return digest.hexdigest()[:32]

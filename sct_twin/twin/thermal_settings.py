@@ -14,7 +14,7 @@ from forming.materials.materials import Material, load
 from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
-from ._conduction import TABLE_START, TABLE_STEP
+from .conduction_kernels import TABLE_START, TABLE_STEP
 
 #: Highest temperature of the tables that the kernels read [degC].
 _TABLE_END = 1600.0

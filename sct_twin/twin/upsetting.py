@@ -1,4 +1,4 @@
-"""The upsetting phase: what the FE kernel says about the contact when sliding begins."""
+"""The upsetting phase: contact area, pressure and surface expansion from the FE kernel when sliding begins."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def geometry(record: SctRecord) -> PunchGeometry:
 
 
 @dataclass(frozen=True, eq=False)
-class Upsetting:
+class UpsettingRun:
     """An upsetting run that is read at forces.
 
     Attributes
@@ -169,7 +169,7 @@ def shear_share(state: ContactState, punch: PunchGeometry, mu: float) -> float:
     A yielding contact that is sheared by tau = mu p yields at p^2 + 3 tau^2 = p0^2 (von Mises), so that the
     contact would grow by sqrt(1 + 3 mu^2) under the same force. One that fills its bore cannot.
     """
-    if punch.bore_diameter is not None and state.radius > 0.995 * 0.5 * punch.bore_diameter:
+    if punch.bore_diameter is not None and state.radius > FILLED * 0.5 * punch.bore_diameter:
         return 0.0
     return 1.0 - 1.0 / math.sqrt(1.0 + 3.0 * mu * mu)
 
@@ -185,7 +185,7 @@ def upset_specimen(
     T_tool: float,
     mesh_size: float,
     where: str,
-) -> Upsetting:
+) -> UpsettingRun:
     """Upset under a measured force history [s], [N] and up to the highest force of the test [N].
 
     The punch speed is the one that makes upsetting last as long as it did, to half a power of two: the
@@ -218,7 +218,7 @@ def upset_specimen(
     factor = stroke / max(float(t[-1] - t[0]), 1e-3) / SPEED
     if not 0.5 < factor < 2.0:
         result = run(SPEED * 2.0 ** float(np.clip(round(math.log2(max(factor, 1e-3))), -6, 6)))
-    return Upsetting(result, T_tool)
+    return UpsettingRun(result, T_tool)
 
 
 def known_upset(
@@ -250,6 +250,8 @@ def run_force(highest: float) -> float:
 SPEED = 10.0
 #: Relative excess of the force over that of upsetting that is taken for a wobble of its control.
 WOBBLE = 0.02
+#: Diameter of the contact over that of the bore from which on the bore counts as filled.
+FILLED = 0.995
 #: Width of the local fit over the force (standard deviation, relative).
 FIT_WIDTH = 0.1
 

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from .press import NINE_LEVELS as NINE_LEVELS
     from .press import press_curves as press_curves
     from .protocols import PROTOCOLS as PROTOCOLS
+    from .rig.file_formats import FORMATS as FORMATS
     from .rig.instruments import Faults as Faults
     from .rig.instruments import Instruments as Instruments
-    from .rig.rig_files import FORMATS as FORMATS
     from .rig.specimen import Rig as Rig
     from .truth import load_truth as load_truth
 
@@ -31,7 +31,7 @@ _EXPORTS = {
     "NINE_LEVELS": "press",
     "press_curves": "press",
     "PROTOCOLS": "protocols",
-    "FORMATS": "rig.rig_files",
+    "FORMATS": "rig.file_formats",
     "Rig": "rig.specimen",
     "load_truth": "truth",
 }

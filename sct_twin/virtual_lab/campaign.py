@@ -1,4 +1,4 @@
-"""A synthetic campaign: plan, law, tests; raw records for everybody, the truth in files of its own."""
+"""A synthetic campaign of sliding compression tests: raw records, and the truth in separate files."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ import pandas as pd
 
 from friction_models.common import InputError, atomic_folder, atomic_path, check_folder, write_text
 from friction_models.common.folders import CAMPAIGN, UNFINISHED
+from friction_models.common.kept import fingerprint
 from friction_models.common.locks import locked
 from friction_models.common.pool import Progress, map_unordered
 
 from ..ingest.raw_campaign import RawCampaign, write_tables
-from ..twin.test_result import fingerprint
+from .campaign_info import campaign_info
 from .experiment import Specimen, contact_reading, run_test
 from .hidden import with_offset, without_offset
 from .law import TrueLaw
 from .lubricants import lubricant_named
 from .plans import make_plan, parse_plan, read_plan
-from .reality import perturbations
+from .rig.file_formats import file_format as file_format_named
+from .rig.file_formats import write_channel_map
 from .rig.instruments import Faults, Instruments
-from .rig.rig_files import file_format as file_format_named
-from .rig.rig_files import write_channel_map
 from .rig.specimen import Rig, SpecimenTable
 from .specimen_runs import solver_fingerprint, specimen_tables
 from .truth import write_truth
@@ -36,18 +36,18 @@ from .truth import write_truth
 
 @dataclass(eq=False)
 class Campaign:
-    """A campaign of sliding compression tests that never took place.
+    """A virtual campaign of sliding compression tests, computed from a known friction law.
 
     Parameters
     ----------
     plan : str, path-like or DataFrame
-        ``family-count[+heldout]``: ``factorial-81+30``, ``reduced-27+10``, ``tiny-6+3``; or rows of one's own
+        ``family-count[+heldout]``: ``factorial-81+30``, ``reduced-27+10``, ``tiny-6+3``; or your own rows
         (a table or the path of a ``.csv``), see `plans.complete_plan`.
     hidden : str or sequence of str, optional
         Hidden effects by name (``"stribeck"``, ``"stribeck+wear_out"``), among them ``force_zero``, an offset of the
         friction cell; None: the base law alone.
     seed : int
-        Everything random follows from it.
+        Seed of everything that is random.
     rig, instruments : Rig, Instruments, optional
         The laboratory's reality and its sensors; plain ones by default, realistic ones with a lubricant.
     cache : path-like, optional
@@ -59,7 +59,7 @@ class Campaign:
     faults : Faults, optional
         What goes wrong in the tests.
     law : TrueLaw, optional
-        A law that is known already, of another campaign, instead of one that is drawn.
+        Law of another campaign; drawn from the seed by default.
 
     Raises
     ------
@@ -112,7 +112,7 @@ class Campaign:
 
     @property
     def true_faults(self) -> Faults | None:
-        """Return what goes wrong, a hidden offset of the friction cell included."""
+        """Return the faults, with a hidden offset of the friction cell."""
         return self._faults
 
     @property
@@ -185,7 +185,7 @@ class Campaign:
             Folder to write, atomically: ``raw/`` with a file a test, ``tests.csv``, ``campaign.json``, the truth,
             and ``channels.yaml`` for `ingest` unless the format is ``canonical``.
         file_format : str
-            One of `rig_files.FORMATS`.
+            One of `file_formats.FORMATS`.
         jobs, progress
             See `run`.
 
@@ -253,7 +253,7 @@ class Campaign:
     def _measured_after(
         self, tests: pd.DataFrame, scatter: Mapping[str, Mapping[str, float]]
     ) -> pd.DataFrame:
-        """Return the test table with what is read off the specimens after the tests."""
+        """Return the test table with the contact diameters that are measured after the tests."""
         if self._instruments.contact_reading == 0.0:
             return tests.drop(columns="contact_diameter", errors="ignore")
         true = [(str(t), scatter[str(t)]["contact_diameter"]) for t in tests["test_id"]]
@@ -261,7 +261,7 @@ class Campaign:
         return tests.assign(contact_diameter=read)
 
     def _prepare(self, partial: Path, kind: str) -> None:
-        """Empty the folder in which finished tests wait, if it is another campaign's."""
+        """Empty the folder of finished tests if they belong to another campaign."""
         key = fingerprint(
             self._tests.to_csv(),
             self._law.to_dict(),
@@ -288,6 +288,17 @@ class Campaign:
             "faults": None if self._faults is None else asdict(self._faults),
         }
 
+    def _info(self, kind: str) -> dict[str, Any]:
+        return campaign_info(
+            self._plan_info(),
+            int(self.seed),
+            self.lubricant,
+            self.repeats,
+            kind,
+            self._rig,
+            self._instruments,
+        )
+
     def _plan_info(self) -> dict[str, Any]:
         if isinstance(self.plan, str) and not self.plan.lower().endswith(".csv"):
             family, held_out = parse_plan(self.plan)
@@ -295,43 +306,6 @@ class Campaign:
         name = "rows of a table" if isinstance(self.plan, pd.DataFrame) else Path(self.plan).name
         held_out = int((self._tests["role"] == "test").sum())
         return {"plan": name, "plan_meaning": "rows given by the user", "held_out": held_out}
-
-    def _info(self, kind: str) -> dict[str, Any]:
-        return {
-            "synthetic": True,
-            "notice": "synthetic: made by the virtual laboratory, not measured",
-            **self._plan_info(),
-            "seed": int(self.seed),
-            **({} if self.lubricant is None else {"lubricant": f"{self.lubricant} (virtual)"}),
-            **({} if self.repeats == 1 else {"repeats": self.repeats}),
-            "files": kind,
-            "reality": perturbations(self._rig, self._instruments),
-            "moving_mass_kg": self._instruments.moving_mass,
-            "sampling_rate_Hz": 1000.0,
-            "specimen": {"diameter_mm": 15.0, "height_mm": 15.0, "material": "16MnCr5"},
-            "plate": {"material": "1.2379"},
-            "units": {
-                "sigma_set": "MPa",
-                "v_set": "mm/s",
-                "T_tool": "degC",
-                "T_specimen": "degC",
-                "Ra": "um",
-                "t_wait": "s",
-                "sd_set": "mm",
-                "bore": "mm",
-                "tip": "mm",
-                "F_set": "N",
-                "specimen_diameter": "mm",
-                "specimen_height": "mm",
-                "contact_diameter": "mm",
-                "sigma_end": "MPa",
-                "sigma_levels": "MPa",
-                "v_levels": "mm/s",
-                "hold_at": "mm",
-                "hold": "s",
-                "zero_reading": "s",
-            },
-        }
 
 
 def _shape(row: dict[Any, Any]) -> float:

@@ -1,4 +1,4 @@
-"""One virtual test: upsetting, waiting, sliding under the true law, and what the sensors make of it."""
+"""One virtual test: upsetting, waiting, sliding under the true law, and the signals of the sensors."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ import pandas as pd
 
 from friction_models.loads import FloatArray
 
-from ..signals.sliding_phase import integral
+from ..signals.filters import integral
 from ..twin.upsetting import ContactState
-from .heating import MU_MIN, Sliding, heat
+from .heating import LEAST_MU_WITH_SCATTER, Sliding, heat
 from .law import LawInput, TrueLaw
 from .protocols import Schedule, schedule
+from .rig.drive import RATE, commanded, on_elastic_drive
 from .rig.instruments import Faults, Instruments, measured, wander
-from .rig.motion import RATE, commanded, on_elastic_drive
 from .rig.specimen import DIAMETER, HEIGHT, TABLE_MU, Rig, SpecimenTable
 
 #: Time in which the load is taken off after a test [s].
 UNLOADING = 0.3
 #: Friction over normal force for which an elastic drive is wound up: at most, and as a rule.
 WIND_UP, USUAL_MU = 0.3, 0.08
-#: With which a plate that is not recorded on the move is brought to rest [mm/s2], and samples at rest after it.
+#: Deceleration of the plate at the end of a test that is recorded up to unloading [mm/s2], and samples at rest after it.
 BRAKING, STANDING = 40000.0, 30
 
 
 @dataclass(frozen=True, eq=False)
 class VirtualTest:
-    """The record that is handed out, and the truth that is not.
+    """The record of a virtual test, and the truth behind it.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class VirtualTest:
     truth : dict of ndarray
         Loads and friction at equal distances.
     scatter : dict of float
-        What this specimen, cell and lubricant film were.
+        True values of this specimen, force cell and lubricant film.
     """
 
     frame: pd.DataFrame
@@ -72,7 +72,7 @@ class Specimen:
 
 
 def contact_reading(diameter: float, test_id: str, instruments: Instruments, seed: int) -> float:
-    """Return what is read for the diameter of a contact [mm] after a test, from a stream of its own."""
+    """Return the contact diameter as measured after a test [mm]; its error has a random stream of its own."""
     z = np.clip(np.random.default_rng([seed, 7017, stream(test_id)]).standard_normal(), -2.5, 2.5)
     return round(diameter + instruments.contact_reading * float(z), 2)
 
@@ -92,22 +92,7 @@ def run_test(
     seed: int,
     faults: Faults | None = None,
 ) -> VirtualTest:
-    """Carry out one test of the plan.
-
-    Parameters
-    ----------
-    row : mapping
-        The test's row of the plan.
-    law : TrueLaw
-        Friction.
-    table : SpecimenTable
-        Upsetting of this specimen shape.
-    rig, instruments : Rig, Instruments
-        Reality and sensors.
-    seed : int
-        Of the campaign; the test draws from its own stream.
-    faults : Faults, optional
-        What goes wrong.
+    """Carry out one test of the plan; `seed` is the campaign's, the test draws from a stream of its own.
 
     Raises
     ------
@@ -166,7 +151,7 @@ def run_test(
     sigma_n = state.sigma_n(sliding.F_n)
     psi = np.full(len(plate_sd), state.psi)
     law_mu = law.mu(LawInput(plate_v, T, sigma_n, plate_sd, psi, work, context, slip))
-    mu = np.maximum(law_mu + scatter, MU_MIN) + static
+    mu = np.maximum(law_mu + scatter, LEAST_MU_WITH_SCATTER) + static
     friction = np.zeros(n)
     friction[begin:end] = mu * sliding.F_n
     if instruments.stiffness > 0.0:
@@ -266,7 +251,7 @@ def _follow(
     start = LawInput(
         0.0 * one, T_tool * one, state.sigma_n(force) * one, 0.0 * one, state.psi * one, 0.0 * one, context
     )
-    mu = max(float(law.mu(start)[0]) + offset, MU_MIN)
+    mu = max(float(law.mu(start)[0]) + offset, LEAST_MU_WITH_SCATTER)
     mass = instruments.moving_mass * 1e-3
     damping = 2.0 * instruments.damping * float(np.sqrt(instruments.stiffness * mass))
     sd, pull = on_elastic_drive(
@@ -286,7 +271,7 @@ def _follow(
 
 
 def _static(sd: FloatArray, instruments: Instruments) -> FloatArray:
-    """Return what friction is higher at break-away."""
+    """Return by how much friction is higher at break-away."""
     if instruments.stiffness == 0.0:
         return np.zeros(len(sd))
     return np.asarray(instruments.static / (1.0 + (sd / instruments.static_length) ** 2))
@@ -341,7 +326,7 @@ def _gains(instruments: Instruments, seed: int) -> tuple[float, float]:
 
 
 def _batch_offset(batch: str, instruments: Instruments, seed: int) -> float:
-    """Return what a lubricant batch adds to mu."""
+    """Return by how much mu of a lubricant batch is higher."""
     if instruments.batch_scatter == 0.0:
         return 0.0
     return instruments.batch_scatter * float(

@@ -1,4 +1,4 @@
-"""Further tests with the lubricant of a virtual campaign: the ones that a diagnosis asks for."""
+"""Further tests with the lubricant of a virtual campaign, such as those that a diagnosis proposes."""
 
 from __future__ import annotations
 

@@ -10,16 +10,16 @@ import numpy as np
 from friction_models.loads import FloatArray
 
 from ..twin.contact_temperature import SlidingContact
-from ..twin.sliding import rest, step_ends
+from ..twin.sliding import rest, rest_ends, step_ends
 from ..twin.upsetting import ContactState
 from .law import LawInput, TrueLaw
-from .rig.motion import RATE
+from .rig.drive import RATE
 from .rig.specimen import Rig
 
 #: A plate that stands longer than this has stopped [s].
 _STANDS = 0.05
 #: Friction never falls below this, whatever the scatter.
-MU_MIN = 0.002
+LEAST_MU_WITH_SCATTER = 0.002
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +78,7 @@ def _spans(v: FloatArray) -> list[tuple[int, int, bool]]:
 
 def _stand(contact: SlidingContact, count: int) -> FloatArray:
     """Return the contact temperature at the samples of a stop."""
-    total = max(count - 1, 1) / RATE
-    edges = np.linspace(0.0, 1.0, 25) ** 2 * total
+    edges = rest_ends(max(count - 1, 1) / RATE)
     values = [contact.contact.mean]
     for dt in np.diff(edges):
         values.append(contact.advance(float(dt), 0.0, 0.0).mean)
@@ -117,7 +116,7 @@ def _slide(
             context,
             np.array([middle[k]]),
         )
-        mu = max(float(law.mu(load)[0] + scatter[k]), MU_MIN)
+        mu = max(float(law.mu(load)[0] + scatter[k]), LEAST_MU_WITH_SCATTER)
         dt = max(float(t[k + 1] - t[k]), 1e-9)
         T[k + 1] = contact.advance(dt, step, mu * float(F_n[k]) * step / dt).mean
         slope = (T[k + 1] - T[k]) / step

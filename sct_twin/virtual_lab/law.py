@@ -16,7 +16,7 @@ from .lubricants import lubricant_named
 #: Constant, and change of mu per mm/s, K, MPa, mm and 1; each test campaign draws its own around these.
 BASE = {"constant": 0.0770, "v_rel": -1.0e-5, "T": -2.0e-5, "sigma_n": -4.0e-6, "sd": 6.0e-5, "psi": 3.0e-3}
 #: Friction never falls below this.
-MU_MIN = 0.005
+LEAST_MU = 0.005
 
 
 @dataclass(frozen=True)
@@ -93,11 +93,11 @@ class TrueLaw:
         mu = self.without_hidden(i)
         for effect, parameters in self.hidden:
             mu = mu + effect.contribution(i, parameters)
-        return np.maximum(mu, MU_MIN)
+        return np.maximum(mu, LEAST_MU)
 
 
 class ContactLaw:
-    """The true law at contact points that are called step after step; remembers the friction work of each.
+    """The true law at contact points over many steps; sums up the friction work of each point.
 
     Called as ``law(loads, t)`` with loads of shape (n, 5) in the order of the contract; the points must
     keep their order. Work grows with the sliding distance since the last call, once an instant; at time

@@ -17,7 +17,8 @@ from friction_models.loads import missing_column
 from friction_models.loads.table import read_table
 
 from ..ingest.raw_campaign import check_test_id
-from .protocols import missing, number, numbers, schedule
+from ..records.cells import is_given
+from .protocols import number, numbers, schedule
 
 SIGMA_LEVELS = (500.0, 1750.0, 2750.0)
 PSI_LEVELS = (1.069, 5.0, 20.0)
@@ -53,7 +54,7 @@ FAMILIES: dict[str, PlanFamily] = {
     )
 }
 PLAN_NAMES = ("factorial-81+30", "reduced-27+10", "tiny-6+3")
-#: Largest plan of one's own.
+#: Most tests of a plan that the user gives.
 MOST_TESTS = 2000
 _MAX_BYTES = 4_000_000
 
@@ -156,7 +157,7 @@ def make_plan(name: str, seed: int, repeats: int = 1) -> pd.DataFrame:
 
 
 def read_plan(source: pd.DataFrame | str | os.PathLike[str], seed: int) -> pd.DataFrame:
-    """Return the test table of a plan of one's own: a table, or a CSV file of one; see `complete_plan`.
+    """Return the test table of a plan that the user gives, as a table or a CSV file; see `complete_plan`.
 
     Raises
     ------
@@ -172,7 +173,7 @@ def read_plan(source: pd.DataFrame | str | os.PathLike[str], seed: int) -> pd.Da
 
 
 def complete_plan(rows: pd.DataFrame, seed: int, where: str) -> pd.DataFrame:
-    """Check the rows of a plan and fill in what they leave open.
+    """Check the rows of a plan and fill in missing settings.
 
     Parameters
     ----------
@@ -202,7 +203,7 @@ def complete_plan(rows: pd.DataFrame, seed: int, where: str) -> pd.DataFrame:
     filled = []
     for k, row in enumerate(rows.to_dict("records")):
         here = f"{where}: row {k}"
-        given = {str(name): value for name, value in row.items() if not missing(value)}
+        given = {str(name): value for name, value in row.items() if is_given(value)}
         if "v_set" not in given and "v_levels" in given:
             given["v_set"] = numbers(given, "v_levels", here)[0]
         full: dict[str, Any] = {

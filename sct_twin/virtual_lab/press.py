@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any, cast
 
 import numpy as np
 import pandas as pd
 
-from forming.materials.materials import steel_16MnCr5
 from forming.press import PressCurves, PressLevel
 from forming.processes.backward_cup_extrusion import BackwardCupExtrusion
 from forming.processes.forward_rod_extrusion import ForwardRodExtrusion
@@ -26,6 +25,7 @@ from friction_models.loads import FloatArray
 from ..ingest.raw_campaign import RawCampaign
 from .campaign import Campaign
 from .law import ContactLaw, TrueLaw
+from .rig.specimen import virtual_steel
 from .truth import load_truth
 
 #: Tool temperature [degC] and punch speed [mm/s] of the levels that are pressed by default.
@@ -219,7 +219,6 @@ def _form(
     process: dict[str, Any],
 ) -> tuple[FloatArray, FloatArray]:
     """Return stroke [mm] and force [kN] of one solver run with mu shifted."""
-    nominal = steel_16MnCr5()
     contact = ContactLaw(TrueLaw.from_dict(law))
     arguments: dict[str, Any] = {
         "T_billet": press.T_billet,
@@ -227,12 +226,7 @@ def _form(
         "htc": press.htc,
         **process,
     }
-    material = replace(
-        nominal,
-        A=nominal.A * press.flow_stress,
-        m2=nominal.m2 * press.flow_exponent,
-        name="16MnCr5, virtual",
-    )
+    material = virtual_steel(press.flow_stress, press.flow_exponent)
     solver = _SOLVERS[kind](speed=speed, T_tool=T_tool, material=material, **arguments)
     result = solver.run(lambda loads, t: np.maximum(contact(loads, t) + shift, 0.0), stroke=stroke)
     if result.status != "ok":

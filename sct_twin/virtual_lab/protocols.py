@@ -1,4 +1,4 @@
-"""Protocols: what a test does besides sliding at one speed under one force, as columns of its row of the plan."""
+"""Protocols of a test: steps of speed or pressure, ramps, holds, zero readings; given by columns of the plan."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ import numpy as np
 
 from friction_models.common import InputError, unknown_name
 from friction_models.loads import FloatArray
+
+from ..records.cells import is_given
 
 #: Parameters of each protocol; a column that a protocol does not list means nothing to it.
 PROTOCOLS: dict[str, tuple[str, ...]] = {
@@ -44,7 +46,7 @@ _MOST_LEVELS = 50
 
 @dataclass(frozen=True)
 class Schedule:
-    """What the rig is told in one test.
+    """Set values of the rig in one test.
 
     Attributes
     ----------
@@ -91,7 +93,7 @@ def schedule(row: Mapping[str, Any], where: str) -> Schedule:
         An unknown protocol, a parameter that is missing or outside its limits.
     """
     name = row.get("protocol")
-    protocol = "constant" if missing(name) else str(name)
+    protocol = str(name) if is_given(name) else "constant"
     if protocol not in PROTOCOLS:
         raise unknown_name("protocol", protocol, PROTOCOLS, where)
     v_set, sigma = number(row, "v_set", where), number(row, "sigma_set", where)
@@ -112,11 +114,6 @@ def schedule(row: Mapping[str, Any], where: str) -> Schedule:
     return Schedule((v_set,))
 
 
-def missing(value: Any) -> bool:
-    """Return whether a cell of the plan is empty."""
-    return value is None or (isinstance(value, float) and math.isnan(value)) or value == ""
-
-
 def number(row: Mapping[str, Any], name: str, where: str, highest: float = math.inf) -> float:
     """Return a number of a row within its limits.
 
@@ -125,7 +122,7 @@ def number(row: Mapping[str, Any], name: str, where: str, highest: float = math.
     InputError
         It is missing, not a number, or outside.
     """
-    if missing(row.get(name)):
+    if not is_given(row.get(name)):
         raise InputError(f"{where}: {name} is missing; allowed: {_allowed(name, highest)}")
     return _checked(row[name], name, where, highest)
 
@@ -138,7 +135,7 @@ def numbers(row: Mapping[str, Any], name: str, where: str, highest: float = math
     InputError
         See `number`; too many or too few of them.
     """
-    if missing(row.get(name)):
+    if not is_given(row.get(name)):
         raise InputError(f"{where}: {name} is missing; allowed: numbers such as '5;500;50'")
     cells = str(row[name]).split(";")
     if not 2 <= len(cells) <= _MOST_LEVELS:

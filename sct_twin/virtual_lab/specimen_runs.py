@@ -1,21 +1,20 @@
-"""The upsetting runs behind a campaign's specimens, kept in a cache folder by all that they depend on."""
+"""Upsetting runs of a campaign's specimens, kept in a cache folder under a hash of everything they depend on."""
 
 from __future__ import annotations
 
 import contextlib
-import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import fields
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-import forming
 from forming.processes.upsetting import UpsettingResult
 from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError, atomic_path
-from friction_models.common.kept import cache_folder, is_kept, keep
+from friction_models.common.kept import cache_folder, code_digest, fingerprint, is_kept, keep
 from friction_models.common.pool import map_unordered
 
 from ..twin.upsetting import robust_upset
@@ -24,6 +23,8 @@ from .rig.specimen import DIAMETER, HEIGHT, STEPS, TABLE_MU, TEMPERATURES, Rig, 
 
 #: Specimens are upset beyond the largest force, for those that are softer.
 FORCE_MARGIN = 1.2
+#: Packages whose sources decide an upsetting run.
+SOLVER = ("forming.fe", "forming.materials", "forming.processes", "forming.tools")
 
 
 def specimen_tables(
@@ -35,18 +36,8 @@ def specimen_tables(
 ) -> dict[float, SpecimenTable]:
     """Return the table of every specimen shape.
 
-    Parameters
-    ----------
-    shapes : mapping
-        Diameter of the first contact [mm], 0 where the whole end face touches, and bore of the punch [mm].
-    rig : Rig
-        The laboratory's reality.
-    cache : str, optional
-        Folder of known runs; the user's by default.
-    jobs : int, optional
-        Processes.
-    tick : callable
-        Called with (done, total).
+    `shapes` holds the diameter of the first contact [mm], 0 where the whole end face touches, and the bore of the
+    punch [mm]; `tick` is called with (done, total).
     """
     changed = [name for name in STEPS if name == "mu" or rig.scattered]
     cases: list[tuple[float, dict[str, float]]] = [(T, {}) for T in TEMPERATURES]
@@ -91,9 +82,7 @@ def compute_run(
         "T_tool": T_tool,
         "speed": rig.ram_speed,
     }
-    key = hashlib.sha256(
-        (repr((punch, force, rig.mesh_size, sorted(arguments.items()))) + solver_fingerprint()).encode()
-    ).hexdigest()
+    key = fingerprint(punch, force, rig.mesh_size, sorted(arguments.items()), solver_fingerprint())
     names = [f.name for f in fields(UpsettingResult)]
     file: Path | None = None
     with contextlib.suppress(OSError):  # no folder to keep runs in costs time, nothing else
@@ -112,24 +101,7 @@ def compute_run(
     return run
 
 
-#: What upsetting uses of the forming package, besides the kernel.
-_UPSETTING = frozenset(
-    {
-        "upsetting.py",
-        "tooling.py",
-        "temperature.py",
-        "friction_input.py",
-        "material.py",
-        "material_base.py",
-        "flow_curves.py",
-    }
-)
-
-
+@cache
 def solver_fingerprint() -> str:
-    """Return a fingerprint of the solver: its results are only as good as its code was."""
-    digest = hashlib.sha256()
-    for file in sorted(Path(str(forming.__file__)).parent.rglob("*.py")):
-        if file.parent.name == "fe" or file.name in _UPSETTING:
-            digest.update(file.read_bytes())
-    return digest.hexdigest()
+    """Return a hash of the solver's sources: results of other sources are computed again."""
+    return code_digest(SOLVER)

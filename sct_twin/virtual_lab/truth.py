@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from friction_models.common import InputError, write_json
+from friction_models.common.files import read_json
 from friction_models.loads import FloatArray
 
 from ..twin.contact_temperature import ThermalBody, ThermalSettings
@@ -50,7 +50,7 @@ def load_truth(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str
         raise InputError(
             f"{path}: no {TRUTH_JSON} and {TRUTH_NPZ}; allowed: a folder the virtual laboratory wrote"
         )
-    content = json.loads((path / TRUTH_JSON).read_text(encoding="utf-8"))
+    content = read_json(path / TRUTH_JSON)
     tests: dict[str, dict[str, FloatArray]] = {}
     with np.load(path / TRUTH_NPZ, allow_pickle=False) as stored:
         for key in stored.files:

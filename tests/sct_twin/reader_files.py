@@ -5,7 +5,7 @@ Each writer takes (path, frame, units); the frame has a column ``t`` with the ti
 
 from __future__ import annotations
 
-from sct_twin.virtual_lab.rig.formats import (
+from sct_twin.virtual_lab.rig.file_writers import (
     Writer,
     write_catman,
     write_catman_ascii,

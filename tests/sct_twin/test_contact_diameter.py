@@ -16,7 +16,7 @@ from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError
 from sct_twin import RawCampaign, SctRecord, SctTwin
 from sct_twin.twin.contact_diameter import growth, read_at_diameter
-from sct_twin.twin.upsetting import SPEED, Upsetting, known_upset, run_force
+from sct_twin.twin.upsetting import SPEED, UpsettingRun, known_upset, run_force
 
 Maker = Callable[..., SctRecord]
 #: A tip that has folded down in part: the area grows about as fast as the force.
@@ -24,12 +24,12 @@ PUNCH = PunchGeometry(bore_diameter=20.0, tip_diameter=8.944)
 FORCE, MESH = 157e3, 0.9
 
 
-def upset_to(force: float, material: Material, T: float = 20.0) -> Upsetting:
+def upset_to(force: float, material: Material, T: float = 20.0) -> UpsettingRun:
     arguments = {"material": material, "mu": 0.07, "T0": T, "T_tool": T, "speed": SPEED}
-    return Upsetting(known_upset(PUNCH, run_force(force), MESH, "test", **arguments), T)
+    return UpsettingRun(known_upset(PUNCH, run_force(force), MESH, "test", **arguments), T)
 
 
-def of_the_table(force: float) -> Upsetting:
+def of_the_table(force: float) -> UpsettingRun:
     return upset_to(force, steel_16MnCr5())
 
 
@@ -55,7 +55,7 @@ def test_harder_steel_is_recovered() -> None:
 def test_softer_steel_is_read_beyond_the_usual_run() -> None:
     asked: list[float] = []
 
-    def run_to(force: float) -> Upsetting:
+    def run_to(force: float) -> UpsettingRun:
         asked.append(force)
         return of_the_table(force)
 

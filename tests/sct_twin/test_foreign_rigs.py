@@ -21,9 +21,9 @@ from sct_twin.ingest.channel_map import ChannelMap
 from sct_twin.ingest.name_template import NameTemplate, proposed
 from sct_twin.ingest.preview import preview, shortened
 from sct_twin.ingest.quality import quality_row, warnings
-from sct_twin.ingest.raw_campaign import read_tests
+from sct_twin.ingest.raw_campaign import read_test_table
 from sct_twin.readers import RawTable
-from sct_twin.virtual_lab.rig.rig_files import FORMATS
+from sct_twin.virtual_lab.rig.file_formats import FORMATS
 
 Maker = Callable[..., SctRecord]
 
@@ -233,7 +233,7 @@ TABLES = {
 def test_test_tables_in_every_spelling(tmp_path: Path, kind: str, encoding: str) -> None:
     path = tmp_path / "tests.csv"
     path.write_bytes(TABLES[kind].encode(encoding))
-    found = read_tests(path)
+    found = read_test_table(path)
     assert list(found.columns) == ["test_id", "v_set", "T_tool", "lubricant"]
     assert found["test_id"].tolist() == ["007", "008"] and found["v_set"].tolist() == [50, 5]
     assert found["T_tool"].iloc[0] == 20.5 and np.isnan(found["T_tool"].iloc[1])
@@ -257,14 +257,14 @@ def test_test_tables_that_are_refused(tmp_path: Path, text: str, message: str) -
     path = tmp_path / "tests.csv"
     path.write_text(text)
     with pytest.raises(InputError) as error:
-        read_tests(path)
+        read_test_table(path)
     assert message in str(error.value) and "tests.csv" in str(error.value)
 
 
 def test_units_of_test_tables_are_converted(tmp_path: Path) -> None:
     path = tmp_path / "tests.csv"
     path.write_text("test_id;T_tool [K];v_set [m/s]\n7;293,15;0,05\n")
-    row = read_tests(path).iloc[0]
+    row = read_test_table(path).iloc[0]
     assert row["T_tool"] == pytest.approx(20.0) and row["v_set"] == pytest.approx(50.0)
 
 

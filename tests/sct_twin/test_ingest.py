@@ -23,7 +23,7 @@ from sct_twin.ingest.preview import preview
 from sct_twin.ingest.quality import quality_row, repeats, warnings
 from sct_twin.readers import guarded
 from sct_twin.records.channels import CHANNELS
-from sct_twin.records.units import conversion
+from sct_twin.records.units import channel_conversion
 from sct_twin.signals.clock import ENOUGH_HZ, Clock
 from sct_twin.signals.force_zero import drift
 from sct_twin.signals.sliding_phase import process, resample
@@ -192,7 +192,7 @@ def test_repeats_are_tests_with_the_same_settings() -> None:
     ],
 )
 def test_units_that_pint_knows(quantity: str, unit: str, expected: tuple[float, float]) -> None:
-    assert conversion(quantity, unit) == pytest.approx(expected, rel=1e-6)
+    assert channel_conversion(quantity, unit) == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -200,7 +200,7 @@ def test_units_that_pint_knows(quantity: str, unit: str, expected: tuple[float, 
 )
 def test_units_that_are_refused(unit: str) -> None:
     with pytest.raises(InputError, match="unknown unit of column 'F_n'"):
-        conversion("F_n", unit)
+        channel_conversion("F_n", unit)
 
 
 def test_stated_phases_steer_what_is_computed(tmp_path: Path, record_maker: Maker) -> None:

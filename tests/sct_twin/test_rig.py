@@ -32,9 +32,9 @@ from sct_twin.virtual_lab import (
 from sct_twin.virtual_lab.law import ContactLaw, TrueLaw
 from sct_twin.virtual_lab.plans import complete_plan
 from sct_twin.virtual_lab.protocols import Schedule
-from sct_twin.virtual_lab.rig.instruments import CHANNELS, lagged
-from sct_twin.virtual_lab.rig.motion import commanded, on_elastic_drive
-from sct_twin.virtual_lab.rig.rig_files import DIGITS, write_channel_map
+from sct_twin.virtual_lab.rig.drive import commanded, on_elastic_drive
+from sct_twin.virtual_lab.rig.file_formats import DIGITS, write_channel_map
+from sct_twin.virtual_lab.rig.instruments import RECORDED, lagged
 
 from .test_virtual_lab import loads
 
@@ -70,13 +70,13 @@ def test_files_of_every_format_hold_the_test(tmp_path: Path, record_maker: Maker
         pytest.importorskip(NEEDS[name], reason=f"{NEEDS[name]} is not installed (extra [daq])")
     kind = FORMATS[name]
     record = record_maker(noise=1.0)
-    frame = record.to_frame()[list(CHANNELS)]
+    frame = record.to_frame()[list(RECORDED)]
     kind.save(tmp_path / f"größe{kind.suffix}", frame)
     write_channel_map(tmp_path, kind, 25.0)
     mapping = ChannelMap.load(tmp_path / "channels.yaml")
     assert mapping.moving_mass == 25.0
     again = mapping.record(read_file(tmp_path / f"größe{kind.suffix}"), "x")
-    for channel in CHANNELS:
+    for channel in RECORDED:
         wanted = frame[channel].to_numpy().round(DIGITS[channel])
         assert getattr(again, channel) == pytest.approx(wanted, abs=0.02 * 10.0 ** -DIGITS[channel]), channel
     if name == "xlsx":

@@ -1,4 +1,4 @@
-"""Sensors of the virtual rig: what they make of forces, motion and temperature, and how they can fail."""
+"""Sensors of the virtual rig: noise, drift and lag of forces, motion and temperature, and faults."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from scipy.signal import lfilter
 from friction_models.common import InputError, unknown_name
 from friction_models.loads import FloatArray
 
-from .motion import RATE
+from .drive import RATE
 
-#: Channels of the rig.
-CHANNELS = ("t", "F_n", "F_r", "s", "a", "T_plate")
+#: Channels that the rig records, in the order of its files.
+RECORDED = ("t", "F_n", "F_r", "s", "a", "T_plate")
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ class Instruments:
 
 @dataclass(frozen=True)
 class Faults:
-    """What goes wrong in a test, and how much; nothing by default.
+    """Faults of a test and their size; none by default.
 
     Attributes
     ----------
@@ -160,8 +160,8 @@ class Faults:
     tests: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.dead and self.dead not in CHANNELS[1:]:
-            raise unknown_name("channel", self.dead, CHANNELS[1:], "faults: dead")
+        if self.dead and self.dead not in RECORDED[1:]:
+            raise unknown_name("channel", self.dead, RECORDED[1:], "faults: dead")
         for name, low, high in (
             ("spikes", 0, 1000),
             ("spike_size", 0.0, 1e7),

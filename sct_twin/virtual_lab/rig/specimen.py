@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -82,13 +82,13 @@ class Rig:
     @property
     def material(self) -> HenselSpittel:
         """True workpiece material."""
-        nominal = steel_16MnCr5()
-        return replace(
-            nominal,
-            A=nominal.A * self.flow_stress,
-            m2=nominal.m2 * self.flow_exponent,
-            name="16MnCr5, virtual",
-        )
+        return virtual_steel(self.flow_stress, self.flow_exponent)
+
+
+def virtual_steel(flow_stress: float, flow_exponent: float) -> HenselSpittel:
+    """Return 16MnCr5 with factors on flow stress and strain hardening exponent."""
+    nominal = steel_16MnCr5()
+    return replace(nominal, A=nominal.A * flow_stress, m2=nominal.m2 * flow_exponent, name="16MnCr5, virtual")
 
 
 #: Tool temperatures at which upsetting is computed [degC].
@@ -100,6 +100,15 @@ TABLE_MU = 0.07
 #: What is changed, and by how much, in the runs that tell how a contact depends on diameter [mm], height [mm] and
 #: friction while upsetting: much more than the scatter, so that the nodes of the mesh do not matter.
 STEPS = {"diameter": -0.4, "height": -0.8, "mu": 0.04}
+
+
+class _Part(NamedTuple):
+    """A run, its tool temperature [degC], its weight in a specimen, and run force over specimen force."""
+
+    run: UpsettingResult
+    level: float
+    weight: float
+    scale: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,32 +136,29 @@ class SpecimenTable:
         """Return the table of a specimen that deviates; figures are linear in the deviations."""
         return replace(self, deviations=deviations)
 
-    def _changes(self) -> list[tuple[UpsettingResult, float]]:
-        """Return (run, weight): what is added to figures at the first temperature for this specimen."""
-        weights = {name: self.deviations.get(name, 0.0) / STEPS[name] for name in self.changed}
-        parts = [(self.changed[name], weight) for name, weight in weights.items() if weight]
-        return [*parts, (self.runs[0], -sum(weights.values()))] if parts else []
+    def _parts(self, T_tool: float, flow_stress: float) -> list[_Part]:
+        """Return the runs that make up the specimen, all read where they are loaded equally.
 
-    def _parts(self, T_tool: float, flow_stress: float) -> list[tuple[UpsettingResult, float, float, float]]:
-        """Return (run, its temperature, its weight, force scale): both are read where they are loaded equally.
-
-        The flow stress goes with exp(m1 T) and with the specimen's own factor.
+        First the runs at the two temperatures, then what the deviations add at the first one. The flow stress
+        goes with exp(m1 T) and with the specimen's own factor.
         """
         low, high = TEMPERATURES
         upper = float(np.clip((T_tool - low) / (high - low), 0.0, 1.0))
-        return [
-            (run, level, weight, float(np.exp(self.m1 * (level - T_tool))) / flow_stress)
-            for run, level, weight in zip(self.runs, TEMPERATURES, (1.0 - upper, upper))
+        scales = [float(np.exp(self.m1 * (level - T_tool))) / flow_stress for level in TEMPERATURES]
+        parts = [
+            _Part(run, level, weight, scale)
+            for run, level, weight, scale in zip(self.runs, TEMPERATURES, (1.0 - upper, upper), scales)
         ]
+        weights = {name: self.deviations.get(name, 0.0) / STEPS[name] for name in self.changed}
+        if any(weights.values()):
+            parts += [_Part(self.changed[name], low, w, scales[0]) for name, w in weights.items() if w]
+            parts.append(_Part(self.runs[0], low, -sum(weights.values()), scales[0]))
+        return parts
 
     def stroke(self, force: FloatArray, T_tool: float, flow_stress: float) -> FloatArray:
         """Return the loss of height [mm] at forces [N]."""
         total = np.zeros(len(force))
         for run, _, weight, scale in self._parts(T_tool, flow_stress):
-            known = np.maximum.accumulate(run.force)
-            total += weight * np.interp(force * scale, known, run.height[0] - run.height)
-        scale = self._parts(T_tool, flow_stress)[0][3]
-        for run, weight in self._changes():
             known = np.maximum.accumulate(run.force)
             total += weight * np.interp(force * scale, known, run.height[0] - run.height)
         return np.asarray(np.maximum.accumulate(np.maximum(total, 0.0)))
@@ -163,12 +169,6 @@ class SpecimenTable:
             (ContactState.from_result(run, min(force * scale, float(run.force.max())), level), level, weight)
             for run, level, weight, scale in self._parts(T_tool, flow_stress)
         ]
-        low, scale = TEMPERATURES[0], self._parts(T_tool, flow_stress)[0][3]
-        changes = [
-            (ContactState.from_result(run, min(force * scale, float(run.force.max())), low), low, weight)
-            for run, weight in self._changes()
-        ]
-        parts += changes
 
         def blend(name: str) -> Any:
             return sum(weight * getattr(state, name) for state, _, weight in parts)

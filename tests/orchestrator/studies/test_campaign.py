@@ -17,10 +17,10 @@ import pytest
 
 from fmus.runtime.errors import SimulationError
 from friction_models.common import InputError
-from friction_models.common.kept import path_digest
+from friction_models.common.kept import code_digest, path_digest
 from orchestrator.jobs.campaign import Campaign, Job, JobResult
 from orchestrator.jobs.executors import Cluster
-from orchestrator.jobs.keys import code_digest, deciding_code
+from orchestrator.jobs.keys import deciding_code
 
 HERE = "tests.orchestrator.campaign_jobs"
 #: Tiny jobs: only their own module counts as source.

@@ -1,4 +1,4 @@
-"""What the data logger of the virtual rig writes: names, units and signs of each format, and their channel map."""
+"""File formats of the virtual rig: column names, units and signs, and the channel map that reads them."""
 
 from __future__ import annotations
 
@@ -10,21 +10,18 @@ from typing import Any
 import pandas as pd
 
 from friction_models.common import unknown_name, write_text
+from friction_models.common.units import conversion
 
-from . import formats
-from .instruments import CHANNELS
+from ...records.channels import CHANNELS
+from . import file_writers as writers
+from .instruments import RECORDED
 
-#: Canonical units of the rig's channels, in their order.
-UNITS = dict(zip(CHANNELS, ("s", "N", "N", "mm", "mm/s2", "degC")))
 #: What a logger resolves, in canonical units.
-DIGITS = dict(zip(CHANNELS, (6, 1, 2, 5, 1, 3)))
-#: (value in canonical unit) = factor * (value in this unit).
-_FACTORS = {"s": 1.0, "N": 1.0, "kN": 1e3, "mm": 1.0, "m": 1e3, "mm/s2": 1.0, "m/s2": 1e3, "g": 9806.65}
-_KELVIN = 273.15
+DIGITS = dict(zip(RECORDED, (6, 1, 2, 5, 1, 3)))
 
 
 @dataclass(frozen=True)
-class Column:
+class LoggedColumn:
     """How a channel stands in a file: its name there, the unit, and the sign that turns it right."""
 
     name: str
@@ -43,24 +40,24 @@ class FileFormat:
     columns : mapping
         Canonical channel and its column.
     write : callable
-        Writer of `formats`.
+        Writer of `file_writers`.
     """
 
     name: str
     suffix: str
     meaning: str
-    columns: Mapping[str, Column]
-    write: formats.Writer
+    columns: Mapping[str, LoggedColumn]
+    write: writers.Writer
 
     def save(self, path: Path, frame: pd.DataFrame) -> None:
         """Write a test in canonical channels and units as the logger would."""
         table: dict[str, Any] = {}
         for channel, column in self.columns.items():
             values = frame[channel].to_numpy(float).round(DIGITS[channel])
-            if column.unit == "K":
-                values = (values + _KELVIN).round(DIGITS[channel])
-            elif column.unit in _FACTORS:
-                values = column.sign * values / _FACTORS[column.unit]
+            factor, offset = conversion(CHANNELS[channel].unit, column.unit, column.name)
+            values = column.sign * (values - offset) / factor
+            if offset:
+                values = values.round(DIGITS[channel])
             # Divided by a power of ten: as many digits as before, not what the division leaves behind.
             table[column.name] = values.round(9)
         self.write(path, pd.DataFrame(table), {c.name: c.unit for c in self.columns.values()})
@@ -68,7 +65,7 @@ class FileFormat:
     def channel_map(self, moving_mass: float) -> str:
         """Return the text of the `channels.yaml` that `ingest` needs for these files."""
         lines = [
-            f"# Files of the virtual rig ({formats.REMARK}): {self.meaning}.",
+            f"# Files of the virtual rig ({writers.REMARK}): {self.meaning}.",
             "# Which column is which channel; units stand in the files.",
             "channels:",
         ]
@@ -78,8 +75,8 @@ class FileFormat:
         return "\n".join([*lines, f"moving_mass: {moving_mass:g}  # kg", ""])
 
 
-def _columns(**columns: tuple[str, str] | tuple[str, str, int]) -> dict[str, Column]:
-    return {channel: Column(*columns[channel]) for channel in CHANNELS}
+def _columns(**columns: tuple[str, str] | tuple[str, str, int]) -> dict[str, LoggedColumn]:
+    return {channel: LoggedColumn(*columns[channel]) for channel in RECORDED}
 
 
 _GERMAN = _columns(
@@ -122,32 +119,32 @@ _SHORT = _columns(
     a=("a_plate", "m/s2"),
     T_plate=("T_plate", "degC"),
 )
-CANONICAL = _columns(**{channel: (channel, UNITS[channel]) for channel in CHANNELS})
+CANONICAL = _columns(**{channel: (channel, CHANNELS[channel].unit) for channel in RECORDED})
 
 FORMATS: dict[str, FileFormat] = {
     f.name: f
     for f in (
-        FileFormat("canonical", ".csv", "the project's own CSV", CANONICAL, formats.write_plain),
+        FileFormat("canonical", ".csv", "the project's own CSV", CANONICAL, writers.write_plain),
         FileFormat(
             "csv",
             ".csv",
             "semicolons, decimal comma, a units row",
             _GERMAN,
-            lambda p, f, u: formats.write_plain(p, f, u, ";", ","),
+            lambda p, f, u: writers.write_plain(p, f, u, ";", ","),
         ),
         FileFormat(
             "ascii",
             ".asc",
             "catman ASCII: tabs, decimal comma, Windows-1252",
             _CATMAN,
-            formats.write_catman_ascii,
+            writers.write_catman_ascii,
         ),
-        FileFormat("catman", ".bin", "catman binary, file version 5012", _CATMAN, formats.write_catman),
-        FileFormat("mdf", ".mf4", "MDF 4.10", _ENGLISH, formats.write_mdf),
-        FileFormat("tdms", ".tdms", "TDMS of LabVIEW", _LABVIEW, formats.write_tdms),
-        FileFormat("mat", ".mat", "MATLAB 5", _SHORT, formats.write_matlab),
-        FileFormat("parquet", ".parquet", "Parquet", _ENGLISH, formats.write_parquet),
-        FileFormat("xlsx", ".xlsx", "an Excel sheet", _GERMAN, formats.write_excel),
+        FileFormat("catman", ".bin", "catman binary, file version 5012", _CATMAN, writers.write_catman),
+        FileFormat("mdf", ".mf4", "MDF 4.10", _ENGLISH, writers.write_mdf),
+        FileFormat("tdms", ".tdms", "TDMS of LabVIEW", _LABVIEW, writers.write_tdms),
+        FileFormat("mat", ".mat", "MATLAB 5", _SHORT, writers.write_matlab),
+        FileFormat("parquet", ".parquet", "Parquet", _ENGLISH, writers.write_parquet),
+        FileFormat("xlsx", ".xlsx", "an Excel sheet", _GERMAN, writers.write_excel),
     )
 }
 

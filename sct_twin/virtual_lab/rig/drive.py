@@ -1,4 +1,4 @@
-"""How the plate moves: the commanded speed of every protocol, and the plate on its elastic drive."""
+"""Motion of the virtual plate: the commanded speed of a protocol, and the plate on its elastic drive."""
 
 from __future__ import annotations
 

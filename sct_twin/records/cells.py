@@ -1,0 +1,34 @@
+"""Cells of test tables and entries of channel maps: empty or not, number or not."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from friction_models.common import unknown_name
+
+
+def is_given(value: Any) -> bool:
+    """Whether a cell of a test table holds something."""
+    return value is not None and value != "" and not (isinstance(value, float) and math.isnan(value))
+
+
+def is_number(value: Any) -> bool:
+    """Whether an entry is a finite number that fits into a float; Booleans are none."""
+    largest = sys.float_info.max
+    return isinstance(value, int | float) and not isinstance(value, bool) and -largest <= value <= largest
+
+
+def check_keys(content: Iterable[Any], allowed: Sequence[str], where: str) -> None:
+    """Refuse keys of a channel map that it does not know.
+
+    Raises
+    ------
+    InputError
+        Names the key and the nearest one that is allowed.
+    """
+    for key in content:
+        if key not in allowed:
+            raise unknown_name("key", key, allowed, where)
