@@ -12,9 +12,9 @@ import pandas as pd
 
 from ..common import InputError
 from ..estimation.binning import Campaign, prepare
+from ..estimation.predictions import predict_points
 from ..loads import FloatArray
 from ..training.seen import Seen, seen_in_training
-from .predicted import predict_points
 
 REPLICATES = 1000
 #: With fewer tests resampling says little, and no model is clearly ahead.

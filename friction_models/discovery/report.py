@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ..loads.labels import with_unit
 from .diagnosis import Diagnosis
-from .shown import (
+from .figures_data import (
     LoadMap,
     effect_curve,
     load_map,
@@ -16,7 +17,6 @@ from .shown import (
     setpoints_text,
     structure_pair,
     where_text,
-    with_unit,
 )
 from .wording import p_text
 

@@ -9,21 +9,15 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ..estimation.analysis import Round
 from ..estimation.binning import Campaign
 from ..estimation.scan import Fit
+from ..estimation.search_round import SearchRound
 from ..loads import LOAD_NAMES, FloatArray
 
 BIAS_BINS = 6
 
 
-def weighted_rms(values: FloatArray, weight: FloatArray) -> float:
-    """Return the rms about the weighted mean."""
-    mean = float(weight @ values / weight.sum())
-    return float(np.sqrt(weight @ (values - mean) ** 2 / weight.sum()))
-
-
-def base_residual(campaign: Campaign, found: Round) -> FloatArray:
+def base_residual(campaign: Campaign, found: SearchRound) -> FloatArray:
     """Return bin means of mu minus the base fitted by generalised least squares, shape (m,)."""
     white = found.whiten(found.columns)
     coefficients = np.linalg.lstsq(white, found.whiten(found.y), rcond=1e-9)[0]

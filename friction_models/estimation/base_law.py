@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from ..common import InputError
-from ..discovery.predicted import ALLOWED, predict_points
 from ..loads import LOAD_NAMES, FloatArray
 from .binning import Campaign
+from .predictions import ALLOWED, predict_points
 
 FOLDS = 5
 

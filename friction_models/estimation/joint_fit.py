@@ -19,11 +19,11 @@ from ..effects.base import Effect
 from ..loads import FloatArray, TriboLoads
 from ..models.base import FrictionModel, Groups
 from ..models.domain import Domain
-from .analysis import flexible_mean
 from .base_law import BaseLaw, base_law, polynomial_columns
 from .binning import Campaign, campaign_of
 from .candidates import evaluate, evaluate_points, spans_of
 from .noise_floor import Layout, NoiseFloor, Whitener, estimate
+from .search_round import flexible_mean
 
 #: Families whose formula is linear in its coefficients: base and effects are solved in one step.
 LINEAR_FAMILIES = ("constant", "linear", "polynomial")

@@ -14,10 +14,10 @@ import numpy as np
 from scipy.stats import chi2
 
 from ..loads import LOAD_NAMES, FloatArray
-from .analysis import Round
 from .binning import Campaign
 from .curves import curve, spline_columns, transformed
 from .scan import Fit, Projector
+from .search_round import SearchRound
 
 REPLICATES = 399
 
@@ -60,13 +60,13 @@ class Misfit:
     p_value: float = 1.0
 
 
-def own_misfit(campaign: Campaign, found: Round, fit: Fit, signal: FloatArray) -> Misfit:
+def own_misfit(campaign: Campaign, found: SearchRound, fit: Fit, signal: FloatArray) -> Misfit:
     """Look along the loads that drive an effect for what its form leaves there.
 
     Parameters
     ----------
     campaign : Campaign
-    found : Round
+    found : SearchRound
     fit : Fit
     signal : ndarray, shape (m, k)
         Whitened columns of all effects found.
@@ -80,13 +80,13 @@ def own_misfit(campaign: Campaign, found: Round, fit: Fit, signal: FloatArray) -
     return Misfit(drop - q.shape[1], float(chi2.sf(drop, q.shape[1])))
 
 
-def find_structure(campaign: Campaign, found: Round, signal: FloatArray, seed: int) -> Structure:
+def find_structure(campaign: Campaign, found: SearchRound, signal: FloatArray, seed: int) -> Structure:
     """Look for structure beyond the base and the whitened contribution `signal` of the winner.
 
     Parameters
     ----------
     campaign : Campaign
-    found : Round
+    found : SearchRound
     signal : ndarray, shape (m, k)
         Whitened columns of the effects found; k may be 0.
     seed : int
@@ -134,7 +134,7 @@ def find_structure(campaign: Campaign, found: Round, signal: FloatArray, seed: i
     )
 
 
-def _rms(campaign: Campaign, found: Round, q: FloatArray, residual: FloatArray, excess: float) -> float:
+def _rms(campaign: Campaign, found: SearchRound, q: FloatArray, residual: FloatArray, excess: float) -> float:
     """Return the rms in mu of a whitened fit, shrunk to the part that is not noise."""
     fit = np.linalg.inv(found.whiten.inverse) @ found.whiten.layout.pad((q @ (q.T @ residual))[:, None])
     values = found.beyond_base(fit[campaign.test, campaign.slot, 0])

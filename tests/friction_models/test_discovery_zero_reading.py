@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from friction_models.discovery import Diagnosis, diagnose
-from friction_models.discovery.zero_reading import AFTER, AREA, BEFORE, ZERO, ZeroReading, read_zero
 from friction_models.estimation.binning import prepare
+from friction_models.estimation.zero_reading import AFTER, AREA, BEFORE, ZERO, ZeroReading, read_zero
 from tests.benchmarks.discovery_campaigns import campaign
 
 AREA_MM2 = 190.0

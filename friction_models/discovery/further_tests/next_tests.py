@@ -12,14 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from ...estimation.analysis import Round
 from ...estimation.base_law import BaseLaw
 from ...estimation.binning import Campaign
+from ...estimation.importance import LEAST_SHARE, weighted_rms
 from ...estimation.scan import Fit
+from ...estimation.search_round import SearchRound
+from ...estimation.zero_reading import ZERO, expected
 from ...loads import FloatArray
-from ..summaries import weighted_rms
-from ..verdict import LEAST_SHARE
-from ..zero_reading import ZERO, expected
 from .protocols import READING, Proposal, protocols
 from .separation import ENOUGH, Bench, Separation
 
@@ -32,14 +31,14 @@ USELESS = 0.5
 
 
 def propose(
-    campaign: Campaign, found: Round, rivals: list[Fit], mu: FloatArray, base: BaseLaw
+    campaign: Campaign, found: SearchRound, rivals: list[Fit], mu: FloatArray, base: BaseLaw
 ) -> tuple[list[dict[str, Any]], list[str]]:
     """Return protocols that separate the first of `rivals` from the others, and what none of them separates.
 
     Parameters
     ----------
     campaign : Campaign
-    found : Round
+    found : SearchRound
         The scan that gave the rivals.
     rivals : list of Fit
         The winner first.
@@ -87,7 +86,7 @@ def propose(
     return telling[:5], remarks
 
 
-def _inseparable(campaign: Campaign, found: Round, first: Fit, rival: Fit, best: float) -> str:
+def _inseparable(campaign: Campaign, found: SearchRound, first: Fit, rival: Fit, best: float) -> str:
     """Return what to know about two effects that no proposed test tells apart."""
     drivers = [f.prepared.candidate.effect.driver for f in (first, rival)]
     apart = weighted_rms(found.change(first) - found.change(rival), campaign.count)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ...estimation.binning import Campaign
-from ...estimation.heating import Heating
 from ...loads import FloatArray, TriboLoads
+from .heating import Heating
 
 POINTS = 60
 #: Sliding distance that a tribometer reaches [mm].

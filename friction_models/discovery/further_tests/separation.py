@@ -13,13 +13,13 @@ from itertools import combinations_with_replacement, product
 import numpy as np
 
 from ...effects.base import Memory
-from ...estimation.analysis import Round
 from ...estimation.base_law import BaseLaw
 from ...estimation.binning import Campaign
 from ...estimation.candidates import OPS, integrate, load_columns
 from ...estimation.curves import curve, on_scale
 from ...estimation.form_error import KNOTS, bends, evidence, form_variance
 from ...estimation.scan import Fit, Prepared, Projector, best_fit, drops, prepare_candidate
+from ...estimation.search_round import SearchRound
 from ...estimation.significance import SAME, TWINS
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
 from .protocols import POINTS, Proposal, Settings
@@ -82,7 +82,7 @@ class Weighed:
 class Bench:
     """Tests that are there and new ones, seen through the same noise floor."""
 
-    def __init__(self, campaign: Campaign, found: Round, mu: FloatArray, base: BaseLaw) -> None:
+    def __init__(self, campaign: Campaign, found: SearchRound, mu: FloatArray, base: BaseLaw) -> None:
         self.campaign, self.found = campaign, found
         family = base.name.split("+")[0]
         self.degree = {"constant": 0, "polynomial": 2}.get(family, 1)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..discovery.unseen_loads import varied_first
 from ..effects.base import Effect
 from ..loads import FloatArray
 from .base_law import BaseLaw, polynomial_columns
@@ -17,6 +16,7 @@ from .metadata import recorded
 from .noise_floor import Layout, NoiseFloor, Whitener, estimate, independent_columns
 from .scan import Fit, Prepared, Projector, prepare_candidate, rank
 from .significance import Simulated, confusion_set, maximum_gains, p_value, simulate
+from .unseen_loads import varied_first
 
 #: Standard deviations from the rest of its test beyond which a bin is an outlier.
 OUTLYING = 8.0
@@ -24,7 +24,7 @@ MOST_OUTLIERS = 0.02
 
 
 @dataclass
-class Round:
+class SearchRound:
     """What one scan found.
 
     Attributes
@@ -148,7 +148,7 @@ def search(
     seed: int,
     start: NoiseFloor | None = None,
     also_in_mean: FloatArray | None = None,
-) -> Round:
+) -> SearchRound:
     """Scan all candidates beyond the base and further terms.
 
     Parameters
@@ -182,7 +182,7 @@ def search(
     prepared = [p for p in prepared if p.usable.any()]
     simulated = simulate(prepared, project, len(y), freedom, np.random.default_rng(seed))
     null = maximum_gains(prepared, simulated) if prepared else np.zeros(1)
-    return Round(
+    return SearchRound(
         floor=floor,
         residual=residual,
         candidates=prepared,

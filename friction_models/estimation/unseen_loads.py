@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..effects.base import Effect
-from ..estimation.binning import Campaign
-from ..estimation.scan import Fit
 from ..loads import FloatArray
 from ..loads.time_steps import rests, time_steps
+from .binning import Campaign
+from .scan import Fit
 
 #: An effect that gains this share of the first one is as good a lead.
 AS_GOOD = 0.5

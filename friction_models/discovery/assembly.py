@@ -7,18 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from ..estimation.analysis import Round
 from ..estimation.base_law import BaseLaw
 from ..estimation.binning import FEW_TESTS, Campaign
-from ..estimation.fixed_level import Level, level_of
+from ..estimation.importance import weighted_rms
 from ..estimation.scan import Fit
+from ..estimation.search_round import SearchRound
 from ..estimation.significance import stays_first
+from ..estimation.unseen_loads import EITHER, doubts
 from ..loads import LOAD_NAMES, FloatArray
 from .diagnosis import Diagnosis
 from .further_tests.next_tests import propose
 from .identifiability import limits
-from .summaries import averages, base_residual, binned_bias, unrecorded_factor, weighted_rms, worst_tests
-from .unseen_loads import EITHER, doubts
+from .level_offset import LevelOffset, level_of
+from .summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
 from .verdict import LEVEL, Evidence
 from .wording import sentence
 
@@ -32,14 +33,14 @@ NAMED = ("explained", "ambiguous", "data_problem")
 class Judged:
     """A verdict and what it rests on."""
 
-    found: Round
+    found: SearchRound
     evidence: Evidence
     verdict: str
     chosen: list[Fit]
     notes: list[str]
 
 
-def _confidence(campaign: Campaign, judged: Judged, level: Level) -> float:
+def _confidence(campaign: Campaign, judged: Judged, level: LevelOffset) -> float:
     """Return how sure the verdict is, 0 to 1."""
     found, evidence, verdict = judged.found, judged.evidence, judged.verdict
     if verdict == "nothing_missing":
@@ -57,7 +58,7 @@ def _confidence(campaign: Campaign, judged: Judged, level: Level) -> float:
     return min(sure, 0.5) if few or blurred or not found.floor.known else sure
 
 
-def _blurred(campaign: Campaign, found: Round) -> bool:
+def _blurred(campaign: Campaign, found: SearchRound) -> bool:
     """Return whether the noise hides everything."""
     return found.floor.total > BLURRED * float(np.mean(campaign.mu))
 
@@ -72,7 +73,9 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
     moved = np.sum([found.change(f) for f in chosen], axis=0) if names else np.zeros(len(residual))
     # beside a linear shift of the model there is no level of its own: the shift holds it
     level = (
-        level_of(found, chosen if named else []) if base.fixed and found.columns.shape[1] == 1 else Level()
+        level_of(found, chosen if named else [])
+        if base.fixed and found.columns.shape[1] == 1
+        else LevelOffset()
     )
     if level.off and verdict == "nothing_missing":
         judged.verdict = verdict = "unknown_structure"

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from ..estimation.analysis import Round
-from ..estimation.binning import Campaign
-from ..estimation.candidates import Candidate
-from ..estimation.form_error import FORM_ERROR
-from ..estimation.scan import Fit
 from ..loads import FloatArray
+from .binning import Campaign
+from .candidates import Candidate
+from .form_error import FORM_ERROR
+from .scan import Fit
+from .search_round import SearchRound
 
 #: The effect that a reading without load tells from any other.
 ZERO = "force_zero"
@@ -154,7 +154,7 @@ def _numbers(rows: pd.DataFrame, name: str) -> FloatArray:
 
 
 def judge_zero(
-    campaign: Campaign, found: Round, candidates: list[Candidate]
+    campaign: Campaign, found: SearchRound, candidates: list[Candidate]
 ) -> tuple[list[Candidate], list[str]]:
     """Let a reading without load decide between `force_zero` and the laws of pressure.
 
@@ -164,7 +164,7 @@ def judge_zero(
     Parameters
     ----------
     campaign : Campaign
-    found : Round
+    found : SearchRound
         Its ranking is changed.
     candidates : list of Candidate
 

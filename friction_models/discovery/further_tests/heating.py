@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..loads import FloatArray
+from ...loads import FloatArray
 
 #: A rise below this says nothing about heating [K].
 WARM = 1.0

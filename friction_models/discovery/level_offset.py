@@ -9,15 +9,16 @@ from typing import Any
 import numpy as np
 from scipy.stats import t as student
 
-from ..discovery.verdict import LEAST_SHARE, STRUCTURE_LEVEL, error_share
+from ..estimation.binning import Campaign
+from ..estimation.importance import LEAST_SHARE, error_share
+from ..estimation.scan import Fit
+from ..estimation.search_round import SearchRound
 from ..loads import LOAD_NAMES
-from .analysis import Round
-from .binning import Campaign
-from .scan import Fit
+from .verdict import STRUCTURE_LEVEL
 
 
 @dataclass(frozen=True)
-class Level:
+class LevelOffset:
     """Measured minus modelled mu that no load and no effect changes.
 
     Attributes
@@ -63,21 +64,21 @@ class Level:
         )
 
 
-def level_of(found: Round, chosen: Sequence[Fit]) -> Level:
+def level_of(found: SearchRound, chosen: Sequence[Fit]) -> LevelOffset:
     """Return the level beside a fixed model, with the effects found fitted at the same time.
 
     Parameters
     ----------
-    found : Round
+    found : SearchRound
         Its first column of the base is the constant.
     chosen : sequence of Fit
     """
     if not found.floor.known:
-        return Level(floor=found.floor.total)
+        return LevelOffset(floor=found.floor.total)
     columns = np.column_stack([found.columns, *(f.binned for f in chosen)])
     white = found.whiten(columns)
     inverse = np.linalg.pinv(white.T @ white, rcond=1e-12)
     value = float(inverse[0] @ (white.T @ found.whiten(found.y)))
     error = float(np.sqrt(inverse[0, 0]))
     p = float(2.0 * student.sf(abs(value) / max(error, 1e-300), found.freedom))
-    return Level(value, error, p, found.floor.total)
+    return LevelOffset(value, error, p, found.floor.total)

@@ -28,12 +28,6 @@ def varied(averages: pd.DataFrame) -> list[str]:
     ]
 
 
-def with_unit(name: str) -> str:
-    """Return a load with its unit, as an axis says it; other names as they are."""
-    unit = next((q.unit for q in LOADS if q.name == name), "1")
-    return name if unit == "1" else f"{name} [{unit}]"
-
-
 def mapped_loads(averages: pd.DataFrame) -> tuple[str, str] | None:
     """Return the two loads of the map: pressure and temperature, else the first two that vary."""
     names = varied(averages)
