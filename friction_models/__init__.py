@@ -13,27 +13,27 @@ if TYPE_CHECKING:
     from . import effects as effects
     from . import training as training
     from .common import InputError as InputError
+    from .families.composed import ComposedFriction as ComposedFriction
     from .families.constant import ConstantFriction as ConstantFriction
     from .families.ffnn import FeedForwardFriction as FeedForwardFriction
     from .families.gradient_boosting import GradientBoostingFriction as GradientBoostingFriction
     from .families.linear import LinearFriction as LinearFriction
     from .families.polynomial import PolynomialFriction as PolynomialFriction
     from .families.power_law import PowerLawFriction as PowerLawFriction
+    from .families.registry import FAMILIES as FAMILIES
+    from .families.registry import make_model as make_model
     from .loads import DataSet as DataSet
     from .loads import TriboLoads as TriboLoads
     from .models.base import FrictionModel as FrictionModel
-    from .models.composed import ComposedFriction as ComposedFriction
     from .models.domain import Domain as Domain
-    from .models.onnx_export import OnnxModel as OnnxModel
-    from .models.registry import FAMILIES as FAMILIES
-    from .models.registry import make_model as make_model
+    from .models.onnx_model import OnnxModel as OnnxModel
     from .models.saving import load_model as load_model
     from .training import Evaluation as Evaluation
     from .training import evaluate as evaluate
 
 _EXPORTS = {
-    "FAMILIES": "models.registry",
-    "ComposedFriction": "models.composed",
+    "FAMILIES": "families.registry",
+    "ComposedFriction": "families.composed",
     "ConstantFriction": "families.constant",
     "DataSet": "loads",
     "Domain": "models.domain",
@@ -43,13 +43,13 @@ _EXPORTS = {
     "GradientBoostingFriction": "families.gradient_boosting",
     "InputError": "common",
     "LinearFriction": "families.linear",
-    "OnnxModel": "models.onnx_export",
+    "OnnxModel": "models.onnx_model",
     "PolynomialFriction": "families.polynomial",
     "PowerLawFriction": "families.power_law",
     "TriboLoads": "loads",
     "evaluate": "training.evaluation",
     "load_model": "models.saving",
-    "make_model": "models.registry",
+    "make_model": "families.registry",
 }
 _SUBPACKAGES = ("discovery", "effects", "training")
 

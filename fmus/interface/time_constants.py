@@ -8,8 +8,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from friction_models.expressions.onnx_session import onnx_session
 from friction_models.loads import LOADS, FloatArray
-from friction_models.onnx_session import onnx_session
 
 from ..targets.source import FrictionSource
 from .quantities import USUAL

@@ -15,9 +15,9 @@ import numpy as np
 from lxml import etree
 
 from friction_models.common import InputError, shown
+from friction_models.expressions.onnx_session import onnx_session
 from friction_models.loads import LOADS, FloatArray
 from friction_models.models.intervals import MARGIN
-from friction_models.onnx_session import onnx_session
 
 from ..interface.fmi2_description import number
 from ..interface.quantities import USUAL, FrictionInterface

@@ -56,8 +56,8 @@ class Agreement:
 
 def session(content: bytes, where: str) -> Any:
     """Return a session of ONNX Runtime on one thread."""
+    from friction_models.expressions.onnx_session import onnx_session
     from friction_models.expressions.parameters import first_line
-    from friction_models.onnx_session import onnx_session
 
     try:
         return onnx_session(content)

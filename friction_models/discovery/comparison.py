@@ -12,9 +12,9 @@ import pandas as pd
 
 from ..common import InputError
 from ..estimation.binning import Campaign, prepare
-from ..estimation.predictions import predict_points
 from ..loads import FloatArray
-from ..training.seen import Seen, seen_in_training
+from ..models.predicted import predict_points
+from ..models.seen import Seen, seen_in_training
 
 REPLICATES = 1000
 #: With fewer tests resampling says little, and no model is clearly ahead.

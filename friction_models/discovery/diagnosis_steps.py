@@ -30,6 +30,7 @@ from ..estimation.significance import stays_first
 from ..estimation.structure import Misfit, Structure, find_structure, own_misfit
 from ..estimation.unseen_loads import AS_GOOD
 from ..estimation.zero_reading import judge_zero
+from ..families.registry import make_model
 from ..loads import LOAD_NAMES, FloatArray, require_loads
 from ..models.base import FrictionModel
 from ..models.domain import Domain
@@ -92,7 +93,7 @@ def diagnose(
         require_loads(campaign.loads, model.needed_loads, f"the {model.name} model")
     if len(campaign.tests) > 1:
         campaign.loads.in_order(memory=True)  # effects with memory are among those that are looked for
-    base = base_law(model, campaign, seed)
+    base = base_law(make_model(model) if isinstance(model, str) else model, campaign, seed)
     _check_enough(campaign, base)
     floor = distrust_outliers(campaign, base)
     chosen = CATALOGUE if catalogue is None else catalogue
@@ -259,8 +260,6 @@ def _second_effect(
 
 def _share_outside(campaign: Campaign, base: BaseLaw) -> float:
     """Return the share of the points outside the domain that the model was trained on; 0 if it has none."""
-    from ..models.base import FrictionModel
-
     model = base.model
     if isinstance(model, FrictionModel):
         if not hasattr(model, "domain_"):

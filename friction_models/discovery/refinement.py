@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from sklearn.base import clone
 from threadpoolctl import threadpool_limits
 
 from ..common import InputError
@@ -15,9 +16,12 @@ from ..effects.base import Effect
 from ..estimation.binning import campaign_of, prepare
 from ..estimation.candidates import evaluate_points
 from ..estimation.metadata import with_all_metadata
+from ..families.composed import ComposedFriction
+from ..families.registry import make_model
 from ..loads import FloatArray, TriboLoads
+from ..models.base import FrictionModel
+from ..models.measures import error_measures
 from ..models.variables import as_numbers
-from ..training.measures import error_measures
 
 FOLDS = 4
 #: An addition is refused when the held-out error rises by more than this, and clearly so (paired over tests).
@@ -67,12 +71,6 @@ def refine(
     InputError
         A model that cannot be refitted, an unknown effect, or an addition that makes held-out tests worse.
     """
-    from sklearn.base import clone
-
-    from ..models.base import FrictionModel
-    from ..models.composed import ComposedFriction
-    from ..models.registry import make_model
-
     base = make_model(model) if isinstance(model, str) else model
     if not isinstance(base, FrictionModel):
         raise InputError(

@@ -11,8 +11,8 @@ import numpy as np
 
 from ..common import InputError
 from ..loads import LOAD_NAMES, FloatArray
+from ..models.predicted import ALLOWED, predict_points
 from .binning import Campaign
-from .predictions import ALLOWED, predict_points
 
 FOLDS = 5
 
@@ -83,8 +83,8 @@ def base_law(model: Any, campaign: Campaign, seed: int = 0) -> BaseLaw:
     InputError
         An unknown family, or an object that cannot predict.
     """
+    from ..families.registry import make_model
     from ..models.base import FrictionModel
-    from ..models.registry import make_model
 
     if isinstance(model, str):
         model = make_model(model)

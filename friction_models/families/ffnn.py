@@ -14,11 +14,11 @@ from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..expressions.parameters import check_integer, check_number, stored_floats
 from ..expressions.scaling import Scaling
 from ..loads import LOAD_NAMES, FloatArray, TriboLoads
+from ..loads.splits import hold_out
 from ..models.base import FrictionModel, Groups, LoadsLike
-from ..training.splits import hold_out
 
 if TYPE_CHECKING:
-    from ..training.network import Lesson
+    from .network import Lesson
 
 ACTIVATIONS = ("tanh", "relu", "sigmoid")
 #: Fewest tests held out by the networks from which a prediction interval is taken without training again.
@@ -126,7 +126,7 @@ class FeedForwardFriction(FrictionModel):
 
     def _lesson(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> Lesson:
         """Return what the networks learn from; notes the scaling and the tests held out."""
-        from ..training.network import Lesson
+        from .network import Lesson
 
         x = NumpyOps()
         features = x.concat(_inputs(x, LoadColumns(*(c[:, None] for c in loads.as_array().T))))
@@ -234,7 +234,7 @@ def fit_together(
 ) -> None:
     """Fit each model to its own data, as `fit` does, with those of one shape trained in one batched product.
 
-    Lessons of equal length give the networks that `fit` gives, to rounding; see `training.network.train_networks`.
+    Lessons of equal length give the networks that `fit` gives, to rounding; see `families.network.train_networks`.
 
     Parameters
     ----------
@@ -261,7 +261,7 @@ def _train_together(
     models: Sequence[FeedForwardFriction], data: Sequence[tuple[TriboLoads, FloatArray, Groups]]
 ) -> None:
     """Train models that are alike; mu's scaling goes into the last layers."""
-    from ..training.network import train_networks
+    from .network import train_networks
 
     widths = models[0]._check_params()
     lessons = [model._lesson(*own) for model, own in zip(models, data)]

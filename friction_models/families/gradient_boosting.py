@@ -13,8 +13,8 @@ from ..expressions.ops import LoadColumns, Ops, Value
 from ..expressions.parameters import check_integer, check_number
 from ..expressions.trees import MAX_LEAVES, MAX_TREES, IntArray, TreeTable
 from ..loads import LOAD_NAMES, FloatArray, TriboLoads
+from ..loads.splits import hold_out
 from ..models.base import FrictionModel, Groups
-from ..training.splits import hold_out
 
 
 class GradientBoostingFriction(FrictionModel):

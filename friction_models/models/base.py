@@ -17,11 +17,11 @@ from ..common import InputError, unknown_name
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..expressions.scaling import not_told_apart
 from ..loads import MEASURED_MU, FloatArray, TriboLoads, check_column, missing_column, require_loads
-from ..training.measures import error_measures
-from ..training.seen import test_digests
 from .calibrated import Calibrated
 from .domain import Domain
 from .intervals import PredictionInterval
+from .measures import error_measures
+from .seen import test_digests
 from .variables import StateVariable, SystemVariable
 
 if TYPE_CHECKING:
@@ -295,7 +295,7 @@ class FrictionModel(Calibrated, BaseEstimator):
         from sklearn.base import clone
 
         from ..effects import make_effect
-        from .composed import ComposedFriction
+        from ..families.composed import ComposedFriction
 
         # A misspelt effect is refused here, not at the fit.
         make_effect(effect)

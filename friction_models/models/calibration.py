@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..common import InputError
 from ..expressions.ops import NumpyOps
 from ..loads import LOAD_NAMES, LOADS, DataSet, FloatArray, TriboLoads
-from ..training.splits import k_fold
+from ..loads.splits import k_fold
 from .domain import Domain
 from .interval_coverage import measured_coverage
 from .intervals import (

@@ -12,10 +12,10 @@ import numpy.typing as npt
 import pandas as pd
 
 from ..common import InputError
+from ..expressions.onnx_session import onnx_session
 from ..expressions.parameters import first_line
 from ..loads import LOAD_NAMES, LOADS, FloatArray, TriboLoads, require_loads
 from ..loads.time_steps import rests, time_steps
-from ..onnx_session import onnx_session
 from .domain import Domain
 from .intervals import MARGIN
 from .variables import as_numbers

@@ -15,9 +15,9 @@ from ..common import InputError, atomic_folder, check_folder, write_json, write_
 from ..common.files import DAMAGED
 from ..common.folders import MODEL
 from ..expressions.parameters import first_line
+from ..families.registry import model_class
 from .base import FrictionModel
 from .model_card import build_card, card_text
-from .registry import model_class
 
 CARD, TEXT, ARRAYS, ONNX = "card.json", "card.md", "parameters.npz", "model.onnx"
 #: Limits against files that are not models; real ones stay far below.

@@ -11,7 +11,7 @@ import pandas as pd
 from ..common import InputError
 from ..loads import MEASURED_MU, DataSet, FloatArray, TriboLoads, check_column, missing_column
 from ..models.domain import known_domain
-from .measures import error_measures, range_warning
+from ..models.measures import error_measures, range_warning
 
 if TYPE_CHECKING:
     from ..models.base import FrictionModel

@@ -15,9 +15,9 @@ from sklearn.base import clone
 from ..common import InputError, unknown_name
 from ..families.ffnn import FeedForwardFriction, fit_together
 from ..loads import MEASURED_MU, FloatArray, TriboLoads, check_column, missing_column
+from ..loads.splits import k_fold
 from ..models.base import FrictionModel, LoadsLike
-from .measures import error_measures
-from .splits import k_fold
+from ..models.measures import error_measures
 
 Progress = Callable[[int, int], None]
 

@@ -15,7 +15,7 @@ from friction_models.discovery.comparison import FEWEST_TESTS, SAME, Comparison,
 from friction_models.estimation.binning import prepare
 from friction_models.loads import LOAD_NAMES, DataSet, FloatArray, TriboLoads
 from friction_models.models.domain import known_domain
-from friction_models.training.measures import range_warning
+from friction_models.models.measures import range_warning
 
 #: Resampled sets of tests, and how sure an order has to be.
 REPLICATES = 4000

@@ -119,7 +119,7 @@ def train_model(
         held-out tests), ``synthetic``.
     """
     from fmus import pack
-    from friction_models.models.registry import make_model
+    from friction_models.families.registry import make_model
     from friction_models.training import error_measures
 
     family = str(inputs["family"])

@@ -16,8 +16,8 @@ import onnxruntime
 from fmus.native import compile as compiling
 from fmus.native.generate import generate
 from fmus.targets.source import parse_source
+from friction_models.families.registry import make_model
 from friction_models.models.onnx_export import build_onnx
-from friction_models.models.registry import make_model
 from tests.fmus.compiled import compiler
 from tests.fmus.graphs import BOX, Array, campaign, graph_bytes, node
 

@@ -17,9 +17,9 @@ from friction_models.effects import CATALOGUE, make_effect
 from friction_models.estimation.binning import prepare
 from friction_models.estimation.candidates import evaluate_points, spans_of
 from friction_models.families.constant import ConstantFriction
+from friction_models.families.registry import FAMILIES, make_model
 from friction_models.loads import FloatArray
 from friction_models.models.base import FrictionModel
-from friction_models.models.registry import FAMILIES, make_model
 
 SMALL: dict[str, dict[str, Any]] = {
     "ffnn": {"hidden": (4,), "members": 1, "epochs": 3},

@@ -18,7 +18,7 @@ from friction_models.effects import CATALOGUE, Amplitude, Effect, Memory, Shape,
 from friction_models.estimation.binning import prepare
 from friction_models.estimation.candidates import evaluate_points, spans_of
 from friction_models.expressions.ops import LoadColumns, NumpyOps
-from friction_models.models.composed import ComposedFriction
+from friction_models.families.composed import ComposedFriction
 from tests.benchmarks.discovery_campaigns import campaign
 
 

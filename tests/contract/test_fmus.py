@@ -12,10 +12,10 @@ from fmpy.validation import validate_fmu
 from fmus import pack, read_friction_fmu
 from fmus.runtime.running import RunningFmu, UnpackedFmu
 from friction_models.effects import CATALOGUE
+from friction_models.families.registry import FAMILIES, make_model
 from friction_models.loads import LOAD_NAMES, LOADS, TriboLoads
 from friction_models.models.base import FrictionModel
 from friction_models.models.onnx_model import OnnxModel
-from friction_models.models.registry import FAMILIES, make_model
 from tests.fmus.graphs import campaign, random_loads
 
 QUICK = {"ffnn": {"hidden": (8, 8), "members": 2, "epochs": 4}}

@@ -20,10 +20,10 @@ from fmus.targets.native import without_interval
 from fmus.targets.source import read_source
 from friction_models import OnnxModel, TriboLoads, load_model
 from friction_models.common import InputError
+from friction_models.families.registry import FAMILIES
 from friction_models.loads import LOAD_NAMES
 from friction_models.models.base import FrictionModel
 from friction_models.models.calibration import calibrate
-from friction_models.models.registry import FAMILIES
 
 from ..friction_models.made_up import EDGES, anywhere, campaign
 from .test_models import fresh

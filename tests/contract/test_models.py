@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from sklearn.base import clone
 
 from friction_models import OnnxModel, TriboLoads, load_model
+from friction_models.families.registry import FAMILIES, make_model
 from friction_models.loads import LOADS, FloatArray
 from friction_models.models.base import FrictionModel
-from friction_models.models.registry import FAMILIES, make_model
 
 from ..friction_models.made_up import EDGES, anywhere, campaign
 from ..friction_models.test_ops import ALLOWED

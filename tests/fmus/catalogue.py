@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from friction_models.effects import CATALOGUE, make_effect
+from friction_models.families.composed import ComposedFriction
+from friction_models.families.registry import FAMILIES, make_model
 from friction_models.models.base import FrictionModel
-from friction_models.models.composed import ComposedFriction
 from friction_models.models.onnx_export import build_onnx
-from friction_models.models.registry import FAMILIES, make_model
 from friction_models.models.variables import SystemVariable
 from tests.fmus.graphs import campaign
 

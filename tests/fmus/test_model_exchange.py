@@ -14,8 +14,8 @@ from fmpy.fmi3 import FMU3Model
 
 from fmus import pack
 from fmus.runtime.running import FmuError, RunningFmu, UnpackedFmu
+from friction_models.families.registry import make_model
 from friction_models.loads import LOAD_NAMES
-from friction_models.models.registry import make_model
 from tests.fmus.graphs import campaign
 from tests.fmus.memory_models import AGE_0, C, D, K, age_at, ageing_bytes, mu_at
 

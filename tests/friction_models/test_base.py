@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from friction_models import ConstantFriction, LinearFriction, TriboLoads
 from friction_models.common import InputError
+from friction_models.families.registry import FAMILIES, make_model
 from friction_models.loads import LOAD_NAMES, LOADS
 from friction_models.models.domain import Domain
-from friction_models.models.registry import FAMILIES, make_model
 
 from .made_up import anywhere, campaign
 

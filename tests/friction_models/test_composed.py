@@ -18,7 +18,7 @@ from friction_models import (
     load_model,
 )
 from friction_models.common import InputError
-from friction_models.models.composed import ComposedFriction
+from friction_models.families.composed import ComposedFriction
 from tests.benchmarks.discovery_campaigns import campaign
 
 

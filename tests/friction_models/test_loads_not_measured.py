@@ -13,10 +13,10 @@ from fmus import pack, read_friction_fmu
 from friction_models import ConstantFriction, OnnxModel, TriboLoads, evaluate, load_model
 from friction_models.common import InputError
 from friction_models.discovery import compare, diagnose, refine
+from friction_models.families.registry import FAMILIES, make_model
 from friction_models.loads import LOAD_NAMES, DataSet, FloatArray
 from friction_models.models.base import FrictionModel
 from friction_models.models.domain import Domain
-from friction_models.models.registry import FAMILIES, make_model
 
 from .made_up import anywhere, campaign
 

@@ -16,9 +16,9 @@ from onnx import TensorProto, helper
 from friction_models import LinearFriction, OnnxModel, effects, load_model
 from friction_models.common import InputError
 from friction_models.expressions.ops import LoadColumns, Ops, Value
+from friction_models.families.registry import make_model
 from friction_models.loads import LOAD_NAMES
 from friction_models.models.base import FrictionModel
-from friction_models.models.registry import make_model
 from friction_models.models.variables import StateVariable, SystemVariable
 
 from .made_up import anywhere, campaign

@@ -15,7 +15,7 @@ import pytest
 
 from friction_models import load_model
 from friction_models.common import InputError
-from friction_models.models.registry import make_model
+from friction_models.families.registry import make_model
 
 from .made_up import anywhere, campaign
 

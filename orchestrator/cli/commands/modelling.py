@@ -144,7 +144,7 @@ def predict(
     The output is CSV or Parquet, by its suffix: the rows and columns of the input as they stand in it.
     """
     from friction_models.common import InputError, atomic_path
-    from friction_models.training.measures import range_warning
+    from friction_models.models.measures import range_warning
 
     if out.suffix not in {".csv", ".parquet"}:
         raise InputError(f"{out}: suffix {out.suffix!r}, allowed: .csv, .parquet")

@@ -136,7 +136,7 @@ def swapped(system: System, swap: Iterable[str] | None, names: Path | None = Non
 
 def named_model(name: str, parameters: Iterable[str] = ()) -> Any:
     """Return the unfitted model of a family; `parameters` are ``key=value``."""
-    from friction_models.models.registry import make_model
+    from friction_models.families.registry import make_model
 
     return make_model(name, **key_values(parameters))
 

@@ -195,14 +195,14 @@ def _model(
     name: str, inputs: Mapping[str, Any], points: int, seed: int, searching: bool = False
 ) -> FrictionModel:
     """Return an unfitted model with the study's parameters for a training set of so many points."""
-    from friction_models.models.registry import make_model
+    from friction_models.families.registry import make_model
 
     given = dict(inputs.get("parameters", {}).get(name, {}))
     if name == "gradient_boosting":
         return make_model(name, seed=seed, **given)
     if name != "ffnn":
         return make_model(name, **given)
-    from friction_models.training.network import epochs_for
+    from friction_models.families.network import epochs_for
 
     steps = int(given.pop("steps"))
     model = make_model(name, seed=seed, **given)

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pandas as pd
 
-from friction_models.models.registry import make_model
+from friction_models.families.registry import make_model
 from tests.fmus.graphs import BOX, campaign, graph_bytes, node
 
 

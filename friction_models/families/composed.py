@@ -18,8 +18,8 @@ from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..loads import FloatArray, TriboLoads
 from ..loads.order import order_of_tests
 from ..loads.time_steps import rests, time_steps
-from .base import FrictionModel, Groups, LoadsLike
-from .variables import StateVariable, SystemVariable, as_numbers
+from ..models.base import FrictionModel, Groups, LoadsLike
+from ..models.variables import StateVariable, SystemVariable, as_numbers
 
 
 class ComposedFriction(FrictionModel):

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from ..common import unknown_name
-from ..families.constant import ConstantFriction
-from ..families.ffnn import FeedForwardFriction
-from ..families.gradient_boosting import GradientBoostingFriction
-from ..families.linear import LinearFriction
-from ..families.polynomial import PolynomialFriction
-from ..families.power_law import PowerLawFriction
-from .base import FrictionModel
+from ..models.base import FrictionModel
+from .constant import ConstantFriction
+from .ffnn import FeedForwardFriction
+from .gradient_boosting import GradientBoostingFriction
+from .linear import LinearFriction
+from .polynomial import PolynomialFriction
+from .power_law import PowerLawFriction
 
 #: Families that can be trained by name. `linear`, `polynomial` and `ffnn` are the ones that the work
 #: this project builds on names; `power_law` (grey box) and `gradient_boosting` (black box) are our choice.

@@ -16,7 +16,7 @@ from ..loads import FloatArray
 if TYPE_CHECKING:
     import torch
 
-    from ..families.ffnn import FeedForwardFriction
+    from .ffnn import FeedForwardFriction
 
 Masks = list[npt.NDArray[np.bool_]]
 #: Weights (in, out) and biases (out,) of every layer of one network.
