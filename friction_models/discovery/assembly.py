@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,9 +12,11 @@ from ..estimation.importance import weighted_rms
 from ..estimation.scan import Fit
 from ..estimation.search_round import SearchRound
 from ..estimation.significance import stays_first
+from ..estimation.structure import StructurePlace
 from ..estimation.unseen_loads import EITHER, doubts
 from ..loads import LOAD_NAMES, FloatArray
 from .diagnosis import Diagnosis
+from .findings import FittedEffect, ParameterValue
 from .further_tests.next_tests import propose
 from .identifiability import limits
 from .level_offset import LevelOffset, level_of
@@ -122,13 +123,7 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
             }
             for f in found.ranking
         ],
-        noise_floor={
-            "sensor": floor.sensor,
-            "test": floor.test,
-            "drift": floor.drift,
-            "total": floor.total,
-            "interval": list(floor.interval),
-        },
+        noise_floor=floor.to_dict(),
         error_budget={
             "floor": floor.total,
             "explained": weighted_rms(moved, campaign.count),
@@ -148,7 +143,7 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
     )
 
 
-def _places(campaign: Campaign, evidence: Evidence) -> list[dict[str, Any]]:
+def _places(campaign: Campaign, evidence: Evidence) -> list[StructurePlace]:
     """Return where structure is left: the blocks that stand out, else the loads of the winner, along which its form is not right."""
     if not evidence.unexplained:
         return []
@@ -170,9 +165,9 @@ def _places(campaign: Campaign, evidence: Evidence) -> list[dict[str, Any]]:
     ]
 
 
-def _parameters(fit: Fit) -> dict[str, Any]:
+def _parameters(fit: Fit) -> FittedEffect:
     effect = fit.prepared.candidate.effect
-    values = {
+    values: dict[str, ParameterValue] = {
         a.name: {"value": float(v), "unit": a.unit}
         for a, v in zip(effect.amplitudes, fit.amplitudes, strict=True)
     }

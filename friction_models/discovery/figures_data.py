@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 import pandas as pd
 
 from ..effects.base import Effect, Memory
 from ..estimation.candidates import OPS
+from ..estimation.structure import StructurePlace
 from ..expressions.ops import LoadColumns
-from ..loads import LOADS, FloatArray
-from .diagnosis import Diagnosis
+from ..loads import LOAD_NAMES, LOADS, FloatArray
+from .findings import Findings
 
 #: Loads over which a residual is mapped, where the data vary them.
 MAPPED = ("sigma_n", "T")
@@ -108,7 +109,7 @@ def effect_curve(
     tuple of ndarray, shape (n,)
         Load and share of mu; None where the effect remembers or needs metadata.
     """
-    if effect.states or effect.metadata or driver not in averages.columns or driver not in _names():
+    if effect.states or effect.metadata or driver not in averages.columns or driver not in LOAD_NAMES:
         return None
     low, high = averages[driver].min(), averages[driver].max()
     along = (
@@ -132,12 +133,18 @@ def effect_curve(
     return along, np.asarray(share, dtype=float)
 
 
-def _names() -> tuple[str, ...]:
-    return tuple(q.name for q in LOADS)
+class EffectDescription(TypedDict):
+    """What an effect says of itself; ``parameters`` holds the meaning of each."""
+
+    title: str
+    where: str
+    citation: str
+    driver: tuple[str, ...]
+    parameters: dict[str, str]
 
 
-def meanings(effect: Effect) -> dict[str, Any]:
-    """Return what an effect says of itself: ``title``, ``where``, ``citation``, ``driver``, meaning by parameter."""
+def meanings(effect: Effect) -> EffectDescription:
+    """Return what an effect says of itself."""
     return {
         "title": effect.title,
         "where": effect.where_it_shows,
@@ -148,7 +155,7 @@ def meanings(effect: Effect) -> dict[str, Any]:
     }
 
 
-def where_text(entry: Mapping[str, Any]) -> str:
+def where_text(entry: StructurePlace) -> str:
     """Return where structure is left: ``v_rel 22 to 502 mm/s, psi 1.08 to 1.98: interaction (33 %)``."""
     units = {q.name: f" {q.unit}" if q.unit != "1" else "" for q in LOADS}
     places = ", ".join(
@@ -158,7 +165,7 @@ def where_text(entry: Mapping[str, Any]) -> str:
     return f"{places}: {entry['shape']} ({100 * entry['share']:.0f} % of it)"
 
 
-def structure_pair(found: Diagnosis) -> tuple[str, str] | None:
+def structure_pair(found: Findings) -> tuple[str, str] | None:
     """Return the two loads along which most structure is left, where they are another pair than that of the map."""
     variables = found.where[0]["variables"] if found.where else []
     if len(variables) != 2 or any(v not in found.averages.columns for v in variables):

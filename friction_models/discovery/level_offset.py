@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.stats import t as student
@@ -13,6 +12,7 @@ from ..estimation.binning import Campaign
 from ..estimation.importance import LEAST_SHARE, error_share
 from ..estimation.scan import Fit
 from ..estimation.search_round import SearchRound
+from ..estimation.structure import StructurePlace
 from ..loads import LOAD_NAMES
 from .verdict import STRUCTURE_LEVEL
 
@@ -41,7 +41,7 @@ class LevelOffset:
         """Whether it is significant, and large enough beside the noise floor to matter."""
         return self.p_value < STRUCTURE_LEVEL and error_share(self.value, self.floor) > LEAST_SHARE
 
-    def entry(self, campaign: Campaign) -> dict[str, Any]:
+    def entry(self, campaign: Campaign) -> StructurePlace:
         """Return it as a place where structure is left: all of the tested loads, none of which drives it."""
         region = {}
         for name in LOAD_NAMES:

@@ -13,6 +13,7 @@ from ..estimation.binning import Campaign
 from ..estimation.scan import Fit
 from ..estimation.search_round import SearchRound
 from ..loads import LOAD_NAMES, FloatArray
+from .findings import BinnedBias, TestGroups, WorstTest
 
 BIAS_BINS = 6
 
@@ -24,7 +25,7 @@ def base_residual(campaign: Campaign, found: SearchRound) -> FloatArray:
     return found.y - found.columns @ coefficients
 
 
-def worst_tests(campaign: Campaign, residual: FloatArray, most: int = 10) -> list[dict[str, Any]]:
+def worst_tests(campaign: Campaign, residual: FloatArray, most: int = 10) -> list[WorstTest]:
     """Return the tests with the largest rms residual (points weigh alike)."""
     squares = np.bincount(campaign.test, campaign.count * residual**2)
     rms = np.sqrt(squares / np.bincount(campaign.test, campaign.count))
@@ -84,9 +85,9 @@ def clustered_mean(
 
 def binned_bias(
     campaign: Campaign, residual: FloatArray, after: FloatArray | None = None
-) -> list[dict[str, Any]]:
+) -> list[BinnedBias]:
     """Return the mean residual along each load that varies, with intervals that treat a test as the unit."""
-    rows: list[dict[str, Any]] = []
+    rows: list[BinnedBias] = []
     for name in LOAD_NAMES:
         if not campaign.varies(name):
             continue
@@ -95,7 +96,7 @@ def binned_bias(
         for k in range(int(which.max()) + 1):
             inside = which == k
             mean, half, tests = clustered_mean(residual, campaign.count, campaign.test, inside)
-            row = {
+            row: BinnedBias = {
                 "load": name,
                 "low": float(values[inside].min()),
                 "high": float(values[inside].max()),
@@ -105,7 +106,7 @@ def binned_bias(
             }
             if after is not None:
                 mean, half, _ = clustered_mean(after, campaign.count, campaign.test, inside)
-                row |= {"after": mean, "after_interval": [mean - half, mean + half]}
+                row["after"], row["after_interval"] = mean, [mean - half, mean + half]
             rows.append(row)
     return rows
 
@@ -116,7 +117,7 @@ def _t_quantile(freedom: int) -> float:
     return float(t.ppf(0.975, freedom))
 
 
-def unrecorded_factor(campaign: Campaign, residual: FloatArray) -> dict[str, Any] | None:
+def unrecorded_factor(campaign: Campaign, residual: FloatArray) -> TestGroups | None:
     """Return two groups of test offsets when one normal distribution does not describe them.
 
     One normal distribution is compared with a mixture of two by their likelihoods; the mixture must win by

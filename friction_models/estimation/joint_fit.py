@@ -91,7 +91,8 @@ def fit_jointly(
         {a.name: float(v) for a, v in zip(e.amplitudes, values, strict=True)}
         for e, values in zip(effects, amplitudes, strict=True)
     ]
-    return JointFit(fitted, problem.shapes, named, problem.floor)
+    noise_floor = dict(problem.estimated.to_dict()) if problem.estimated else {}
+    return JointFit(fitted, problem.shapes, named, noise_floor)
 
 
 def _surrogate(base: FrictionModel, campaign: Campaign) -> BaseLaw:
@@ -116,7 +117,6 @@ class _Problem:
         self.shapes = [{n: float(g[len(g) // 2]) for n, g in grid.items()} for grid in self.grids]
         self.layout = Layout.of(campaign) if len(campaign.tests) >= LEAST_TESTS and campaign.grouped else None
         self.whiten: Any = lambda values: values
-        self.floor: dict[str, Any] = {}
         self.scanned = False
         self.estimated: NoiseFloor | None = None
 
@@ -126,16 +126,8 @@ class _Problem:
             return
         columns = [flexible_mean(self.campaign, self.base_points), *self.columns(self.shapes, points=True)]
         mean = self.campaign.average(np.column_stack(columns))
-        floor = estimate(self.campaign, self.layout, self.y, mean, self.estimated)
-        self.estimated = floor
-        self.whiten = Whitener(self.layout, floor, float(np.std(self.y)) or 1e-6)
-        self.floor = {
-            "sensor": floor.sensor,
-            "test": floor.test,
-            "drift": floor.drift,
-            "total": floor.total,
-            "interval": list(floor.interval),
-        }
+        self.estimated = estimate(self.campaign, self.layout, self.y, mean, self.estimated)
+        self.whiten = Whitener(self.layout, self.estimated, float(np.std(self.y)) or 1e-6)
 
     def choose_weights(self) -> None:
         """Fall back to ordinary least squares where it predicts tests left out better.

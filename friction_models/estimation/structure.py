@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 from scipy.stats import chi2
@@ -20,6 +20,19 @@ from .scan import Fit, Projector
 from .search_round import SearchRound
 
 REPLICATES = 399
+
+
+class StructurePlace(TypedDict):
+    """Where structure is left.
+
+    The loads along which it shows, the range of each in which it is strong, its shape in words, and its share of what is
+    left.
+    """
+
+    variables: list[str]
+    region: dict[str, list[float]]
+    shape: str
+    share: float
 
 
 @dataclass
@@ -34,14 +47,14 @@ class Structure:
         Family-wise over the blocks.
     rms : float
         RMS of this signal in mu.
-    where : list of dict
-        Blocks that stand out: ``variables``, ``region``, ``shape``, ``share``.
+    where : list of StructurePlace
+        Blocks that stand out.
     """
 
     excess: float
     p_value: float
     rms: float
-    where: list[dict[str, Any]]
+    where: list[StructurePlace]
 
 
 @dataclass(frozen=True)
@@ -145,7 +158,7 @@ def _rms(campaign: Campaign, found: SearchRound, q: FloatArray, residual: FloatA
 
 def _describe(
     campaign: Campaign, key: tuple[str, ...], q: FloatArray, residual: FloatArray, share: float
-) -> dict[str, Any]:
+) -> StructurePlace:
     """Say in which part of the range a block bends, and how."""
     fit = q @ (q.T @ residual)
     weight = np.abs(fit)

@@ -8,7 +8,7 @@ the form error, its bends, and a new test has its own offset, drift and sensor n
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NotRequired, TypedDict, cast
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from ...estimation.scan import Fit
 from ...estimation.search_round import SearchRound
 from ...estimation.zero_reading import ZERO, expected
 from ...loads import FloatArray
-from .protocols import READING, Proposal, protocols
+from .protocols import READING, PlanRow, Proposal, SetPoints, protocols
 from .separation import ENOUGH, Bench, Separation
 
 #: Rivals of the winner for which tests are sought.
@@ -30,9 +30,24 @@ MOST = 50.0
 USELESS = 0.5
 
 
+class NextTest(TypedDict):
+    """A proposed test.
+
+    What is set in it, which two effects it separates, by how many standard errors, how many repeats that takes, and the
+    tests as rows of a plan.
+    """
+
+    protocol: str
+    setpoints: SetPoints
+    separates: list[str]
+    expected_t: float
+    repeats: NotRequired[int]
+    plan: list[PlanRow]
+
+
 def propose(
     campaign: Campaign, found: SearchRound, rivals: list[Fit], mu: FloatArray, base: BaseLaw
-) -> tuple[list[dict[str, Any]], list[str]]:
+) -> tuple[list[NextTest], list[str]]:
     """Return protocols that separate the first of `rivals` from the others, and what none of them separates.
 
     Parameters
@@ -49,7 +64,7 @@ def propose(
 
     Returns
     -------
-    proposals : list of dict
+    proposals : list of NextTest
         The most telling first; none that tells nothing.
     remarks : list of str
         One for each rival that no proposal separates.
@@ -57,7 +72,8 @@ def propose(
     if len(rivals) < 2:
         return [], []
     bench = Bench(campaign, found, mu, base)
-    first, result = rivals[0], []
+    first = rivals[0]
+    result: list[NextTest] = []
     proposals = protocols(campaign)
     for rival in rivals[1 : 1 + RIVALS]:
         pair = [first.name, rival.name]
@@ -70,7 +86,7 @@ def propose(
     if ZERO in names:
         fault = rivals[names.index(ZERO)]
         other = next(n for n in names if n != ZERO)
-        row = {**proposals[0].plan[0], "protocol": "zero_reading", "zero_reading": READING}
+        row: PlanRow = {**proposals[0].plan[0], "protocol": "zero_reading", "zero_reading": READING}
         row.pop("v_levels", None)
         reading = Proposal("zero reading", {"sigma_n [MPa]": 0.0, "duration [s]": READING}, [row], [])
         t = expected(campaign, found.floor.sensor, fault, READING)
@@ -100,18 +116,17 @@ def _inseparable(campaign: Campaign, found: SearchRound, first: Fit, rival: Fit,
     return text
 
 
-def _entry(proposal: Proposal, pair: list[str], expected: Separation) -> dict[str, Any]:
-    entry = {
+def _entry(proposal: Proposal, pair: list[str], expected: Separation) -> NextTest:
+    entry: dict[str, Any] = {
         "protocol": proposal.protocol,
         "setpoints": proposal.setpoints,
         "separates": pair,
         "expected_t": round(min(expected.t, MOST), 2),
     }
-    if (
-        expected.t >= ENOUGH or expected.t == expected.noise
-    ):  # repeats help against noise, not against formulas
+    # repeats help against noise, not against errors of the formulas
+    if expected.t >= ENOUGH or expected.t == expected.noise:
         entry["repeats"] = int(np.ceil((ENOUGH / max(expected.t, 0.1)) ** 2))
-    return entry | {"plan": proposal.plan}
+    return cast(NextTest, entry | {"plan": proposal.plan})
 
 
 def plan_rows(next_tests: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 
 from ...estimation.binning import Campaign
 from ...loads import FloatArray, TriboLoads
 from .heating import Heating
+
+#: One test as a row of a test plan.
+PlanRow: TypeAlias = dict[str, str | float]
+#: What is set in a test, by name and unit, for people.
+SetPoints: TypeAlias = dict[str, float | list[float]]
 
 POINTS = 60
 #: Sliding distance that a tribometer reaches [mm].
@@ -43,8 +48,8 @@ class Proposal:
     """
 
     protocol: str
-    setpoints: dict[str, Any]
-    plan: list[dict[str, Any]]
+    setpoints: SetPoints
+    plan: list[PlanRow]
     loads: list[TriboLoads]
 
 
@@ -91,14 +96,14 @@ class Settings:
             tuple(SET_BY[n] for n in campaign.absent if n in SET_BY),
         )
 
-    def row(self, sigma: float, v: float, tool: float, distance: float) -> dict[str, Any]:
-        row: dict[str, Any] = {
+    def row(self, sigma: float, v: float, tool: float, distance: float) -> PlanRow:
+        row: PlanRow = {
             "protocol": "constant", "sigma_set": sigma, "v_set": v, "T_tool": tool, "sd_set": distance,
         }  # fmt: skip
         row = {k: value for k, value in row.items() if k not in self.unknown}
         return row | ({"psi_set": self.psi_set} if self.psi_set is not None else {})
 
-    def shown(self, setpoints: dict[str, Any]) -> dict[str, Any]:
+    def shown(self, setpoints: SetPoints) -> SetPoints:
         """Return set points for people without those of loads that the data lack."""
         names = {f"{load} [": key for load, key in SET_BY.items()} | {"T_tool [": "T_tool"}
         return {
