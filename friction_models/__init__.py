@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .families.ffnn import FeedForwardFriction as FeedForwardFriction
     from .families.gradient_boosting import GradientBoostingFriction as GradientBoostingFriction
     from .families.linear import LinearFriction as LinearFriction
+    from .families.loading import load_model as load_model
     from .families.polynomial import PolynomialFriction as PolynomialFriction
     from .families.power_law import PowerLawFriction as PowerLawFriction
     from .families.registry import FAMILIES as FAMILIES
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from .models.base import FrictionModel as FrictionModel
     from .models.domain import Domain as Domain
     from .models.onnx_model import OnnxModel as OnnxModel
-    from .models.saving import load_model as load_model
     from .training import Evaluation as Evaluation
     from .training import evaluate as evaluate
 
@@ -39,7 +39,7 @@ _EXPORTS = {
     "Domain": "models.domain",
     "Evaluation": "training.evaluation",
     "FeedForwardFriction": "families.ffnn",
-    "FrictionModel": "models.base",
+    "FrictionModel": "families",
     "GradientBoostingFriction": "families.gradient_boosting",
     "InputError": "common",
     "LinearFriction": "families.linear",
@@ -48,7 +48,7 @@ _EXPORTS = {
     "PowerLawFriction": "families.power_law",
     "TriboLoads": "loads",
     "evaluate": "training.evaluation",
-    "load_model": "models.saving",
+    "load_model": "families.loading",
     "make_model": "families.registry",
 }
 _SUBPACKAGES = ("discovery", "effects", "training")

@@ -25,8 +25,6 @@ from .candidates import evaluate, evaluate_points, spans_of
 from .noise_floor import Layout, NoiseFloor, Whitener, estimate
 from .search_round import flexible_mean
 
-#: Families whose formula is linear in its coefficients: base and effects are solved in one step.
-LINEAR_FAMILIES = ("constant", "linear", "polynomial")
 LEAST_TESTS = 6
 ROUNDS = 3
 FOLDS = 5
@@ -79,7 +77,7 @@ def fit_jointly(
     problem.choose_weights()
     coefficients, amplitudes = problem.solve(problem.shapes)
     fitted = clone(base)
-    if base.family in LINEAR_FAMILIES and not law.fixed:
+    if base.form == "linear" and not law.fixed:
         target = law.columns @ coefficients
     else:
         target = mu - problem.contribution(amplitudes)
@@ -97,7 +95,7 @@ def fit_jointly(
 
 def _surrogate(base: FrictionModel, campaign: Campaign) -> BaseLaw:
     """Return columns that stand for the base while the effects are identified."""
-    if base.family in LINEAR_FAMILIES or base.family == "power_law":
+    if base.form != "flexible":
         return base_law(base, campaign)
     # a flexible base would swallow the effect: second order stands in, the base itself is fitted to the rest
     return BaseLaw(base.family, polynomial_columns(campaign, 2), np.zeros(len(campaign.mu)), model=base)

@@ -14,12 +14,15 @@ from sklearn.base import clone
 from ..common import InputError, shown
 from ..effects import CATALOGUE, ENTRY_POINT_GROUP, make_effect
 from ..effects.base import Effect, Memory
+from ..estimation.joint_fit import fit_jointly
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..loads import FloatArray, TriboLoads
 from ..loads.order import order_of_tests
 from ..loads.time_steps import rests, time_steps
 from ..models.base import FrictionModel, Groups, LoadsLike
+from ..models.tangent import MeasuredPoints, Tangent
 from ..models.variables import StateVariable, SystemVariable, as_numbers
+from .registry import make_model
 
 
 class ComposedFriction(FrictionModel):
@@ -67,8 +70,6 @@ class ComposedFriction(FrictionModel):
     # --- fit ------------------------------------------------------------------------------------------
 
     def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> None:
-        from ..estimation.joint_fit import fit_jointly
-
         self._check_base()
         self.effects_ = [make_effect(e) for e in self.effects]
         names = [e.name for e in self.effects_]
@@ -90,6 +91,19 @@ class ComposedFriction(FrictionModel):
         self.base_, self.shapes_, self.amplitudes_ = fitted.base, fitted.shapes, fitted.amplitudes
         self.noise_floor_ = fitted.noise_floor
         self.system_ = _system_variables(loads, self._metadata(loads), self.exported, self.levels_)
+
+    def tangent(self, data: MeasuredPoints) -> Tangent:
+        """Return the columns of the base, and the effects at their fitted shapes, whose amplitudes may change."""
+        fitted = self if self.is_fitted else clone(self).fit(data.loads, data.mu)
+        inner = fitted.base.tangent(data)
+        mu = fitted.predict(data.loads)
+        terms = [
+            np.broadcast_to(column, (len(mu), 1))
+            for effect, shape in zip(fitted.effects_, fitted.shapes_, strict=True)
+            for column in data.effect_columns(effect, mu, shape)
+        ]
+        names = tuple(e.name for e in fitted.effects_)
+        return Tangent(np.column_stack([inner.columns, *terms]), inner.offset, effects=names)
 
     def _check_base(self) -> None:
         if not isinstance(self.base, FrictionModel) or isinstance(self.base, ComposedFriction):
@@ -245,11 +259,9 @@ class ComposedFriction(FrictionModel):
         return values, {f"base.{k}": v for k, v in arrays.items()}
 
     def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
-        from .registry import model_class
-
         self.effects_ = [make_effect(e) for e in self.effects]
         inner = {k.removeprefix("base."): v for k, v in arrays.items() if k.startswith("base.")}
-        self.base_ = model_class(self.base.family).from_parts(values["base"], inner)
+        self.base_ = type(self.base).from_parts(values["base"], inner)
         self.shapes_ = [
             _checked(e, s, [p.name for p in e.shapes]) for e, s in zip(self.effects_, values["shapes"])
         ]
@@ -271,8 +283,6 @@ class ComposedFriction(FrictionModel):
     @classmethod
     def from_parts(cls, content: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Self:
         """Build a model from `parts`; see `FrictionModel.from_parts`."""
-        from .registry import make_model
-
         params = content["params"]
         base = make_model(str(params["base"]["family"]), **params["base"]["params"])
         effects: list[str | Effect] = []
@@ -286,6 +296,16 @@ class ComposedFriction(FrictionModel):
             effects.append(type(effect)(**{str(k): float(v) for k, v in entry["fixed"].items()}))
         model = cls(base, effects)
         return model._restored(content, arrays)
+
+
+def _sum(base: FrictionModel, effects: list[Any]) -> FrictionModel:
+    """Return an unfitted sum; a misspelt effect is refused here, not at the fit."""
+    for effect in effects:
+        make_effect(effect)
+    return ComposedFriction(base, effects)
+
+
+FrictionModel._compose = _sum
 
 
 def _checked_round(entry: Any) -> dict[str, Any]:

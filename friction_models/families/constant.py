@@ -15,6 +15,7 @@ from ..expressions.parameters import check_number
 from ..loads import MU, FloatArray, TriboLoads
 from ..models.base import FrictionModel, Groups
 from ..models.domain import Domain
+from ..models.tangent import MeasuredPoints, Tangent
 
 
 class ConstantFriction(FrictionModel):
@@ -29,6 +30,7 @@ class ConstantFriction(FrictionModel):
     """
 
     family: ClassVar[str] = "constant"
+    form = "linear"
 
     def __init__(self, mu: float | None = None) -> None:
         self.mu = mu
@@ -64,6 +66,13 @@ class ConstantFriction(FrictionModel):
         """The physical limits for a given value, else the range of the training data."""
         self.require_fitted()
         return getattr(self, "domain_", Domain.physical())
+
+    def tangent(self, data: MeasuredPoints) -> Tangent:
+        """Return a column of ones; a given value stays as it is."""
+        level = np.ones((len(data.mu), 1))
+        if self.mu is None:
+            return Tangent(level, np.zeros(len(data.mu)))
+        return Tangent(level, self.predict(data.loads), fixed=True)
 
     def formula(
         self,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +16,7 @@ from ..expressions.scaling import Scaling
 from ..loads import LOAD_NAMES, FloatArray, TriboLoads
 from ..loads.splits import hold_out
 from ..models.base import FrictionModel, Groups, LoadsLike
-
-if TYPE_CHECKING:
-    from .network import Lesson
+from .network import Lesson, TrainingOptions, train_networks
 
 ACTIVATIONS = ("tanh", "relu", "sigmoid")
 #: Fewest tests held out by the networks from which a prediction interval is taken without training again.
@@ -126,8 +124,6 @@ class FeedForwardFriction(FrictionModel):
 
     def _lesson(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> Lesson:
         """Return what the networks learn from; notes the scaling and the tests held out."""
-        from .network import Lesson
-
         x = NumpyOps()
         features = x.concat(_inputs(x, LoadColumns(*(c[:, None] for c in loads.as_array().T))))
         self.scaling_ = Scaling.of(features)
@@ -141,9 +137,9 @@ class FeedForwardFriction(FrictionModel):
         return Lesson(self.scaling_.apply(features), outputs, held, self.seed, self.weight_decay)
 
     @property
-    def _alike(self) -> tuple[Any, ...]:
+    def _options(self) -> TrainingOptions:
         """What models must share to be trained in one batch."""
-        return (
+        return TrainingOptions(
             tuple(self._check_params()),
             self.activation,
             self.learning_rate,
@@ -248,9 +244,9 @@ def fit_together(
         What `fit` refuses.
     """
     checked = [model._checked(*own) for model, own in zip(models, data, strict=True)]
-    batches: dict[tuple[Any, ...], list[int]] = {}
+    batches: dict[TrainingOptions, list[int]] = {}
     for number, model in enumerate(models):
-        batches.setdefault(model._alike, []).append(number)
+        batches.setdefault(model._options, []).append(number)
     for batch in batches.values():
         _train_together([models[k] for k in batch], [checked[k] for k in batch])
     for model, own in zip(models, checked):
@@ -261,13 +257,9 @@ def _train_together(
     models: Sequence[FeedForwardFriction], data: Sequence[tuple[TriboLoads, FloatArray, Groups]]
 ) -> None:
     """Train models that are alike; mu's scaling goes into the last layers."""
-    from .network import train_networks
-
-    widths = models[0]._check_params()
+    options = models[0]._options
     lessons = [model._lesson(*own) for model, own in zip(models, data)]
-    for model, (_, mu, _), (networks, epochs) in zip(
-        models, data, train_networks(lessons, widths, models[0])
-    ):
+    for model, (_, mu, _), (networks, epochs) in zip(models, data, train_networks(lessons, options)):
         target = Scaling.of(mu[:, None])
         for network in networks:
             weights, bias = network[-1]

@@ -13,6 +13,7 @@ from ..expressions.parameters import stored_floats
 from ..expressions.scaling import RESOLUTION, Scaling
 from ..loads import LOADS, FloatArray, TriboLoads
 from ..models.base import FrictionModel, Groups
+from ..models.tangent import MeasuredPoints, Tangent, polynomial_columns
 
 
 class LinearFriction(FrictionModel):
@@ -27,6 +28,7 @@ class LinearFriction(FrictionModel):
     """
 
     family: ClassVar[str] = "linear"
+    form = "linear"
 
     def __init__(self) -> None:
         """Nothing to choose."""
@@ -39,6 +41,10 @@ class LinearFriction(FrictionModel):
         slopes[np.ptp(matrix, axis=0) == 0.0] = 0.0  # not what rounding leaves of it
         self.coef_ = slopes / scaling.scale
         self.intercept_ = offset - float(self.coef_ @ scaling.mean)
+
+    def tangent(self, data: MeasuredPoints) -> Tangent:
+        """Return a column of ones and the loads that vary."""
+        return Tangent(polynomial_columns(data.loads, 1), np.zeros(len(data.mu)))
 
     def formula(
         self,

@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from ..common import InputError
 from ..loads import FloatArray
 
 if TYPE_CHECKING:
     import torch
-
-    from .ffnn import FeedForwardFriction
 
 Masks = list[npt.NDArray[np.bool_]]
 #: Weights (in, out) and biases (out,) of every layer of one network.
@@ -26,6 +25,19 @@ Trained = tuple[list[Layers], list[int]]
 #: Fewest steps an epoch, where the data set has enough points for batches of the smallest size.
 STEPS = 40
 SMALLEST_BATCH = 32
+
+
+@dataclass(frozen=True)
+class TrainingOptions:
+    """What networks that are trained in one batch share; see `FeedForwardFriction`."""
+
+    widths: tuple[int, ...]
+    activation: str
+    learning_rate: float
+    batch_size: int
+    epochs: int
+    patience: int
+    threads: int
 
 
 @dataclass(frozen=True)
@@ -50,9 +62,7 @@ class Lesson:
     weight_decay: float
 
 
-def train_networks(
-    lessons: Sequence[Lesson], widths: list[int], options: FeedForwardFriction
-) -> list[Trained]:
+def train_networks(lessons: Sequence[Lesson], options: TrainingOptions) -> list[Trained]:
     """Train one network for each mask of held-out points of each lesson; keep its weights that are best on those.
 
     The networks share nothing but the arithmetic: one batched product a layer serves all of them. Lessons of
@@ -63,29 +73,38 @@ def train_networks(
     ----------
     lessons : sequence of Lesson
         One a model.
-    widths : list of int
-        Width of every layer, input and output included.
-    options : FeedForwardFriction
-        Its other parameters steer the training.
+    options : TrainingOptions
 
     Returns
     -------
     list of (networks, epochs)
         One a lesson; for each network the epochs until the weights that were kept.
+
+    Raises
+    ------
+    InputError
+        torch is not installed.
     """
-    import torch
+    try:
+        import torch
+    except ImportError:
+        raise InputError(
+            "ffnn: torch, which trains networks, is not installed; allowed: pip install 'tribofmu[train-networks]' "
+            "(predicting with a trained network needs no torch)"
+        ) from None
 
     threads = torch.get_num_threads()
     torch.set_num_threads(options.threads)
     try:
-        return _train(lessons, widths, options)
+        return _train(lessons, options)
     finally:
         torch.set_num_threads(threads)
 
 
-def _train(lessons: Sequence[Lesson], widths: list[int], options: FeedForwardFriction) -> list[Trained]:
+def _train(lessons: Sequence[Lesson], options: TrainingOptions) -> list[Trained]:
     import torch
 
+    widths = list(options.widths)
     generators = [np.random.default_rng(lesson.seed) for lesson in lessons]
     starts = [_start(rng, len(lesson.held), widths) for rng, lesson in zip(generators, lessons)]
     layers = len(widths) - 1

@@ -14,6 +14,7 @@ from ..expressions.parameters import check_integer, check_number, stored_floats
 from ..expressions.scaling import RESOLUTION, Scaling
 from ..loads import LOAD_NAMES, FloatArray, TriboLoads
 from ..models.base import FrictionModel, Groups
+from ..models.tangent import MeasuredPoints, Tangent, polynomial_columns
 
 MAX_DEGREE = 4
 
@@ -36,6 +37,7 @@ class PolynomialFriction(FrictionModel):
     """
 
     family: ClassVar[str] = "polynomial"
+    form = "linear"
 
     def __init__(self, degree: int = 2, ridge: float = 1e-6) -> None:
         self.degree = degree
@@ -67,6 +69,10 @@ class PolynomialFriction(FrictionModel):
         for term in self.terms:
             products[term] = z[term[0]] if len(term) == 1 else products[term[:-1]] * z[term[-1]]
         return x.concat(list(products.values()))
+
+    def tangent(self, data: MeasuredPoints) -> Tangent:
+        """Return the products of the loads that vary."""
+        return Tangent(polynomial_columns(data.loads, int(self.degree)), np.zeros(len(data.mu)))
 
     def formula(
         self,

@@ -7,12 +7,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
+from sklearn.base import clone
 
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..expressions.parameters import check_number, stored_floats
 from ..expressions.scaling import Scaling, unresolved
 from ..loads import MU, FloatArray, TriboLoads
 from ..models.base import FrictionModel, Groups
+from ..models.tangent import MeasuredPoints, Tangent
 
 #: References that make the factors numbers of order one: mm/s, K, MPa, mm.
 V_REF, T_REF, SIGMA_REF, SD_REF = 100.0, 100.0, 1000.0, 10.0
@@ -55,6 +57,7 @@ class PowerLawFriction(FrictionModel):
     """
 
     family: ClassVar[str] = "power_law"
+    form = "smooth"
 
     def __init__(
         self, sigma_offset: float | None = None, v_offset: float = 1.0, sd_offset: float = 1.0
@@ -99,6 +102,26 @@ class PowerLawFriction(FrictionModel):
         coef = least_norm(used, refine_exponential(used, mu, coef, limit))
         self.coef_ = np.zeros(len(NAMES))
         self.coef_[varies] = coef
+
+    def tangent(self, data: MeasuredPoints) -> Tangent:
+        """Return the law's derivatives by log C and the exponents, around its fit to the data.
+
+        ``d mu / d exponent = mu ln(load + offset)``. The logarithms are centred and scaled, which changes the
+        coefficients, but not what the columns can follow.
+        """
+        fitted = clone(self).fit(data.loads, data.mu)
+        mu = fitted.predict(data.loads)
+        loads = data.loads
+        v0, s0, d0 = fitted.offsets()
+        logs = [
+            np.log(loads.v_rel + v0),
+            loads.T,
+            np.log(loads.sigma_n + s0),
+            np.log(loads.sd + d0),
+            np.log(loads.psi),
+        ]
+        columns = [mu, *(mu * (f - f.mean()) / max(float(f.std()), 1e-12) for f in logs)]
+        return Tangent(np.column_stack(columns), mu)
 
     def formula(
         self,

@@ -29,17 +29,13 @@ FAMILIES: dict[str, type[FrictionModel]] = {
 
 
 def model_class(family: str) -> type[FrictionModel]:
-    """Return the class of a family, ``composed`` included.
+    """Return the class of a family that can be trained by name.
 
     Raises
     ------
     InputError
         Unknown family; the message names the nearest one.
     """
-    if family == "composed":
-        from .composed import ComposedFriction
-
-        return ComposedFriction
     if family not in FAMILIES:
         raise unknown_name("model", family, FAMILIES)
     return FAMILIES[family]
@@ -53,10 +49,9 @@ def make_model(name: str, **params: Any) -> FrictionModel:
     InputError
         Unknown family or parameter; the message names the nearest one.
     """
-    if name not in FAMILIES:
-        raise unknown_name("model", name, FAMILIES)
-    allowed = FAMILIES[name]._get_param_names()
+    kind = model_class(name)
+    allowed = kind._get_param_names()
     for param in params:
         if param not in allowed:
             raise unknown_name(f"parameter of {name}", param, allowed)
-    return FAMILIES[name](**params)
+    return kind(**params)

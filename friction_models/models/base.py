@@ -4,44 +4,33 @@ from __future__ import annotations
 
 import os
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from sklearn.base import BaseEstimator
+from sklearn.base import clone
 
-from ..common import InputError, unknown_name
-from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
+from ..common import InputError
 from ..expressions.scaling import not_told_apart
-from ..loads import MEASURED_MU, FloatArray, TriboLoads, check_column, missing_column, require_loads
-from .calibrated import Calibrated
+from ..loads import MEASURED_MU, FloatArray, TriboLoads, check_column, missing_column
 from .domain import Domain
-from .intervals import PredictionInterval
+from .intervals import LEVEL
+from .law import FrictionLaw, Groups, LoadsLike, as_loads
 from .measures import error_measures
 from .seen import test_digests
-from .variables import StateVariable, SystemVariable
+from .tangent import MeasuredPoints, Tangent, out_of_fold, polynomial_columns
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-Groups: TypeAlias = npt.NDArray[np.str_] | None
-#: What `predict` takes: `TriboLoads`, a table with the contract's columns, or an array of shape (n, 5).
-LoadsLike: TypeAlias = TriboLoads | pd.DataFrame | npt.ArrayLike
 #: Most test names that a card lists; above that it only counts them.
 LISTED_TESTS = 1000
 
 
-def as_loads(loads: LoadsLike) -> TriboLoads:
-    """Return checked loads from `TriboLoads`, a table (by column names) or an array of shape (n, 5)."""
-    if isinstance(loads, TriboLoads):
-        return loads
-    return TriboLoads.from_frame(loads) if isinstance(loads, pd.DataFrame) else TriboLoads.from_array(loads)
-
-
-class FrictionModel(Calibrated, BaseEstimator):
+class FrictionModel(FrictionLaw):
     """Coefficient of friction as a function of the five tribological loads.
 
     Follows scikit-learn: `__init__` only stores, `fit` returns self, learned attributes end in ``_``,
@@ -58,86 +47,30 @@ class FrictionModel(Calibrated, BaseEstimator):
         Error measures by the name of the split (``train``, ``test``, ...).
     """
 
-    family: ClassVar[str] = ""
+    #: How the formula depends on the coefficients that a fit finds. `linear`: base and effects are solved in one step;
+    #: `smooth`: `tangent` stands for the formula; `flexible`: the formula could take the shape of an effect, so that a
+    #: polynomial stands in for it while effects are fitted.
+    form: ClassVar[Literal["linear", "smooth", "flexible"]] = "flexible"
 
-    # --- what a family implements ---------------------------------------------------------------------
+    #: Makes a model of a base and effects; `friction_models.families`, which stands above this module, enters it.
+    _compose: ClassVar[Callable[[FrictionModel, list[Any]], FrictionModel]]
+
+    # --- what a family implements beside the law --------------------------------------------------------
 
     @abstractmethod
     def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> None:
         """Learn from checked data; `groups` holds the test of each point, whole tests stay together."""
 
-    @abstractmethod
-    def formula(
-        self,
-        x: Ops,
-        L: LoadColumns,
-        S: Sequence[Value] | None = None,
-        system: Mapping[str, Value] | None = None,
-    ) -> Value:
-        """Return raw mu [n, 1], before the clip at 0, with either back end.
+    def tangent(self, data: MeasuredPoints) -> Tangent:
+        """Return what may still change in the model where effects are fitted together with it.
 
-        Parameters
-        ----------
-        x : Ops
-            Back end.
-        L : LoadColumns
-            The five loads, each [n, 1].
-        S : sequence of Value, optional
-            One column [n, 1] a state, in the order of `states`; None means the start values.
-        system : mapping, optional
-            System variables by name, each [n, 1] or [1, 1]; a missing one takes its start value.
+        By default the model is taken as flexible: an offset and a straight share of each load may change, and a factor on
+        predictions of each test by copies that did not see it.
         """
+        columns = [polynomial_columns(data.loads, 1), out_of_fold(self, data)]
+        return Tangent(np.column_stack(columns), np.zeros(len(data.mu)))
 
-    @abstractmethod
-    def formula_text(self) -> str:
-        """Return the law in one line of plain text (with numbers where they are few)."""
-
-    @abstractmethod
-    def _learned(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
-        """Return what was learned: JSON-able values and arrays."""
-
-    @abstractmethod
-    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
-        """Take back what `_learned` returned; raise `InputError` where it does not fit."""
-
-    @property
-    def states(self) -> tuple[StateVariable, ...]:
-        """Internal states, one set a material contact point; none for a model without memory."""
-        return ()
-
-    @property
-    def system_variables(self) -> tuple[SystemVariable, ...]:
-        """System variables that the model depends on."""
-        return ()
-
-    def state_update(
-        self, x: Ops, L: LoadColumns, S: Sequence[Value], mu: Value, dt: Value
-    ) -> tuple[list[Value], list[Value] | None]:
-        """Advance the states by `dt` [s] under the raw loads and the model's own (clipped) `mu`.
-
-        Returns
-        -------
-        state_next : list of Value
-            One column [n, 1] a state.
-        state_der : list of Value or None
-            Time derivatives [unit/s], where all states obey an ODE.
-        """
-        return [], None
-
-    @property
-    def needed_loads(self) -> tuple[str, ...]:
-        """The loads without which the model cannot be evaluated: those it was given in training."""
-        return self.domain.measured
-
-    def check_alone(self) -> None:
-        """Raise `InputError` where what was learned is no friction by itself, only as a part of a sum."""
-
-    # --- what every model does ------------------------------------------------------------------------
-
-    @property
-    def state_names(self) -> tuple[str, ...]:
-        """Names of the internal states."""
-        return tuple(s.name for s in self.states)
+    # --- fit --------------------------------------------------------------------------------------------
 
     def fit(self, loads: LoadsLike, mu: npt.ArrayLike, groups: npt.ArrayLike | None = None) -> Self:
         """Learn mu from loads.
@@ -213,53 +146,51 @@ class FrictionModel(Calibrated, BaseEstimator):
             self.training_["splits"]["digests"] = {t: given.get(t, d) for t, d in known.items()}
         return self
 
-    def predict(self, loads: LoadsLike) -> FloatArray:
-        """Return mu at `loads`, shape (n,): finite, never negative, also outside the domain.
+    # --- prediction interval ---------------------------------------------------------------------------
+
+    def calibrate(
+        self,
+        loads: LoadsLike,
+        mu: npt.ArrayLike,
+        groups: npt.ArrayLike | None = None,
+        level: float = LEVEL,
+        seed: int = 0,
+    ) -> Self:
+        """Give a fitted model its prediction interval, from the data it was fitted to.
+
+        Parameters
+        ----------
+        loads, mu, groups
+            As in `fit`; the tests must be known, at least four.
+        level : float
+            Share of the points of new tests that the interval is to hold, 0.5 to 0.999.
+        seed : int
+            Of the folds.
 
         Raises
         ------
         InputError
-            The model is not fitted, loads are not finite or outside the physical limits, or one was not measured that the
-            model needs.
+            The model is not fitted, the tests are not known or too few, a fold cannot be fitted.
         """
-        points = self._evaluable(loads)
-        x = NumpyOps()
-        columns = LoadColumns(*(c[:, None] for c in points.as_array().T)).without(x, self.domain.absent)
-        return x.relu(self.formula(x, columns))[:, 0]
+        from .calibration import calibrate
 
-    def _evaluable(self, loads: LoadsLike) -> TriboLoads:
-        """Return checked loads that the fitted model can be evaluated at; see `predict`."""
-        points = as_loads(loads)
         self.require_fitted()
-        require_loads(points, self.needed_loads, f"the {self.name} model")
-        return points
+        points, target, tests = self._checked(loads, mu, groups)
+        self.interval_ = calibrate(self, points, target, tests, level, seed=seed)
+        return self
 
-    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
-        """Return mu for a table with the columns of the contract (mu itself is not needed)."""
-        return self.predict(TriboLoads.from_frame(data, tests))
+    def left_out(
+        self, loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_], folds: int, seed: int
+    ) -> tuple[FloatArray, str]:
+        """Return mu of points predicted without their tests, shape (n,), NaN where there is none; and how, in words.
+
+        The points are those the model was fitted to. A family that leaves tests out while it trains overrides this.
+        """
+        from .calibration import folds_of
+
+        return folds_of(self, loads, mu, groups, folds, seed)
 
     # --- words and files ------------------------------------------------------------------------------
-
-    @property
-    def is_fitted(self) -> bool:
-        """Whether `predict` works."""
-        return hasattr(self, "domain_")
-
-    def require_fitted(self) -> None:
-        """Raise `InputError` for a model that has not been fitted."""
-        if not self.is_fitted:
-            raise InputError(f"the {self.family} model is not fitted; call fit or fit_frame first")
-
-    @property
-    def domain(self) -> Domain:
-        """Range of each load that the model was trained on."""
-        self.require_fitted()
-        return getattr(self, "domain_", None) or Domain.physical()
-
-    @property
-    def name(self) -> str:
-        """Name for reports: the family, with its effects where it has some."""
-        return self.family
 
     @property
     def card(self) -> dict[str, Any]:
@@ -292,61 +223,11 @@ class FrictionModel(Calibrated, BaseEstimator):
 
     def __add__(self, effect: Any) -> FrictionModel:
         """Return an unfitted model of this family with a physical effect on top."""
-        from sklearn.base import clone
-
-        from ..effects import make_effect
-        from ..families.composed import ComposedFriction
-
-        # A misspelt effect is refused here, not at the fit.
-        make_effect(effect)
-        return ComposedFriction(clone(self), [effect])
-
-    def parts(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
-        """Return everything that makes the model: a JSON-able dict and arrays."""
-        self.require_fitted()
-        values, arrays = self._learned()
-        content = {
-            "family": self.family,
-            "params": self._plain_params(),
-            "learned": values,
-            "domain": self.domain.to_dict(),
-            "training": getattr(self, "training_", {}),
-            "errors": getattr(self, "errors_", {}),
-        }
-        if self.interval is not None:
-            content["interval"] = self.interval.to_dict()
-        return content, arrays
-
-    @classmethod
-    def from_parts(cls, content: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Self:
-        """Build a model from `parts`.
-
-        Raises
-        ------
-        InputError
-            A parameter is unknown, or shapes and values do not fit.
-        """
-        params = dict(content["params"])
-        for name in params:
-            if name not in cls._get_param_names():
-                raise unknown_name("parameter", name, cls._get_param_names(), cls.family)
-        model = cls(**params)
-        return model._restored(content, arrays)
-
-    def _restored(self, content: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Self:
-        """Take back what `parts` returned."""
-        self._restore(content["learned"], arrays)
-        self.domain_ = Domain.from_dict(content["domain"])
-        self.training_ = dict(content.get("training", {}))
-        self.errors_ = {str(k): dict(v) for k, v in content.get("errors", {}).items()}
-        if content.get("interval") is not None:
-            self.interval_ = PredictionInterval.from_dict(content["interval"], self.domain_)
-        return self
-
-    def _plain_params(self) -> dict[str, Any]:
-        """Return the constructor's parameters as JSON holds them."""
-        params = self.get_params(deep=False)
-        return {k: list(v) if isinstance(v, tuple) else v for k, v in params.items()}
+        if not hasattr(FrictionModel, "_compose"):
+            raise InputError(
+                "model + effect: import friction_models.families first, which knows how to fit the sum"
+            )
+        return FrictionModel._compose(clone(self), [effect])
 
     def _training_facts(self, mu: FloatArray, groups: Groups) -> dict[str, Any]:
         from .model_card import versions

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
+from sklearn.base import clone
 
 from ..common import InputError
 from ..expressions.ops import NumpyOps
-from ..loads import LOAD_NAMES, LOADS, DataSet, FloatArray, TriboLoads
+from ..loads import LOAD_NAMES, LOADS, FloatArray, TriboLoads
 from ..loads.splits import k_fold
 from .domain import Domain
-from .interval_coverage import measured_coverage
 from .intervals import (
     LEAST_TESTS,
     LEVEL,
@@ -24,9 +24,6 @@ from .intervals import (
     feature,
     feature_ranges,
 )
-
-if TYPE_CHECKING:
-    from .base import FrictionModel, Groups
 
 FOLDS = 5
 #: Points of a test that take part: neighbours say the same, and the folds cost that much less.
@@ -41,11 +38,22 @@ STEEPEST = 3.0
 LEAST_HALF = 1e-4
 
 
+class Calibratable(Protocol):
+    """A fitted model that predicts the tests of its data as if it had not seen them."""
+
+    @property
+    def domain(self) -> Domain: ...
+
+    def left_out(
+        self, loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_], folds: int, seed: int
+    ) -> tuple[FloatArray, str]: ...
+
+
 def calibrate(
-    model: FrictionModel,
+    model: Calibratable,
     loads: TriboLoads,
     mu: FloatArray,
-    groups: Groups,
+    groups: npt.NDArray[np.str_] | None,
     level: float = LEVEL,
     folds: int = FOLDS,
     seed: int = 0,
@@ -99,7 +107,7 @@ def calibrate(
 
 
 def folds_of(
-    model: FrictionModel,
+    model: Any,
     loads: TriboLoads,
     mu: FloatArray,
     groups: npt.NDArray[np.str_],
@@ -115,8 +123,6 @@ def folds_of(
     source : str
         In words.
     """
-    from sklearn.base import clone
-
     rows = thinned(groups)
     own, target, tests = loads.take(rows), mu[rows], groups[rows]
     count = min(folds, len(np.unique(tests)))
@@ -203,39 +209,3 @@ def _log_linear(X: FloatArray, error: FloatArray, weight: FloatArray, tests: int
         if np.abs(step).max() < 1e-8:
             break
     return beta
-
-
-def add_interval(
-    model: FrictionModel, data: DataSet, level: float = LEVEL, seed: int = 0
-) -> PredictionInterval:
-    """Calibrate a model that was fitted to the training tests of `data`, and measure the coverage on the others.
-
-    Parameters
-    ----------
-    model : FrictionModel
-        Fitted to the tests of the role ``train`` (to all where no role is recorded).
-    data : DataSet
-    level : float
-        0.5 to 0.999.
-    seed : int
-        Of the folds.
-
-    Returns
-    -------
-    PredictionInterval
-        Also kept by the model; its `coverage` has an entry for each role but ``train``.
-
-    Raises
-    ------
-    InputError
-        As `FrictionModel.calibrate`.
-    """
-    chosen = data.select("train")
-    points = chosen.points
-    model.calibrate(
-        TriboLoads.from_frame(points, chosen.tests), points["mu"].to_numpy(), level=level, seed=seed
-    )
-    for role, measures in measured_coverage(model, data).items():
-        if role not in {"train", "all"}:
-            model.interval_ = model.interval_.with_coverage(role, measures)
-    return model.interval_

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..loads import DataSet, FloatArray
-from .intervals import PredictionInterval
+from ..loads import DataSet, FloatArray, TriboLoads
+from .base import FrictionModel
+from .intervals import LEVEL, PredictionInterval
 
 #: Points of a test share its offset. Tests that happen to agree would speak for any number of observations.
 MOST_A_TEST = 3.0
@@ -76,6 +77,42 @@ def measured_coverage(model: Any, data: DataSet, level: float | None = None) -> 
         for name, own in chosen.items()
         if own.any()
     }
+
+
+def add_interval(
+    model: FrictionModel, data: DataSet, level: float = LEVEL, seed: int = 0
+) -> PredictionInterval:
+    """Calibrate a model that was fitted to the training tests of `data`, and measure the coverage on the others.
+
+    Parameters
+    ----------
+    model : FrictionModel
+        Fitted to the tests of the role ``train`` (to all where no role is recorded).
+    data : DataSet
+    level : float
+        0.5 to 0.999.
+    seed : int
+        Of the folds.
+
+    Returns
+    -------
+    PredictionInterval
+        Also kept by the model; its `coverage` has an entry for each role but ``train``.
+
+    Raises
+    ------
+    InputError
+        As `FrictionModel.calibrate`.
+    """
+    chosen = data.select("train")
+    points = chosen.points
+    model.calibrate(
+        TriboLoads.from_frame(points, chosen.tests), points["mu"].to_numpy(), level=level, seed=seed
+    )
+    for role, measures in measured_coverage(model, data).items():
+        if role not in {"train", "all"}:
+            model.interval_ = model.interval_.with_coverage(role, measures)
+    return model.interval_
 
 
 def report(interval: PredictionInterval) -> str:

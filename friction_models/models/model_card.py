@@ -13,7 +13,7 @@ from ..loads import LOADS
 from .intervals import SD_OFFSET, SIGMA_OFFSET, V_OFFSET
 
 if TYPE_CHECKING:
-    from .base import FrictionModel
+    from .law import FrictionLaw
 
 PACKAGES = ("numpy", "scikit-learn", "torch", "onnx")
 
@@ -39,7 +39,7 @@ def trained_on_synthetic(card: Any) -> bool:
     return isinstance(data, Mapping) and bool(data.get("synthetic"))
 
 
-def build_card(model: FrictionModel) -> dict[str, Any]:
+def build_card(model: FrictionLaw) -> dict[str, Any]:
     """Return the card of a fitted model as a JSON-able dict."""
     model.require_fitted()
     training: Mapping[str, Any] = getattr(model, "training_", {})

@@ -17,12 +17,12 @@ from .onnx_model import OnnxModel
 if TYPE_CHECKING:
     import onnx
 
-    from .base import FrictionModel
+    from .law import FrictionLaw
 
 __all__ = ["OnnxModel", "build_onnx", "export", "model_metadata"]
 
 
-def export(model: FrictionModel, path: str | os.PathLike[str]) -> Path:
+def export(model: FrictionLaw, path: str | os.PathLike[str]) -> Path:
     """Write `model` to an ONNX file; the same model always gives the same bytes.
 
     Inputs: `loads` [n, 5]; with system variables `system` [1, m]; with memory `state` [n, k] and
@@ -42,7 +42,7 @@ def export(model: FrictionModel, path: str | os.PathLike[str]) -> Path:
     return Path(path)
 
 
-def build_onnx(model: FrictionModel) -> onnx.ModelProto:
+def build_onnx(model: FrictionLaw) -> onnx.ModelProto:
     """Return the ONNX graph of a fitted model with its metadata."""
     model.require_fitted()
     graph = GraphBuilder("friction")
@@ -69,14 +69,14 @@ def build_onnx(model: FrictionModel) -> onnx.ModelProto:
     return _finished(graph, x, columns, model)
 
 
-def _finished(graph: GraphBuilder, x: OnnxOps, columns: LoadColumns, model: FrictionModel) -> onnx.ModelProto:
+def _finished(graph: GraphBuilder, x: OnnxOps, columns: LoadColumns, model: FrictionLaw) -> onnx.ModelProto:
     """Add the margin of the prediction interval, where the model has one, and the metadata."""
     if model.interval is not None:
         graph.output(MARGIN, model.interval.margin(x, columns, model.domain), ["n", 1])
     return graph.build(model_metadata(model))
 
 
-def model_metadata(model: FrictionModel) -> dict[str, Any]:
+def model_metadata(model: FrictionLaw) -> dict[str, Any]:
     """Return what is stored in `metadata_props`, by key."""
     metadata: dict[str, Any] = {
         "tribofmu.model": {

@@ -11,7 +11,7 @@ from ..loads import LOADS, FloatArray
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-    from .base import FrictionModel
+    from .law import FrictionLaw
 
 POINTS = 121
 #: Random points of the other loads, for the band.
@@ -22,7 +22,7 @@ MARGIN = 0.12
 LINE, BAND, OUTSIDE = "#0b5a8a", "rgba(11, 90, 138, 0.14)", "rgba(120, 120, 120, 0.10)"
 
 
-def response_curves(model: FrictionModel) -> go.Figure:
+def response_curves(model: FrictionLaw) -> go.Figure:
     """Return a plotly figure with one panel a load.
 
     The line holds the other loads at the centre of the trained domain; the band spans the 5th to the
@@ -99,7 +99,7 @@ def response_curves(model: FrictionModel) -> go.Figure:
     return figure
 
 
-def drawn_range(model: FrictionModel) -> tuple[FloatArray, FloatArray]:
+def drawn_range(model: FrictionLaw) -> tuple[FloatArray, FloatArray]:
     """Return the limits to draw: the domain, or the reference plan where it is as wide as physics allows."""
     limits = [
         REFERENCE[q.name] if (low, high) == (q.lower, q.upper) else (low, high)
@@ -118,9 +118,7 @@ def along(point: FloatArray, j: int, values: FloatArray) -> FloatArray:
     return loads
 
 
-def band(
-    model: FrictionModel, others: FloatArray, j: int, values: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def band(model: FrictionLaw, others: FloatArray, j: int, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the 5th and 95th percentile of mu over `others` at each value of load `j`."""
     loads = np.repeat(others, len(values), axis=0)
     loads[:, j] = np.tile(values, len(others))

@@ -86,7 +86,7 @@ def train(
 def add_interval(model: Any, dataset: DataSet, level: float = 0.95) -> str:
     """Calibrate the prediction interval of a fitted model; return what to tell the user, also why there is none."""
     from friction_models.common import InputError
-    from friction_models.models.calibration import add_interval as calibrate
+    from friction_models.models.interval_coverage import add_interval as calibrate
     from friction_models.models.interval_coverage import report
 
     try:

@@ -188,7 +188,7 @@ def _search(
     model = _model(name, inputs, len(thinned), int(inputs["seed"]), searching=True)
     options = {key: [tuple(v) if isinstance(v, list) else v for v in grid[key]] for key in sorted(grid)}
     best, table = best_parameters(model, options, thinned, folds=min(FOLDS, tests), seed=int(inputs["seed"]))
-    return best, table.to_dict("records")
+    return best, [{str(k): v for k, v in row.items()} for row in table.to_dict("records")]
 
 
 def _model(

@@ -1,0 +1,240 @@
+"""`FrictionLaw`: a friction model as it is evaluated, saved and exported; `FrictionModel` adds how it learns."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Self, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+from sklearn.base import BaseEstimator
+
+from ..common import InputError, unknown_name
+from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
+from ..loads import FloatArray, TriboLoads, require_loads
+from .domain import Domain
+from .intervals import PredictionInterval
+from .variables import StateVariable, SystemVariable
+
+Groups: TypeAlias = npt.NDArray[np.str_] | None
+#: What `predict` takes: `TriboLoads`, a table with the contract's columns, or an array of shape (n, 5).
+LoadsLike: TypeAlias = TriboLoads | pd.DataFrame | npt.ArrayLike
+
+
+def as_loads(loads: LoadsLike) -> TriboLoads:
+    """Return checked loads from `TriboLoads`, a table (by column names) or an array of shape (n, 5)."""
+    if isinstance(loads, TriboLoads):
+        return loads
+    return TriboLoads.from_frame(loads) if isinstance(loads, pd.DataFrame) else TriboLoads.from_array(loads)
+
+
+class FrictionLaw(BaseEstimator):
+    """Coefficient of friction as a function of the five tribological loads, with what predicting and saving need.
+
+    `FrictionModel` is the class to derive from: it adds `fit`.
+    """
+
+    family: ClassVar[str] = ""
+
+    # --- what a family implements ---------------------------------------------------------------------
+
+    @abstractmethod
+    def formula(
+        self,
+        x: Ops,
+        L: LoadColumns,
+        S: Sequence[Value] | None = None,
+        system: Mapping[str, Value] | None = None,
+    ) -> Value:
+        """Return raw mu [n, 1], before the clip at 0, with either back end.
+
+        Parameters
+        ----------
+        x : Ops
+            Back end.
+        L : LoadColumns
+            The five loads, each [n, 1].
+        S : sequence of Value, optional
+            One column [n, 1] a state, in the order of `states`; None means the start values.
+        system : mapping, optional
+            System variables by name, each [n, 1] or [1, 1]; a missing one takes its start value.
+        """
+
+    @abstractmethod
+    def formula_text(self) -> str:
+        """Return the law in one line of plain text (with numbers where they are few)."""
+
+    @abstractmethod
+    def _learned(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+        """Return what was learned: JSON-able values and arrays."""
+
+    @abstractmethod
+    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Take back what `_learned` returned; raise `InputError` where it does not fit."""
+
+    @property
+    def states(self) -> tuple[StateVariable, ...]:
+        """Internal states, one set a material contact point; none for a model without memory."""
+        return ()
+
+    @property
+    def system_variables(self) -> tuple[SystemVariable, ...]:
+        """System variables that the model depends on."""
+        return ()
+
+    def state_update(
+        self, x: Ops, L: LoadColumns, S: Sequence[Value], mu: Value, dt: Value
+    ) -> tuple[list[Value], list[Value] | None]:
+        """Advance the states by `dt` [s] under the raw loads and the model's own (clipped) `mu`.
+
+        Returns
+        -------
+        state_next : list of Value
+            One column [n, 1] a state.
+        state_der : list of Value or None
+            Time derivatives [unit/s], where all states obey an ODE.
+        """
+        return [], None
+
+    @property
+    def needed_loads(self) -> tuple[str, ...]:
+        """The loads without which the model cannot be evaluated: those it was given in training."""
+        return self.domain.measured
+
+    def check_alone(self) -> None:
+        """Raise `InputError` where what was learned is no friction by itself, only as a part of a sum."""
+
+    # --- what every law offers --------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        """Name for reports: the family, with its effects where it has some."""
+        return self.family
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the internal states."""
+        return tuple(s.name for s in self.states)
+
+    @property
+    def is_fitted(self) -> bool:
+        """Whether `predict` works."""
+        return hasattr(self, "domain_")
+
+    def require_fitted(self) -> None:
+        """Raise `InputError` for a model that has not been fitted."""
+        if not self.is_fitted:
+            raise InputError(f"the {self.family} model is not fitted; call fit or fit_frame first")
+
+    @property
+    def domain(self) -> Domain:
+        """Range of each load that the model was trained on."""
+        self.require_fitted()
+        return getattr(self, "domain_", None) or Domain.physical()
+
+    def predict(self, loads: LoadsLike) -> FloatArray:
+        """Return mu at `loads`, shape (n,): finite, never negative, also outside the domain.
+
+        Raises
+        ------
+        InputError
+            The model is not fitted, loads are not finite or outside the physical limits, or one was not measured that the
+            model needs.
+        """
+        points = self._evaluable(loads)
+        x = NumpyOps()
+        columns = LoadColumns(*(c[:, None] for c in points.as_array().T)).without(x, self.domain.absent)
+        return x.relu(self.formula(x, columns))[:, 0]
+
+    def _evaluable(self, loads: LoadsLike) -> TriboLoads:
+        """Return checked loads that the fitted model can be evaluated at; see `predict`."""
+        points = as_loads(loads)
+        self.require_fitted()
+        require_loads(points, self.needed_loads, f"the {self.name} model")
+        return points
+
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
+        """Return mu for a table with the columns of the contract (mu itself is not needed)."""
+        return self.predict(TriboLoads.from_frame(data, tests))
+
+    @property
+    def interval(self) -> PredictionInterval | None:
+        """The calibrated prediction interval, None without one."""
+        return getattr(self, "interval_", None)
+
+    @property
+    def interval_level(self) -> float | None:
+        """Level of the prediction interval, None without one."""
+        return None if self.interval is None else self.interval.level
+
+    def predict_interval(self, loads: LoadsLike, level: float | None = None) -> tuple[FloatArray, FloatArray]:
+        """Return the lower and upper bound of mu of a new test at `loads`, each of shape (n,).
+
+        Never negative; outside the trained domain the interval widens, but promises no coverage.
+
+        Raises
+        ------
+        InputError
+            The model has no interval, or a level outside 0.5 to 0.999.
+        """
+        points = as_loads(loads)
+        mu = self.predict(points)
+        if self.interval is None:
+            raise InputError(f"the {self.name} model has no prediction interval; call calibrate first")
+        margin = self.interval.margins(points.as_array(), self.domain, level)
+        return np.maximum(mu - margin, 0.0), mu + margin
+
+    def predict_interval_frame(
+        self, data: pd.DataFrame, tests: pd.DataFrame | None = None, level: float | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the bounds of `predict_interval` for a table with the columns of the contract."""
+        return self.predict_interval(TriboLoads.from_frame(data, tests), level)
+
+    def parts(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+        """Return everything that makes the model: a JSON-able dict and arrays."""
+        self.require_fitted()
+        values, arrays = self._learned()
+        content = {
+            "family": self.family,
+            "params": self._plain_params(),
+            "learned": values,
+            "domain": self.domain.to_dict(),
+            "training": getattr(self, "training_", {}),
+            "errors": getattr(self, "errors_", {}),
+        }
+        if self.interval is not None:
+            content["interval"] = self.interval.to_dict()
+        return content, arrays
+
+    @classmethod
+    def from_parts(cls, content: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Self:
+        """Build a model from `parts`.
+
+        Raises
+        ------
+        InputError
+            A parameter is unknown, or shapes and values do not fit.
+        """
+        params = dict(content["params"])
+        for name in params:
+            if name not in cls._get_param_names():
+                raise unknown_name("parameter", name, cls._get_param_names(), cls.family)
+        model = cls(**params)
+        return model._restored(content, arrays)
+
+    def _restored(self, content: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Self:
+        """Take back what `parts` returned."""
+        self._restore(content["learned"], arrays)
+        self.domain_ = Domain.from_dict(content["domain"])
+        self.training_ = dict(content.get("training", {}))
+        self.errors_ = {str(k): dict(v) for k, v in content.get("errors", {}).items()}
+        if content.get("interval") is not None:
+            self.interval_ = PredictionInterval.from_dict(content["interval"], self.domain_)
+        return self
+
+    def _plain_params(self) -> dict[str, Any]:
+        """Return the constructor's parameters as JSON holds them."""
+        params = self.get_params(deep=False)
+        return {k: list(v) if isinstance(v, tuple) else v for k, v in params.items()}

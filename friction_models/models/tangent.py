@@ -1,0 +1,106 @@
+"""What may still change in a model while physical effects are fitted with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import combinations_with_replacement
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from sklearn.base import clone
+
+from ..loads import FloatArray, TriboLoads
+
+FOLDS = 5
+
+
+@dataclass(frozen=True)
+class MeasuredPoints:
+    """Measured points at which a model is asked for its `tangent`.
+
+    Attributes
+    ----------
+    loads : TriboLoads
+    mu : ndarray, shape (n,)
+        Measured coefficient of friction.
+    tests : list of str
+        Names of the tests.
+    point_test : ndarray of int, shape (n,)
+        Test of each point, as its place in `tests`.
+    effect_columns : callable
+        Returns the columns of an effect, one an amplitude, each of shape (n, 1) or (1, 1), from the effect, the
+        friction coefficient that it sees, shape (n,), and its shape parameters.
+    seed : int
+        Of the folds.
+    """
+
+    loads: TriboLoads
+    mu: FloatArray
+    tests: Sequence[str]
+    point_test: npt.NDArray[np.intp]
+    effect_columns: Callable[[Any, FloatArray, Mapping[str, float]], Sequence[FloatArray]] = field(repr=False)
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """A model at measured points: ``mu = offset + columns @ coefficients``.
+
+    Attributes
+    ----------
+    columns : ndarray, shape (n, p)
+        Terms whose coefficients are fitted together with effects.
+    offset : ndarray, shape (n,)
+        Part of mu that stays.
+    fixed : bool
+        Whether the model is taken as it is; its column then is a shift that stands for what the model lacks.
+    effects : tuple of str
+        Effects that the model holds already.
+    """
+
+    columns: FloatArray
+    offset: FloatArray
+    fixed: bool = False
+    effects: tuple[str, ...] = ()
+
+
+def varying_loads(loads: TriboLoads) -> FloatArray:
+    """Return the loads that vary, centred and scaled to unit spread, shape (n, k)."""
+    array = loads.as_array()
+    varies = [bool(np.ptp(c) > 1e-9 * max(1.0, float(np.max(np.abs(c))))) for c in array.T]
+    chosen = array[:, varies]
+    if not any(varies):
+        return chosen
+    return (chosen - chosen.mean(axis=0)) / chosen.std(axis=0)
+
+
+def polynomial_columns(loads: TriboLoads, degree: int) -> FloatArray:
+    """Return all products of the scaled loads up to `degree`, shape (n, terms), constant first."""
+    z = varying_loads(loads)
+    columns = [np.ones(len(z))]
+    for d in range(1, degree + 1):
+        columns += [
+            np.prod(z[:, list(c)], axis=1) for c in combinations_with_replacement(range(z.shape[1]), d)
+        ]
+    return np.column_stack(columns)
+
+
+def out_of_fold(model: Any, data: MeasuredPoints) -> FloatArray:
+    """Return predictions for each test by copies of the model that never saw that test, shape (n,).
+
+    A single test is predicted by a model of the same test: there is nothing else to learn from.
+    """
+    tests = len(data.tests)
+    names = np.array(data.tests)[data.point_test]
+    if tests < 2:
+        return np.asarray(clone(model).fit(data.loads, data.mu).predict(data.loads))
+    folds = min(FOLDS, tests)
+    fold_of_test = np.random.default_rng(data.seed).permutation(tests) % folds
+    predicted = np.empty(len(data.mu))
+    for fold in range(folds):
+        held = fold_of_test[data.point_test] == fold
+        copy = clone(model).fit(data.loads.take(~held), data.mu[~held], groups=names[~held])
+        predicted[held] = copy.predict(data.loads.take(held))
+    return predicted
