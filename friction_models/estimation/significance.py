@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from ..loads import FloatArray
 from .scan import Fit, Prepared, Projector, drops
+
+#: Inner products of each effect's columns with simulated noise, shape (g, amplitudes, replicates) each.
+Simulated: TypeAlias = dict[str, FloatArray]
 
 REPLICATES = 499
 #: Contributions that correlate by more than this are one and the same to these data.
@@ -16,31 +19,17 @@ TWINS = 0.98
 SAME = 0.02
 
 
-@dataclass
-class Simulated:
-    """Noise as the floor describes it, seen through every candidate.
-
-    Attributes
-    ----------
-    noise : ndarray, shape (m, replicates)
-        Whitened noise without the base.
-    scores : dict of str to ndarray, shape (g, amplitudes, replicates)
-        Inner products of the candidates' columns with the noise.
-    """
-
-    noise: FloatArray
-    scores: dict[str, FloatArray]
-
-
 def simulate(
     candidates: list[Prepared], project: Projector, size: int, freedom: float, rng: np.random.Generator
 ) -> Simulated:
-    """Draw whitened noise; its scale varies as that of a floor estimated with so many degrees of freedom."""
+    """Draw whitened noise as every candidate sees it.
+
+    Its scale varies as that of a floor that was estimated with `freedom` degrees of freedom.
+    """
     noise = rng.standard_normal((size, REPLICATES))
     noise *= np.sqrt(freedom / rng.chisquare(freedom, REPLICATES))
     noise = project(noise)
-    scores = {c.name: _products(c.columns, noise) for c in candidates}
-    return Simulated(noise, scores)
+    return {c.name: _products(c.columns, noise) for c in candidates}
 
 
 def _products(columns: FloatArray, noise: FloatArray) -> FloatArray:
@@ -51,7 +40,7 @@ def _products(columns: FloatArray, noise: FloatArray) -> FloatArray:
 
 def maximum_gains(candidates: list[Prepared], simulated: Simulated) -> FloatArray:
     """Return the largest gain of any effect in each replicate of pure noise, shape (replicates,)."""
-    gains = [drops(c, simulated.scores[c.name])[0].max(axis=0) - c.penalty for c in candidates]
+    gains = [drops(c, simulated[c.name])[0].max(axis=0) - c.penalty for c in candidates]
     return np.max(gains, axis=0)
 
 
@@ -98,5 +87,5 @@ def stays_first(ranking: list[Fit], simulated: Simulated) -> float:
 
 
 def _gains(prepared: Prepared, signal: FloatArray, simulated: Simulated) -> FloatArray:
-    scores = simulated.scores[prepared.name] + np.einsum("mga,m->ga", prepared.columns, signal)[:, :, None]
+    scores = simulated[prepared.name] + np.einsum("mga,m->ga", prepared.columns, signal)[:, :, None]
     return drops(prepared, scores)[0].max(axis=0) - prepared.penalty

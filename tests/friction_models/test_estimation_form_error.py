@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import kstest, multivariate_normal
@@ -58,6 +60,13 @@ def _forms(seed: int, bend: float) -> tuple[FormErrors, list[Fit], Campaign, Sea
     return FormErrors(campaign, found.whiten, found.project), fits, campaign, found
 
 
+def _driven_by(fit: Fit, load: str) -> Fit:
+    """Return the fit as if its effect were one of another load."""
+    known = fit.prepared.candidate
+    other = candidate("other", known.columns, driver=(load,))
+    return replace(fit, prepared=replace(fit.prepared, candidate=other))
+
+
 def test_a_wrong_form_is_seen_along_the_loads_of_the_effect() -> None:
     for seed in range(3):
         for bend, wrong in ((0.0, False), (0.003, True)):
@@ -68,11 +77,13 @@ def test_a_wrong_form_is_seen_along_the_loads_of_the_effect() -> None:
             assert (misfit.p_value < 1e-4) is wrong
             # deviations pay where the form is wrong, and cost where it is right
             assert (best.evidence > best.gain) is wrong
+            assert (best.evidence > forms.evidence(_driven_by(best, "T"), found.residual) + 10.0) is wrong
 
 
-def test_the_misfit_of_a_right_form_has_uniform_p_values() -> None:
-    values = []
+def test_the_misfit_of_a_right_form_is_what_noise_gives() -> None:
+    misfits = []
     for seed in range(25):
         _, fits, campaign, found = _forms(100 + seed, 0.0)
-        values.append(own_misfit(campaign, found, fits[0], found.whiten(fits[0].binned[:, None])).p_value)
-    assert kstest(values, "uniform").pvalue > 0.01
+        misfits.append(own_misfit(campaign, found, fits[0], found.whiten(fits[0].binned[:, None])))
+    assert kstest([m.p_value for m in misfits], "uniform").pvalue > 0.05
+    assert abs(np.mean([m.excess for m in misfits])) < 2.0

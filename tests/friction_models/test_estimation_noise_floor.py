@@ -44,6 +44,29 @@ def test_balanced_tests_without_drift_give_the_analysis_of_variance() -> None:
         assert floor.bin_sensor == pytest.approx(np.sqrt(within), rel=0.05)
 
 
+def test_columns_of_the_mean_cost_degrees_of_freedom() -> None:
+    """Restricted likelihood: scatter between tests is divided by the tests less the columns of the mean."""
+    for seed in range(3):
+        rng = np.random.default_rng([seed, 6])
+        campaign = prepare(measured(rng, tests=30, points=12, between=0.004))
+        y = campaign.average(campaign.mu).reshape(30, 12)
+        columns = np.column_stack([np.ones(30), rng.normal(size=(30, 14))])
+        floor = estimate(campaign, Layout.of(campaign), y.ravel(), np.repeat(columns, 12, axis=0))
+        levels = y.mean(axis=1)
+        left = levels - columns @ np.linalg.lstsq(columns, levels, rcond=None)[0]
+        within = np.sum((y - levels[:, None]) ** 2) / (30 * 11)
+        assert floor.test**2 + floor.drift**2 == pytest.approx(
+            left @ left / (30 - 15) - within / 12, rel=0.03
+        )
+
+
+def test_noise_of_the_sensor_is_seen_beside_a_drift() -> None:
+    campaign = prepare(measured(np.random.default_rng(7), tests=6, points=400, drift=0.003, length=20.0))
+    y = campaign.average(campaign.mu)
+    floor = estimate(campaign, Layout.of(campaign), y, np.ones((len(y), 1)))
+    assert campaign.count.max() > 1 and floor.sensor == pytest.approx(0.001, rel=0.1)
+
+
 def test_whitening_inverts_the_covariance_of_the_bins() -> None:
     data = measured(np.random.default_rng(3), tests=3, points=200)
     campaign = prepare(data)
