@@ -12,11 +12,11 @@ install: $(TESTING)
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PY) -m venv $(VENV)
-	$(PIP) -e '.[cross]'
+	$(PIP) -e '.[cross,train-networks]'
 	touch $@
 
 $(TESTING): $(STAMP)
-	$(PIP) -e '.[cross,daq,dev,interop,cluster]'
+	$(PIP) -e '.[cross,train-networks,daq,dev,interop,cluster]'
 	# Only to compare our reader of catman files with; what it depends on stays away.
 	$(PIP) --no-deps --target build/apread apread==1.1.3 || echo "apread is not to be had: one test skips"
 	touch $@

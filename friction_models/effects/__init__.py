@@ -6,7 +6,7 @@ import warnings
 from importlib.metadata import entry_points
 
 from ..common import InputError, unknown_name
-from .base import Amplitude, Effect, Memory, Shape
+from .base import Amplitude, Effect, EffectContext, Memory, Shape, ShapeParameter
 from .batch import Batch
 from .declaration import declaration_fault
 from .flash_temperature import FlashTemperature
@@ -111,6 +111,7 @@ __all__ = [
     "Amplitude",
     "Batch",
     "Effect",
+    "EffectContext",
     "FlashTemperature",
     "ForceZero",
     "Memory",
@@ -120,6 +121,7 @@ __all__ = [
     "RunningIn",
     "SensorDrift",
     "Shape",
+    "ShapeParameter",
     "StaticPeak",
     "Stribeck",
     "SurfaceExpansion",

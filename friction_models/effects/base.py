@@ -1,6 +1,6 @@
 """What a physical effect is: a declared term that a friction model lacks or has.
 
-An effect adds ``sum_j amplitude_j * basis_j(loads, shape parameters, memory)`` to the friction coefficient:
+An effect adds ``sum_j amplitude_j * basis_j(loads, shape parameters, context)`` to the friction coefficient:
 linear in its amplitudes, whose physical sign is declared, and nonlinear in few shape parameters. Amplitude
 zero is the base model. Formulas are written against `friction_models.expressions.ops.Ops`, so that the same text
 computes numbers and draws the ONNX graph.
@@ -47,7 +47,7 @@ class Amplitude:
 
 
 @dataclass(frozen=True)
-class Shape:
+class ShapeParameter:
     """A nonlinear shape parameter of an effect.
 
     Attributes
@@ -108,7 +108,7 @@ class Shape:
 
 
 @dataclass(frozen=True)
-class Memory:
+class EffectContext:
     """What a basis may use beside the loads.
 
     Attributes
@@ -126,6 +126,11 @@ class Memory:
     system: Mapping[str, Value] = field(default_factory=dict)
 
 
+#: Names that effects of users may still import.
+Memory = EffectContext
+Shape = ShapeParameter
+
+
 class Effect:
     """One physical effect; subclasses declare it and write `basis`.
 
@@ -141,14 +146,19 @@ class Effect:
     """
 
     name: ClassVar[str]
+    #: A few words in lower case, shown in brackets behind the name.
     title: ClassVar[str]
+    #: Name for people, as in a headline; by default made from `name`.
+    label: ClassVar[str]
+    #: What the effect does to friction, one sentence without capital and full stop; by default `title`.
+    sentence: ClassVar[str]
     equation: ClassVar[str]
     latex: ClassVar[str]
     citation: ClassVar[str]
     where_it_shows: ClassVar[str]
     driver: ClassVar[tuple[str, ...]]
     amplitudes: ClassVar[tuple[Amplitude, ...]]
-    shapes: ClassVar[tuple[Shape, ...]] = ()
+    shapes: ClassVar[tuple[ShapeParameter, ...]] = ()
     #: `physics` and `system` terms are exported; a `fault` corrects data and never leaves the laboratory.
     kind: ClassVar[Literal["physics", "system", "fault"]] = "physics"
     #: Metadata columns of the test table that the effect needs.
@@ -163,6 +173,14 @@ class Effect:
     states_need_shapes: ClassVar[bool] = True
     #: Whether basis or rate use the model's own friction coefficient.
     needs_mu: ClassVar[bool] = False
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        own = cls.__dict__
+        if "label" not in own and isinstance(own.get("name"), str):
+            cls.label = own["name"].replace("_", " ").capitalize()
+        if "sentence" not in own and isinstance(own.get("title"), str):
+            cls.sentence = own["title"]
 
     def __init__(self, **fixed: float) -> None:
         known = {s.name: s for s in self.shapes}
@@ -207,7 +225,7 @@ class Effect:
         return bool(self.metadata)
 
     @property
-    def free_shapes(self) -> tuple[Shape, ...]:
+    def free_shapes(self) -> tuple[ShapeParameter, ...]:
         """Shape parameters that a fit may move."""
         return tuple(s for s in self.shapes if s.fitted and s.name not in self.fixed)
 
@@ -227,7 +245,9 @@ class Effect:
             for s in self.shapes
         }
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
         """Return one column of shape [n, 1] per amplitude.
 
         Parameters
@@ -238,7 +258,7 @@ class Effect:
             The five loads.
         p : mapping
             Shape parameters; rows of shape [1, g] evaluate g parameter sets at once.
-        memory : Memory
+        context : EffectContext
             States, system variables and own friction coefficient, as far as declared.
         """
         raise TypeError(f"effect {self.name!r} declares no basis")
@@ -247,16 +267,16 @@ class Effect:
         """Return the states of fresh contact."""
         return (0.0,) * len(self.states)
 
-    def rate(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+    def rate(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext) -> tuple[Value, ...]:
         """Return the time derivative of every state [1/s times its unit]."""
         return ()
 
     def advance(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory, dt: Value
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext, dt: Value
     ) -> tuple[Value, ...]:
         """Return the states after `dt` seconds under constant loads; forward Euler unless a subclass is exact."""
-        old = [memory.state[name] for name, _ in self.states]
-        return tuple(s + dt * d for s, d in zip(old, self.rate(x, L, p, memory), strict=True))
+        old = [context.state[name] for name, _ in self.states]
+        return tuple(s + dt * d for s, d in zip(old, self.rate(x, L, p, context), strict=True))
 
     def state_variables(self, p: Mapping[str, float]) -> tuple[StateVariable, ...]:
         """Return the declared states with their start values for shape parameters `p`."""
@@ -270,6 +290,8 @@ class Effect:
         return {
             "name": self.name,
             "title": self.title,
+            "label": self.label,
+            "sentence": self.sentence,
             "equation": self.equation,
             "latex": self.latex,
             "driver": list(self.driver),

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..expressions.ops import LoadColumns, Ops, Value
 from ..loads import FloatArray
-from .base import Amplitude, Effect, Memory, Shape, Spans
+from .base import Amplitude, Effect, EffectContext, ShapeParameter, Spans
 
 #: Batches that are tried.
 MOST = 60
@@ -24,6 +24,8 @@ class Batch(Effect):
 
     name = "batch"
     title = "one batch of the lubricant differs"
+    label = "Batch of the lubricant"
+    sentence = "tests with one batch of the lubricant lie above or below the others by the same amount"
     equation = "mu += c_b where batch = deviating, else 0"
     latex = r"\mu \mathrel{+}= c_b\,[\mathrm{batch}=\mathrm{deviating}]"
     citation = "blocking, Box, Hunter, Hunter: Statistics for Experimenters (2005)"
@@ -31,7 +33,7 @@ class Batch(Effect):
     driver = ("batch",)
     amplitudes = (Amplitude("c_b", "1", "friction of the deviating batch above the others", 0, 0.01),)
     shapes = (
-        Shape(
+        ShapeParameter(
             "deviating",
             "1",
             "number of the deviating batch",
@@ -51,6 +53,8 @@ class Batch(Effect):
         known = np.unique(spans.get("batch", (self.start_shape()["deviating"],)))[:MOST]
         return {"deviating": np.array([self.fixed["deviating"]]) if self.fixed else known}
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
-        distance = x.abs(memory.system["batch"] + 0.0 * L.sd - p["deviating"])
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
+        distance = x.abs(context.system["batch"] + 0.0 * L.sd - p["deviating"])
         return (x.relu(1.0 - distance),)

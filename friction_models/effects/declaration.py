@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from .base import Amplitude, Effect, Shape
+from .base import Amplitude, Effect, ShapeParameter
 
-TEXTS = ("name", "title", "equation", "latex", "citation", "where_it_shows")
+TEXTS = ("name", "title", "label", "sentence", "equation", "latex", "citation", "where_it_shows")
 KINDS = ("physics", "system", "fault")
 
 
@@ -24,7 +24,7 @@ def declaration_fault(effect: type[Effect]) -> str | None:
     faults = (
         _tuple_of(effect, "driver", str, least=1),
         _tuple_of(effect, "amplitudes", Amplitude, least=1),
-        _tuple_of(effect, "shapes", Shape),
+        _tuple_of(effect, "shapes", ShapeParameter),
         _tuple_of(effect, "metadata", str),
         _tuple_of(effect, "metadata_units", str),
         _tuple_of(effect, "needs", str) if effect.needs is not None else None,

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, Memory, Shape
+from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class FlashTemperature(Effect):
@@ -18,6 +18,11 @@ class FlashTemperature(Effect):
 
     name = "flash_temperature"
     title = "local heating beyond the contact temperature"
+    label = "Flash temperature"
+    sentence = (
+        "friction falls where high pressure meets high speed, as the tips of the asperities get "
+        "hotter than the contact"
+    )
     equation = "mu += delta_f / (1 + (mu sigma_n sqrt(v_rel)/q_c)^n)"
     latex = r"\mu \mathrel{+}= \frac{\Delta\mu_f}{1+\left(\mu\,\sigma_n\sqrt{v_\mathrm{rel}}/q_c\right)^n}"
     citation = "Jaeger: Moving sources of heat and the temperature at sliding contacts (1942); Ashby, Abulawi, Kong, Tribol. Trans. 34 (1991)"
@@ -25,7 +30,7 @@ class FlashTemperature(Effect):
     driver = ("v_rel", "sigma_n")
     amplitudes = (Amplitude("delta_f", "1", "friction of cold asperities above hot ones", 1, 0.03),)
     shapes = (
-        Shape(
+        ShapeParameter(
             "q_c",
             "MPa (mm/s)^0.5",
             "heating at which half of the effect is gone",
@@ -36,10 +41,12 @@ class FlashTemperature(Effect):
             span=(0.5, 1.0),
             points=8,
         ),
-        Shape("n", "1", "steepness", 0.5, 6.0, 1.0, values=(1.0, 2.0, 4.0)),
+        ShapeParameter("n", "1", "steepness", 0.5, 6.0, 1.0, values=(1.0, 2.0, 4.0)),
     )
     needs_mu = True
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
-        heating = x.relu(memory.mu) * L.sigma_n * x.sqrt(L.v_rel)
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
+        heating = x.relu(context.mu) * L.sigma_n * x.sqrt(L.v_rel)
         return (1.0 / (1.0 + x.power(heating / p["q_c"] + 1e-9, p["n"])),)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, Memory, Shape
+from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class ForceZero(Effect):
@@ -14,14 +14,20 @@ class ForceZero(Effect):
 
     name = "force_zero"
     title = "the friction force has an offset"
+    label = "Zero of the friction force"
+    sentence = "the friction force is read with a constant offset, which counts most at low pressure"
     equation = "measured mu += k_F * s_0/(sigma_n + s_0/100)"
     latex = r"\mu_\mathrm{meas} \mathrel{+}= k_F\,\frac{s_0}{\sigma_n+s_0/100}"
     citation = "GUM (JCGM 100:2008), systematic effects of an instrument"
     where_it_shows = "as 1/sigma_n: strongest at low pressure; an unloaded reading shows it directly"
     driver = ("sigma_n",)
     amplitudes = (Amplitude("k_F", "1", "apparent friction at s_0", 0, 0.01),)
-    shapes = (Shape("s_0", "MPa", "reference pressure", 1e-9, 1e5, 1000.0, follows="sigma_n", points=1),)
+    shapes = (
+        ShapeParameter("s_0", "MPa", "reference pressure", 1e-9, 1e5, 1000.0, follows="sigma_n", points=1),
+    )
     kind = "fault"
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
         return (1.0 / (L.sigma_n / p["s_0"] + 0.01),)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, Memory, Shape
+from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class PressurePower(Effect):
@@ -14,6 +14,8 @@ class PressurePower(Effect):
 
     name = "pressure_power"
     title = "power law of pressure, or adhesion + ploughing"
+    label = "Pressure dependence"
+    sentence = "friction falls as pressure rises, because adhesion grows less than pressure"
     equation = "mu += c_p * ((sigma_n + s_0/100)/s_0)^-q"
     latex = r"\mu \mathrel{+}= c_p\left(\frac{\sigma_n+s_0/100}{s_0}\right)^{-q}"
     citation = "Bowden, Tabor: The Friction and Lubrication of Solids (1950); Filzek, Ludwig, Groche: pressure-dependent friction, Tribol. Schmierungstech. (2011)"
@@ -23,9 +25,11 @@ class PressurePower(Effect):
     driver = ("sigma_n",)
     amplitudes = (Amplitude("c_p", "1", "pressure-dependent friction at s_0", 1, 0.03),)
     shapes = (
-        Shape("s_0", "MPa", "reference pressure", 1e-9, 1e5, 1000.0, follows="sigma_n", points=1),
-        Shape("q", "1", "exponent", 0.05, 1.5, 0.5, values=(0.1, 0.3, 0.5, 0.75, 1.0)),
+        ShapeParameter("s_0", "MPa", "reference pressure", 1e-9, 1e5, 1000.0, follows="sigma_n", points=1),
+        ShapeParameter("q", "1", "exponent", 0.05, 1.5, 0.5, values=(0.1, 0.3, 0.5, 0.75, 1.0)),
     )
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
         return (x.power(L.sigma_n / p["s_0"] + 0.01, -p["q"]),)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, Memory, Shape
+from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class PressureSaturation(Effect):
@@ -14,6 +14,8 @@ class PressureSaturation(Effect):
 
     name = "pressure_saturation"
     title = "the real contact area saturates"
+    label = "Pressure saturation"
+    sentence = "friction rises less than pressure above some hundred MPa, as the real contact area saturates"
     equation = "mu += delta_p * (1 - exp(-sigma_n/s_c)) / (sigma_n/s_c)"
     latex = r"\mu \mathrel{+}= \Delta\mu_p\,\frac{1-e^{-\sigma_n/s_c}}{\sigma_n/s_c}"
     citation = "Wanheim, Bay, Petersen: A theoretically determined model for friction in metal working processes, Wear 28 (1974); Levanov (1976)"
@@ -21,7 +23,7 @@ class PressureSaturation(Effect):
     driver = ("sigma_n",)
     amplitudes = (Amplitude("delta_p", "1", "friction at low pressure above the saturated one", 1, 0.06),)
     shapes = (
-        Shape(
+        ShapeParameter(
             "s_c",
             "MPa",
             "pressure at which the area saturates",
@@ -34,6 +36,8 @@ class PressureSaturation(Effect):
         ),
     )
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
         ratio = L.sigma_n / p["s_c"] + 1e-9
         return ((1.0 - x.exp(-ratio)) / ratio,)

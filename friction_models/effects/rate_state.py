@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, Memory, Shape
+from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class RateState(Effect):
@@ -14,6 +14,11 @@ class RateState(Effect):
 
     name = "rate_state"
     title = "memory of the contact (rate and state)"
+    label = "Memory of the contact"
+    sentence = (
+        "friction jumps with every change of speed, then settles over a short sliding distance "
+        "as the contacts renew themselves"
+    )
     equation = "mu += a ln((v_rel + v_0/10)/v_0) + b ln(v_0 age/D_c),  d(age)/dt = 1 - v_rel age/D_c"
     latex = (
         r"\mu \mathrel{+}= a\ln\frac{v_\mathrm{rel}+v_0/10}{v_0}+b\ln\frac{v_0\theta}{D_c},"
@@ -30,8 +35,8 @@ class RateState(Effect):
         Amplitude("b", "1", "effect of the age of the contact (below 0 in some clays)", 0, 0.006),
     )
     shapes = (
-        Shape("v_0", "mm/s", "reference speed", 1e-9, 1e5, 5.0, follows="v_rel_low", points=1),
-        Shape(
+        ShapeParameter("v_0", "mm/s", "reference speed", 1e-9, 1e5, 5.0, follows="v_rel_low", points=1),
+        ShapeParameter(
             "D_c",
             "mm",
             "distance over which the contact renews itself",
@@ -42,7 +47,7 @@ class RateState(Effect):
             span=(5.0, 0.2),
             points=8,
         ),
-        Shape(
+        ShapeParameter(
             "age_0",
             "s",
             "age of the contact at the start of a test",
@@ -54,21 +59,23 @@ class RateState(Effect):
     )
     states = (("age", "s"),)
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
         direct = x.log(L.v_rel / p["v_0"] + 0.1)
-        return (direct, x.log(p["v_0"] / p["D_c"] * x.maximum(memory.state["age"], 1e-12)))
+        return (direct, x.log(p["v_0"] / p["D_c"] * x.maximum(context.state["age"], 1e-12)))
 
     def start_state(self, p: Mapping[str, Any]) -> tuple[Any, ...]:
         return (p["age_0"],)
 
-    def rate(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
-        return (1.0 - L.v_rel * memory.state["age"] / p["D_c"],)
+    def rate(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext) -> tuple[Value, ...]:
+        return (1.0 - L.v_rel * context.state["age"] / p["D_c"],)
 
     def advance(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory, dt: Value
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext, dt: Value
     ) -> tuple[Value, ...]:
         # exact for constant speed; (1 - exp(-a))/a is replaced by its limit where the contact rests
         a = L.v_rel * dt / p["D_c"]
         safe = x.maximum(a, 1e-6)
         growth = x.where(a > 1e-6, (1.0 - x.exp(-safe)) / safe, 1.0 - 0.5 * a)
-        return (memory.state["age"] * x.exp(-a) + dt * growth,)
+        return (context.state["age"] * x.exp(-a) + dt * growth,)

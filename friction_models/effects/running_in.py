@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, Memory, Shape
+from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class RunningIn(Effect):
@@ -14,6 +14,8 @@ class RunningIn(Effect):
 
     name = "running_in"
     title = "running-in over the first millimetres"
+    label = "Running-in"
+    sentence = "friction changes over the first millimetres of sliding, as the surfaces adapt to each other"
     equation = "mu += delta_r * exp(-sd/s_r)"
     latex = r"\mu \mathrel{+}= \Delta\mu_r\,e^{-s_d/s_r}"
     citation = "Blau: A model for run-in and other transitions in sliding friction, J. Tribol. 109 (1987)"
@@ -21,7 +23,7 @@ class RunningIn(Effect):
     driver = ("sd",)
     amplitudes = (Amplitude("delta_r", "1", "friction of the first contact above the run-in one", 0, 0.02),)
     shapes = (
-        Shape(
+        ShapeParameter(
             "s_r",
             "mm",
             "running-in distance",
@@ -34,5 +36,7 @@ class RunningIn(Effect):
         ),
     )
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
         return (x.exp(-L.sd / p["s_r"]),)

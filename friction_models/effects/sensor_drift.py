@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, Memory
+from .base import Amplitude, Effect, EffectContext
 
 
 class SensorDrift(Effect):
@@ -14,6 +14,11 @@ class SensorDrift(Effect):
 
     name = "sensor_drift"
     title = "the sensor drifts over the campaign"
+    label = "Sensor drift"
+    sentence = (
+        "measured friction moves steadily from test to test in the order of the campaign, as the "
+        "sensor drifts"
+    )
     equation = "measured mu += k_d * order/100"
     latex = r"\mu_\mathrm{meas} \mathrel{+}= k_d\,\mathrm{order}/100"
     citation = "GUM (JCGM 100:2008), systematic effects of an instrument"
@@ -24,5 +29,7 @@ class SensorDrift(Effect):
     metadata = ("order",)
     metadata_units = ("1",)
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
-        return (memory.system["order"] / 100.0 + 0.0 * L.sd,)
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
+        return (context.system["order"] / 100.0 + 0.0 * L.sd,)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, Memory, Shape
+from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class StaticPeak(Effect):
@@ -14,6 +14,8 @@ class StaticPeak(Effect):
 
     name = "static_peak"
     title = "break-away peak"
+    label = "Break-away peak"
+    sentence = "friction peaks in the first moment of a test, before the contact slides freely"
     equation = "mu += delta_0 * exp(-(sd/s_0)^2)"
     latex = r"\mu \mathrel{+}= \Delta\mu_0\,e^{-(s_d/s_0)^2}"
     citation = (
@@ -23,7 +25,7 @@ class StaticPeak(Effect):
     driver = ("sd",)
     amplitudes = (Amplitude("delta_0", "1", "static friction above the sliding one", 1, 0.03),)
     shapes = (
-        Shape(
+        ShapeParameter(
             "s_0",
             "mm",
             "distance of break-away",
@@ -36,6 +38,8 @@ class StaticPeak(Effect):
         ),
     )
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
         ratio = L.sd / p["s_0"]
         return (x.exp(-ratio * ratio),)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, Memory, Shape
+from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class Stribeck(Effect):
@@ -14,6 +14,8 @@ class Stribeck(Effect):
 
     name = "stribeck"
     title = "mixed to boundary transition"
+    label = "Stribeck effect"
+    sentence = "friction falls as speed rises, as the lubricant carries more of the load"
     equation = "mu += delta_s * exp(-(v_rel/v_s)^d)"
     latex = r"\mu \mathrel{+}= \Delta\mu_s\,e^{-(v_\mathrm{rel}/v_s)^d}"
     citation = "Andersson, Söderberg, Björklund: Friction models for sliding dry, boundary and mixed lubricated contacts, Tribol. Int. 40 (2007)"
@@ -21,9 +23,13 @@ class Stribeck(Effect):
     driver = ("v_rel",)
     amplitudes = (Amplitude("delta_s", "1", "friction at rest above the mixed level", 1, 0.02),)
     shapes = (
-        Shape("v_s", "mm/s", "Stribeck speed", 1e-9, 1e4, 30.0, follows="v_rel", span=(0.5, 1.2), points=12),
-        Shape("d", "1", "steepness", 0.5, 2.0, 1.0, values=(0.5, 1.0, 2.0)),
+        ShapeParameter(
+            "v_s", "mm/s", "Stribeck speed", 1e-9, 1e4, 30.0, follows="v_rel", span=(0.5, 1.2), points=12
+        ),
+        ShapeParameter("d", "1", "steepness", 0.5, 2.0, 1.0, values=(0.5, 1.0, 2.0)),
     )
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
         return (x.exp(-x.power(L.v_rel / p["v_s"], p["d"])),)

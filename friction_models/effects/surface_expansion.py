@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, Memory, Shape
+from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class SurfaceExpansion(Effect):
@@ -14,6 +14,8 @@ class SurfaceExpansion(Effect):
 
     name = "surface_expansion"
     title = "the lubricant film thins as the surface grows"
+    label = "Surface expansion"
+    sentence = "friction rises as the surface of the workpiece grows and stretches the lubricant film"
     equation = "mu += delta_psi * (1 - exp(-max(psi - 1, 0)/psi_c))"
     latex = r"\mu \mathrel{+}= \Delta\mu_\psi\left(1-e^{-\max(\psi-1,0)/\psi_c}\right)"
     citation = "film thickness h = h_0/psi as the governing quantity: Groche et al., Friction (2018)"
@@ -21,7 +23,7 @@ class SurfaceExpansion(Effect):
     driver = ("psi",)
     amplitudes = (Amplitude("delta_psi", "1", "friction of the thin film above the thick one", 1, 0.04),)
     shapes = (
-        Shape(
+        ShapeParameter(
             "psi_c",
             "1",
             "expansion over which the film thins",
@@ -34,5 +36,7 @@ class SurfaceExpansion(Effect):
         ),
     )
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
         return (1.0 - x.exp(-x.relu(L.psi - 1.0) / p["psi_c"]),)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, Memory, Shape
+from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class ThermalBreakdown(Effect):
@@ -14,6 +14,8 @@ class ThermalBreakdown(Effect):
 
     name = "thermal_breakdown"
     title = "the lubricant fails above a temperature"
+    label = "Thermal breakdown"
+    sentence = "friction rises above a temperature at which the lubricant fails"
     equation = "mu += delta_b / (1 + exp(-(T - T_b)/w))"
     latex = r"\mu \mathrel{+}= \frac{\Delta\mu_b}{1+e^{-(T-T_b)/w}}"
     citation = "mixture law mu = beta mu_dry + (1 - beta) mu_wet of the interactive friction model, Hu, Wang, Politis et al., Friction 10 (2022)"
@@ -21,7 +23,7 @@ class ThermalBreakdown(Effect):
     driver = ("T",)
     amplitudes = (Amplitude("delta_b", "1", "dry friction above the lubricated one", 1, 0.08),)
     shapes = (
-        Shape(
+        ShapeParameter(
             "T_b",
             "degC",
             "breakdown temperature",
@@ -33,8 +35,10 @@ class ThermalBreakdown(Effect):
             points=16,
             log=False,
         ),
-        Shape("w", "K", "width of the transition", 2.0, 200.0, 20.0, values=(8.0, 18.0, 40.0)),
+        ShapeParameter("w", "K", "width of the transition", 2.0, 200.0, 20.0, values=(8.0, 18.0, 40.0)),
     )
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
         return (x.sigmoid((L.T - p["T_b"]) / p["w"]),)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, Memory, Shape
+from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 T_REF = 20.0  # degC
 
@@ -16,6 +16,8 @@ class ThermalSoftening(Effect):
 
     name = "thermal_softening"
     title = "the lubricant film softens with temperature"
+    label = "Thermal softening"
+    sentence = "friction falls as the contact warms up and the lubricant film softens"
     equation = "mu += delta_T * exp(-(max(T - 20, 0)/T_s)^n)"
     latex = r"\mu \mathrel{+}= \Delta\mu_T\,e^{-\left(\max(T-20,0)/T_s\right)^n}"
     citation = "Ceron, Bay et al.: friction falls with interface temperature, CIRP Annals (2011); exponential law after Reynolds (1886)"
@@ -23,7 +25,7 @@ class ThermalSoftening(Effect):
     driver = ("T",)
     amplitudes = (Amplitude("delta_T", "1", "friction of the cold film above the soft one", 1, 0.03),)
     shapes = (
-        Shape(
+        ShapeParameter(
             "T_s",
             "K",
             "temperature rise over which the film softens",
@@ -34,8 +36,10 @@ class ThermalSoftening(Effect):
             span=(0.5, 1.0),
             points=10,
         ),
-        Shape("n", "1", "steepness", 1.0, 4.0, 1.0, values=(1.0, 2.0)),
+        ShapeParameter("n", "1", "steepness", 1.0, 4.0, 1.0, values=(1.0, 2.0)),
     )
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
         return (x.exp(-x.power(x.relu(L.T - T_REF) / p["T_s"], p["n"])),)

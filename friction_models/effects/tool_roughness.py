@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, Memory
+from .base import Amplitude, Effect, EffectContext
 
 
 class ToolRoughness(Effect):
@@ -14,6 +14,8 @@ class ToolRoughness(Effect):
 
     name = "tool_roughness"
     title = "roughness of the tool"
+    label = "Tool roughness"
+    sentence = "friction is higher with rougher tools"
     equation = "mu += c_Ra * Ra"
     latex = r"\mu \mathrel{+}= c_{Ra}\,R_a"
     citation = "Challen, Oxley: An explanation of the different regimes of friction and wear using asperity deformation models, Wear 53 (1979)"
@@ -24,5 +26,7 @@ class ToolRoughness(Effect):
     metadata = ("Ra",)
     metadata_units = ("um",)
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
-        return (memory.system["Ra"] + 0.0 * L.sd,)
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
+        return (context.system["Ra"] + 0.0 * L.sd,)

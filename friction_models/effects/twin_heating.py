@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, Memory
+from .base import Amplitude, Effect, EffectContext
 
 
 class TwinHeating(Effect):
@@ -14,6 +14,11 @@ class TwinHeating(Effect):
 
     name = "twin_heating"
     title = "the twin heats the contact too much or too little"
+    label = "Heating in the twin"
+    sentence = (
+        "the twin of the test heats the contact too much or too little, which shows in friction "
+        "as the contact warms up"
+    )
     equation = "measured mu += k_h * (T - T_tool)/100"
     latex = r"\mu_\mathrm{meas} \mathrel{+}= k_h\,(T-T_\mathrm{tool})/100"
     citation = "heat transfer coefficient and heat partition of the twin are uncertain: first-order error of a temperature-dependent law"
@@ -24,5 +29,7 @@ class TwinHeating(Effect):
     metadata = ("T_tool",)
     metadata_units = ("degC",)
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
-        return ((L.T - memory.system["T_tool"]) / 100.0,)
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
+        return ((L.T - context.system["T_tool"]) / 100.0,)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, Memory, Shape
+from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 T_REF = 20.0  # degC
 
@@ -16,6 +16,10 @@ class Viscous(Effect):
 
     name = "viscous"
     title = "viscous share of the lubricant film"
+    label = "Viscous friction"
+    sentence = (
+        "friction rises with speed while the contact is cold, as the film of lubricant resists shearing"
+    )
     equation = "mu += k_v * (exp(-beta (T - 20)) * v_rel/v_0 * (2 s_0/(sigma_n + s_0))^m)^q"
     latex = (
         r"\mu \mathrel{+}= k_v\left(e^{-\beta(T-20)}\,\frac{v_\mathrm{rel}}{v_0}"
@@ -27,9 +31,11 @@ class Viscous(Effect):
     needs = ("v_rel",)
     amplitudes = (Amplitude("k_v", "1", "viscous friction at v_0, s_0 and 20 degC", 1, 0.02),)
     shapes = (
-        Shape("v_0", "mm/s", "reference speed", 1e-9, 1e5, 500.0, follows="v_rel", span=(1.0, 1.0), points=1),
-        Shape("s_0", "MPa", "reference pressure", 1e-9, 1e5, 1000.0, follows="sigma_n", points=1),
-        Shape(
+        ShapeParameter(
+            "v_0", "mm/s", "reference speed", 1e-9, 1e5, 500.0, follows="v_rel", span=(1.0, 1.0), points=1
+        ),
+        ShapeParameter("s_0", "MPa", "reference pressure", 1e-9, 1e5, 1000.0, follows="sigma_n", points=1),
+        ShapeParameter(
             "beta",
             "1/K",
             "decay of viscosity with temperature",
@@ -38,11 +44,13 @@ class Viscous(Effect):
             0.01,
             values=(0.0, 0.004, 0.008, 0.015, 0.03),
         ),
-        Shape("q", "1", "exponent of the Hersey number", 0.2, 1.0, 1.0, values=(0.3, 0.6, 1.0)),
-        Shape("m", "1", "share of the pressure", 0.0, 1.0, 1.0, values=(0.0, 1.0)),
+        ShapeParameter("q", "1", "exponent of the Hersey number", 0.2, 1.0, 1.0, values=(0.3, 0.6, 1.0)),
+        ShapeParameter("m", "1", "share of the pressure", 0.0, 1.0, 1.0, values=(0.0, 1.0)),
     )
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
         speed = L.v_rel / p["v_0"] + 1e-6
         pressure = x.power((L.sigma_n + p["s_0"]) / (2.0 * p["s_0"]), -p["m"] * p["q"])
         return (x.power(speed, p["q"]) * pressure * x.exp(-p["beta"] * p["q"] * (L.T - T_REF)),)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, Memory, Shape
+from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class WearOut(Effect):
@@ -14,6 +14,8 @@ class WearOut(Effect):
 
     name = "wear_out"
     title = "the film wears out over distance"
+    label = "Film wear"
+    sentence = "friction rises late in long tests, as sliding wears the lubricant film out"
     equation = "mu += delta_w * (1 - exp(-(sd/s_w)^n))"
     latex = r"\mu \mathrel{+}= \Delta\mu_w\left(1-e^{-(s_d/s_w)^n}\right)"
     citation = "exhaustion of a lubricant film over sliding distance; stretched (Weibull) form of a lifetime"
@@ -21,11 +23,13 @@ class WearOut(Effect):
     driver = ("sd",)
     amplitudes = (Amplitude("delta_w", "1", "friction of the worn film above the fresh one", 1, 0.04),)
     shapes = (
-        Shape(
+        ShapeParameter(
             "s_w", "mm", "life of the film", 1e-6, 1e4, 35.0, follows="distance", span=(200.0, 2.0), points=8
         ),
-        Shape("n", "1", "steepness", 1.5, 8.0, 3.0, values=(2.0, 4.0, 7.0)),
+        ShapeParameter("n", "1", "steepness", 1.5, 8.0, 3.0, values=(2.0, 4.0, 7.0)),
     )
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
         return (1.0 - x.exp(-x.power(L.sd / p["s_w"], p["n"])),)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, Memory, Shape
+from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 J_PER_MM2 = 1e-3  # one N/mm (= mu * MPa * mm) in J/mm2
 
@@ -19,6 +19,8 @@ class WorkExhaustion(Effect):
 
     name = "work_exhaustion"
     title = "the film fails with accumulated friction work"
+    label = "Film exhaustion"
+    sentence = "friction rises late in tests with high pressure, as friction work uses the lubricant film up"
     equation = "mu += delta_W * (1 - exp(-(W/W_c)^n)),  dW/dt = mu sigma_n v_rel"
     latex = (
         r"\mu \mathrel{+}= \Delta\mu_W\left(1-e^{-(W/W_c)^n}\right),\quad \dot W=\mu\,\sigma_n v_\mathrm{rel}"
@@ -28,7 +30,7 @@ class WorkExhaustion(Effect):
     driver = ("sigma_n", "sd")
     amplitudes = (Amplitude("delta_W", "1", "friction of the exhausted film above the fresh one", 1, 0.06),)
     shapes = (
-        Shape(
+        ShapeParameter(
             "W_c",
             "J/mm2",
             "friction work that exhausts the film",
@@ -39,14 +41,16 @@ class WorkExhaustion(Effect):
             span=(1.0, 1.5),
             points=9,
         ),
-        Shape("n", "1", "steepness", 1.0, 8.0, 3.0, values=(1.0, 2.0, 4.0)),
+        ShapeParameter("n", "1", "steepness", 1.0, 8.0, 3.0, values=(1.0, 2.0, 4.0)),
     )
     states = (("work", "J/mm2"),)
     states_need_shapes = False
     needs_mu = True
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
-        return (1.0 - x.exp(-x.power(x.relu(memory.state["work"]) / p["W_c"], p["n"])),)
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
+        return (1.0 - x.exp(-x.power(x.relu(context.state["work"]) / p["W_c"], p["n"])),)
 
-    def rate(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
-        return (J_PER_MM2 * memory.mu * L.sigma_n * L.v_rel,)
+    def rate(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext) -> tuple[Value, ...]:
+        return (J_PER_MM2 * context.mu * L.sigma_n * L.v_rel,)

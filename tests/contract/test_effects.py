@@ -99,7 +99,15 @@ def with_effect(
 def test_declaration_is_complete(name: str) -> None:
     effect = make_effect(name)
     assert effect.name == name
-    for text in (effect.title, effect.equation, effect.latex, effect.citation, effect.where_it_shows):
+    for text in (
+        effect.title,
+        effect.equation,
+        effect.latex,
+        effect.citation,
+        effect.where_it_shows,
+        effect.label,
+        effect.sentence,
+    ):
         assert len(text) > 5
     assert effect.kind in {"physics", "system", "fault"}
     assert effect.driver and effect.amplitudes

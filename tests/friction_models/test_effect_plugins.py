@@ -52,6 +52,24 @@ def broken(**parts: Any) -> type[Effect]:
     return type("Broken", (Squeal,), parts)
 
 
+def test_effects_have_words_for_people() -> None:
+    """``label is missing: sentence.`` is a headline; effects of users that give neither have both."""
+    for effect in CATALOGUE.values():
+        assert effect.label[0].isupper() and effect.label != effect.name
+        assert effect.sentence[0].islower() and not effect.sentence.endswith(".")
+        assert "\n" not in effect.sentence and ":" not in effect.sentence
+    assert len({e.sentence for e in CATALOGUE.values()}) == len(CATALOGUE)
+    assert (Squeal.label, Squeal.sentence) == ("Squeal", "a wave along the distance")
+    # An effect that builds on another one does not take over its words.
+    own = type("Own", (effects.Stribeck,), {"name": "stribeck_of_mine", "title": "mine"})
+    assert (own.label, own.sentence) == ("Stribeck of mine", "mine")
+    assert declaration_fault(broken(sentence=3)) == "sentence = 3; allowed: a text"
+
+
+def test_names_of_before_can_be_imported() -> None:
+    assert effects.Memory is effects.EffectContext and effects.Shape is effects.ShapeParameter
+
+
 def test_the_catalogue_declares_everything() -> None:
     assert [declaration_fault(e) for e in CATALOGUE.values()] == [None] * len(CATALOGUE)
     assert declaration_fault(Squeal) is None
