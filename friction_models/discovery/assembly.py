@@ -1,4 +1,4 @@
-"""What a diagnosis answers: everything that was found, put into one place."""
+"""Makes the `Diagnosis` from a verdict and what it rests on: confidence, budget, warnings, tables."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .summaries import averages, base_residual, binned_bias, unrecorded_factor, 
 from .verdict import LEVEL, Evidence
 from .wording import sentence
 
-#: A noise floor of this share of mu hides everything.
+#: A noise floor above this share of mu hides everything else.
 BLURRED = 0.5
 #: Verdicts that name effects.
 NAMED = ("explained", "ambiguous", "data_problem")
@@ -65,14 +65,14 @@ def _blurred(campaign: Campaign, found: SearchRound) -> bool:
 
 
 def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) -> Diagnosis:
-    """Put everything that the answer shows into one place."""
+    """Return the diagnosis."""
     found, evidence, verdict, chosen = judged.found, judged.evidence, judged.verdict, judged.chosen
     floor = found.floor
     residual = base_residual(campaign, found)
     named = verdict in NAMED
     names = [f.name for f in chosen] if named else []
     moved = np.sum([found.change(f) for f in chosen], axis=0) if names else np.zeros(len(residual))
-    # beside a linear shift of the model there is no level of its own: the shift holds it
+    # a linear shift of the model, fitted beside it, contains its level
     level = (
         level_of(found, chosen if named else [])
         if base.fixed and found.columns.shape[1] == 1
@@ -80,7 +80,7 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
     )
     if level.off and verdict == "nothing_missing":
         judged.verdict = verdict = "unknown_structure"
-    # what a model leaves that is fitted as users fit it, or that is taken as it is
+    # residual of the model as users have it: refitted by ordinary least squares, or fixed
     usual = found.y if base.fixed else found.beyond_base(found.y)
     left = np.hypot(
         evidence.structure.rms if evidence.unexplained else 0.0, level.value if level.off else 0.0
@@ -144,7 +144,7 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
 
 
 def _places(campaign: Campaign, evidence: Evidence) -> list[StructurePlace]:
-    """Return where structure is left: the blocks that stand out, else the loads of the winner, along which its form is not right."""
+    """Return where structure is left: significant blocks, else the loads of the winner if its form does not fit."""
     if not evidence.unexplained:
         return []
     if evidence.structure.where or evidence.winner is None or not evidence.misfit.excess > 0.0:

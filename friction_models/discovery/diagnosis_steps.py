@@ -40,11 +40,11 @@ from .verdict import LEVEL, SECOND_LEVEL, Evidence, decide
 
 #: Averages that must be left beside the numbers of the base.
 SPARE = 3
-#: More spikes than this and the records have to be repaired before anything is asked of them.
+#: Above this share of spikes the records have to be repaired first; the verdict is ``data_problem``.
 MOST_SPIKES = 0.04
-#: A winner that comes first again less often than this has its follower as a rival.
+#: If the winner comes first again less often than this, the second effect counts as a rival.
 SURE = 0.5
-#: Bends of the curves along the loads of the first effect while a second one is sought.
+#: Knots of the curves along the loads of the first effect while a second one is sought.
 FREED = 8
 #: A second effect must carry this share of the squared contribution of both.
 SECOND_SHARE = 0.05
@@ -105,7 +105,7 @@ def diagnose(
     notes += said
     judged = _judge(campaign, base, candidates, seed, floor)
     if base.fixed and judged.verdict == "unknown_structure":
-        # A model that was fitted to data with the effect in them holds the straight part of it already.
+        # a model fitted to data that contain the effect has absorbed the linear part of it
         shifted = replace(base, columns=polynomial_columns(campaign, 1))
         if _spare(campaign, shifted) >= SPARE:
             beside = _judge(campaign, shifted, candidates, seed, floor)
@@ -132,7 +132,7 @@ def _judge(
 
 
 def _check_enough(campaign: Campaign, base: BaseLaw) -> None:
-    """Refuse data of which the base alone leaves nothing.
+    """Refuse data that the base alone can fit exactly.
 
     Raises
     ------
@@ -219,10 +219,10 @@ def _weigh(
 
 
 def _large_ones_first(campaign: Campaign, found: SearchRound) -> None:
-    """Where the first effect is too small to matter, let the next one lead that is as significant and is not.
+    """If the first effect is too small to matter, let a significant larger one lead.
 
-    What varies along tests is seen in many averages: traces of it, such as a twin's errors leave, may gain more than
-    an effect that sets the level of tests.
+    An effect that varies along tests is seen in many averages. Even traces of it, as errors of a twin leave them, may gain
+    more than an effect that sets the level of tests.
     """
     for fit in found.ranking[:4]:
         if fit.gain < AS_GOOD * found.ranking[0].gain or found.p_value(fit) >= LEVEL:

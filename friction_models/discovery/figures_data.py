@@ -1,4 +1,4 @@
-"""What text and page of a diagnosis draw: residual over two loads, and the share of mu that an effect has."""
+"""Data of the figures in the text and the page of a diagnosis: residual over two loads, response of an effect."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def load_map(averages: pd.DataFrame, cells: int = 10, pair: tuple[str, str] | No
 def effect_curve(
     effect: Effect, values: Mapping[str, float], averages: pd.DataFrame, driver: str
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Return an effect's share of mu over one load, the others at their median; None for effects with memory.
+    """Return the contribution of an effect to mu along one load, the others at their median.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def effect_curve(
     Returns
     -------
     tuple of ndarray, shape (n,)
-        Load and share of mu; None where the effect remembers or needs metadata.
+        Load and contribution to mu; None if the effect has memory or needs metadata.
     """
     if effect.states or effect.metadata or driver not in averages.columns or driver not in LOAD_NAMES:
         return None
@@ -134,7 +134,7 @@ def effect_curve(
 
 
 class EffectDescription(TypedDict):
-    """What an effect says of itself; ``parameters`` holds the meaning of each."""
+    """Title, source and meanings of an effect; ``parameters`` holds the meaning of each parameter."""
 
     title: str
     where: str
@@ -144,7 +144,7 @@ class EffectDescription(TypedDict):
 
 
 def meanings(effect: Effect) -> EffectDescription:
-    """Return what an effect says of itself."""
+    """Return title, source and meanings of an effect."""
     return {
         "title": effect.title,
         "where": effect.where_it_shows,
@@ -156,7 +156,7 @@ def meanings(effect: Effect) -> EffectDescription:
 
 
 def where_text(entry: StructurePlace) -> str:
-    """Return where structure is left: ``v_rel 22 to 502 mm/s, psi 1.08 to 1.98: interaction (33 %)``."""
+    """Return a place where structure is left as text: ``v_rel 22 to 502 mm/s, psi 1.08 to 1.98: interaction (33 %)``."""
     units = {q.name: f" {q.unit}" if q.unit != "1" else "" for q in LOADS}
     places = ", ".join(
         f"{name} {low:.3g} to {high:.3g}{units.get(name, '')}"
@@ -166,7 +166,7 @@ def where_text(entry: StructurePlace) -> str:
 
 
 def structure_pair(found: Findings) -> tuple[str, str] | None:
-    """Return the two loads along which most structure is left, where they are another pair than that of the map."""
+    """Return the two loads with most structure left, unless the map shows this pair already."""
     variables = found.where[0]["variables"] if found.where else []
     if len(variables) != 2 or any(v not in found.averages.columns for v in variables):
         return None

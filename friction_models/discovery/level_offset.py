@@ -1,4 +1,4 @@
-"""The level of a model that is taken as it is: by how much it lies beside the measurements everywhere."""
+"""Constant offset between measurements and a model that is not refitted."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .verdict import STRUCTURE_LEVEL
 
 @dataclass(frozen=True)
 class LevelOffset:
-    """Measured minus modelled mu that no load and no effect changes.
+    """Measured minus modelled mu, as far as it does not depend on loads or effects.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class LevelOffset:
         return self.p_value < STRUCTURE_LEVEL and error_share(self.value, self.floor) > LEAST_SHARE
 
     def entry(self, campaign: Campaign) -> StructurePlace:
-        """Return it as a place where structure is left: all of the tested loads, none of which drives it."""
+        """Return the offset as structure that is left: over the whole tested range, driven by no load."""
         region = {}
         for name in LOAD_NAMES:
             if campaign.varies(name):
@@ -56,7 +56,7 @@ class LevelOffset:
         }
 
     def text(self, model: str) -> str:
-        """Return it in words."""
+        """Return a sentence about it."""
         side = "below" if self.value > 0 else "above"
         return (
             f"{model} lies {abs(self.value):.4f} +- {self.error:.4f} {side} the measurements everywhere: a level and no effect of a "

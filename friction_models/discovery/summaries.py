@@ -1,4 +1,4 @@
-"""What a diagnosis shows beside its verdict: budget, worst tests, binned bias, groups of test offsets."""
+"""Summaries of the residual: worst tests, bias along each load, groups of test offsets, table of averages."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def load_bins(values: FloatArray, most: int = BIAS_BINS) -> npt.NDArray[np.intp]
     ordered = np.sort(values)
     inner: list[float] = []
     for edge in np.quantile(ordered, np.linspace(0.0, 1.0, most + 1))[1:-1]:
-        # a cut lies in the widest gap near the quantile, so that a level of a plan is not cut in two
+        # cut in the widest gap near the quantile, so that one level of a test plan stays in one bin
         near = max(0.1 * abs(edge), 0.02 * float(np.ptp(ordered)))
         first = max(int(np.searchsorted(ordered, edge - near)) - 1, 0)
         last = int(np.searchsorted(ordered, edge + near, side="right"))

@@ -130,8 +130,8 @@ class _Problem:
     def choose_weights(self) -> None:
         """Fall back to ordinary least squares where it predicts tests left out better.
 
-        Generalised least squares trusts what varies within tests; where the form of an effect is not quite
-        that of nature, this can cost the level between tests.
+        Generalised least squares relies on what varies within tests. If the formula of an effect is not quite right, this can
+        spoil the levels of the tests.
         """
         if self.layout is None:
             return
@@ -256,7 +256,7 @@ class _Problem:
         return np.sum([b @ a for b, a in zip(blocks, amplitudes, strict=True)], axis=0)
 
     def update_own_mu(self) -> None:
-        """Let effects that need a friction coefficient see that of the model as it is now."""
+        """Give effects that depend on the friction coefficient the one of the present fit."""
         coefficients, amplitudes = self.solve(self.shapes)
         for _ in range(2):
             own = self.law.columns @ coefficients + self.law.offset

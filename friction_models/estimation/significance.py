@@ -1,4 +1,4 @@
-"""Significance: family-wise p-values by parametric bootstrap, and which rivals could be the truth."""
+"""Significance: family-wise p-values by parametric bootstrap, and rivals that the data cannot rule out."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from .scan import Fit, Prepared, Projector, drops
 Simulated: TypeAlias = dict[str, FloatArray]
 
 REPLICATES = 499
-#: Contributions that correlate by more than this are one and the same to these data.
+#: Contributions that correlate by more than this count as one.
 TWINS = 0.98
-#: A lead below this share of the winner's evidence is a matter of forms, not of mechanisms.
+#: A lead below this share of the winner's evidence may come from the formulas rather than from the mechanisms.
 SAME = 0.02
 
 
@@ -52,9 +52,9 @@ def p_value(gain: float, null: FloatArray) -> float:
 def confusion_set(ranking: list[Fit], simulated: Simulated, level: float = 0.05) -> list[str]:
     """Return the effects that the data cannot tell from the winner, the winner first.
 
-    For each rival, data are simulated from its own fit; it stays in the set when the winner leads by as
-    much as observed in more than `level` of them. Where an effect is strong, noise hardly plays a part, and what
-    separates two mechanisms is how well each formula happens to follow nature: small leads do not count.
+    For each rival, data are simulated from its own fit. It stays in the set if the winner leads by as much as observed in
+    more than `level` of these data. Noise hardly matters beside a strong effect; a small lead then only shows which formula
+    happens to fit better, so it does not count.
     """
     winner = ranking[0]
     kept = [winner.name]

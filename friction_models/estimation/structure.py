@@ -1,4 +1,4 @@
-"""Structure that no catalogue effect explains: a functional analysis of variance on what is left.
+"""Structure that no effect of the catalogue explains: a functional analysis of variance of the residual.
 
 Curves along each load and products of curves of two loads are fitted to the whitened remainder; each block
 is compared with what it would fit in pure noise (functional ANOVA; Hooker, J. Comput. Graph. Stat. 16 (2007)).
@@ -59,7 +59,7 @@ class Structure:
 
 @dataclass(frozen=True)
 class Misfit:
-    """What curves along the winner's own loads find beyond it.
+    """How far the residual still bends along the loads of the winner.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class Misfit:
 
 
 def own_misfit(campaign: Campaign, found: SearchRound, fit: Fit, signal: FloatArray) -> Misfit:
-    """Look along the loads that drive an effect for what its form leaves there.
+    """Test whether curves along the loads of an effect fit the residual better than noise does.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def _rms(campaign: Campaign, found: SearchRound, q: FloatArray, residual: FloatA
 def _describe(
     campaign: Campaign, key: tuple[str, ...], q: FloatArray, residual: FloatArray, share: float
 ) -> StructurePlace:
-    """Say in which part of the range a block bends, and how."""
+    """Return in which part of the range a block is strong, and its shape."""
     fit = q @ (q.T @ residual)
     weight = np.abs(fit)
     strong = weight >= np.quantile(weight, 0.8)

@@ -1,8 +1,8 @@
 """Which tests would tell rivals apart: protocols as rows of a test plan, with the separation to expect.
 
-The expected separation is the lead in evidence of the tests that are there and the new ones together, less what the
-tests that are there give already: the base is refitted on both, the rival chooses its best strength, shape and, within
-the form error, its bends, and a new test has its own offset, drift and sensor noise.
+The expected separation is the lead in evidence with the new tests, less the lead that the existing tests give already. The
+base is refitted on both; the rival takes its best amplitude, shape and, within the form error, deviation from its formula;
+a new test has its own offset, drift and sensor noise.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .separation import ENOUGH, Bench, Separation
 RIVALS = 3
 #: Largest separation that is promised.
 MOST = 50.0
-#: A test that separates by less standard errors tells nothing and is not proposed.
+#: A test that separates by fewer standard errors is not proposed.
 USELESS = 0.5
 
 
@@ -48,7 +48,7 @@ class NextTest(TypedDict):
 def propose(
     campaign: Campaign, found: SearchRound, rivals: list[Fit], mu: FloatArray, base: BaseLaw
 ) -> tuple[list[NextTest], list[str]]:
-    """Return protocols that separate the first of `rivals` from the others, and what none of them separates.
+    """Return protocols that separate the first of `rivals` from the others.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def propose(
     Returns
     -------
     proposals : list of NextTest
-        The most telling first; none that tells nothing.
+        The largest separation first.
     remarks : list of str
         One for each rival that no proposal separates.
     """
@@ -103,7 +103,7 @@ def propose(
 
 
 def _inseparable(campaign: Campaign, found: SearchRound, first: Fit, rival: Fit, best: float) -> str:
-    """Return what to know about two effects that no proposed test tells apart."""
+    """Return a remark about two effects that no proposed test tells apart."""
     drivers = [f.prepared.candidate.effect.driver for f in (first, rival)]
     apart = weighted_rms(found.change(first) - found.change(rival), campaign.count)
     text = f"{first.name} and {rival.name}: "

@@ -115,7 +115,7 @@ class Settings:
     def loads(
         self, v: FloatArray, sigma: FloatArray, tool: float, distance: float, rest_at: int | None = None
     ) -> TriboLoads:
-        """Return the loads along a test, at equal distances; a rest is a point that does not move."""
+        """Return the loads along a test at equal distances, with a rest before point `rest_at`."""
         sd = distance * (np.arange(POINTS) + 1.0) / POINTS
         t = np.cumsum(distance / POINTS / np.maximum(v, 1e-9))
         mean = sd / np.maximum(t, 1e-12)
@@ -182,5 +182,5 @@ def protocols(campaign: Campaign) -> list[Proposal]:
 
 
 def rounded(value: float) -> float:
-    """Return a number to three digits: what one sets."""
+    """Return a number to three digits, as a set value."""
     return float(f"{value:.3g}")
