@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 import pandas as pd
@@ -26,6 +26,16 @@ from ..models.variables import as_numbers
 FOLDS = 4
 #: An addition is refused when the held-out error rises by more than this, and clearly so (paired over tests).
 WORSE = 1.01
+
+
+class Addition(TypedDict):
+    """One entry of ``error_history_``: what was added, and the errors before and after on tests that the fit did not see."""
+
+    added: list[str]
+    judged_by: str
+    corrects_data: list[str]
+    before: dict[str, float]
+    after: dict[str, float]
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")
@@ -112,7 +122,7 @@ def refine(
         seen = np.isfinite(after)
         groups = _names(loads, seen)
         error_before, error_after = (before - mu)[seen], (after - mu)[seen]
-        entry: dict[str, Any] = {
+        entry: Addition = {
             "added": [e.name for e in added],
             "judged_by": by,
             "corrects_data": [e.name for e in added if e.kind == "fault"],

@@ -205,8 +205,8 @@ class Stack:
     def lead(self, truth: Fit, rival: Fit) -> Lead:
         """Return by how much the true one of two effects should lead.
 
-        Nature is that effect, at shapes that the tests which are there allow, with deviations of its form; both are
-        weighed as the ranking weighs them. Of the shapes the median counts.
+        The true effect has shapes that the existing tests allow, and deviations from its formula. Both effects are judged
+        as in the ranking. The result is the median over the shapes.
         """
         own, other = self._prepared(truth), self._prepared(rival)
         each, weights = [], []
