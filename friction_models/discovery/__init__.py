@@ -1,7 +1,7 @@
 """Compare, diagnose, refine: which physical effect is a friction model missing.
 
 `compare` measures models on tests, `diagnose` says what is missing (or that nothing is), `refine` adds it
-and refits. See `procedure` for the steps.
+and refits. `diagnosis_steps` describes how.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ if TYPE_CHECKING:
     from .comparison import Comparison as Comparison
     from .comparison import compare as compare
     from .diagnosis import Diagnosis as Diagnosis
-    from .procedure import diagnose as diagnose
+    from .diagnosis_steps import diagnose as diagnose
     from .refinement import refine as refine
 
 _EXPORTS = {
     "Comparison": "comparison",
     "Diagnosis": "diagnosis",
     "compare": "comparison",
-    "diagnose": "procedure",
+    "diagnose": "diagnosis_steps",
     "refine": "refinement",
 }
 

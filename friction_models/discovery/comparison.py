@@ -17,7 +17,7 @@ from ..models.predicted import predict_points
 from ..models.seen import Seen, seen_in_training
 
 REPLICATES = 1000
-#: With fewer tests resampling says little, and no model is clearly ahead.
+#: With fewer tests resampling is not reliable, and no model counts as clearly ahead.
 FEWEST_TESTS = 6
 #: Errors that differ by less than this share of theirs count as equal.
 SAME = 1e-4
@@ -169,7 +169,7 @@ def compare(
 
 
 def _as_given(data: pd.DataFrame) -> tuple[npt.NDArray[Any], FloatArray]:
-    """Return test and measured mu of each point as they stand in the data; no points where the tests are not known."""
+    """Return test and measured mu of each point of the given data; empty without test names."""
     if "test_id" not in data.columns:
         return np.empty(0, dtype=str), np.empty(0)
     return data["test_id"].to_numpy(), data["mu"].to_numpy(dtype=float)

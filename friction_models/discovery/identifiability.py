@@ -1,4 +1,4 @@
-"""What limits an answer: loads that do not vary within tests, bases that absorb effects, weak visibility."""
+"""Warnings about what limits a verdict: loads constant within tests, flexible bases, effects hidden by the base."""
 
 from __future__ import annotations
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 import pandas as pd
+from sklearn.base import clone
 from threadpoolctl import threadpool_limits
 
 from ..common import InputError
@@ -15,13 +16,26 @@ from ..effects.base import Effect
 from ..estimation.binning import campaign_of, prepare
 from ..estimation.candidates import evaluate_points
 from ..estimation.metadata import with_all_metadata
+from ..families.composed import ComposedFriction
+from ..families.registry import make_model
 from ..loads import FloatArray, TriboLoads
+from ..models.base import FrictionModel
 from ..models.measures import error_measures
 from ..models.variables import as_numbers
 
 FOLDS = 4
 #: An addition is refused when the held-out error rises by more than this, and clearly so (paired over tests).
 WORSE = 1.01
+
+
+class Addition(TypedDict):
+    """One entry of ``error_history_``: what was added, and the errors before and after on tests that the fit did not see."""
+
+    added: list[str]
+    judged_by: str
+    corrects_data: list[str]
+    before: dict[str, float]
+    after: dict[str, float]
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")
@@ -67,12 +81,6 @@ def refine(
     InputError
         A model that cannot be refitted, an unknown effect, or an addition that makes held-out tests worse.
     """
-    from sklearn.base import clone
-
-    from ..families.composed import ComposedFriction
-    from ..families.registry import make_model
-    from ..models.base import FrictionModel
-
     base = make_model(model) if isinstance(model, str) else model
     if not isinstance(base, FrictionModel):
         raise InputError(
@@ -114,7 +122,7 @@ def refine(
         seen = np.isfinite(after)
         groups = _names(loads, seen)
         error_before, error_after = (before - mu)[seen], (after - mu)[seen]
-        entry: dict[str, Any] = {
+        entry: Addition = {
             "added": [e.name for e in added],
             "judged_by": by,
             "corrects_data": [e.name for e in added if e.kind == "fault"],

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
-from .diagnosis import Diagnosis
-from .shown import (
+from ..loads.labels import with_unit
+from .figures_data import (
     LoadMap,
     effect_curve,
     load_map,
-    meanings,
     setpoints_text,
     structure_pair,
     where_text,
-    with_unit,
 )
+from .findings import Findings, ParameterValue
 from .wording import p_text
 
 #: Cells of the map along each load, and places of a response curve.
@@ -25,9 +23,9 @@ CELLS = 6
 PLACES = 6
 
 
-def text_report(diagnosis: Diagnosis) -> str:
-    """Return a diagnosis as text, the verdict in one sentence first."""
-    d = diagnosis
+def text_report(findings: Findings) -> str:
+    """Return findings as text, the verdict in one sentence first."""
+    d = findings
     lines = [f"{d.verdict.upper()}: {d.sentence}", *(["(synthetic data)"] if d.synthetic else [])]
     for part in (_next, _budget, _residuals, _map, _evidence, _structure, _worst, _response):
         found = part(d)
@@ -38,7 +36,7 @@ def text_report(diagnosis: Diagnosis) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _next(d: Diagnosis) -> list[str]:
+def _next(d: Findings) -> list[str]:
     if not d.next_tests:
         return []
     lines = ["What to test next (by how many standard errors one such test tells the two apart)"]
@@ -48,7 +46,7 @@ def _next(d: Diagnosis) -> list[str]:
     ]
 
 
-def _budget(d: Diagnosis) -> list[str]:
+def _budget(d: Findings) -> list[str]:
     floor, budget = d.noise_floor, d.error_budget
     low, high = floor["interval"]
     after = math.hypot(budget["floor"], budget["missing"])
@@ -64,7 +62,7 @@ def _budget(d: Diagnosis) -> list[str]:
     return lines + ([f"  after         {after:.5f}"] if d.effects else [])
 
 
-def _residuals(d: Diagnosis) -> list[str]:
+def _residuals(d: Findings) -> list[str]:
     if not d.bias:
         return []
     named = bool(d.effects)
@@ -89,14 +87,14 @@ def _interval(mean: float, interval: list[float]) -> str:
     return f"{text:<20}"
 
 
-def _map(d: Diagnosis) -> list[str]:
+def _map(d: Findings) -> list[str]:
     pair = structure_pair(d)
     return _grid(d, load_map(d.averages, CELLS)) + (
         _grid(d, load_map(d.averages, CELLS, pair)) if pair else []
     )
 
 
-def _grid(d: Diagnosis, found: LoadMap | None) -> list[str]:
+def _grid(d: Findings, found: LoadMap | None) -> list[str]:
     if found is None:
         return []
     lines = [f"The same over {found.x} and {found.y}, in 0.001 (blank: no test there)"]
@@ -120,7 +118,7 @@ def _cell(value: float) -> str:
     return f"{1000 * value:+.1f}" if math.isfinite(value) else ""
 
 
-def _evidence(d: Diagnosis) -> list[str]:
+def _evidence(d: Findings) -> list[str]:
     needed = f"; {d.threshold:.1f} needed" if math.isfinite(d.threshold) else ""
     lines = [
         f"Ranked evidence (gain: drop of the whitened squared error less 2 per parameter{needed}; p: family-wise)",
@@ -137,7 +135,7 @@ def _evidence(d: Diagnosis) -> list[str]:
     return lines
 
 
-def _structure(d: Diagnosis) -> list[str]:
+def _structure(d: Findings) -> list[str]:
     lines = []
     if d.where:
         lines += ["Where structure is left"]
@@ -147,21 +145,21 @@ def _structure(d: Diagnosis) -> list[str]:
     return lines
 
 
-def _worst(d: Diagnosis) -> list[str]:
+def _worst(d: Findings) -> list[str]:
     if not d.worst_tests:
         return []
     return ["Worst tests (rms before)"] + [f"  {w['test_id']:<16} {w['rms']:.5f}" for w in d.worst_tests[:5]]
 
 
-def _response(d: Diagnosis) -> list[str]:
+def _response(d: Findings) -> list[str]:
     lines: list[str] = []
     for name, entry in d.parameters.items():
         effect = d.named[name]
-        told, values = meanings(effect), entry["values"]
+        values = entry["values"]
         lines.append(f"{name}: {entry['equation']}")
         lines.append("  " + ", ".join(f"{k} = {_with(v)}" for k, v in values.items()))
-        numbers = {k: float(v["value"]) for k, v in values.items()}
-        for driver in told["driver"]:
+        numbers = {k: v["value"] for k, v in values.items()}
+        for driver in effect.driver:
             curve = effect_curve(effect, numbers, d.averages, driver)
             if curve is None:
                 continue
@@ -171,5 +169,5 @@ def _response(d: Diagnosis) -> list[str]:
     return lines
 
 
-def _with(value: dict[str, Any]) -> str:
+def _with(value: ParameterValue) -> str:
     return f"{value['value']:.4g}" + (f" {value['unit']}" if value["unit"] != "1" else "")

@@ -1,4 +1,4 @@
-"""What a diagnosis shows beside its verdict: budget, worst tests, binned bias, groups of test offsets."""
+"""Summaries of the residual: worst tests, bias along each load, groups of test offsets, table of averages."""
 
 from __future__ import annotations
 
@@ -9,28 +9,23 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ..estimation.analysis import Round
 from ..estimation.binning import Campaign
 from ..estimation.scan import Fit
+from ..estimation.search_round import SearchRound
 from ..loads import LOAD_NAMES, FloatArray
+from .findings import BinnedBias, TestGroups, WorstTest
 
 BIAS_BINS = 6
 
 
-def weighted_rms(values: FloatArray, weight: FloatArray) -> float:
-    """Return the rms about the weighted mean."""
-    mean = float(weight @ values / weight.sum())
-    return float(np.sqrt(weight @ (values - mean) ** 2 / weight.sum()))
-
-
-def base_residual(campaign: Campaign, found: Round) -> FloatArray:
+def base_residual(campaign: Campaign, found: SearchRound) -> FloatArray:
     """Return bin means of mu minus the base fitted by generalised least squares, shape (m,)."""
     white = found.whiten(found.columns)
     coefficients = np.linalg.lstsq(white, found.whiten(found.y), rcond=1e-9)[0]
     return found.y - found.columns @ coefficients
 
 
-def worst_tests(campaign: Campaign, residual: FloatArray, most: int = 10) -> list[dict[str, Any]]:
+def worst_tests(campaign: Campaign, residual: FloatArray, most: int = 10) -> list[WorstTest]:
     """Return the tests with the largest rms residual (points weigh alike)."""
     squares = np.bincount(campaign.test, campaign.count * residual**2)
     rms = np.sqrt(squares / np.bincount(campaign.test, campaign.count))
@@ -60,7 +55,7 @@ def load_bins(values: FloatArray, most: int = BIAS_BINS) -> npt.NDArray[np.intp]
     ordered = np.sort(values)
     inner: list[float] = []
     for edge in np.quantile(ordered, np.linspace(0.0, 1.0, most + 1))[1:-1]:
-        # a cut lies in the widest gap near the quantile, so that a level of a plan is not cut in two
+        # cut in the widest gap near the quantile, so that one level of a test plan stays in one bin
         near = max(0.1 * abs(edge), 0.02 * float(np.ptp(ordered)))
         first = max(int(np.searchsorted(ordered, edge - near)) - 1, 0)
         last = int(np.searchsorted(ordered, edge + near, side="right"))
@@ -90,9 +85,9 @@ def clustered_mean(
 
 def binned_bias(
     campaign: Campaign, residual: FloatArray, after: FloatArray | None = None
-) -> list[dict[str, Any]]:
+) -> list[BinnedBias]:
     """Return the mean residual along each load that varies, with intervals that treat a test as the unit."""
-    rows: list[dict[str, Any]] = []
+    rows: list[BinnedBias] = []
     for name in LOAD_NAMES:
         if not campaign.varies(name):
             continue
@@ -101,7 +96,7 @@ def binned_bias(
         for k in range(int(which.max()) + 1):
             inside = which == k
             mean, half, tests = clustered_mean(residual, campaign.count, campaign.test, inside)
-            row = {
+            row: BinnedBias = {
                 "load": name,
                 "low": float(values[inside].min()),
                 "high": float(values[inside].max()),
@@ -111,7 +106,7 @@ def binned_bias(
             }
             if after is not None:
                 mean, half, _ = clustered_mean(after, campaign.count, campaign.test, inside)
-                row |= {"after": mean, "after_interval": [mean - half, mean + half]}
+                row["after"], row["after_interval"] = mean, [mean - half, mean + half]
             rows.append(row)
     return rows
 
@@ -122,7 +117,7 @@ def _t_quantile(freedom: int) -> float:
     return float(t.ppf(0.975, freedom))
 
 
-def unrecorded_factor(campaign: Campaign, residual: FloatArray) -> dict[str, Any] | None:
+def unrecorded_factor(campaign: Campaign, residual: FloatArray) -> TestGroups | None:
     """Return two groups of test offsets when one normal distribution does not describe them.
 
     One normal distribution is compared with a mixture of two by their likelihoods; the mixture must win by

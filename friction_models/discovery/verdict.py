@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ..estimation.analysis import Round
+from ..estimation.importance import LEAST_SHARE
 from ..estimation.scan import Fit
+from ..estimation.search_round import SearchRound
 from ..estimation.structure import Misfit, Structure
 
 #: Family-wise level at which an effect counts as present.
 LEVEL = 0.05
 #: The same for a second effect, sought beside the first one's loads freed as curves.
 SECOND_LEVEL = 0.0125
-#: Least share of the squared error (floor included) that an effect must carry: smaller ones are within the
-#: errors of a twin's loads and of no use to a model.
-LEAST_SHARE = 0.015
 #: An effect must explain this share of all structure, else something else is missing.
 EXPLAINS = 0.8
 #: The same for effects with memory: laws of memory differ more in their formulas than laws of the loads.
@@ -31,18 +29,13 @@ BESIDE = 0.25
 STRUCTURE_LEVEL = 0.01
 
 
-def error_share(rms: float, floor: float) -> float:
-    """Return the share of the squared error, noise floor included, that a part of this rms carries."""
-    return float(rms**2 / max(rms**2 + floor**2, 1e-300))
-
-
 @dataclass(frozen=True)
 class Evidence:
     """What the verdict is drawn from.
 
     Attributes
     ----------
-    found : Round
+    found : SearchRound
     winner : Fit or None
     p_value : float
     share : float
@@ -58,7 +51,7 @@ class Evidence:
         Share of the points outside the model's domain.
     """
 
-    found: Round
+    found: SearchRound
     winner: Fit | None
     p_value: float
     share: float

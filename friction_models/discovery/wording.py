@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from ..estimation.base_law import BaseLaw
 from ..estimation.binning import FEW_TESTS, Campaign
 from ..estimation.scan import Fit
+from ..estimation.structure import StructurePlace
+from .findings import TestGroups
 from .verdict import Evidence
 
 
@@ -25,8 +26,8 @@ def sentence(
     chosen: list[Fit],
     confidence: float,
     campaign: Campaign,
-    where: Sequence[Mapping[str, Any]] = (),
-    factor: Mapping[str, Any] | None = None,
+    where: Sequence[StructurePlace] = (),
+    factor: TestGroups | None = None,
 ) -> str:
     """Return the verdict as a user reads it; `where` holds the structure that is left, `factor` two groups of tests."""
     model = f"the {base.name} model"

@@ -1,1 +1,1 @@
-"""Estimation of effects from measurements: noise floor, candidates, scan, joint fit, significance."""
+"""Estimation of effects from measurements: binning, noise floor, candidates, scan, significance, joint fit."""

@@ -46,8 +46,7 @@ def load_columns(loads: TriboLoads) -> LoadColumns:
 
 
 def spans_of(campaign: Campaign, mu: FloatArray) -> dict[str, tuple[float, ...]]:
-    """Return what the data span: each load, and the derived quantities that scan grids follow;
-    of the batches each one.
+    """Return the range of each load and of the derived quantities that scan grids follow, and all batches.
 
     Parameters
     ----------
@@ -161,7 +160,7 @@ def evaluate_points(
 
 
 def _called(effect: Effect, part: str, count: int, *given: Any) -> tuple[FloatArray, ...]:
-    """Return what a method of an effect gives; effects are also written by users.
+    """Return the result of a method of an effect, checked: users write effects, too.
 
     Raises
     ------

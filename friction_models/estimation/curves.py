@@ -1,4 +1,4 @@
-"""Curves along loads: what an effect may be where its form is not known."""
+"""Curves along loads: splines that follow an effect whose formula is not known."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Evidence for an effect of which the catalogue's form is not quite that of nature.
+"""Evidence for an effect when the formula of the catalogue is only approximately right.
 
-To what an effect explains in its form belong smooth deviations along its own loads, normally distributed and small
-against the effect: a Gaussian prior on curves, so that the marginal likelihood says what the data think of the
-mechanism rather than of the formula (model discrepancy; Kennedy, O'Hagan, J. R. Stat. Soc. B 63 (2001)).
+An effect may deviate from its formula by smooth curves along its own loads. They have a Gaussian prior and are small beside
+the effect. The marginal likelihood with them judges the mechanism rather than the formula (model discrepancy; Kennedy,
+O'Hagan, J. R. Stat. Soc. B 63 (2001)).
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from .scan import Fit, Projector, drops
 FORM_ERROR = 0.1
 #: Bends of a curve.
 KNOTS = 8
-#: Effects that explain less than this share of what the best one does are not looked at again.
+#: Effects with less than this share of the largest gain keep the gain as their evidence.
 WORTH = 0.1
 
 
 class FormErrors:
-    """Curves along the loads of a campaign, whitened and beside the base.
+    """Deviations along the loads of a campaign, whitened and without what the base can follow.
 
     Parameters
     ----------

@@ -19,11 +19,11 @@ from ..effects.base import Effect
 from ..loads import FloatArray, TriboLoads
 from ..models.base import FrictionModel, Groups
 from ..models.domain import Domain
-from .analysis import flexible_mean
 from .base_law import BaseLaw, base_law, polynomial_columns
 from .binning import Campaign, campaign_of
 from .candidates import evaluate, evaluate_points, spans_of
 from .noise_floor import Layout, NoiseFloor, Whitener, estimate
+from .search_round import flexible_mean
 
 LEAST_TESTS = 6
 ROUNDS = 3
@@ -89,7 +89,8 @@ def fit_jointly(
         {a.name: float(v) for a, v in zip(e.amplitudes, values, strict=True)}
         for e, values in zip(effects, amplitudes, strict=True)
     ]
-    return JointFit(fitted, problem.shapes, named, problem.floor)
+    noise_floor = dict(problem.estimated.to_dict()) if problem.estimated else {}
+    return JointFit(fitted, problem.shapes, named, noise_floor)
 
 
 def _surrogate(base: FrictionModel, campaign: Campaign) -> BaseLaw:
@@ -114,7 +115,6 @@ class _Problem:
         self.shapes = [{n: float(g[len(g) // 2]) for n, g in grid.items()} for grid in self.grids]
         self.layout = Layout.of(campaign) if len(campaign.tests) >= LEAST_TESTS and campaign.grouped else None
         self.whiten: Any = lambda values: values
-        self.floor: dict[str, Any] = {}
         self.scanned = False
         self.estimated: NoiseFloor | None = None
 
@@ -124,22 +124,14 @@ class _Problem:
             return
         columns = [flexible_mean(self.campaign, self.base_points), *self.columns(self.shapes, points=True)]
         mean = self.campaign.average(np.column_stack(columns))
-        floor = estimate(self.campaign, self.layout, self.y, mean, self.estimated)
-        self.estimated = floor
-        self.whiten = Whitener(self.layout, floor, float(np.std(self.y)) or 1e-6)
-        self.floor = {
-            "sensor": floor.sensor,
-            "test": floor.test,
-            "drift": floor.drift,
-            "total": floor.total,
-            "interval": list(floor.interval),
-        }
+        self.estimated = estimate(self.campaign, self.layout, self.y, mean, self.estimated)
+        self.whiten = Whitener(self.layout, self.estimated, float(np.std(self.y)) or 1e-6)
 
     def choose_weights(self) -> None:
         """Fall back to ordinary least squares where it predicts tests left out better.
 
-        Generalised least squares trusts what varies within tests; where the form of an effect is not quite
-        that of nature, this can cost the level between tests.
+        Generalised least squares relies on what varies within tests. If the formula of an effect is not quite right, this can
+        spoil the levels of the tests.
         """
         if self.layout is None:
             return
@@ -264,7 +256,7 @@ class _Problem:
         return np.sum([b @ a for b, a in zip(blocks, amplitudes, strict=True)], axis=0)
 
     def update_own_mu(self) -> None:
-        """Let effects that need a friction coefficient see that of the model as it is now."""
+        """Give effects that depend on the friction coefficient the one of the present fit."""
         coefficients, amplitudes = self.solve(self.shapes)
         for _ in range(2):
             own = self.law.columns @ coefficients + self.law.offset

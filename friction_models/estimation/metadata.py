@@ -1,4 +1,4 @@
-"""Metadata of tests as columns of numbers, also where the table of tests is not complete."""
+"""Metadata of tests as columns of numbers; a few empty cells are filled with the usual value."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ..loads import FloatArray, TriboLoads
 
 #: Share of the tests that may lack a metadata value.
 MOST_EMPTY = 0.5
-#: Columns in which an empty cell says something.
+#: Columns that are no metadata: an empty cell there has a meaning of its own.
 NOT_METADATA = ("role", "F_r_zero", "F_r_zero_end")
 
 
 def about_table(loads: TriboLoads) -> list[str]:
-    """Return a warning about a table of tests that says nothing about the tests of the points."""
+    """Return a warning if the table of tests does not describe the tests of the points."""
     table = loads.context
     if table is None or loads.test_id is None:
         return []
@@ -48,7 +48,7 @@ def _usual(values: pd.Series) -> Any:
 
 
 def recorded(loads: TriboLoads, name: str) -> str:
-    """Return what to know of a metadata column: tests without it, and what stands for them; empty where all have it."""
+    """Return a remark on tests that lack a value of a metadata column; an empty text if all tests have one."""
     table = loads.context
     if table is None or loads.test_id is None or name not in table.columns:
         return f"the test table has no {name}"
@@ -64,7 +64,7 @@ def recorded(loads: TriboLoads, name: str) -> str:
 
 
 def with_all_metadata(loads: TriboLoads, names: Sequence[str]) -> TriboLoads:
-    """Return the loads with the usual value of metadata for the few tests that lack it, as `diagnose` takes it.
+    """Fill metadata that a few tests lack with its usual value, as `diagnose` does.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def with_all_metadata(loads: TriboLoads, names: Sequence[str]) -> TriboLoads:
 
 
 def metadata_columns(loads: TriboLoads) -> dict[str, FloatArray]:
-    """Return metadata as number columns; texts become their place in alphabetical order."""
+    """Return metadata as columns of numbers; a text becomes its index in alphabetical order."""
     columns: dict[str, FloatArray] = {}
     if loads.context is None or loads.test_id is None:
         return columns

@@ -8,6 +8,7 @@ around a flexible mean (Patterson, Thompson, Biometrika 58 (1971)).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +23,16 @@ FLOOR = 1e-4
 MOST_TESTS = 160
 #: Factor on the variance of a bin that is left out.
 NO_WEIGHT = 1e6
+
+
+class NoiseFloorNumbers(TypedDict):
+    """A noise floor as files and reports hold it."""
+
+    sensor: float
+    test: float
+    drift: float
+    total: float
+    interval: list[float]
 
 
 @dataclass(frozen=True)
@@ -58,6 +69,16 @@ class NoiseFloor:
     def total(self) -> float:
         """Noise floor of a point: all three together."""
         return float(np.sqrt(self.sensor**2 + self.test**2 + self.drift**2))
+
+    def to_dict(self) -> NoiseFloorNumbers:
+        """Return what files and reports hold of it."""
+        return {
+            "sensor": self.sensor,
+            "test": self.test,
+            "drift": self.drift,
+            "total": self.total,
+            "interval": list(self.interval),
+        }
 
 
 @dataclass(frozen=True)

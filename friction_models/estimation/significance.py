@@ -1,46 +1,35 @@
-"""Significance: family-wise p-values by parametric bootstrap, and which rivals could be the truth."""
+"""Significance: family-wise p-values by parametric bootstrap, and rivals that the data cannot rule out."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from ..loads import FloatArray
 from .scan import Fit, Prepared, Projector, drops
 
+#: Inner products of each effect's columns with simulated noise, shape (g, amplitudes, replicates) each.
+Simulated: TypeAlias = dict[str, FloatArray]
+
 REPLICATES = 499
-#: Contributions that correlate by more than this are one and the same to these data.
+#: Contributions that correlate by more than this count as one.
 TWINS = 0.98
-#: A lead below this share of the winner's evidence is a matter of forms, not of mechanisms.
+#: A lead below this share of the winner's evidence may come from the formulas rather than from the mechanisms.
 SAME = 0.02
-
-
-@dataclass
-class Simulated:
-    """Noise as the floor describes it, seen through every candidate.
-
-    Attributes
-    ----------
-    noise : ndarray, shape (m, replicates)
-        Whitened noise without the base.
-    scores : dict of str to ndarray, shape (g, amplitudes, replicates)
-        Inner products of the candidates' columns with the noise.
-    """
-
-    noise: FloatArray
-    scores: dict[str, FloatArray]
 
 
 def simulate(
     candidates: list[Prepared], project: Projector, size: int, freedom: float, rng: np.random.Generator
 ) -> Simulated:
-    """Draw whitened noise; its scale varies as that of a floor estimated with so many degrees of freedom."""
+    """Draw whitened noise as every candidate sees it.
+
+    Its scale varies as that of a floor that was estimated with `freedom` degrees of freedom.
+    """
     noise = rng.standard_normal((size, REPLICATES))
     noise *= np.sqrt(freedom / rng.chisquare(freedom, REPLICATES))
     noise = project(noise)
-    scores = {c.name: _products(c.columns, noise) for c in candidates}
-    return Simulated(noise, scores)
+    return {c.name: _products(c.columns, noise) for c in candidates}
 
 
 def _products(columns: FloatArray, noise: FloatArray) -> FloatArray:
@@ -51,7 +40,7 @@ def _products(columns: FloatArray, noise: FloatArray) -> FloatArray:
 
 def maximum_gains(candidates: list[Prepared], simulated: Simulated) -> FloatArray:
     """Return the largest gain of any effect in each replicate of pure noise, shape (replicates,)."""
-    gains = [drops(c, simulated.scores[c.name])[0].max(axis=0) - c.penalty for c in candidates]
+    gains = [drops(c, simulated[c.name])[0].max(axis=0) - c.penalty for c in candidates]
     return np.max(gains, axis=0)
 
 
@@ -63,9 +52,9 @@ def p_value(gain: float, null: FloatArray) -> float:
 def confusion_set(ranking: list[Fit], simulated: Simulated, level: float = 0.05) -> list[str]:
     """Return the effects that the data cannot tell from the winner, the winner first.
 
-    For each rival, data are simulated from its own fit; it stays in the set when the winner leads by as
-    much as observed in more than `level` of them. Where an effect is strong, noise hardly plays a part, and what
-    separates two mechanisms is how well each formula happens to follow nature: small leads do not count.
+    For each rival, data are simulated from its own fit. It stays in the set if the winner leads by as much as observed in
+    more than `level` of these data. Noise hardly matters beside a strong effect; a small lead then only shows which formula
+    happens to fit better, so it does not count.
     """
     winner = ranking[0]
     kept = [winner.name]
@@ -98,5 +87,5 @@ def stays_first(ranking: list[Fit], simulated: Simulated) -> float:
 
 
 def _gains(prepared: Prepared, signal: FloatArray, simulated: Simulated) -> FloatArray:
-    scores = simulated.scores[prepared.name] + np.einsum("mga,m->ga", prepared.columns, signal)[:, :, None]
+    scores = simulated[prepared.name] + np.einsum("mga,m->ga", prepared.columns, signal)[:, :, None]
     return drops(prepared, scores)[0].max(axis=0) - prepared.penalty

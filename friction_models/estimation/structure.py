@@ -1,4 +1,4 @@
-"""Structure that no catalogue effect explains: a functional analysis of variance on what is left.
+"""Structure that no effect of the catalogue explains: a functional analysis of variance of the residual.
 
 Curves along each load and products of curves of two loads are fitted to the whitened remainder; each block
 is compared with what it would fit in pure noise (functional ANOVA; Hooker, J. Comput. Graph. Stat. 16 (2007)).
@@ -8,18 +8,31 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 from scipy.stats import chi2
 
 from ..loads import LOAD_NAMES, FloatArray
-from .analysis import Round
 from .binning import Campaign
 from .curves import curve, spline_columns, transformed
 from .scan import Fit, Projector
+from .search_round import SearchRound
 
 REPLICATES = 399
+
+
+class StructurePlace(TypedDict):
+    """Where structure is left.
+
+    The loads along which it shows, the range of each in which it is strong, its shape in words, and its share of what is
+    left.
+    """
+
+    variables: list[str]
+    region: dict[str, list[float]]
+    shape: str
+    share: float
 
 
 @dataclass
@@ -34,19 +47,19 @@ class Structure:
         Family-wise over the blocks.
     rms : float
         RMS of this signal in mu.
-    where : list of dict
-        Blocks that stand out: ``variables``, ``region``, ``shape``, ``share``.
+    where : list of StructurePlace
+        Blocks that stand out.
     """
 
     excess: float
     p_value: float
     rms: float
-    where: list[dict[str, Any]]
+    where: list[StructurePlace]
 
 
 @dataclass(frozen=True)
 class Misfit:
-    """What curves along the winner's own loads find beyond it.
+    """How far the residual still bends along the loads of the winner.
 
     Attributes
     ----------
@@ -60,13 +73,13 @@ class Misfit:
     p_value: float = 1.0
 
 
-def own_misfit(campaign: Campaign, found: Round, fit: Fit, signal: FloatArray) -> Misfit:
-    """Look along the loads that drive an effect for what its form leaves there.
+def own_misfit(campaign: Campaign, found: SearchRound, fit: Fit, signal: FloatArray) -> Misfit:
+    """Test whether curves along the loads of an effect fit the residual better than noise does.
 
     Parameters
     ----------
     campaign : Campaign
-    found : Round
+    found : SearchRound
     fit : Fit
     signal : ndarray, shape (m, k)
         Whitened columns of all effects found.
@@ -80,13 +93,13 @@ def own_misfit(campaign: Campaign, found: Round, fit: Fit, signal: FloatArray) -
     return Misfit(drop - q.shape[1], float(chi2.sf(drop, q.shape[1])))
 
 
-def find_structure(campaign: Campaign, found: Round, signal: FloatArray, seed: int) -> Structure:
+def find_structure(campaign: Campaign, found: SearchRound, signal: FloatArray, seed: int) -> Structure:
     """Look for structure beyond the base and the whitened contribution `signal` of the winner.
 
     Parameters
     ----------
     campaign : Campaign
-    found : Round
+    found : SearchRound
     signal : ndarray, shape (m, k)
         Whitened columns of the effects found; k may be 0.
     seed : int
@@ -134,7 +147,7 @@ def find_structure(campaign: Campaign, found: Round, signal: FloatArray, seed: i
     )
 
 
-def _rms(campaign: Campaign, found: Round, q: FloatArray, residual: FloatArray, excess: float) -> float:
+def _rms(campaign: Campaign, found: SearchRound, q: FloatArray, residual: FloatArray, excess: float) -> float:
     """Return the rms in mu of a whitened fit, shrunk to the part that is not noise."""
     fit = np.linalg.inv(found.whiten.inverse) @ found.whiten.layout.pad((q @ (q.T @ residual))[:, None])
     values = found.beyond_base(fit[campaign.test, campaign.slot, 0])
@@ -145,8 +158,8 @@ def _rms(campaign: Campaign, found: Round, q: FloatArray, residual: FloatArray, 
 
 def _describe(
     campaign: Campaign, key: tuple[str, ...], q: FloatArray, residual: FloatArray, share: float
-) -> dict[str, Any]:
-    """Say in which part of the range a block bends, and how."""
+) -> StructurePlace:
+    """Return in which part of the range a block is strong, and its shape."""
     fit = q @ (q.T @ residual)
     weight = np.abs(fit)
     strong = weight >= np.quantile(weight, 0.8)

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from friction_models.common import InputError, unknown_name
-from friction_models.estimation.heating import Heating
+from friction_models.discovery.further_tests.heating import Heating
 from friction_models.loads import LOAD_NAMES, FloatArray
 
 from .tested_loads import Coverage, Region, natural, regions_of, unit_of

@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from friction_models.discovery.shown import with_unit
 from friction_models.loads import LOAD_NAMES, LOADS, FloatArray
+from friction_models.loads.labels import with_unit
 
 from .contact_history import ContactHistory
 

@@ -1,4 +1,4 @@
-"""Several campaigns as one: the tests that raised a question and the further ones that answer it."""
+"""Joins several campaigns with one lubricant: the first tests and the further ones that they called for."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from ...loads import LOADS, DataSet
 
 
 def join_campaigns(campaigns: Mapping[str, DataSet]) -> tuple[DataSet, list[str]]:
-    """Return the tests of several campaigns with one lubricant as one data set, and what was changed for that.
+    """Return the tests of several campaigns with one lubricant as one data set.
 
-    A test whose name is taken is called ``CAMPAIGN TEST``; tests without a role are for training; the run order goes
-    on from campaign to campaign. Of the points, only the columns stay that all campaigns have; the cells of a test
-    table that a campaign does not fill stay empty.
+    A test whose name is taken is renamed to ``CAMPAIGN TEST``. Tests without a role are for training. The run order
+    continues from campaign to campaign. Points keep the columns that all campaigns have; missing cells of the test table
+    stay empty.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def _check_columns(campaigns: Mapping[str, DataSet]) -> None:
 
 
 def _free_names(campaign: str, tests: list[str], taken: set[str]) -> dict[str, str]:
-    """Return a name for each test that no other one has."""
+    """Return a unique name for each test."""
     names: dict[str, str] = {}
     used = taken | set(tests)
     for test in tests:

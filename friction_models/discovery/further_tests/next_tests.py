@@ -1,45 +1,59 @@
 """Which tests would tell rivals apart: protocols as rows of a test plan, with the separation to expect.
 
-The expected separation is the lead in evidence of the tests that are there and the new ones together, less what the
-tests that are there give already: the base is refitted on both, the rival chooses its best strength, shape and, within
-the form error, its bends, and a new test has its own offset, drift and sensor noise.
+The expected separation is the lead in evidence with the new tests, less the lead that the existing tests give already. The
+base is refitted on both; the rival takes its best amplitude, shape and, within the form error, deviation from its formula;
+a new test has its own offset, drift and sensor noise.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NotRequired, TypedDict, cast
 
 import numpy as np
 
-from ...estimation.analysis import Round
 from ...estimation.base_law import BaseLaw
 from ...estimation.binning import Campaign
+from ...estimation.importance import LEAST_SHARE, weighted_rms
 from ...estimation.scan import Fit
+from ...estimation.search_round import SearchRound
+from ...estimation.zero_reading import ZERO, expected
 from ...loads import FloatArray
-from ..summaries import weighted_rms
-from ..verdict import LEAST_SHARE
-from ..zero_reading import ZERO, expected
-from .protocols import READING, Proposal, protocols
+from .protocols import READING, PlanRow, Proposal, SetPoints, protocols
 from .separation import ENOUGH, Bench, Separation
 
 #: Rivals of the winner for which tests are sought.
 RIVALS = 3
 #: Largest separation that is promised.
 MOST = 50.0
-#: A test that separates by less standard errors tells nothing and is not proposed.
+#: A test that separates by fewer standard errors is not proposed.
 USELESS = 0.5
 
 
+class NextTest(TypedDict):
+    """A proposed test.
+
+    What is set in it, which two effects it separates, by how many standard errors, how many repeats that takes, and the
+    tests as rows of a plan.
+    """
+
+    protocol: str
+    setpoints: SetPoints
+    separates: list[str]
+    expected_t: float
+    repeats: NotRequired[int]
+    plan: list[PlanRow]
+
+
 def propose(
-    campaign: Campaign, found: Round, rivals: list[Fit], mu: FloatArray, base: BaseLaw
-) -> tuple[list[dict[str, Any]], list[str]]:
-    """Return protocols that separate the first of `rivals` from the others, and what none of them separates.
+    campaign: Campaign, found: SearchRound, rivals: list[Fit], mu: FloatArray, base: BaseLaw
+) -> tuple[list[NextTest], list[str]]:
+    """Return protocols that separate the first of `rivals` from the others.
 
     Parameters
     ----------
     campaign : Campaign
-    found : Round
+    found : SearchRound
         The scan that gave the rivals.
     rivals : list of Fit
         The winner first.
@@ -50,15 +64,16 @@ def propose(
 
     Returns
     -------
-    proposals : list of dict
-        The most telling first; none that tells nothing.
+    proposals : list of NextTest
+        The largest separation first.
     remarks : list of str
         One for each rival that no proposal separates.
     """
     if len(rivals) < 2:
         return [], []
     bench = Bench(campaign, found, mu, base)
-    first, result = rivals[0], []
+    first = rivals[0]
+    result: list[NextTest] = []
     proposals = protocols(campaign)
     for rival in rivals[1 : 1 + RIVALS]:
         pair = [first.name, rival.name]
@@ -71,7 +86,7 @@ def propose(
     if ZERO in names:
         fault = rivals[names.index(ZERO)]
         other = next(n for n in names if n != ZERO)
-        row = {**proposals[0].plan[0], "protocol": "zero_reading", "zero_reading": READING}
+        row: PlanRow = {**proposals[0].plan[0], "protocol": "zero_reading", "zero_reading": READING}
         row.pop("v_levels", None)
         reading = Proposal("zero reading", {"sigma_n [MPa]": 0.0, "duration [s]": READING}, [row], [])
         t = expected(campaign, found.floor.sensor, fault, READING)
@@ -87,8 +102,8 @@ def propose(
     return telling[:5], remarks
 
 
-def _inseparable(campaign: Campaign, found: Round, first: Fit, rival: Fit, best: float) -> str:
-    """Return what to know about two effects that no proposed test tells apart."""
+def _inseparable(campaign: Campaign, found: SearchRound, first: Fit, rival: Fit, best: float) -> str:
+    """Return a remark about two effects that no proposed test tells apart."""
     drivers = [f.prepared.candidate.effect.driver for f in (first, rival)]
     apart = weighted_rms(found.change(first) - found.change(rival), campaign.count)
     text = f"{first.name} and {rival.name}: "
@@ -101,18 +116,17 @@ def _inseparable(campaign: Campaign, found: Round, first: Fit, rival: Fit, best:
     return text
 
 
-def _entry(proposal: Proposal, pair: list[str], expected: Separation) -> dict[str, Any]:
-    entry = {
+def _entry(proposal: Proposal, pair: list[str], expected: Separation) -> NextTest:
+    entry: dict[str, Any] = {
         "protocol": proposal.protocol,
         "setpoints": proposal.setpoints,
         "separates": pair,
         "expected_t": round(min(expected.t, MOST), 2),
     }
-    if (
-        expected.t >= ENOUGH or expected.t == expected.noise
-    ):  # repeats help against noise, not against formulas
+    # repeats help against noise, not against errors of the formulas
+    if expected.t >= ENOUGH or expected.t == expected.noise:
         entry["repeats"] = int(np.ceil((ENOUGH / max(expected.t, 0.1)) ** 2))
-    return entry | {"plan": proposal.plan}
+    return cast(NextTest, entry | {"plan": proposal.plan})
 
 
 def plan_rows(next_tests: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

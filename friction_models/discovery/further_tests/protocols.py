@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 
 from ...estimation.binning import Campaign
-from ...estimation.heating import Heating
 from ...loads import FloatArray, TriboLoads
+from .heating import Heating
+
+#: One test as a row of a test plan.
+PlanRow: TypeAlias = dict[str, str | float]
+#: What is set in a test, by name and unit, for people.
+SetPoints: TypeAlias = dict[str, float | list[float]]
 
 POINTS = 60
 #: Sliding distance that a tribometer reaches [mm].
@@ -43,8 +48,8 @@ class Proposal:
     """
 
     protocol: str
-    setpoints: dict[str, Any]
-    plan: list[dict[str, Any]]
+    setpoints: SetPoints
+    plan: list[PlanRow]
     loads: list[TriboLoads]
 
 
@@ -91,14 +96,14 @@ class Settings:
             tuple(SET_BY[n] for n in campaign.absent if n in SET_BY),
         )
 
-    def row(self, sigma: float, v: float, tool: float, distance: float) -> dict[str, Any]:
-        row: dict[str, Any] = {
+    def row(self, sigma: float, v: float, tool: float, distance: float) -> PlanRow:
+        row: PlanRow = {
             "protocol": "constant", "sigma_set": sigma, "v_set": v, "T_tool": tool, "sd_set": distance,
         }  # fmt: skip
         row = {k: value for k, value in row.items() if k not in self.unknown}
         return row | ({"psi_set": self.psi_set} if self.psi_set is not None else {})
 
-    def shown(self, setpoints: dict[str, Any]) -> dict[str, Any]:
+    def shown(self, setpoints: SetPoints) -> SetPoints:
         """Return set points for people without those of loads that the data lack."""
         names = {f"{load} [": key for load, key in SET_BY.items()} | {"T_tool [": "T_tool"}
         return {
@@ -110,7 +115,7 @@ class Settings:
     def loads(
         self, v: FloatArray, sigma: FloatArray, tool: float, distance: float, rest_at: int | None = None
     ) -> TriboLoads:
-        """Return the loads along a test, at equal distances; a rest is a point that does not move."""
+        """Return the loads along a test at equal distances, with a rest before point `rest_at`."""
         sd = distance * (np.arange(POINTS) + 1.0) / POINTS
         t = np.cumsum(distance / POINTS / np.maximum(v, 1e-9))
         mean = sd / np.maximum(t, 1e-12)
@@ -177,5 +182,5 @@ def protocols(campaign: Campaign) -> list[Proposal]:
 
 
 def rounded(value: float) -> float:
-    """Return a number to three digits: what one sets."""
+    """Return a number to three digits, as a set value."""
     return float(f"{value:.3g}")

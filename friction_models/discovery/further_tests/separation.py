@@ -1,7 +1,7 @@
-"""How far further tests would tell two effects apart: mechanisms, not formulas.
+"""How far further tests would tell two effects apart.
 
-Both effects may bend as `form_error` lets them in the ranking, so the expected lead is one of evidence, and a lead that
-`significance.confusion_set` would not count is not promised.
+Both effects may deviate from their formulas as in the ranking (`form_error`), so the expected lead is one of evidence. A lead
+that `significance.confusion_set` would not count is not promised.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from itertools import combinations_with_replacement, product
 import numpy as np
 
 from ...effects.base import Memory
-from ...estimation.analysis import Round
 from ...estimation.base_law import BaseLaw
 from ...estimation.binning import Campaign
 from ...estimation.candidates import OPS, integrate, load_columns
 from ...estimation.curves import curve, on_scale
 from ...estimation.form_error import KNOTS, bends, evidence, form_variance
 from ...estimation.scan import Fit, Prepared, Projector, best_fit, drops, prepare_candidate
+from ...estimation.search_round import SearchRound
 from ...estimation.significance import SAME, TWINS
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
 from .protocols import POINTS, Proposal, Settings
@@ -30,20 +30,20 @@ ENOUGH = 3.0
 SEVERAL = 3
 #: Sets of shape parameters of an effect that are tried, of those that were scanned.
 SHAPES = 100
-#: Shapes are possible whose squared error in the tests that are there is larger than that of the best by less than this.
+#: A shape is possible if its squared error in the existing tests exceeds that of the best one by less than this.
 ALLOWED = 6.0
 
 
 @dataclass(frozen=True)
 class Separation:
-    """How far tests tell two effects apart, in standard errors: against noise, and against errors of the formulas, too."""
+    """Standard errors by which tests tell two effects apart: against noise, and also against errors of the formulas."""
 
     noise: float
     t: float
 
 
 def separated(before: float, after: float, whole: float, likeness: float = 0.0) -> Separation:
-    """Return the standard errors by which a lead grows, below `ENOUGH` where it stays a matter of formulas.
+    """Return the standard errors by which a lead grows; below `ENOUGH` if it may come from the formulas.
 
     Parameters
     ----------
@@ -80,9 +80,9 @@ class Weighed:
 
 
 class Bench:
-    """Tests that are there and new ones, seen through the same noise floor."""
+    """Existing and new tests with the same noise floor."""
 
-    def __init__(self, campaign: Campaign, found: Round, mu: FloatArray, base: BaseLaw) -> None:
+    def __init__(self, campaign: Campaign, found: SearchRound, mu: FloatArray, base: BaseLaw) -> None:
         self.campaign, self.found = campaign, found
         family = base.name.split("+")[0]
         self.degree = {"constant": 0, "polynomial": 2}.get(family, 1)
@@ -119,7 +119,7 @@ class Bench:
         return min(each, key=lambda s: s.t)
 
     def plausible(self, fit: Fit) -> list[tuple[int, FloatArray, float]]:
-        """Return shapes of an effect that the tests which are there allow: place in `sets`, amplitudes, weight."""
+        """Return shapes of an effect that the existing tests allow: index in `sets`, amplitudes, weight."""
         prepared, chosen = fit.prepared, self.sets(fit)
         scores = np.einsum("mga,m->ga", prepared.columns, self.found.residual)
         drop, amplitudes = drops(prepared, scores)
@@ -133,7 +133,7 @@ class Bench:
 
     @staticmethod
     def sets(fit: Fit) -> list[int]:
-        """Return which sets of shape parameters take part: the best one, and some of the others evenly."""
+        """Return the sets of shape parameters that are tried: the best one, and some of the others evenly."""
         count = fit.prepared.candidate.columns.shape[1]
         some = np.linspace(0, count - 1, min(count, SHAPES)).round().astype(int)
         return sorted({int(k) for k in some} | {fit.index})
@@ -165,7 +165,7 @@ class Bench:
         return np.asarray(np.linalg.inv(np.linalg.cholesky(S)))
 
     def points(self, first: Fit, second: Fit) -> tuple[Proposal, Separation] | None:
-        """Return the constant tests at corners of the plan that separate best together, and by how much."""
+        """Return the constant tests at corners of the plan that separate the effects best, and by how much."""
         s = Settings.of(self.campaign)
         corners = list(product(*(sorted({x[0], x[2]}) for x in (s.pressure, s.speed, s.tool))))
         if len(corners) < 2:
@@ -185,7 +185,7 @@ class Bench:
 
 
 class Stack:
-    """The tests that are there with some new ones, whitened, beside the base that is refitted on both.
+    """Existing tests with some new ones, whitened, and the base refitted on both.
 
     Parameters
     ----------
@@ -205,8 +205,8 @@ class Stack:
     def lead(self, truth: Fit, rival: Fit) -> Lead:
         """Return by how much the true one of two effects should lead.
 
-        Nature is that effect, at shapes that the tests which are there allow, with deviations of its form; both are
-        weighed as the ranking weighs them. Of the shapes the median counts.
+        The true effect has shapes that the existing tests allow, and deviations from its formula. Both effects are judged
+        as in the ranking. The result is the median over the shapes.
         """
         own, other = self._prepared(truth), self._prepared(rival)
         each, weights = [], []

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from friction_models.discovery.shown import varied, with_unit
+from friction_models.discovery.figures_data import varied
 from friction_models.loads import LOADS, FloatArray
+from friction_models.loads.labels import with_unit
 
 from ..parts.theme import AFTER, AFTER_BAND, BEFORE, BEFORE_BAND, PRESS, dress
 from .residuals import binned_residual

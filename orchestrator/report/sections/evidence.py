@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from friction_models.discovery.shown import setpoints_text, where_text
+from friction_models.discovery.figures_data import setpoints_text, where_text
 from friction_models.discovery.verdict import LEVEL
 from friction_models.discovery.wording import p_text
 

@@ -17,8 +17,8 @@ from benchmarks.discovery_campaigns import campaign
 from friction_models import LinearFriction
 from friction_models.common import InputError, write_text
 from friction_models.discovery import diagnose, refine
+from friction_models.discovery.figures_data import load_map
 from friction_models.discovery.refinement import history_text
-from friction_models.discovery.shown import load_map
 from friction_models.discovery.summaries import load_bins
 from friction_models.discovery.wording import p_text
 from friction_models.loads import DataSet

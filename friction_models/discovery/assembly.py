@@ -1,28 +1,30 @@
-"""What a diagnosis answers: everything that was found, put into one place."""
+"""Makes the `Diagnosis` from a verdict and what it rests on: confidence, budget, warnings, tables."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from ..estimation.analysis import Round
 from ..estimation.base_law import BaseLaw
 from ..estimation.binning import FEW_TESTS, Campaign
-from ..estimation.fixed_level import Level, level_of
+from ..estimation.importance import weighted_rms
 from ..estimation.scan import Fit
+from ..estimation.search_round import SearchRound
 from ..estimation.significance import stays_first
+from ..estimation.structure import StructurePlace
+from ..estimation.unseen_loads import EITHER, doubts
 from ..loads import LOAD_NAMES, FloatArray
 from .diagnosis import Diagnosis
+from .findings import FittedEffect, ParameterValue
 from .further_tests.next_tests import propose
 from .identifiability import limits
-from .summaries import averages, base_residual, binned_bias, unrecorded_factor, weighted_rms, worst_tests
-from .unseen_loads import EITHER, doubts
+from .level_offset import LevelOffset, level_of
+from .summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
 from .verdict import LEVEL, Evidence
 from .wording import sentence
 
-#: A noise floor of this share of mu hides everything.
+#: A noise floor above this share of mu hides everything else.
 BLURRED = 0.5
 #: Verdicts that name effects.
 NAMED = ("explained", "ambiguous", "data_problem")
@@ -32,14 +34,14 @@ NAMED = ("explained", "ambiguous", "data_problem")
 class Judged:
     """A verdict and what it rests on."""
 
-    found: Round
+    found: SearchRound
     evidence: Evidence
     verdict: str
     chosen: list[Fit]
     notes: list[str]
 
 
-def _confidence(campaign: Campaign, judged: Judged, level: Level) -> float:
+def _confidence(campaign: Campaign, judged: Judged, level: LevelOffset) -> float:
     """Return how sure the verdict is, 0 to 1."""
     found, evidence, verdict = judged.found, judged.evidence, judged.verdict
     if verdict == "nothing_missing":
@@ -57,26 +59,28 @@ def _confidence(campaign: Campaign, judged: Judged, level: Level) -> float:
     return min(sure, 0.5) if few or blurred or not found.floor.known else sure
 
 
-def _blurred(campaign: Campaign, found: Round) -> bool:
+def _blurred(campaign: Campaign, found: SearchRound) -> bool:
     """Return whether the noise hides everything."""
     return found.floor.total > BLURRED * float(np.mean(campaign.mu))
 
 
 def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) -> Diagnosis:
-    """Put everything that the answer shows into one place."""
+    """Return the diagnosis."""
     found, evidence, verdict, chosen = judged.found, judged.evidence, judged.verdict, judged.chosen
     floor = found.floor
     residual = base_residual(campaign, found)
     named = verdict in NAMED
     names = [f.name for f in chosen] if named else []
     moved = np.sum([found.change(f) for f in chosen], axis=0) if names else np.zeros(len(residual))
-    # beside a linear shift of the model there is no level of its own: the shift holds it
+    # a linear shift of the model, fitted beside it, contains its level
     level = (
-        level_of(found, chosen if named else []) if base.fixed and found.columns.shape[1] == 1 else Level()
+        level_of(found, chosen if named else [])
+        if base.fixed and found.columns.shape[1] == 1
+        else LevelOffset()
     )
     if level.off and verdict == "nothing_missing":
         judged.verdict = verdict = "unknown_structure"
-    # what a model leaves that is fitted as users fit it, or that is taken as it is
+    # residual of the model as users have it: refitted by ordinary least squares, or fixed
     usual = found.y if base.fixed else found.beyond_base(found.y)
     left = np.hypot(
         evidence.structure.rms if evidence.unexplained else 0.0, level.value if level.off else 0.0
@@ -119,13 +123,7 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
             }
             for f in found.ranking
         ],
-        noise_floor={
-            "sensor": floor.sensor,
-            "test": floor.test,
-            "drift": floor.drift,
-            "total": floor.total,
-            "interval": list(floor.interval),
-        },
+        noise_floor=floor.to_dict(),
         error_budget={
             "floor": floor.total,
             "explained": weighted_rms(moved, campaign.count),
@@ -145,8 +143,8 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
     )
 
 
-def _places(campaign: Campaign, evidence: Evidence) -> list[dict[str, Any]]:
-    """Return where structure is left: the blocks that stand out, else the loads of the winner, along which its form is not right."""
+def _places(campaign: Campaign, evidence: Evidence) -> list[StructurePlace]:
+    """Return where structure is left: significant blocks, else the loads of the winner if its form does not fit."""
     if not evidence.unexplained:
         return []
     if evidence.structure.where or evidence.winner is None or not evidence.misfit.excess > 0.0:
@@ -167,9 +165,9 @@ def _places(campaign: Campaign, evidence: Evidence) -> list[dict[str, Any]]:
     ]
 
 
-def _parameters(fit: Fit) -> dict[str, Any]:
+def _parameters(fit: Fit) -> FittedEffect:
     effect = fit.prepared.candidate.effect
-    values = {
+    values: dict[str, ParameterValue] = {
         a.name: {"value": float(v), "unit": a.unit}
         for a, v in zip(effect.amplitudes, fit.amplitudes, strict=True)
     }

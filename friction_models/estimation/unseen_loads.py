@@ -1,4 +1,7 @@
-"""Loads that the data lack or keep constant: which effects they hide, who may lead without them, and how sure that is."""
+"""Effects that the data cannot judge, because a load that they need is missing or constant.
+
+Such an effect does not lead the ranking while another one explains as much, and a verdict that names it is less certain.
+"""
 
 from __future__ import annotations
 
@@ -7,23 +10,23 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..effects.base import Effect
-from ..estimation.binning import Campaign
-from ..estimation.scan import Fit
 from ..loads import FloatArray
 from ..loads.time_steps import rests, time_steps
+from .binning import Campaign
+from .scan import Fit
 
-#: An effect that gains this share of the first one is as good a lead.
+#: An effect with at least this share of the gain of the first one may lead the ranking in its place.
 AS_GOOD = 0.5
-#: Confidence where a load that nobody recorded may be the cause as well as what is named.
+#: Largest confidence of a verdict where a load that was not recorded may be the cause as well.
 EITHER = 0.5
-#: Speed and distance over time that differ by more than this factor are not of one contact.
+#: `v_rel` and distance over time contradict each other when they differ by more than this factor.
 SPEED_FACTOR = 2.0
 
 
 def constant(effect: Effect, campaign: Campaign) -> list[str]:
-    """Return the loads without which an effect is not what it is, and which do not vary.
+    """Return the loads that an effect needs and that do not vary in the data.
 
-    A rest is a change of speed for what remembers.
+    For effects with memory a rest counts as a change of speed.
     """
     flat = [n for n in effect.needed_loads if not campaign.varies(n)]
     if "v_rel" in flat and effect.needs_state and _rested(campaign):
@@ -37,10 +40,10 @@ def _rested(campaign: Campaign) -> bool:
 
 
 def varied_first(campaign: Campaign, ranking: list[Fit]) -> list[Fit]:
-    """Return the ranking with an effect of varied loads first, where one is as good a lead.
+    """Move an effect whose loads all vary to the front, if it explains about as much as the first one.
 
-    With one of its loads constant, an effect is a function of the other loads alone: nothing then speaks for it and
-    against an effect of those. It stays a rival.
+    An effect with a constant load depends on its other loads only, so these data cannot prefer it to an effect of those
+    loads. It stays in the ranking as a rival.
     """
     if not ranking or not constant(ranking[0].prepared.candidate.effect, campaign):
         return ranking
@@ -56,7 +59,7 @@ def varied_first(campaign: Campaign, ranking: list[Fit]) -> list[Fit]:
 
 
 def doubts(campaign: Campaign, verdict: str, chosen: Sequence[Fit]) -> tuple[float, list[str]]:
-    """Return how sure a verdict can be at most with the loads that there are, and why.
+    """Return the largest confidence that the recorded loads allow for a verdict, and the reasons.
 
     Parameters
     ----------
@@ -68,7 +71,7 @@ def doubts(campaign: Campaign, verdict: str, chosen: Sequence[Fit]) -> tuple[flo
     if verdict in {"nothing_missing", "out_of_domain"}:
         return 1.0, []
     notes = []
-    # outside forming nothing expands, and averages over a test have no place along it
+    # outside forming the surface does not expand, and averages over a test have no distance
     averaged = campaign.count.size == len(campaign.tests)
     without = [n for n in campaign.absent if n != "psi" and not (averaged and n == "sd")]
     if without:
@@ -93,7 +96,7 @@ def doubts(campaign: Campaign, verdict: str, chosen: Sequence[Fit]) -> tuple[flo
 
 
 def other_speed(campaign: Campaign) -> bool:
-    """Return whether distance and time say another speed than `v_rel` in most tests."""
+    """Return whether distance over time contradicts `v_rel` in most tests."""
     loads = campaign.loads
     if loads.t is None or {"v_rel", "sd"} & set(campaign.absent):
         return False

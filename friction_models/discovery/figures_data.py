@@ -1,19 +1,20 @@
-"""What text and page of a diagnosis draw: residual over two loads, and the share of mu that an effect has."""
+"""Data of the figures in the text and the page of a diagnosis: residual over two loads, response of an effect."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 import pandas as pd
 
 from ..effects.base import Effect, Memory
 from ..estimation.candidates import OPS
+from ..estimation.structure import StructurePlace
 from ..expressions.ops import LoadColumns
-from ..loads import LOADS, FloatArray
-from .diagnosis import Diagnosis
+from ..loads import LOAD_NAMES, LOADS, FloatArray
+from .findings import Findings
 
 #: Loads over which a residual is mapped, where the data vary them.
 MAPPED = ("sigma_n", "T")
@@ -26,12 +27,6 @@ def varied(averages: pd.DataFrame) -> list[str]:
     return [
         n for n in names if np.ptp(averages[n]) > 1e-9 * max(1.0, float(np.abs(averages[n].to_numpy()).max()))
     ]
-
-
-def with_unit(name: str) -> str:
-    """Return a load with its unit, as an axis says it; other names as they are."""
-    unit = next((q.unit for q in LOADS if q.name == name), "1")
-    return name if unit == "1" else f"{name} [{unit}]"
 
 
 def mapped_loads(averages: pd.DataFrame) -> tuple[str, str] | None:
@@ -97,7 +92,7 @@ def load_map(averages: pd.DataFrame, cells: int = 10, pair: tuple[str, str] | No
 def effect_curve(
     effect: Effect, values: Mapping[str, float], averages: pd.DataFrame, driver: str
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Return an effect's share of mu over one load, the others at their median; None for effects with memory.
+    """Return the contribution of an effect to mu along one load, the others at their median.
 
     Parameters
     ----------
@@ -112,9 +107,9 @@ def effect_curve(
     Returns
     -------
     tuple of ndarray, shape (n,)
-        Load and share of mu; None where the effect remembers or needs metadata.
+        Load and contribution to mu; None if the effect has memory or needs metadata.
     """
-    if effect.states or effect.metadata or driver not in averages.columns or driver not in _names():
+    if effect.states or effect.metadata or driver not in averages.columns or driver not in LOAD_NAMES:
         return None
     low, high = averages[driver].min(), averages[driver].max()
     along = (
@@ -138,12 +133,18 @@ def effect_curve(
     return along, np.asarray(share, dtype=float)
 
 
-def _names() -> tuple[str, ...]:
-    return tuple(q.name for q in LOADS)
+class EffectDescription(TypedDict):
+    """Title, source and meanings of an effect; ``parameters`` holds the meaning of each parameter."""
+
+    title: str
+    where: str
+    citation: str
+    driver: tuple[str, ...]
+    parameters: dict[str, str]
 
 
-def meanings(effect: Effect) -> dict[str, Any]:
-    """Return what an effect says of itself: ``title``, ``where``, ``citation``, ``driver``, meaning by parameter."""
+def meanings(effect: Effect) -> EffectDescription:
+    """Return title, source and meanings of an effect."""
     return {
         "title": effect.title,
         "where": effect.where_it_shows,
@@ -154,8 +155,8 @@ def meanings(effect: Effect) -> dict[str, Any]:
     }
 
 
-def where_text(entry: Mapping[str, Any]) -> str:
-    """Return where structure is left: ``v_rel 22 to 502 mm/s, psi 1.08 to 1.98: interaction (33 %)``."""
+def where_text(entry: StructurePlace) -> str:
+    """Return a place where structure is left as text: ``v_rel 22 to 502 mm/s, psi 1.08 to 1.98: interaction (33 %)``."""
     units = {q.name: f" {q.unit}" if q.unit != "1" else "" for q in LOADS}
     places = ", ".join(
         f"{name} {low:.3g} to {high:.3g}{units.get(name, '')}"
@@ -164,8 +165,8 @@ def where_text(entry: Mapping[str, Any]) -> str:
     return f"{places}: {entry['shape']} ({100 * entry['share']:.0f} % of it)"
 
 
-def structure_pair(found: Diagnosis) -> tuple[str, str] | None:
-    """Return the two loads along which most structure is left, where they are another pair than that of the map."""
+def structure_pair(found: Findings) -> tuple[str, str] | None:
+    """Return the two loads with most structure left, unless the map shows this pair already."""
     variables = found.where[0]["variables"] if found.where else []
     if len(variables) != 2 or any(v not in found.averages.columns for v in variables):
         return None

@@ -1,8 +1,9 @@
-"""Readings of the friction cell without load: whether an offset of the force is there, and as large as the data need.
+"""Readings of the friction cell without load: do they confirm the force offset that the data suggest?
 
-Readings before and after a test stand in the test table as ``F_r_zero`` (0 where it is missing) and ``F_r_zero_end`` [N]:
-the zero before is taken off a record, so that an offset that begins with the load shows in the difference. With the
-contact area (``contact_area`` [mm2]) it is a friction stress, which the amplitude of `force_zero` has to match.
+The test table holds the readings before and after a test as ``F_r_zero`` (0 where it is missing) and ``F_r_zero_end`` [N].
+The reading before a test has been subtracted from its record, so an offset that begins with the load shows in the difference
+of the two. Divided by the contact area (``contact_area`` [mm2]) it is a friction stress, to be compared with the amplitude of
+`force_zero`.
 """
 
 from __future__ import annotations
@@ -12,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from ..estimation.analysis import Round
-from ..estimation.binning import Campaign
-from ..estimation.candidates import Candidate
-from ..estimation.form_error import FORM_ERROR
-from ..estimation.scan import Fit
 from ..loads import FloatArray
+from .binning import Campaign
+from .candidates import Candidate
+from .form_error import FORM_ERROR
+from .scan import Fit
+from .search_round import SearchRound
 
 #: The effect that a reading without load tells from any other.
 ZERO = "force_zero"
@@ -30,17 +31,17 @@ READINGS, LEAST_READING = 20.0, 1.0
 
 @dataclass(frozen=True)
 class ZeroReading:
-    """Offset of the friction force that tests keep, by readings without load, as friction stress on the contact.
+    """Offset of the friction force by readings without load, as friction stress on the contact.
 
     Attributes
     ----------
     low, high : float
-        Between these lies the offset [MPa], on average over the tests: a record with a reading after the test has lost
-        a part of it already.
+        Bounds of the offset [MPa], on average over the tests. Records with a reading after the test are corrected for part of
+        it already.
     std : float
-        Standard error of a reading [MPa]: cells, and how well their zero repeats.
+        Standard error of a reading [MPa]: noise of the cell and scatter of its zero from test to test.
     spread : float
-        Relative error with which the offset acts on mu: contact areas differ.
+        Relative error of the effect on mu, because contact areas differ.
     area : float
         Of the contact [mm2].
     """
@@ -52,16 +53,16 @@ class ZeroReading:
     area: float
 
     def away(self, stress: float) -> float:
-        """Return how far a stress lies outside [MPa]."""
+        """Return how far a stress lies outside the bounds [MPa]."""
         return max(self.low - stress, stress - self.high, 0.0)
 
     @property
     def present(self) -> float:
-        """Standard errors by which there is an offset."""
+        """Standard errors by which the offset differs from zero."""
         return self.away(0.0) / self.std
 
     def against(self, needed: float, std: float) -> float:
-        """Return the standard errors by which the offset is not the one that the data need [MPa]."""
+        """Return the standard errors by which the offset differs from the one that the data need [MPa]."""
         own = self.spread * max(abs(self.low), abs(self.high))
         return self.away(needed) / float(np.sqrt(self.std**2 + own**2 + std**2))
 
@@ -107,7 +108,7 @@ def read_zero(campaign: Campaign, sensor: float) -> ZeroReading | None:
     if not read.any() or not len(known):
         return None
     typical = float(np.median(known))
-    # what the usual record is freed of: nothing where it begins under load and has no zero
+    # the zero that was subtracted from most records; none where records begin under load
     usual = before[~read] if not read.all() else before
     moved = (after - float(np.mean(usual != 0.0)) * before)[read] / typical
     reading = float(np.median(moved))
@@ -121,7 +122,7 @@ def read_zero(campaign: Campaign, sensor: float) -> ZeroReading | None:
 def expected(campaign: Campaign, sensor: float, fault: Fit, seconds: float) -> float:
     """Return the standard errors by which a reading without load should decide about `force_zero`.
 
-    The smaller one of two: the offset is there as `fault` needs it, or there is none.
+    The smaller value of two cases counts: the offset is as large as `fault` needs, or there is none.
 
     Parameters
     ----------
@@ -154,17 +155,17 @@ def _numbers(rows: pd.DataFrame, name: str) -> FloatArray:
 
 
 def judge_zero(
-    campaign: Campaign, found: Round, candidates: list[Candidate]
+    campaign: Campaign, found: SearchRound, candidates: list[Candidate]
 ) -> tuple[list[Candidate], list[str]]:
     """Let a reading without load decide between `force_zero` and the laws of pressure.
 
-    A reading that does not hold what `force_zero` needs rules it out; one that does adds the evidence that it has
-    for an offset, and laws of pressure that are not better than that leave the ranking.
+    A reading that contradicts the offset which `force_zero` needs rules this effect out. A reading that confirms it adds
+    to its evidence, and laws of pressure with clearly less evidence leave the ranking.
 
     Parameters
     ----------
     campaign : Campaign
-    found : Round
+    found : SearchRound
         Its ranking is changed.
     candidates : list of Candidate
 

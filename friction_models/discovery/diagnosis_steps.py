@@ -18,33 +18,33 @@ from threadpoolctl import threadpool_limits
 from ..common import InputError
 from ..effects import CATALOGUE, make_effect
 from ..effects.base import Effect
-from ..estimation.analysis import Round, distrust_outliers, search, testable
 from ..estimation.base_law import BaseLaw, base_law, polynomial_columns
 from ..estimation.binning import Campaign, prepare
 from ..estimation.candidates import Candidate, evaluate_all, spans_of
 from ..estimation.curves import spline_columns
+from ..estimation.importance import LEAST_SHARE, error_share, weighted_rms
 from ..estimation.noise_floor import NoiseFloor, independent_columns
 from ..estimation.scan import Fit
+from ..estimation.search_round import SearchRound, distrust_outliers, search, testable
 from ..estimation.significance import stays_first
 from ..estimation.structure import Misfit, Structure, find_structure, own_misfit
+from ..estimation.unseen_loads import AS_GOOD
+from ..estimation.zero_reading import judge_zero
 from ..families.registry import make_model
 from ..loads import LOAD_NAMES, FloatArray, require_loads
 from ..models.base import FrictionModel
 from ..models.domain import Domain
-from .answer import NAMED, Judged, assemble
+from .assembly import NAMED, Judged, assemble
 from .diagnosis import Diagnosis
-from .summaries import weighted_rms
-from .unseen_loads import AS_GOOD
-from .verdict import LEAST_SHARE, LEVEL, SECOND_LEVEL, Evidence, decide, error_share
-from .zero_reading import judge_zero
+from .verdict import LEVEL, SECOND_LEVEL, Evidence, decide
 
 #: Averages that must be left beside the numbers of the base.
 SPARE = 3
-#: More spikes than this and the records have to be repaired before anything is asked of them.
+#: Above this share of spikes the records have to be repaired first; the verdict is ``data_problem``.
 MOST_SPIKES = 0.04
-#: A winner that comes first again less often than this has its follower as a rival.
+#: If the winner comes first again less often than this, the second effect counts as a rival.
 SURE = 0.5
-#: Bends of the curves along the loads of the first effect while a second one is sought.
+#: Knots of the curves along the loads of the first effect while a second one is sought.
 FREED = 8
 #: A second effect must carry this share of the squared contribution of both.
 SECOND_SHARE = 0.05
@@ -105,7 +105,7 @@ def diagnose(
     notes += said
     judged = _judge(campaign, base, candidates, seed, floor)
     if base.fixed and judged.verdict == "unknown_structure":
-        # A model that was fitted to data with the effect in them holds the straight part of it already.
+        # a model fitted to data that contain the effect has absorbed the linear part of it
         shifted = replace(base, columns=polynomial_columns(campaign, 1))
         if _spare(campaign, shifted) >= SPARE:
             beside = _judge(campaign, shifted, candidates, seed, floor)
@@ -132,7 +132,7 @@ def _judge(
 
 
 def _check_enough(campaign: Campaign, base: BaseLaw) -> None:
-    """Refuse data of which the base alone leaves nothing.
+    """Refuse data that the base alone can fit exactly.
 
     Raises
     ------
@@ -167,7 +167,7 @@ def _base_prediction(campaign: Campaign, base: BaseLaw) -> FloatArray:
 
 def _search_twice(
     campaign: Campaign, base: BaseLaw, candidates: list[Candidate], seed: int, floor: NoiseFloor | None
-) -> Round:
+) -> SearchRound:
     """Search, then once more with a floor that knows the winner: a sharp effect inflates the first floor."""
     found = search(campaign, base, None, candidates, seed, floor)
     winner = found.winner
@@ -183,14 +183,14 @@ def _columns(fit: Fit) -> FloatArray:
     return fit.prepared.candidate.columns[:, fit.index]
 
 
-def _share(campaign: Campaign, found: Round, fit: Fit) -> float:
+def _share(campaign: Campaign, found: SearchRound, fit: Fit) -> float:
     """Return the share of the squared error that a fit carries, the floor included."""
     rms = weighted_rms(found.change(fit), campaign.count)
     return error_share(rms, found.floor.total)
 
 
 def _weigh(
-    campaign: Campaign, base: BaseLaw, found: Round, candidates: list[Candidate], seed: int
+    campaign: Campaign, base: BaseLaw, found: SearchRound, candidates: list[Candidate], seed: int
 ) -> tuple[Evidence, list[Fit]]:
     """Collect the evidence; return it with the effects that belong to the answer."""
     _large_ones_first(campaign, found)
@@ -218,11 +218,11 @@ def _weigh(
     return evidence, chosen
 
 
-def _large_ones_first(campaign: Campaign, found: Round) -> None:
-    """Where the first effect is too small to matter, let the next one lead that is as significant and is not.
+def _large_ones_first(campaign: Campaign, found: SearchRound) -> None:
+    """If the first effect is too small to matter, let a significant larger one lead.
 
-    What varies along tests is seen in many averages: traces of it, such as a twin's errors leave, may gain more than
-    an effect that sets the level of tests.
+    An effect that varies along tests is seen in many averages. Even traces of it, as errors of a twin leave them, may gain
+    more than an effect that sets the level of tests.
     """
     for fit in found.ranking[:4]:
         if fit.gain < AS_GOOD * found.ranking[0].gain or found.p_value(fit) >= LEVEL:
@@ -234,12 +234,12 @@ def _large_ones_first(campaign: Campaign, found: Round) -> None:
             return
 
 
-def _part(structure: Structure, found: Round) -> float:
+def _part(structure: Structure, found: SearchRound) -> float:
     return error_share(structure.rms, found.floor.total)
 
 
 def _second_effect(
-    campaign: Campaign, base: BaseLaw, first: Fit, found: Round, candidates: list[Candidate], seed: int
+    campaign: Campaign, base: BaseLaw, first: Fit, found: SearchRound, candidates: list[Candidate], seed: int
 ) -> Fit | None:
     """Return a second effect with another driver, judged with the driver of the first one freed as a spline."""
     drivers = first.prepared.candidate.effect.driver
@@ -260,8 +260,6 @@ def _second_effect(
 
 def _share_outside(campaign: Campaign, base: BaseLaw) -> float:
     """Return the share of the points outside the domain that the model was trained on; 0 if it has none."""
-    from ..models.base import FrictionModel
-
     model = base.model
     if isinstance(model, FrictionModel):
         if not hasattr(model, "domain_"):

@@ -1,4 +1,4 @@
-"""How warm the contact gets in a test: a power law of pressure, speed and distance, learned from the tests."""
+"""Temperature rise of the contact in a test: a power law of pressure, speed and distance, fitted to tests."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..loads import FloatArray
+from ...loads import FloatArray
 
-#: A rise below this says nothing about heating [K].
+#: Smaller rises are not used for the fit [K].
 WARM = 1.0
 _LEAST_POINTS = 20
-#: Logarithm of the largest rise [K] that is believed: 700 K.
+#: Logarithm of the largest rise [K] that is predicted: 700 K.
 _HOT = 6.55
 
 
@@ -22,7 +22,7 @@ class Heating:
     Attributes
     ----------
     exponents : ndarray, shape (4,), or None
-        c, p, q, r; None: no test was warm enough to tell, no rise.
+        c, p, q, r; None if no test was warm enough: no rise is predicted.
     """
 
     exponents: FloatArray | None

@@ -1,4 +1,4 @@
-"""One round of the search: noise floor, whitening, scan, significance, for a base with given columns."""
+"""One search for effects beside a base with given columns: noise floor, whitening, scan, significance."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..discovery.unseen_loads import varied_first
 from ..effects.base import Effect
 from ..loads import FloatArray
 from .base_law import BaseLaw, polynomial_columns
@@ -17,6 +16,7 @@ from .metadata import recorded
 from .noise_floor import Layout, NoiseFloor, Whitener, estimate, independent_columns
 from .scan import Fit, Prepared, Projector, prepare_candidate, rank
 from .significance import Simulated, confusion_set, maximum_gains, p_value, simulate
+from .unseen_loads import varied_first
 
 #: Standard deviations from the rest of its test beyond which a bin is an outlier.
 OUTLYING = 8.0
@@ -24,8 +24,8 @@ MOST_OUTLIERS = 0.02
 
 
 @dataclass
-class Round:
-    """What one scan found.
+class SearchRound:
+    """What one search found.
 
     Attributes
     ----------
@@ -34,9 +34,9 @@ class Round:
         Whitened bin means without the base.
     candidates : list of Prepared
     ranking : list of Fit
-        The largest evidence first, but for an effect that needs a load which does not vary.
+        The largest evidence first; an effect with a constant load does not lead while another one explains about as much.
     null : ndarray, shape (replicates,)
-        Largest gain of any effect where nothing is missing.
+        Largest gain of any effect in each simulation in which nothing is missing.
     simulated : Simulated
     whiten, project : callable
         Whitening, and removal of the base after it.
@@ -47,9 +47,9 @@ class Round:
     count : ndarray, shape (m,)
         Points in each bin.
     freedom : float
-        Tests that are left to estimate the scatter between them.
+        Degrees of freedom with which the scatter between tests is estimated.
     least_p : float
-        P-values are not below this: what the same effects reached before one of them helped to estimate the floor.
+        Lower bound of the p-values: the one of the first search, before the floor allowed for the winner.
     """
 
     floor: NoiseFloor
@@ -86,7 +86,7 @@ class Round:
         return values - self.columns @ follow
 
     def change(self, fit: Fit) -> FloatArray:
-        """Return what an effect brings that the base cannot follow, shape (m,)."""
+        """Return the part of an effect that the base cannot follow, shape (m,)."""
         return self.beyond_base(fit.binned)
 
 
@@ -112,9 +112,12 @@ def flexible_mean(campaign: Campaign, base: FloatArray) -> FloatArray:
 def distrust_outliers(campaign: Campaign, base: BaseLaw) -> NoiseFloor | None:
     """Take the weight from bins that lie far off the other bins of their test (two passes).
 
-    Returns a first estimate of the noise floor, None where there are too few bins to judge.
+    If more than one bin in fifty lies far off, all keep their weight: so many show structure, not outliers.
 
-    Nothing is done where more than one bin in fifty does: that is structure, not outliers.
+    Returns
+    -------
+    NoiseFloor or None
+        A first estimate; None where there are too few bins to judge.
     """
     y = campaign.average(campaign.mu - base.offset)
     mean = independent_columns(campaign.average(flexible_mean(campaign, base.columns)))
@@ -148,7 +151,7 @@ def search(
     seed: int,
     start: NoiseFloor | None = None,
     also_in_mean: FloatArray | None = None,
-) -> Round:
+) -> SearchRound:
     """Scan all candidates beyond the base and further terms.
 
     Parameters
@@ -182,7 +185,7 @@ def search(
     prepared = [p for p in prepared if p.usable.any()]
     simulated = simulate(prepared, project, len(y), freedom, np.random.default_rng(seed))
     null = maximum_gains(prepared, simulated) if prepared else np.zeros(1)
-    return Round(
+    return SearchRound(
         floor=floor,
         residual=residual,
         candidates=prepared,
@@ -219,7 +222,7 @@ def testable(
         if effect.name in taken:
             continue
         if effect.driver[0] in campaign.absent:
-            continue  # the warning that the data lack this load says it
+            continue  # a warning about the missing load is given already
         without = effect.lacking(campaign.absent)
         if without:
             notes.append(

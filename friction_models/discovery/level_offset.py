@@ -1,24 +1,25 @@
-"""The level of a model that is taken as it is: by how much it lies beside the measurements everywhere."""
+"""Constant offset between measurements and a model that is not refitted."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.stats import t as student
 
-from ..discovery.verdict import LEAST_SHARE, STRUCTURE_LEVEL, error_share
+from ..estimation.binning import Campaign
+from ..estimation.importance import LEAST_SHARE, error_share
+from ..estimation.scan import Fit
+from ..estimation.search_round import SearchRound
+from ..estimation.structure import StructurePlace
 from ..loads import LOAD_NAMES
-from .analysis import Round
-from .binning import Campaign
-from .scan import Fit
+from .verdict import STRUCTURE_LEVEL
 
 
 @dataclass(frozen=True)
-class Level:
-    """Measured minus modelled mu that no load and no effect changes.
+class LevelOffset:
+    """Measured minus modelled mu, as far as it does not depend on loads or effects.
 
     Attributes
     ----------
@@ -40,8 +41,8 @@ class Level:
         """Whether it is significant, and large enough beside the noise floor to matter."""
         return self.p_value < STRUCTURE_LEVEL and error_share(self.value, self.floor) > LEAST_SHARE
 
-    def entry(self, campaign: Campaign) -> dict[str, Any]:
-        """Return it as a place where structure is left: all of the tested loads, none of which drives it."""
+    def entry(self, campaign: Campaign) -> StructurePlace:
+        """Return the offset as structure that is left: over the whole tested range, driven by no load."""
         region = {}
         for name in LOAD_NAMES:
             if campaign.varies(name):
@@ -55,7 +56,7 @@ class Level:
         }
 
     def text(self, model: str) -> str:
-        """Return it in words."""
+        """Return a sentence about it."""
         side = "below" if self.value > 0 else "above"
         return (
             f"{model} lies {abs(self.value):.4f} +- {self.error:.4f} {side} the measurements everywhere: a level and no effect of a "
@@ -63,21 +64,21 @@ class Level:
         )
 
 
-def level_of(found: Round, chosen: Sequence[Fit]) -> Level:
+def level_of(found: SearchRound, chosen: Sequence[Fit]) -> LevelOffset:
     """Return the level beside a fixed model, with the effects found fitted at the same time.
 
     Parameters
     ----------
-    found : Round
+    found : SearchRound
         Its first column of the base is the constant.
     chosen : sequence of Fit
     """
     if not found.floor.known:
-        return Level(floor=found.floor.total)
+        return LevelOffset(floor=found.floor.total)
     columns = np.column_stack([found.columns, *(f.binned for f in chosen)])
     white = found.whiten(columns)
     inverse = np.linalg.pinv(white.T @ white, rcond=1e-12)
     value = float(inverse[0] @ (white.T @ found.whiten(found.y)))
     error = float(np.sqrt(inverse[0, 0]))
     p = float(2.0 * student.sf(abs(value) / max(error, 1e-300), found.freedom))
-    return Level(value, error, p, found.floor.total)
+    return LevelOffset(value, error, p, found.floor.total)

@@ -1,0 +1,60 @@
+"""Structure that no effect explains: planted interactions and curves, and the rate where there is none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import kstest
+
+from friction_models.estimation.structure import find_structure
+
+from .estimation_cases import measured, searched
+
+
+def planted(
+    seed: int, kind: str = "", size: float = 0.006, tests: int = 60, points: int = 12
+) -> tuple[pd.DataFrame, float]:
+    """Return measurements with a planted dependence, and the rms of what a linear base cannot follow of it."""
+    data = measured(np.random.default_rng([seed, 9]), tests=tests, points=points, between=0.002)
+    z = {n: (data[n] - data[n].mean()) / data[n].std() for n in ("v_rel", "sigma_n", "T")}
+    values = {"": 0.0 * z["T"], "product": z["v_rel"] * z["sigma_n"], "bent": z["T"] ** 2}[kind].to_numpy()
+    loads = np.column_stack([np.ones(len(data)), *z.values()])
+    beyond = values - loads @ np.linalg.lstsq(loads, values, rcond=None)[0]
+    return data.assign(mu=data["mu"] + size * values), size * float(np.std(beyond))
+
+
+def test_a_planted_interaction_is_found_where_it_is() -> None:
+    for seed in range(3):
+        data, rms = planted(seed, "product")
+        campaign, found = searched(data)
+        structure = find_structure(campaign, found, np.empty((len(found.y), 0)), seed)
+        first = structure.where[0]
+        assert structure.p_value < 0.01 and structure.excess > 100.0
+        assert first["variables"] == ["v_rel", "sigma_n"] and first["shape"] == "interaction"
+        assert structure.rms == pytest.approx(rms, rel=0.15)
+        assert first["share"] == pytest.approx(structure.excess / float(found.residual @ found.residual))
+
+
+def test_a_planted_curve_is_found_along_its_load() -> None:
+    data, rms = planted(4, "bent")
+    campaign, found = searched(data)
+    structure = find_structure(campaign, found, np.empty((len(found.y), 0)), 0)
+    assert structure.where[0]["variables"] == ["T"] and structure.where[0]["shape"] == "bent"
+    assert structure.rms == pytest.approx(rms, rel=0.15)
+
+
+def test_an_effect_that_explains_it_leaves_nothing() -> None:
+    data, _ = planted(5, "bent")
+    campaign, found = searched(data)
+    T = campaign.average(campaign.loads.T)
+    structure = find_structure(campaign, found, found.whiten((T - T.mean())[:, None] ** 2), 0)
+    assert structure.p_value > 0.05 and structure.where == []
+
+
+def test_p_values_are_uniform_where_nothing_is_left() -> None:
+    values = []
+    for seed in range(30):
+        campaign, found = searched(planted(100 + seed, tests=29, points=4)[0], seed)
+        values.append(find_structure(campaign, found, np.empty((len(found.y), 0)), seed).p_value)
+    assert kstest(values, "uniform").pvalue > 0.01
