@@ -11,7 +11,7 @@ import numpy as np
 from friction_models.loads import LOADS, FloatArray
 from friction_models.onnx_session import onnx_session
 
-from ..targets.source import FrictionSource
+from .friction_source import FrictionSource
 from .quantities import USUAL
 
 #: Random points of the trained domain, besides its corners, and seconds of contact after which the rates are looked at.

@@ -16,8 +16,8 @@ from friction_models.loads.time_steps import rests, time_steps
 from friction_models.models.domain import Domain
 
 from ..archive.made_here import runs_apart
+from ..interface.friction_source import parse_source
 from ..interface.quantities import vector
-from ..targets.source import parse_source
 from .running import FmuError, RunningFmu
 from .separate_process import Apart, Died
 from .unpacked import UnpackedFmu

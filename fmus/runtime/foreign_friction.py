@@ -18,7 +18,7 @@ from friction_models.models.domain import Domain
 
 from ..archive.content import read_archive
 from ..archive.made_here import runs_apart
-from ..targets.source import parse_source
+from ..interface.friction_source import parse_source
 from .fixed_friction import Elsewhere
 from .fmu_files import describe
 from .friction_names import FrictionNames, entries_by_model

@@ -13,8 +13,9 @@ from friction_models.loads import LOAD_NAMES, LOADS
 
 from .attempt import try_original
 from .lowering import lower
+from .operators.nodes import NotTranslated
 from .parity import Agreement, compare, sample
-from .reading import NotTranslated, parse, pruned, read_graph
+from .reading import parse, pruned, read_graph
 from .signature import Signature, choose_output, domain_of, read_signature
 from .spec import Spec
 

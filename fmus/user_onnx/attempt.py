@@ -62,7 +62,7 @@ def try_original(content: bytes, signature: Signature, points: Array, where: str
 
 def main() -> None:
     """Run the task in the folder of the first argument; the answer is a sentence, or empty."""
-    from ..checks.trial import limit_memory
+    from ..archive.limits import limit_memory
 
     limit_memory(MEMORY_LIMIT)
     folder = Path(sys.argv[1])

@@ -10,11 +10,12 @@ from friction_models.common import InputError
 from friction_models.expressions.onnx_graph import GraphBuilder, Node
 from friction_models.loads import LOAD_NAMES, MU
 
-from .reading import ForeignGraph, NotTranslated, refuse
-from .registry import DECIDING, DOMAINS, MOVING, translated
+from .operators.nodes import NotTranslated, refuse
+from .operators.registry import DECIDING, DOMAINS, MOVING, translated
+from .operators.tensors import Canvas, Constant, Symbol, Tensor
+from .operators.view import View
+from .reading import ForeignGraph
 from .signature import Feed, Signature
-from .tensors import Canvas, Constant, Symbol, Tensor
-from .view import View
 
 
 def lower(graph: ForeignGraph, signature: Signature, metadata: dict[str, Any]) -> bytes:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from friction_models.common import InputError
 from friction_models.loads import LOADS
 
-from .reading import refuse
+from .operators.nodes import refuse
 from .signature import Signature
 
 Array = npt.NDArray[Any]

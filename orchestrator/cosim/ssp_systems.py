@@ -60,7 +60,8 @@ def export_ssp(system: System, path: str | os.PathLike[str], boundary: bool = Fa
     InputError
         A set-up that does not hold (all problems at once), or arrays that SSP 1.0 cannot express.
     """
-    from fmus.ssp.systems import Connector, Structure, write_ssp
+    from fmus.ssp.systems import Connector, Structure
+    from fmus.ssp.writing import write_ssp
 
     from .wiring import Wiring
 

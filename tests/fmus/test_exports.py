@@ -12,7 +12,7 @@ import pytest
 from fmus.exports import export
 from fmus.exports.table_target import tabulate
 from fmus.runtime.running import RunningFmu
-from fmus.targets.source import read_source
+from fmus.source.reading import read_source
 from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES, LOADS
 from tests.fmus.exported import (

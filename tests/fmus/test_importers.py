@@ -223,8 +223,8 @@ def test_nominal_values_and_default_experiment(ageing: Path, tmp_path: Path, fmi
 
 
 def test_a_fast_memory_gets_a_small_step(tmp_path: Path) -> None:
+    from fmus.interface.friction_source import parse_source
     from fmus.interface.time_constants import fastest_time_constant
-    from fmus.targets.source import parse_source
 
     for slower, step in ((1.0, 0.01), (8.0, 0.002), (80.0, 2e-4), (1e5, 1e-4)):
         content = ageing_bytes(distance=D / slower)

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from .reading import MAX_ELEMENTS, MAX_RANK, Array, refuse
+from .nodes import MAX_ELEMENTS, MAX_RANK, Array, refuse
 from .tensors import Canvas, Constant, Symbol, Tensor
 from .view import View
 

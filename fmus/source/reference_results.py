@@ -20,8 +20,8 @@ from friction_models.models.intervals import MARGIN
 from friction_models.onnx_session import onnx_session
 
 from ..interface.fmi2_description import number
+from ..interface.friction_source import FrictionSource
 from ..interface.quantities import USUAL, FrictionInterface
-from .source import FrictionSource
 
 #: Directory of the layered standard in the archive.
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"

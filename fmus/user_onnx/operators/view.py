@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .reading import Array, ForeignNode, refuse
+from .nodes import Array, ForeignNode, refuse
 from .tensors import Constant, Tensor
 
 
