@@ -1,4 +1,4 @@
-"""Limits of a process that runs what others made."""
+"""Memory and file limits of a process that runs foreign code."""
 
 from __future__ import annotations
 

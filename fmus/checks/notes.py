@@ -1,4 +1,4 @@
-"""Findings of the second process, written line by line."""
+"""Findings of the second process of `check`, written to a file one by one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The part of `check` that happens in a second process, so that a crash or an endless loop stays outside."""
+"""The trials of `check`. They run in a second process, which may crash or hang."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ class Trial:
         fmu.restore(state)
         notes.add(_equal(ahead, play.steps(fmu, count=2, first=STEPS)), "FMU state: exact replay")
         if fmu.fmu.claims("canSerializeFMUstate"):
-            read = fmu.through_bytes(state)
+            read = fmu.deserialize(fmu.serialize(state))
             fmu.restore(read)
             replay = play.steps(fmu, count=2, first=STEPS)
             notes.add(_equal(ahead, replay), "FMU state: exact replay after serialization")

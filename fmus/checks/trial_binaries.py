@@ -35,7 +35,7 @@ def binaries(fmu: UnpackedFmu, notes: Notes) -> bool:
         for file in files:
             _one(fmu, file, notes)
     sources = (fmu.folder / "sources").is_dir()
-    runs = here in found or (fmu.version == "2.0" and Path(fmu.library()).is_file())
+    runs = here in found or (fmu.version == "2.0" and fmu.library().is_file())
     notes.add(
         runs,
         f"platforms: {', '.join(found) or 'none'}{', source code' if sources else ''} (this machine: {here})",

@@ -1,4 +1,4 @@
-"""Trial of `check`: units of the contract's names, and what the units of the description are in the SI."""
+"""Trial of `check`: units of the loads and of mu, and the SI definitions of all units."""
 
 from __future__ import annotations
 

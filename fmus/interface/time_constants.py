@@ -1,4 +1,4 @@
-"""How fast the memory of a model can be: what a solver must resolve that integrates it in model exchange."""
+"""Fastest time constant of a model's memory, which a solver in model exchange must resolve."""
 
 from __future__ import annotations
 

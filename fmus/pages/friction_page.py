@@ -1,4 +1,4 @@
-"""The page of a friction FMU: what the model is, where it holds, and how to use it in a simulator."""
+"""HTML page of a friction FMU: the model, its range, and its use in a simulator."""
 
 from __future__ import annotations
 

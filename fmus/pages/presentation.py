@@ -1,4 +1,4 @@
-"""What an FMU shows besides its numbers: icon, terminal of the friction port, licence."""
+"""Icon, terminal of the friction port, and licence of an FMU."""
 
 from __future__ import annotations
 

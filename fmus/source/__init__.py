@@ -1,1 +1,1 @@
-"""Models on their way into an FMU: how they are read, and the results that the FMU must repeat."""
+"""Reads models to be packed, and computes the reference results that the FMU must repeat."""

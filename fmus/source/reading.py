@@ -1,4 +1,4 @@
-"""Reading what is to be packed: a model object, a saved folder, or an ONNX file, ours or a user's own."""
+"""Reads the model to be packed: a model object, a saved folder, or an ONNX file, ours or a user's own."""
 
 from __future__ import annotations
 

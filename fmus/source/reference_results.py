@@ -1,4 +1,4 @@
-"""Reference results inside an FMU: stimuli and what ONNX Runtime answers, as the layered standard FMI-LS-REF lays them out.
+"""Reference results inside an FMU: inputs and the outputs of ONNX Runtime, in the layout of the layered standard FMI-LS-REF.
 
 Written in the form of version 1.0.0-alpha.1 (manifest with related files, one of them the experiment). Its own
 directory in the archive holds the manifest, ``experiments.xml``, ``stimuli.csv`` and ``references.csv``.

@@ -1,4 +1,4 @@
-"""SSP archives written: `SystemStructure.ssd` and the FMUs beside it."""
+"""Writes SSP archives: `SystemStructure.ssd` and the FMUs beside it."""
 
 from __future__ import annotations
 

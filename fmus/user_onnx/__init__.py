@@ -1,4 +1,4 @@
-"""A user's own ONNX file becomes a friction source: redrawn in our operators, compared with the original."""
+"""Turns a user's own ONNX file into a friction model to pack: translated, then compared with the original."""
 
 from __future__ import annotations
 

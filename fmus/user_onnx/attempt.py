@@ -1,4 +1,4 @@
-"""A graph without translation, tried in a second process: it may run without end or take all memory."""
+"""Tries a graph without translation in a second process, because it may run forever or take all memory."""
 
 from __future__ import annotations
 

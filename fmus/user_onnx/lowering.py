@@ -1,4 +1,4 @@
-"""A foreign graph redrawn as ours: float64, `loads` [n, 5] to `mu` [n, 1], the generator's operators only."""
+"""Translates a foreign graph into ours: float64, `loads` [n, 5] to `mu` [n, 1], with the generator's operators only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The redrawn graph against the original file in ONNX Runtime: a wrong translation is never packed."""
+"""Compares the translated graph with the original in ONNX Runtime, so that a wrong translation is never packed."""
 
 from __future__ import annotations
 

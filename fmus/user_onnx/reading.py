@@ -1,4 +1,4 @@
-"""A foreign ONNX file read with every size bounded, before anything is computed from it."""
+"""Reads a foreign ONNX file with bounds on every size."""
 
 from __future__ import annotations
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fmus.archive.content import read_archive, read_member
 from fmus.runtime.fmu_files import FmuDescription, describe
 from friction_models.common import InputError
 from friction_models.loads import MU
@@ -135,10 +135,9 @@ class Plant:
 def _config(fmu: Path) -> dict[str, Any]:
     """Return what a forming FMU of this project was packed from; empty for any other."""
     try:
-        with zipfile.ZipFile(fmu) as archive:
-            item = archive.getinfo("resources/interface.json")
-            content = json.loads(archive.read(item)) if item.file_size < 64 * 1024**2 else {}
-    except (KeyError, ValueError, OSError, zipfile.BadZipFile):
+        read_archive(fmu)
+        content = json.loads(read_member(fmu, "resources/interface.json", 64 * 1024**2))
+    except (InputError, ValueError, OSError):
         return {}
     good = isinstance(content, dict) and {"process", "fixed", "material"} <= content.keys()
     return content if good else {}

@@ -7,12 +7,12 @@ friction coefficient of the user's model, ``mu_factor`` scales it.
 from __future__ import annotations
 
 import json
-import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fmus.archive.content import read_archive, read_member
 from friction_models.common import InputError, atomic_path
 from friction_models.effects.base import Effect, Memory
 from friction_models.expressions.onnx_graph import GraphBuilder, OnnxOps
@@ -59,16 +59,16 @@ def graph_of(fmu: Path) -> bytes:
         Not an archive, or no graph in it.
     """
     try:
-        with zipfile.ZipFile(fmu) as archive:
-            if archive.getinfo(GRAPH).file_size > _MAX_GRAPH:
-                raise InputError(f"{fmu}: {GRAPH} is larger than {_MAX_GRAPH} bytes; allowed: smaller graphs")
-            return archive.read(GRAPH)
-    except (OSError, zipfile.BadZipFile):
+        held = read_archive(fmu)
+    except (InputError, OSError):
         raise InputError(f"{fmu}: not an FMU that can be opened; allowed: a friction FMU") from None
-    except KeyError:
+    if GRAPH not in held:
         raise InputError(
             f"{fmu}: holds no {GRAPH}, so no effect can be added to it; allowed: a friction FMU that `pack` wrote"
-        ) from None
+        )
+    if held[GRAPH].file_size > _MAX_GRAPH:
+        raise InputError(f"{fmu}: {GRAPH} is larger than {_MAX_GRAPH} bytes; allowed: smaller graphs")
+    return read_member(fmu, GRAPH)
 
 
 def pack_probe(fmu: Path, effects: Sequence[Effect], target: Path, nodes: int, fmi: str = "2.0") -> Path:

@@ -1,4 +1,4 @@
-"""Operators that move elements or tell sizes; all sizes are those of one contact point."""
+"""Operators that move elements or return sizes. All sizes are those of one contact point."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a translation sees of the node at hand."""
+"""Inputs and attributes of one node, as its translation needs them."""
 
 from __future__ import annotations
 

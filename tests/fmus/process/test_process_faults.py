@@ -53,11 +53,11 @@ def test_killed_process_is_reported_and_reset_starts_another(twin: UnpackedFmu) 
             fmu.step(0.0, 0.01)
         with pytest.raises(FmuError, match="the solver process is gone; fmi2Reset starts another one"):
             fmu.step(0.0, 0.01)
-        fmu._call(fmu.slave.reset)
+        fmu.call("Reset")
         with pytest.raises(FmuError, match="in a solver process that is gone"):
             fmu.restore(state)
-        fmu._call(fmu.slave.enterInitializationMode)
-        fmu._call(fmu.slave.exitInitializationMode)
+        fmu.call("EnterInitializationMode")
+        fmu.call("ExitInitializationMode")
         fmu.step(0.0, 0.01)
         assert fmu.get_real(["sd"])[0] > 0.0
 
