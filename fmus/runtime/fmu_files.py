@@ -10,7 +10,7 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -178,8 +178,7 @@ def read_model(path: Path) -> tuple[etree._Element, Any]:
     try:
         raw: Any = read_model_description(str(path), validate=False)
     except Exception as error:  # fmpy raises plain exceptions
-        reason = " ".join(str(error).split())
-        raise InputError(f"{path}: modelDescription.xml is not usable ({reason[:200]})") from None
+        raise _not_valid(path, version, error) from None
     interfaces = [i for i in (raw.coSimulation, raw.modelExchange) if i is not None]
     if not interfaces:
         raise InputError(
@@ -217,9 +216,7 @@ def describe(path: str | os.PathLike[str]) -> FmuDescription:
     except InputError:
         raise
     except Exception as error:  # sizes and start values that are no numbers
-        raise InputError(
-            f"{file}: modelDescription.xml is not valid FMI {raw.fmiVersion} ({_first_line(error)})"
-        ) from None
+        raise _not_valid(file, raw.fmiVersion, error) from None
 
 
 def unpack(description: FmuDescription, folder: Path) -> Path:
@@ -248,6 +245,8 @@ def _whole(text: str | None, otherwise: int) -> int:
     return int(text) if text is not None and re.fullmatch(r"-?\d{1,20}", text) else otherwise
 
 
-def _first_line(error: BaseException) -> str:
-    lines: Iterable[str] = str(error).strip().splitlines()
-    return next(iter(lines), type(error).__name__)
+def _not_valid(path: Path, version: str, error: Exception) -> InputError:
+    lines = str(error).strip().splitlines()
+    return InputError(
+        f"{path}: modelDescription.xml is not valid FMI {version} ({lines[0][:200] if lines else type(error).__name__})"
+    )

@@ -17,7 +17,6 @@ from .fmu_files import FmuDescription
 from .fmu_variables import Variable
 from .messages import Messages
 from .ports import Port
-from .running import offer_interpreter
 
 #: Name, function and arguments of a prepared call.
 _Call = tuple[str, Any, tuple[Any, ...]]
@@ -69,7 +68,6 @@ class Instance:
         self._slave: Slave = load(description.path, description.raw, unpacked)
         # FMI 2.0 messages are formats, those of FMI 3.0 plain text.
         formats = description.version == "2.0"
-        offer_interpreter()
         try:
             self._slave.instantiate(name, lambda status, text: self._messages.receive(status, text, formats))
             self._configure(description)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import re
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from ctypes import POINTER, c_double, c_size_t, c_uint
 from types import TracebackType
@@ -29,11 +27,6 @@ _T = TypeVar("_T")
 
 class FmuError(RuntimeError):
     """An FMU refused a call; the message is the one it logged."""
-
-
-def offer_interpreter() -> None:
-    """Let solver FMUs that start Python as a process find this interpreter, unless the user chose one."""
-    os.environ.setdefault("TRIBOFMU_PYTHON", sys.executable)
 
 
 class RunningFmu:
@@ -79,7 +72,6 @@ class RunningFmu:
         description = fmu.description
         if description.coSimulation is None:
             raise InputError(f"{fmu.path}: the FMU offers no co-simulation, allowed: an FMU that does")
-        offer_interpreter()
         try:
             self.slave = load(fmu.path, description, fmu.folder)
         except InputError as error:

@@ -165,7 +165,7 @@ def test_python_is_looked_for_in_order(
     """The environment variable, then the FMU's own hint, then PATH; PYTHONHOME of the host is not passed on."""
     stand_in("flood")
     monkeypatch.setattr(
-        "fmus.runtime.running.offer_interpreter", lambda: None
+        "fmus.runtime.c_interface.offer_interpreter", lambda: None
     )  # as in a simulator that knows nothing
     file = os.environ["TRIBOFMU_PYTHON"]
     hinted = UnpackedFmu(pack_twin(tmp_path / "hinted.fmu", target="process", python=file))
