@@ -55,7 +55,7 @@ class RunningFmu:
         self,
         fmu: UnpackedFmu,
         name: str = "friction",
-        start: dict[str, Any] | None = None,
+        start: Mapping[str, Any] | None = None,
         points: int | None = None,
     ) -> None:
         self.fmu = fmu
@@ -124,7 +124,7 @@ class RunningFmu:
         """Return how many values the variables hold together, arrays at their present size."""
         return sum(self.fmu.length(n, self.sizes) for n in names)
 
-    def set(self, values: dict[str, Any]) -> None:
+    def set(self, values: Mapping[str, Any]) -> None:
         """Set variables by name, arrays element by element."""
         for name, value in values.items():
             variable = self.fmu.variables.get(name)

@@ -110,7 +110,7 @@ def read_user_model(
     name = given.name or Path(where).stem or "friction"
     card = _card(content, name, given, signature)
     try:
-        ours = lower(graph, signature, {})
+        ours = lower(graph, signature)
         agreement = compare(ours, pruned(model, graph, output), signature, domain, where)
     except NotTranslated as error:
         if not python:

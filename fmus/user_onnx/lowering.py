@@ -18,7 +18,7 @@ from .reading import ForeignGraph
 from .signature import Feed, Signature
 
 
-def lower(graph: ForeignGraph, signature: Signature, metadata: dict[str, Any]) -> bytes:
+def lower(graph: ForeignGraph, signature: Signature) -> bytes:
     """Return the serialized canonical graph; the same file always gives the same bytes.
 
     Raises
@@ -55,7 +55,7 @@ def lower(graph: ForeignGraph, signature: Signature, metadata: dict[str, Any]) -
         for name, value in zip(node.outputs, results):
             if name:
                 values[name] = value
-    return _close(canvas, values, signature, loads, metadata)
+    return _close(canvas, values, signature, loads)
 
 
 def check_operators(graph: ForeignGraph) -> None:
@@ -91,9 +91,7 @@ def _entering(canvas: Canvas, loads: Node, feed: Feed) -> Symbol:
     return Symbol(canvas.truncated(node), feed.shape, feed.kind) if feed.kind == "int64" else symbol
 
 
-def _close(
-    canvas: Canvas, values: dict[str, Tensor], signature: Signature, loads: Node, metadata: dict[str, Any]
-) -> bytes:
+def _close(canvas: Canvas, values: dict[str, Tensor], signature: Signature, loads: Node) -> bytes:
     value = values.get(signature.output)
     if value is None:
         raise NotTranslated(f"{canvas.where}: output {signature.output!r:.60} is never computed")
@@ -114,6 +112,6 @@ def _close(
         mu = mu + signature.add
     canvas.graph.output(MU.name, canvas.x.relu(mu), ["n", 1])
     try:
-        return canvas.graph.build(metadata).SerializeToString(deterministic=True)
+        return canvas.graph.build({}).SerializeToString(deterministic=True)
     except Exception:  # the checker's errors are of several libraries: arithmetic on Booleans and the like
         raise refuse(canvas.where, "the types of the graph's values do not fit their operators") from None
