@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from ctypes import POINTER, c_double, c_size_t, c_uint
+from ctypes import c_double, c_size_t, c_uint
 from types import TracebackType
 from typing import Any, TypeVar
 
@@ -21,7 +21,6 @@ from .unpacked import UnpackedFmu
 __all__ = ["FmuError", "RunningFmu", "UnpackedFmu"]
 
 _REAL = {"Real", "Float64", "Float32"}
-_DOUBLES = POINTER(c_double)
 _T = TypeVar("_T")
 
 
@@ -69,6 +68,9 @@ class RunningFmu:
             values[fmu.sizing] = points
         self.sizes = {n: int(v) for n, v in values.items() if fmu.is_structural(n)}
         self._three = fmu.version == "3.0"
+        self._set_real, self._get_real = f"Set{fmu.real}", f"Get{fmu.real}"
+        #: References and their number as C values, by names.
+        self._prepared: dict[tuple[str, ...], tuple[Any, c_size_t]] = {}
         description = fmu.description
         if description.coSimulation is None:
             raise InputError(f"{fmu.path}: the FMU offers no co-simulation, allowed: an FMU that does")
@@ -146,14 +148,14 @@ class RunningFmu:
     def set_real(self, names: Sequence[str], values: FloatArray) -> None:
         """Set floating-point variables; the values of an array follow each other."""
         if names:
-            buffer = np.ascontiguousarray(values, dtype=float).ravel()
-            self._exchange(f"Set{self.fmu.real}", names, buffer.ctypes.data_as(_DOUBLES), len(buffer))
+            buffer = np.array(values, dtype=float).ravel()
+            self._exchange(self._set_real, names, (c_double * len(buffer)).from_buffer(buffer), len(buffer))
 
     def get_real(self, names: Sequence[str]) -> FloatArray:
         """Return floating-point variables; the values of an array follow each other."""
         buffer = np.zeros(self.count(names) if self._three else len(names))
         if names:
-            self._exchange(f"Get{self.fmu.real}", names, buffer.ctypes.data_as(_DOUBLES), len(buffer))
+            self._exchange(self._get_real, names, (c_double * len(buffer)).from_buffer(buffer), len(buffer))
         return buffer
 
     def get_boolean(self, name: str) -> bool:
