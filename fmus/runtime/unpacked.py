@@ -56,6 +56,9 @@ class UnpackedFmu:
         # fmpy leaves out some attributes of FMI 3.0.
         interface = root.find("CoSimulation")
         self._flags = {} if interface is None else dict(interface.attrib)
+        self._limits = {
+            str(v.get("name")): (v.get("min"), v.get("max")) for v in root.iterfind("ModelVariables/*")
+        }
         self._by_reference = {v.valueReference: v for v in self.description.modelVariables}
         self.sizing = self._sizing()
 
@@ -74,7 +77,7 @@ class UnpackedFmu:
 
     def limits(self, name: str) -> tuple[int, int | None]:
         """Return the smallest and the largest value of an integer variable, None without a limit."""
-        lower, upper = self.variables[name].min, self.variables[name].max
+        lower, upper = self._limits.get(name, (None, None))
         try:
             return int(lower or 0), None if upper is None else int(upper)
         except ValueError:
