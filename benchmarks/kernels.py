@@ -13,9 +13,9 @@ import numpy as np
 import onnx
 import onnxruntime
 
+from fmus.interface.friction_source import parse_source
 from fmus.native import compile as compiling
 from fmus.native.generate import generate
-from fmus.targets.source import parse_source
 from friction_models.families.registry import make_model
 from friction_models.models.onnx_export import build_onnx
 from tests.fmus.compiled import compiler

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from .checks.checking import check as check
     from .runtime.fixed_friction import FmuModel as FmuModel
     from .runtime.fixed_friction import read_friction_fmu as read_friction_fmu
-    from .ssp.systems import pack_ssp as pack_ssp
+    from .ssp.packing import pack_ssp as pack_ssp
     from .targets.packing import pack as pack
     from .targets.signals import pack_signals as pack_signals
     from .targets.solvers import pack_forming as pack_forming
@@ -26,7 +26,7 @@ _EXPORTS = {
     "pack": "targets.packing",
     "pack_forming": "targets.solvers",
     "pack_signals": "targets.signals",
-    "pack_ssp": "ssp.systems",
+    "pack_ssp": "ssp.packing",
     "pack_twin": "targets.solvers",
     "read_friction_fmu": "runtime.fixed_friction",
 }

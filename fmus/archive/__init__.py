@@ -1,1 +1,1 @@
-"""The guarded door into FMU and SSP archives: written byte by byte alike, read without trusting them."""
+"""Reads and writes FMU and SSP archives. Everything that opens one passes through the checks here."""

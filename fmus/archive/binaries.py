@@ -1,4 +1,4 @@
-"""Shared libraries looked at without loading them: ELF (Linux), PE (Windows) and Mach-O (macOS), by LIEF."""
+"""Reads shared libraries without loading them: ELF (Linux), PE (Windows) and Mach-O (macOS), by LIEF."""
 
 from __future__ import annotations
 

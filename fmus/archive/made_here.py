@@ -1,4 +1,4 @@
-"""FMUs that this program wrote on this machine, and which FMUs run in a process of their own.
+"""Which FMUs this program wrote on this machine. All others run in a separate process.
 
 What an FMU says of its maker proves nothing: anybody may write that. So `pack` notes the hash of each FMU that it writes in the
 user's cache folder. An FMU with that very content is ours and whole; any other one, also one of ours that was damaged, changed or

@@ -1,4 +1,4 @@
-"""`check`: an FMU looked at from outside first, then run in a process of its own."""
+"""`check`: looks at an FMU from outside, then runs it in a separate process."""
 
 from __future__ import annotations
 

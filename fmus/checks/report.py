@@ -1,4 +1,4 @@
-"""What `check` found: outcomes in groups, as data and as text."""
+"""Report of `check`: findings in groups, as data and as text."""
 
 from __future__ import annotations
 

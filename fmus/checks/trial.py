@@ -1,47 +1,32 @@
-"""The part of `check` that happens in a second process, so that a crash or an endless loop stays outside."""
+"""The trials of `check`. They run in a second process, which may crash or hang."""
 
 from __future__ import annotations
 
-import contextlib
 import json
-import os
-import re
 import sys
 from pathlib import Path
 
 import numpy as np
 
 from friction_models.common import InputError
-from friction_models.loads import LOADS, FloatArray
+from friction_models.loads import FloatArray
 
 from ..archive.content import read_description
+from ..archive.limits import limit_memory
 from ..runtime.running import FmuError, RunningFmu
 from ..runtime.unpacked import UnpackedFmu
+from .notes import Notes
+from .play import STEPS, Play
+from .schema import problems_of
+from .trial_binaries import binaries
+from .trial_exchange import exchange
+from .trial_friction import friction
+from .trial_recorded import recorded
+from .trial_units import units
 
-#: Largest file that it may write [bytes].
-_FILE_LIMIT = 1024**3
-_STEPS = 5
 #: Problems of a description that are told, and variables up to which fmpy's validation ends in a minute or so, also
 #: where its time grows with the square of their number because all of them are wrong.
 _MAX_PROBLEMS, _MAX_VALIDATED = 20, 100_000
-
-
-class Notes:
-    """Findings are written one by one: what was found before a crash is kept."""
-
-    def __init__(self, result: Path) -> None:
-        self.result = result
-        self.group = "archive"
-
-    def add(self, good: bool, text: str) -> None:
-        """Write what went well or not."""
-        self.note("passed" if good else "failed", text)
-
-    def note(self, outcome: str, text: str) -> None:
-        """Write a finding with its outcome."""
-        line = json.dumps([outcome, self.group, " ".join(text.split())[:600]])
-        with self.result.open("a", encoding="utf-8") as stream:
-            stream.write(line + "\n")
 
 
 class Trial:
@@ -59,12 +44,6 @@ class Trial:
 
     def run(self) -> None:
         """Run all trials."""
-        from .trial_binaries import binaries
-        from .trial_exchange import exchange
-        from .trial_friction import friction
-        from .trial_recorded import recorded
-        from .trial_units import units
-
         self.notes.group = "model description"
         self._schema()
         try:
@@ -138,19 +117,19 @@ class Trial:
             notes.note("skipped", "FMU state: not claimed")
             return
         state = fmu.save()
-        ahead = play.steps(fmu, count=2, first=_STEPS)
+        ahead = play.steps(fmu, count=2, first=STEPS)
         fmu.restore(state)
-        notes.add(_equal(ahead, play.steps(fmu, count=2, first=_STEPS)), "FMU state: exact replay")
+        notes.add(_equal(ahead, play.steps(fmu, count=2, first=STEPS)), "FMU state: exact replay")
         if fmu.fmu.claims("canSerializeFMUstate"):
-            read = fmu.through_bytes(state)
+            read = fmu.deserialize(fmu.serialize(state))
             fmu.restore(read)
-            replay = play.steps(fmu, count=2, first=_STEPS)
+            replay = play.steps(fmu, count=2, first=STEPS)
             notes.add(_equal(ahead, replay), "FMU state: exact replay after serialization")
             fmu.release(read)
         fmu.release(state)
 
     def _refusal(self, fmu: UnpackedFmu, notes: Notes) -> None:
-        """NaN must be refused by our FMUs and friction FMUs; of others it is told."""
+        """NaN must be refused by our FMUs and friction FMUs; for other FMUs the answer is only noted."""
         names = [n for n, v in fmu.variables.items() if v.causality == "input" and v.type == fmu.real]
         if not names:
             return
@@ -168,90 +147,8 @@ class Trial:
                 notes.note("failed" if ours else "noted", f"NaN as {name!r} is accepted, better: an error")
 
 
-#: Structured variable names as both versions of the standard define them.
-_PART = r"(?:[A-Za-z_]\w*|'(?:[^'\\]|\\.)+')(?:\[\d+(?:,\d+)*\])?"
-_NAME = re.compile(rf"{_PART}(?:\.{_PART})*|der\({_PART}(?:\.{_PART})*(?:,\d+)?\)", re.ASCII)
-
-
-def problems_of(path: Path) -> list[str]:
-    """Return what fmpy's validation finds; its check of names, 3 ms each, is made here."""
-    from fmpy import read_model_description
-    from fmpy.model_description import ValidationError
-
-    try:
-        description = read_model_description(
-            str(path), validate=True, validate_variable_names=False, validate_model_structure=True
-        )
-    except ValidationError as error:
-        return [str(problem) for problem in error.problems]
-    except Exception as error:  # fmpy raises plain exceptions
-        return [str(error) or type(error).__name__]
-    structured = description.variableNamingConvention == "structured"
-    return [
-        f"variable name {v.name[:80]!r} is not allowed by the naming convention of the FMU"
-        for v in description.modelVariables
-        if (not _NAME.fullmatch(v.name) if structured else re.search(r"[\r\n\t]", v.name))
-    ]
-
-
-class Play:
-    """A few steps of an FMU, with random loads where it is a friction FMU."""
-
-    def __init__(self, fmu: UnpackedFmu) -> None:
-        self.outputs = [n for n, v in fmu.variables.items() if v.causality == "output" and v.type == fmu.real]
-        experiment = fmu.description.defaultExperiment
-        self.size = 0.01
-        with contextlib.suppress(TypeError, ValueError):
-            if experiment is not None and float(experiment.stepSize) > 0.0:
-                self.size = float(experiment.stepSize)
-        self.inputs: list[str] = []
-        self.series: FloatArray = np.empty((0, 0))
-        if fmu.is_friction():
-            names = fmu.friction()
-            self.inputs = [n for q in LOADS for n in names[q.name]]
-            points = sum(fmu.length(n) for n in names["mu"])
-            rng = np.random.default_rng(2)
-            self.series = np.array([random_loads(rng, points).T.ravel() for _ in range(_STEPS + 2)])
-
-    def steps(self, fmu: RunningFmu, count: int = _STEPS, first: int = 0) -> FloatArray:
-        """Make `count` steps from step `first` on, return the outputs, shape (count, outputs)."""
-        seen = []
-        for k in range(first, first + count):
-            if self.inputs:
-                fmu.set_real(self.inputs, self.series[k])
-            fmu.step(k * self.size, self.size)
-            seen.append(fmu.get_real(self.outputs))
-        return np.array(seen)
-
-
-def random_loads(rng: np.random.Generator, count: int) -> FloatArray:
-    """Return loads between slow, cold, light and fast, hot, heavy contact, shape (count, 5)."""
-    lower, upper = [0.0, 20.0, 100.0, 0.0, 0.8], [600.0, 500.0, 3000.0, 80.0, 25.0]
-    return rng.uniform(lower, upper, size=(count, 5))
-
-
 def _equal(a: FloatArray, b: FloatArray) -> bool:
     return np.array_equal(a, b, equal_nan=True)
-
-
-def limit_memory(most: int) -> None:
-    """Bound what this process may take [bytes], where the system can."""
-    try:
-        import resource
-    except ImportError:  # Windows
-        return
-    with contextlib.suppress(ValueError, OSError):
-        most = min(most, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") * 3 // 4)
-    # RLIMIT_DATA counts what is written to, not what libraries reserve without using it.
-    for kind, value in (
-        (resource.RLIMIT_DATA, most),
-        (resource.RLIMIT_FSIZE, _FILE_LIMIT),
-        (resource.RLIMIT_CORE, 0),
-    ):
-        with contextlib.suppress(ValueError, OSError):
-            _, hard = resource.getrlimit(kind)
-            value = value if hard == resource.RLIM_INFINITY else min(value, hard)
-            resource.setrlimit(kind, (value, value))
 
 
 def main() -> None:

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from friction_models.common import InputError
 
 from ..archive.binaries import Binary, read_binaries
 from ..native.platforms import PLATFORMS, host_platform
 from ..runtime.unpacked import UnpackedFmu
-
-if TYPE_CHECKING:
-    from .trial import Notes
+from .notes import Notes
 
 _OLD = {"linux32": "x86-linux", "win32": "x86-windows", "darwin32": "x86-darwin"}
 #: The folder of the one kind of library that FMI 2.0 calls by the system alone.
@@ -38,7 +35,7 @@ def binaries(fmu: UnpackedFmu, notes: Notes) -> bool:
         for file in files:
             _one(fmu, file, notes)
     sources = (fmu.folder / "sources").is_dir()
-    runs = here in found or (fmu.version == "2.0" and Path(fmu.library()).is_file())
+    runs = here in found or (fmu.version == "2.0" and fmu.library().is_file())
     notes.add(
         runs,
         f"platforms: {', '.join(found) or 'none'}{', source code' if sources else ''} (this machine: {here})",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +11,7 @@ from friction_models.loads import LOADS, FloatArray
 
 from ..runtime.running import RunningFmu
 from ..runtime.unpacked import UnpackedFmu
-
-if TYPE_CHECKING:
-    from .trial import Notes
+from .notes import Notes
 
 #: Time of the run [s], and the steps that co-simulation makes of it.
 _TIME, _STEPS = 0.1, 100
@@ -71,8 +69,8 @@ def exchange(fmu: UnpackedFmu, notes: Notes) -> None:
 
 def _memory(fmu: UnpackedFmu, notes: Notes) -> None:
     """Tell how fast the memory is, as far as the packed model says so."""
+    from ..interface.friction_source import parse_source
     from ..interface.time_constants import fastest_time_constant, hint
-    from ..targets.source import parse_source
 
     packed = fmu.folder / "resources" / "model.onnx"
     if not packed.is_file():

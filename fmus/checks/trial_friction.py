@@ -12,12 +12,12 @@ from friction_models.loads import LOAD_NAMES, LOADS, FloatArray
 from ..interface.quantities import vector
 from ..runtime.running import RunningFmu
 from ..runtime.unpacked import UnpackedFmu
-from .trial import random_loads
+from .play import random_loads
 
 if TYPE_CHECKING:
     from friction_models.models.onnx_model import OnnxModel
 
-    from .trial import Notes
+    from .notes import Notes
 
 POINTS = 60
 #: Points of an FMU whose size can be chosen, besides its default.

@@ -6,7 +6,6 @@ import csv
 import hashlib
 import io
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,9 +15,7 @@ from friction_models.loads import FloatArray
 from ..archive.content import parse_xml
 from ..runtime.running import RunningFmu
 from ..runtime.unpacked import UnpackedFmu
-
-if TYPE_CHECKING:
-    from .trial import Notes
+from .notes import Notes
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 _MAX_BYTES = 64 * 1024**2

@@ -1,18 +1,15 @@
-"""Trial of `check`: units of the contract's names, and what the units of the description are in the SI."""
+"""Trial of `check`: units of the loads and of mu, and the SI definitions of all units."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from friction_models.loads import LOADS, MU
 
 from ..archive.content import read_description
 from ..interface.quantities import unit_base
 from ..runtime.unpacked import UnpackedFmu
-
-if TYPE_CHECKING:
-    from .trial import Notes
+from .notes import Notes
 
 #: Base units of the SI; rad is left out, as tools disagree on whether an angle has it.
 _SI = ("kg", "m", "s", "A", "K", "mol", "cd")

@@ -17,7 +17,7 @@ from typing import Any
 from friction_models.common import InputError, check_folder, unknown_name
 from friction_models.common.folders import EXPORT
 
-from ..targets.source import FrictionSource
+from ..interface.friction_source import FrictionSource
 
 TARGETS = ("c", "ufric", "vfric", "table")
 
@@ -30,7 +30,7 @@ def export(source: FrictionSource, path: str | os.PathLike[str], target: str, **
     Parameters
     ----------
     source : FrictionSource
-        What `fmus.targets.source.read_source` returns.
+        What `fmus.source.reading.read_source` returns.
     path : path-like
         Folder to write; one written by an earlier export is replaced, any other that holds files is refused.
     target : {"c", "ufric", "vfric", "table"}

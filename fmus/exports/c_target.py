@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from friction_models.loads import LOADS, FloatArray
 
+from ..interface.friction_source import FrictionSource
 from ..native.generate import generate
-from ..targets.source import FrictionSource
 from .common import Trial, c_prefix, description, documents, one_line, template, trial
 
 #: Agreement of a compiled export with ONNX Runtime, relative and absolute.

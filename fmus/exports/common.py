@@ -18,10 +18,10 @@ from friction_models.common import InputError, atomic_folder, unknown_name
 from friction_models.common.folders import EXPORT
 from friction_models.loads import LOADS, FloatArray
 
+from ..interface.fmi2_description import c_identifier
+from ..interface.friction_source import FrictionSource
 from ..interface.quantities import USUAL
 from ..pages.documentation import card_json
-from ..targets.native import identifier
-from ..targets.source import FrictionSource
 
 #: A folder with this file in it was written by an export and may be replaced by one.
 MARK = "export.json"
@@ -54,8 +54,8 @@ def c_prefix(source: FrictionSource, name: str | None) -> str:
         `name` is not a C identifier of at most 24 characters.
     """
     if name is None:
-        clean = identifier(source.name)
-        base = (clean if len(clean) <= MAX_NAME else identifier(source.family))[:MAX_NAME].rstrip("_")
+        clean = c_identifier(source.name)
+        base = (clean if len(clean) <= MAX_NAME else c_identifier(source.family))[:MAX_NAME].rstrip("_")
     elif isinstance(name, str) and re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) and len(name) <= MAX_NAME:
         base = name
     else:

@@ -18,8 +18,8 @@ import numpy as np
 from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray
 
+from ..interface.friction_source import FrictionSource
 from ..interface.quantities import USUAL
-from ..targets.source import FrictionSource
 from . import options
 from .common import Reference, description, documents, template
 from .grid import Grid

@@ -11,7 +11,7 @@ import numpy as np
 
 from friction_models.loads import LOAD_NAMES
 
-from ..targets.source import FrictionSource
+from ..interface.friction_source import FrictionSource
 from .c_target import c_sources, c_values
 from .common import Reference, c_prefix, documents, one_line, template, test_box
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..targets.source import FrictionSource
+from ..interface.friction_source import FrictionSource
 from .c_target import c_sources, c_values
 from .common import Reference, c_prefix, documents, template, test_box
 from .ufric_target import depends_on, fortran_number

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -165,3 +166,9 @@ def _structure(root: etree._Element, variables: Sequence[Variable], index: Mappi
     listed("Outputs", outputs)
     listed("Derivatives", rates)
     listed("InitialUnknowns", [v for v in (*outputs, *rates) if v.initial in {"calculated", "approx"}], True)
+
+
+def c_identifier(text: str) -> str:
+    """Return `text` as a C identifier."""
+    clean = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_").lower() or "model"
+    return clean if clean[0].isalpha() else f"m_{clean}"

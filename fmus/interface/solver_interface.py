@@ -1,4 +1,4 @@
-"""What a solver FMU shows, whichever way the solver runs: variables, model description, configuration."""
+"""Variables, model description and configuration of a solver FMU."""
 
 from __future__ import annotations
 

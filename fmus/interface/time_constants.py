@@ -1,4 +1,4 @@
-"""How fast the memory of a model can be: what a solver must resolve that integrates it in model exchange."""
+"""Fastest time constant of a model's memory, which a solver in model exchange must resolve."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from friction_models.expressions.onnx_session import onnx_session
 from friction_models.loads import LOADS, FloatArray
 
-from ..targets.source import FrictionSource
+from .friction_source import FrictionSource
 from .quantities import USUAL
 
 #: Random points of the trained domain, besides its corners, and seconds of contact after which the rates are looked at.

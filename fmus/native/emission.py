@@ -12,9 +12,9 @@ from typing import TypeVar
 import numpy as np
 
 from . import ops
-from .graph import Graph, Step, Tensor, refuse
 from .places import Buffers, Place
 from .tables import Tables, literal
+from .tensors import Graph, Step, Tensor, refuse
 from .trees import tree_tables
 
 T = TypeVar("T")

@@ -8,13 +8,14 @@ import numpy as np
 
 from friction_models.models.intervals import MARGIN
 
+from ..interface.friction_source import FrictionSource
 from ..interface.quantities import FrictionInterface
-from ..targets.source import FrictionSource
 from . import ops
 from .emission import BLOCK, Writer
-from .graph import Graph, read_graph, refuse, rules_of
+from .graph import read_graph
 from .parts import WHOLE, chosen, function
 from .tables import Tables, interface_tables
+from .tensors import Graph, refuse, rules_of
 
 #: Largest buffers of a block on the stack; of a network that needs more, the points are run one by one.
 _STACK_BYTES = 64 * 1024

@@ -2,96 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from friction_models.common import InputError
 from friction_models.loads import LOADS
 from friction_models.models.intervals import MARGIN
 
-Array = npt.NDArray[Any]
+from .ops import infer_shape
+from .tensors import MAX_VALUES, Graph, Step, Tensor, refuse, rules_of
 
-#: Values of one contact point that a node may have: they stand on the stack of the caller's thread.
-MAX_VALUES = 1 << 14
 #: Numbers that a graph may hold: twice as many take compilers a minute and gigabytes of memory.
 MAX_CONSTANTS = 1 << 21
-
-
-@dataclass
-class Tensor:
-    """A value of the graph.
-
-    Attributes
-    ----------
-    name : str
-        Name in the ONNX graph.
-    shape : tuple of int
-        Shape with the batch dimension set to 1.
-    constant : ndarray or None
-        Value of an initializer; None for a value that depends on an input.
-    """
-
-    name: str
-    shape: tuple[int, ...]
-    constant: Array | None = None
-
-    @property
-    def size(self) -> int:
-        """Number of elements."""
-        return int(np.prod(self.shape, dtype=int))
-
-
-@dataclass
-class Step:
-    """One node: operator, attributes, tensors in and out (None stands for an optional input left out)."""
-
-    op: str
-    attributes: dict[str, Any]
-    inputs: list[Tensor | None]
-    output: Tensor
-
-
-@dataclass
-class Graph:
-    """The steps of a model in an order in which they can be run."""
-
-    inputs: dict[str, Tensor]
-    outputs: dict[str, Tensor]
-    steps: list[Step] = field(default_factory=list)
-
-    def needed_for(self, name: str) -> list[Step]:
-        """Return the steps that the output `name` depends on."""
-        wanted = {id(self.outputs[name])}
-        kept = []
-        for step in reversed(self.steps):
-            if id(step.output) in wanted:
-                kept.append(step)
-                wanted |= {id(t) for t in step.inputs if t is not None}
-        return kept[::-1]
-
-
-def refuse(where: str, what: str) -> InputError:
-    """Build the error for a graph that the generator does not translate."""
-    return InputError(f"{where}: {what}; pack it with --target python, which runs ONNX Runtime")
-
-
-@contextmanager
-def rules_of(where: str) -> Iterator[None]:
-    """Turn what a damaged graph raises anywhere (an attribute, operand or index is missing) into one sentence."""
-    try:
-        yield
-    except InputError:
-        raise
-    except (ArithmeticError, AssertionError, LookupError, MemoryError, TypeError, ValueError) as error:
-        text = " ".join(str(error).split())[:100]
-        raise InputError(
-            f"{where}: the ONNX graph breaks the rules of its operators ({type(error).__name__}: {text})"
-        ) from None
 
 
 def read_graph(content: bytes, where: str, states: int, system: int) -> Graph:
@@ -118,8 +41,6 @@ def read_graph(content: bytes, where: str, states: int, system: int) -> Graph:
 def _read(content: bytes, where: str, states: int, system: int) -> Graph:
     import onnx
     from onnx import numpy_helper
-
-    from .ops import infer_shape
 
     graph = onnx.load_model_from_string(content).graph
     constants = {t.name: np.asarray(numpy_helper.to_array(t)) for t in graph.initializer}
@@ -197,20 +118,3 @@ def _attribute(attribute: Any) -> Any:
     if isinstance(value, bytes):
         return value.decode("utf-8", "replace")
     return value
-
-
-def constant_of(tensor: Tensor | None, what: str, where: str) -> Array:
-    """Return the value of a tensor that must be constant (indices, axes, limits)."""
-    if tensor is None or tensor.constant is None:
-        raise refuse(where, f"{what} is computed in the graph, allowed: a constant")
-    return tensor.constant
-
-
-def broadcast(shapes: Sequence[tuple[int, ...]], op: str, where: str) -> tuple[int, ...]:
-    """Return the shape that the operands of an elementwise operator spread to."""
-    try:
-        return tuple(int(n) for n in np.broadcast_shapes(*shapes))
-    except ValueError:
-        raise InputError(
-            f"{where}: operator {op} has operands of shapes {list(shapes)} that do not fit"
-        ) from None

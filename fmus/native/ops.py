@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .graph import Array, Step, Tensor, broadcast, constant_of, refuse
+from .tensors import Array, Step, Tensor, broadcast, constant_of, refuse
 
 #: What the expressions below call.
 PRELUDE = """\

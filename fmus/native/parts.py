@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from .emission import Writer
-from .graph import refuse
+from .tensors import refuse
 
 #: Statements of a part, and up to which a function stays in one piece.
 PART, WHOLE = 200, 600

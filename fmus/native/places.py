@@ -1,4 +1,4 @@
-"""Where the values of a graph stand in a C function: names, elements, buffers that are used again."""
+"""Storage of the values of a graph in a C function: names, elements, reused buffers."""
 
 from __future__ import annotations
 

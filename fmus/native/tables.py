@@ -9,9 +9,9 @@ import numpy as np
 
 from friction_models.loads import LOADS
 
+from ..interface.friction_source import FrictionSource
 from ..interface.quantities import FrictionInterface
-from ..targets.source import FrictionSource
-from .graph import Array
+from .tensors import Array
 
 
 def literal(value: float) -> str:

@@ -1,4 +1,4 @@
-"""TreeEnsemble -> the tables of lanes_trees.h; trees that are no trees are refused."""
+"""Tables of lanes_trees.h for a TreeEnsemble. Nodes that do not form trees raise InputError."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The model card as a page inside the FMU: documentation/index.html."""
+"""The model card as HTML inside the FMU: documentation/index.html."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of a friction FMU: what the model is, where it holds, and how to use it in a simulator."""
+"""HTML page of a friction FMU: the model, its range, and its use in a simulator."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 
 from friction_models.loads import LOADS, MU
 
+from ..interface.friction_source import FrictionSource
 from ..interface.quantities import FrictionInterface, bounds
 from ..interface.time_constants import fastest_time_constant, hint
 from ..native.platforms import PLATFORMS
-from ..targets.source import FrictionSource
 from .documentation import card_json, cell, html
 from .response_curves import legend, response_curves, short
 

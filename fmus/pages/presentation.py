@@ -1,4 +1,4 @@
-"""What an FMU shows besides its numbers: icon, terminal of the friction port, licence."""
+"""Icon, terminal of the friction port, and licence of an FMU."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from lxml import etree
 
 from friction_models.loads import LOADS, MU
 
-from ..targets.source import FrictionSource
+from ..interface.friction_source import FrictionSource
 
 #: One line for the attribute `license` of the model description.
 LICENCE = "wrapper: MIT; the model in it belongs to its author (documentation/licenses)"

@@ -10,9 +10,9 @@ import numpy as np
 
 from friction_models.loads import LOADS, FloatArray
 
+from ..interface.friction_source import FrictionSource
 from ..interface.quantities import USUAL, FrictionInterface
-from ..targets.reference_results import reference_run
-from ..targets.source import FrictionSource
+from ..source.reference_results import reference_run
 
 _POINTS = 61
 _WIDTH, _HEIGHT, _GAP = 186, 150, 16

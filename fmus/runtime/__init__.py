@@ -1,1 +1,1 @@
-"""FMUs at work: unpacked, loaded, isolated, called; friction FMUs of others as models."""
+"""The FMU runtime: FMUs are unpacked, loaded, isolated and called; friction FMUs serve as models."""

@@ -1,4 +1,4 @@
-"""A scalar FMU that runs once a contact point: to the master it is one component with vectors."""
+"""One FMU instance for each contact point, with the methods of one `Instance` whose variables are vectors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Failures that are not the user's input: a component that stops in the middle of a run."""
+"""Errors of a running co-simulation, and sentences for several problems at once."""
 
 from __future__ import annotations
 

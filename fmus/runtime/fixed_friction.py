@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +17,150 @@ from friction_models.loads.time_steps import rests, time_steps
 from friction_models.models.domain import Domain
 
 from ..archive.made_here import runs_apart
+from ..interface.friction_source import FrictionSource, parse_source
 from ..interface.quantities import vector
-from ..targets.source import parse_source
 from .running import FmuError, RunningFmu
 from .separate_process import Apart, Died
 from .unpacked import UnpackedFmu
 
 #: Most points of one evaluation of an FMU whose size can be chosen.
 _BLOCK = 1024
+
+
+class Evaluation:
+    """Outputs of a friction FMU at loads; its inputs are those of the contract.
+
+    Parameters
+    ----------
+    fmu : UnpackedFmu
+    inputs : sequence of str
+        Its variables of the five loads, one load after the other.
+    outputs : sequence of str
+        Its variables of mu.
+
+    Raises
+    ------
+    InputError
+        No co-simulation, or no contact point.
+    """
+
+    def __init__(self, fmu: UnpackedFmu, inputs: Sequence[str], outputs: Sequence[str]) -> None:
+        self.fmu = fmu
+        self.inputs, self.outputs = list(inputs), list(outputs)
+        if fmu.description.coSimulation is None:
+            raise InputError(f"{fmu.path}: the FMU offers no co-simulation, allowed: an FMU that does")
+        self.nodes = sum(fmu.length(n) for n in self.outputs)
+        if self.nodes < 1:
+            raise InputError(f"{fmu.path}: the FMU has no contact point, allowed: at least one")
+
+    @classmethod
+    def of_contract(cls, path: Path, folder: Path | None = None) -> Evaluation:
+        """Return the evaluation of an FMU with the variables of the contract; `folder` holds it where it is unpacked already."""
+        fmu = UnpackedFmu(path, folder)
+        names = fmu.friction()
+        return cls(fmu, [n for q in LOADS for n in names[q.name]], names["mu"])
+
+    def values(
+        self,
+        array: FloatArray,
+        times: tuple[FloatArray, FloatArray] | None,
+        start: dict[str, float],
+        outputs: list[str],
+    ) -> FloatArray:
+        """Return an output at points of a test, with their times and pauses, or at points without time."""
+        if times is None:
+            return self.at_once(array, start, outputs)
+        return self.in_steps(array, *times, start, outputs)
+
+    def at_once(self, array: FloatArray, start: dict[str, float], outputs: list[str]) -> FloatArray:
+        """Return an output at points that do not follow each other in time."""
+        mu = np.empty(len(array))
+        width = self._width(len(array))
+        with self._run(width, start) as fmu:
+            for first in range(0, len(array), width):
+                rows = np.minimum(np.arange(first, first + width), len(array) - 1)
+                values = self._evaluate(fmu, array[rows], outputs)
+                count = min(width, len(array) - first)
+                mu[first : first + count] = values[:count]
+        return mu
+
+    def in_steps(
+        self,
+        array: FloatArray,
+        t: FloatArray,
+        pause: FloatArray,
+        start: dict[str, float],
+        outputs: list[str],
+    ) -> FloatArray:
+        """Return an output all through one test; its memory starts fresh. Before a point the contact stood still for `pause` [s]."""
+        mu = np.empty(len(array))
+        width = self._width(1)
+        with self._run(width, start) as fmu:
+            for row in range(len(array)):
+                # The loads of a point act over the interval that ends there, then mu is read.
+                rows = np.tile(array[row], (width, 1))
+                if row:
+                    time = float(t[row - 1] - t[0])
+                    if pause[row] > 0.0:
+                        still = rows.copy()
+                        still[:, LOAD_NAMES.index("v_rel")] = 0.0
+                        self._write(fmu, still)
+                        fmu.step(time, float(pause[row]))
+                        time += float(pause[row])
+                    self._write(fmu, rows)
+                    fmu.step(time, float(t[row] - t[0]) - time)
+                mu[row] = self._evaluate(fmu, rows, outputs)[0]
+        return mu
+
+    def _width(self, count: int) -> int:
+        """Return how many points are evaluated at once: what fits best where the FMU lets us choose."""
+        if self.fmu.sizing is None:
+            return self.nodes
+        lower, upper = self.fmu.limits(self.fmu.sizing)
+        return max(lower, 1, min(count, _BLOCK if upper is None else upper, _BLOCK))
+
+    def _run(self, width: int, start: dict[str, float]) -> RunningFmu:
+        return RunningFmu(self.fmu, start=start, points=width if self.fmu.sizing is not None else None)
+
+    def _write(self, fmu: RunningFmu, rows: FloatArray) -> None:
+        fmu.set_real(self.inputs, rows.T.ravel())
+
+    def _evaluate(self, fmu: RunningFmu, rows: FloatArray, outputs: list[str]) -> FloatArray:
+        self._write(fmu, rows)
+        return fmu.get_real(outputs)
+
+
+class Elsewhere:
+    """The same evaluation in a process of its own, which starts with the first question and again after a crash.
+
+    Parameters
+    ----------
+    path : Path
+    make : callable
+        Makes the `Evaluation` of `path` with `arguments`. The folder among them stays that of this process: one that
+        crashes cannot tidy up.
+    """
+
+    def __init__(self, path: Path, make: Callable[..., Evaluation], *arguments: Any) -> None:
+        self._make = (make, path, *arguments)
+        self._path = path
+        self._apart: Apart | None = None
+
+    def values(self, *arguments: Any) -> FloatArray:
+        """Return what `Evaluation.values` returns there.
+
+        Raises
+        ------
+        FmuError
+            The FMU refuses a value, or ends its process.
+        """
+        if self._apart is None:
+            self._apart = Apart(*self._make, errors=(FmuError,))
+        try:
+            return np.asarray(self._apart.call("values", *arguments), dtype=float)
+        except Died as end:
+            self._apart = None
+            raise FmuError(f"{self._path}: {end}") from None
 
 
 class FmuModel:
@@ -40,8 +177,10 @@ class FmuModel:
         ``mu``: scalars, scalars named ``v_rel[1]`` ..., or arrays.
     isolate : bool, optional
         Run it in a process of its own, where a crash does no harm; by default where it was not made here (`made_here`).
-    folder : Path, optional
-        Where it is unpacked already.
+    make : callable
+        Makes the `Evaluation` of the file with `arguments`; one more argument is the folder it is unpacked in already.
+    *arguments
+        Of `make`.
 
     Raises
     ------
@@ -53,23 +192,26 @@ class FmuModel:
     is_fitted = True
 
     def __init__(
-        self, path: str | os.PathLike[str], isolate: bool | None = None, folder: Path | None = None
+        self,
+        path: str | os.PathLike[str],
+        isolate: bool | None = None,
+        make: Callable[..., Evaluation] = Evaluation.of_contract,
+        *arguments: Any,
     ) -> None:
         self.path = Path(path)
-        self._fmu = UnpackedFmu(self.path, folder)
-        self._elsewhere = Elsewhere(self, self.path) if runs_apart(self.path, isolate) else None
-        names = self._fmu.friction()
-        if self._fmu.description.coSimulation is None:
-            raise InputError(f"{self.path}: the FMU offers no co-simulation, allowed: an FMU that does")
-        self.nodes = sum(self._fmu.length(n) for n in names["mu"])
-        if self.nodes < 1:
-            raise InputError(f"{self.path}: the FMU has no contact point, allowed: at least one")
-        self._inputs = [n for q in LOADS for n in names[q.name]]
-        self._outputs = names["mu"]
+        apart = runs_apart(self.path, isolate)
+        self._evaluation = make(self.path, *arguments)
+        self._fmu = self._evaluation.fmu
+        self._elsewhere = Elsewhere(self.path, make, *arguments, self._fmu.folder) if apart else None
+        self.nodes = self._evaluation.nodes
         packed = self._fmu.folder / "resources" / "model.onnx"
-        self.source = parse_source(packed.read_bytes(), str(self.path)) if packed.is_file() else None
+        self.source = self._packed(packed) if packed.is_file() else None
         present = list(self._fmu.variables)
         self._bounds = [vector(present, n) for n in ("mu_low", "mu_high")]
+
+    def _packed(self, file: Path) -> FrictionSource | None:
+        """Return the model in the FMU."""
+        return parse_source(file.read_bytes(), str(self.path))
 
     @property
     def domain(self) -> Domain:
@@ -108,7 +250,7 @@ class FmuModel:
         FmuError
             The FMU refuses a value.
         """
-        return self._read(loads, self._outputs)
+        return self._read(loads, self._evaluation.outputs)
 
     @property
     def interval_level(self) -> float | None:
@@ -160,102 +302,9 @@ class FmuModel:
             mu[order[part]] = self._values(array[part], times, start, outputs)
         return mu
 
-    def _values(
-        self,
-        array: FloatArray,
-        times: tuple[FloatArray, FloatArray] | None,
-        start: dict[str, float],
-        outputs: list[str],
-    ) -> FloatArray:
-        """Return an output at points of a test, with their times and pauses, or at points without time."""
-        if self._elsewhere is not None:
-            return self._elsewhere.values(array, times, start, outputs)
-        if times is None:
-            return self._at_once(array, start, outputs)
-        return self._in_steps(array, *times, start, outputs)
-
-    def _at_once(self, array: FloatArray, start: dict[str, float], outputs: list[str]) -> FloatArray:
-        """Return an output at points that do not follow each other in time."""
-        mu = np.empty(len(array))
-        width = self._width(len(array))
-        with self._run(width, start) as fmu:
-            for first in range(0, len(array), width):
-                rows = np.minimum(np.arange(first, first + width), len(array) - 1)
-                values = self._evaluate(fmu, array[rows], outputs)
-                count = min(width, len(array) - first)
-                mu[first : first + count] = values[:count]
-        return mu
-
-    def _in_steps(
-        self,
-        array: FloatArray,
-        t: FloatArray,
-        pause: FloatArray,
-        start: dict[str, float],
-        outputs: list[str],
-    ) -> FloatArray:
-        """Return an output all through one test; its memory starts fresh. Before a point the contact stood still for `pause` [s]."""
-        mu = np.empty(len(array))
-        width = self._width(1)
-        with self._run(width, start) as fmu:
-            for row in range(len(array)):
-                # The loads of a point act over the interval that ends there, then mu is read.
-                rows = np.tile(array[row], (width, 1))
-                if row:
-                    time = float(t[row - 1] - t[0])
-                    if pause[row] > 0.0:
-                        still = rows.copy()
-                        still[:, LOAD_NAMES.index("v_rel")] = 0.0
-                        self._write(fmu, still)
-                        fmu.step(time, float(pause[row]))
-                        time += float(pause[row])
-                    self._write(fmu, rows)
-                    fmu.step(time, float(t[row] - t[0]) - time)
-                mu[row] = self._evaluate(fmu, rows, outputs)[0]
-        return mu
-
-    def _width(self, count: int) -> int:
-        """Return how many points are evaluated at once: what fits best where the FMU lets us choose."""
-        if self._fmu.sizing is None:
-            return self.nodes
-        lower, upper = self._fmu.limits(self._fmu.sizing)
-        return max(lower, 1, min(count, _BLOCK if upper is None else upper, _BLOCK))
-
-    def _run(self, width: int, start: dict[str, float]) -> RunningFmu:
-        return RunningFmu(self._fmu, start=start, points=width if self._fmu.sizing is not None else None)
-
-    def _write(self, fmu: RunningFmu, rows: FloatArray) -> None:
-        fmu.set_real(self._inputs, rows.T.ravel())
-
-    def _evaluate(self, fmu: RunningFmu, rows: FloatArray, outputs: list[str]) -> FloatArray:
-        self._write(fmu, rows)
-        return fmu.get_real(outputs)
-
-
-class Elsewhere:
-    """The same model in a process of its own, which starts with the first question and again after a crash."""
-
-    def __init__(self, model: FmuModel, *arguments: Any) -> None:
-        # The folder stays that of this process: one that crashes cannot tidy up.
-        self._make = (type(model), *arguments, False, model._fmu.folder)
-        self._path = model.path
-        self._apart: Apart | None = None
-
-    def values(self, *arguments: Any) -> FloatArray:
-        """Return what `FmuModel._values` returns there.
-
-        Raises
-        ------
-        FmuError
-            The FMU refuses a value, or ends its process.
-        """
-        if self._apart is None:
-            self._apart = Apart(*self._make, errors=(FmuError,))
-        try:
-            return np.asarray(self._apart.call("_values", *arguments), dtype=float)
-        except Died as end:
-            self._apart = None
-            raise FmuError(f"{self._path}: {end}") from None
+    def _values(self, *arguments: Any) -> FloatArray:
+        """Return what `Evaluation.values` returns, here or in another process."""
+        return (self._elsewhere or self._evaluation).values(*arguments)
 
 
 def read_friction_fmu(path: str | os.PathLike[str]) -> FmuModel:

@@ -1,4 +1,4 @@
-"""FMUs as the master sees them: variables by name and structured name, unpacked where they can run.
+"""Model descriptions of FMUs, read and checked, and FMUs unpacked to run.
 
 An FMU holds machine code, so running one means trusting its author. What is guarded (`fmus.archive.content`) is
 everything before that: paths that leave the folder, archives that swell, XML that expands.
@@ -10,17 +10,21 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from lxml import etree
+
 from friction_models.common import InputError, unknown_name
 from friction_models.loads import LOADS, MU
 
+from ..archive.content import read_description, read_member
+from ..archive.content import unpack as unpack_archive
+from .c_interface.slave import library_in
 from .fmu_variables import Variable, expand, sizing_parameter
 
-VERSIONS = ("2.0", "3.0")
 #: Where a friction FMU holds its model card, and how large a card may be.
 CARD, MAX_CARD_BYTES = "documentation/card.json", 4_000_000
 
@@ -131,8 +135,6 @@ class FmuDescription:
         """Whether the FMU says of itself (in its model card) that it was trained on synthetic data."""
         from friction_models.models.model_card import trained_on_synthetic
 
-        from ..archive.content import read_member
-
         try:
             return trained_on_synthetic(json.loads(read_member(self.path, CARD, MAX_CARD_BYTES)))
         except (InputError, ValueError, RecursionError):
@@ -143,23 +145,56 @@ class FmuDescription:
         """Hash of the archive."""
         return file_hash(self.path)
 
-    def binaries(self) -> list[str]:
-        """Return where the binary for this machine may lie in the archive, likeliest first."""
-        from fmpy import platform, platform_tuple, sharedLibraryExtension
-
-        # FMI 2.0.4 names other processors as FMI 3.0 does; older FMUs put them into the folder of the system.
-        x86 = platform_tuple.startswith("x86")
-        folders = [platform, platform_tuple] if x86 else [platform_tuple, platform]
-        if self.version == "3.0":
-            folders = [platform_tuple]
-        name = self.raw.coSimulation.modelIdentifier + sharedLibraryExtension
-        return [f"binaries/{folder}/{name}" for folder in folders]
-
 
 def file_hash(path: str | os.PathLike[str]) -> str:
     """Return the SHA-256 of a file as hexadecimal text."""
     with Path(path).open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def read_model(path: Path) -> tuple[etree._Element, Any]:
+    """Read modelDescription.xml of an FMU that nobody has looked at yet.
+
+    Returns
+    -------
+    root : Element
+        Root of the file.
+    raw : object
+        fmpy's model description.
+
+    Raises
+    ------
+    InputError
+        No such file, not an archive, a hostile or damaged archive, neither FMI 2.0 nor 3.0, neither co-simulation
+        nor model exchange, a description that fmpy cannot use.
+    """
+    root = read_description(path)
+    version = str(root.get("fmiVersion"))
+    # FMI 3.1 and later minor versions promise to stay readable for importers of 3.0.
+    if version != "2.0" and not re.fullmatch(r"3\.\d+", version):
+        raise InputError(f"{path}: FMI version {version[:20]!r}, allowed: '2.0', '3.0'")
+    from fmpy import read_model_description
+
+    try:
+        raw: Any = read_model_description(str(path), validate=False)
+    except Exception as error:  # fmpy raises plain exceptions
+        raise _not_valid(path, version, error) from None
+    interfaces = [i for i in (raw.coSimulation, raw.modelExchange) if i is not None]
+    if not interfaces:
+        raise InputError(
+            f"{path}: the FMU offers neither co-simulation nor model exchange, allowed: one of them"
+        )
+    for identifier in (str(i.modelIdentifier) for i in interfaces):
+        # It becomes part of a path.
+        if not re.fullmatch(r"[A-Za-z_]\w{0,199}", identifier, flags=re.ASCII):
+            raise InputError(f"{path}: modelIdentifier {identifier[:60]!r}, allowed: a name as in C")
+    for variable in raw.modelVariables:
+        if not 0 <= int(variable.valueReference) < 2**32:
+            raise InputError(
+                f"{path}: variable {str(variable.name)[:60]!r} has value reference {variable.valueReference}, "
+                f"allowed: 0 to {2**32 - 1}"
+            )
+    return root, raw
 
 
 def describe(path: str | os.PathLike[str]) -> FmuDescription:
@@ -168,41 +203,20 @@ def describe(path: str | os.PathLike[str]) -> FmuDescription:
     Raises
     ------
     InputError
-        No such file, not an archive, a hostile or damaged archive, not FMI 2.0 or 3.0 co-simulation.
+        What `read_model` refuses; no co-simulation; a variable whose type, shape or start value cannot be used.
     """
-    from ..archive.content import read_description
-
     file = Path(path)
-    version = read_description(file).get("fmiVersion") or ""
-    # FMI 3.1 and later minor versions promise to stay readable for importers of 3.0.
-    if version != "2.0" and not re.fullmatch(r"3\.\d+", version):
-        raise InputError(f"{file}: FMI version {version!r}, allowed: {', '.join(VERSIONS)}")
+    _, raw = read_model(file)
+    if raw.coSimulation is None:
+        raise InputError(
+            f"{file}: the FMU offers no co-simulation, allowed: FMI {raw.fmiVersion} for co-simulation"
+        )
     try:
-        from fmpy.model_description import read_model_description
-
-        raw = read_model_description(str(file), validate=False)
-        if raw.coSimulation is not None:
-            variables, arrays = expand(file, raw, {})
+        return FmuDescription(file, raw, *expand(file, raw, {}))
     except InputError:
         raise
-    except Exception as error:
-        raise InputError(
-            f"{file}: modelDescription.xml is not valid FMI {version} ({_first_line(error)})"
-        ) from None
-    if raw.coSimulation is None:
-        raise InputError(f"{file}: the FMU offers no co-simulation, allowed: FMI {version} for co-simulation")
-    identifier = str(raw.coSimulation.modelIdentifier)
-    if not re.fullmatch(r"[A-Za-z_]\w{0,199}", identifier, flags=re.ASCII):
-        raise InputError(
-            f"{file}: modelIdentifier {identifier[:60]!r} is no name of a binary, allowed: a C name"
-        )
-    for variable in raw.modelVariables:
-        if not 0 <= int(variable.valueReference) < 2**32:
-            raise InputError(
-                f"{file}: variable {str(variable.name)[:60]!r} has value reference {variable.valueReference}, "
-                f"allowed: 0 to {2**32 - 1}"
-            )
-    return FmuDescription(file, raw, variables, arrays)
+    except Exception as error:  # sizes and start values that are no numbers
+        raise _not_valid(file, raw.fmiVersion, error) from None
 
 
 def unpack(description: FmuDescription, folder: Path) -> Path:
@@ -215,11 +229,9 @@ def unpack(description: FmuDescription, folder: Path) -> Path:
     """
     from fmpy import platform, platform_tuple
 
-    from ..archive.content import unpack as extract
-
     file = description.path
-    extract(file, folder)
-    if not any((folder / place).is_file() for place in description.binaries()):
+    unpack_archive(file, folder)
+    if not library_in(folder, description.raw).is_file():
         wanted = platform if description.version == "2.0" else platform_tuple
         present = sorted(p.name for p in (folder / "binaries").glob("*") if p.is_dir())
         raise InputError(
@@ -233,6 +245,8 @@ def _whole(text: str | None, otherwise: int) -> int:
     return int(text) if text is not None and re.fullmatch(r"-?\d{1,20}", text) else otherwise
 
 
-def _first_line(error: BaseException) -> str:
-    lines: Iterable[str] = str(error).strip().splitlines()
-    return next(iter(lines), type(error).__name__)
+def _not_valid(path: Path, version: str, error: Exception) -> InputError:
+    lines = str(error).strip().splitlines()
+    return InputError(
+        f"{path}: modelDescription.xml is not valid FMI {version} ({lines[0][:200] if lines else type(error).__name__})"
+    )

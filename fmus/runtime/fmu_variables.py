@@ -1,4 +1,4 @@
-"""Variables of an FMU as a master sees them: the elements of FMI 2.0 structured names and of FMI 3.0 arrays."""
+"""Scalar variables of an FMU: elements of FMI 2.0 structured names and of FMI 3.0 arrays."""
 
 from __future__ import annotations
 
@@ -113,6 +113,11 @@ def expand(
             indexed.setdefault(base, []).append((index, variable))
     arrays = {base: [v for _, v in sorted(found, key=_index)] for base, found in indexed.items()}
     return variables, arrays
+
+
+def exchange_type(kind: str, version3: bool) -> str:
+    """Return what get and set functions call a type of the model description; empty for one that is not exchanged."""
+    return (_TYPES3 if version3 else _TYPES2).get(kind, ("", ""))[1]
 
 
 def integer_limits(exchange: str) -> tuple[int, int]:

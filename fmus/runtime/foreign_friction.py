@@ -1,4 +1,4 @@
-"""Friction FMUs that others made, as models: other names and units, one point or many, with or without delay."""
+"""Friction FMUs of other generators as friction models: other names and units, one or many points, with or without delay."""
 
 from __future__ import annotations
 
@@ -11,15 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from fmus import FmuModel
 from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES, FloatArray
 from friction_models.models.domain import Domain
 
 from ..archive.content import read_archive
-from ..archive.made_here import runs_apart
-from ..targets.source import parse_source
-from .fixed_friction import Elsewhere
+from ..interface.friction_source import FrictionSource, parse_source
+from .fixed_friction import Evaluation, FmuModel
 from .fmu_files import describe
 from .friction_names import FrictionNames, entries_by_model
 from .running import FmuError, RunningFmu
@@ -135,112 +133,71 @@ def foreign_names(
         return FrictionNames.of(described, entry or {})
 
 
-class ForeignFmu(FmuModel):
-    """A friction FMU of another generator.
+class ForeignEvaluation(Evaluation):
+    """Outputs of a friction FMU with names, units and habits of its own.
 
-    Loads are converted to its units. Points of a data set without time are each evaluated from the start state
-    where the FMU can save it. An FMU whose outputs follow its inputs only after a step is given a short one.
+    Points of a data set without time are each evaluated from the start state where the FMU can save it. An FMU whose
+    outputs follow its inputs only after a step is given a short one.
 
     Parameters
     ----------
-    path : path-like
-        FMU for co-simulation, FMI 2.0 or 3.0.
+    path : Path
     names : FrictionNames
         Its variables.
-    isolate, folder
-        As of `FmuModel`.
-
-    Raises
-    ------
-    InputError
-        No co-simulation, no binary for this platform, variables of another type, no contact point, or an FMU that
-        does not answer ordinary loads.
+    folder : Path, optional
+        Where it is unpacked already.
     """
 
-    def __init__(
-        self,
-        path: str | os.PathLike[str],
-        names: FrictionNames,
-        isolate: bool | None = None,
-        folder: Path | None = None,
-    ) -> None:
-        from fmus.user_onnx.units import conversion
+    def __init__(self, path: Path, names: FrictionNames, folder: Path | None = None) -> None:
+        from ..user_onnx.units import conversion
 
-        self.path = Path(path)
+        fmu = UnpackedFmu(path, folder)
+        variables = {load: fmu.elements(name) for load, (name, _) in names.loads.items()}
+        inputs, outputs = [n for parts in variables.values() for n in parts], fmu.elements(names.mu)
+        for name in (*inputs, *outputs):
+            kind = fmu.variables[name].type
+            if kind != fmu.real:
+                raise InputError(f"{path}: variable {name!r} is of type {kind}, allowed: {fmu.real}")
+        super().__init__(fmu, inputs, outputs)
         self.names = names
-        self.source = None
-        self._fmu = UnpackedFmu(self.path, folder)
-        self._domain = _recorded_domain(self._fmu.folder / MODEL)
-        self._outputs = self._fmu.elements(names.mu)
-        self._bounds = [[], []]
-        variables = {load: self._fmu.elements(name) for load, (name, _) in names.loads.items()}
-        self._inputs = [n for parts in variables.values() for n in parts]
-        for name in (*self._inputs, *self._outputs):
-            kind = self._fmu.variables[name].type
-            if kind != self._fmu.real:
-                raise InputError(
-                    f"{self.path}: variable {name!r} is of type {kind}, allowed: {self._fmu.real}"
-                )
-        self.nodes = sum(self._fmu.length(n) for n in self._outputs)
-        if self.nodes < 1:
-            raise InputError(f"{self.path}: the FMU has no contact point, allowed: at least one")
         if set(LOAD_NAMES) != set(variables) or any(name != load for load, (name, _) in names.loads.items()):
-            self._fmu.sizing = None  # arrays under other names keep their length
+            fmu.sizing = None  # arrays under other names keep their length
         self._columns = [LOAD_NAMES.index(load) for load in variables]
         units = [conversion(q, u, str(path)) if u else (1.0, 0.0) for q, (_, u) in names.loads.items()]
         self._factors, self._offsets = np.array([f for f, _ in units]), np.array([o for _, o in units])
-        self._saves = self._fmu.claims("canGetAndSetFMUState")
-        experiment = self._fmu.description.defaultExperiment
-        try:
-            self._short = float(experiment.stepSize)
-        except (AttributeError, TypeError, ValueError):
-            self._short = _SHORT
-        if not 0.0 < self._short < 1.0:
-            self._short = _SHORT
-        # In another process the same questions are asked there, when it starts.
-        self._elsewhere = Elsewhere(self, self.path, names) if runs_apart(self.path, isolate) else None
-        if self._elsewhere is not None:
-            self._elsewhere.values(np.empty((0, len(LOAD_NAMES))), None, {}, self._outputs)
-            return
-        try:
-            self._late = self._answers_late()
-        except FmuError as error:
-            raise InputError(f"{self.path}: the FMU refuses ordinary loads ({error})") from None
+        self._saves = fmu.claims("canGetAndSetFMUState")
+        self._short = _short_step(fmu)
+        self._late: bool | None = None
 
-    @property
-    def domain(self) -> Domain:
-        """The trained domain where the FMU holds a model of ours; another generator does not say: the physical limits."""
-        return self._domain
-
-    @property
-    def needed_loads(self) -> tuple[str, ...]:
-        """The loads that enter the FMU."""
-        return tuple(n for n in LOAD_NAMES if n in self.names.loads)
-
-    def remark(self) -> str:
-        """Return which loads do not enter and which inputs stay as they are; empty where all loads enter."""
-        missing = [load for load in LOAD_NAMES if load not in self.names.loads]
-        if not missing:
-            return ""
-        inputs = {n for n, v in self._fmu.variables.items() if v.causality == "input"}
-        free = [f"{n} stays at {v}" for n, v in self.names.start.items() if n in inputs]
-        verb = "does" if len(missing) == 1 else "do"
-        return "; ".join([f"{self.path}: {', '.join(missing)} {verb} not enter it", *free])
+    def values(
+        self,
+        array: FloatArray,
+        times: tuple[FloatArray, FloatArray] | None,
+        start: dict[str, float],
+        outputs: list[str],
+    ) -> FloatArray:
+        """Return an output as `Evaluation` does; without points only find out whether the FMU answers after a step."""
+        if self._late is None:
+            try:
+                self._late = self._answers_late()
+            except FmuError as error:
+                raise InputError(f"{self.fmu.path}: the FMU refuses ordinary loads ({error})") from None
+        return super().values(array, times, start, outputs) if len(array) else np.empty(0)
 
     def _answers_late(self) -> bool:
         """Return whether mu follows the loads only after a step."""
         first, second = (np.tile(p, (max(self._width(1), 1), 1)) for p in _PROBES)
         with self._run(self._width(1), {}) as fmu:
-            before = self._evaluate(fmu, first, self._outputs)
-            now = self._evaluate(fmu, second, self._outputs)
+            before = self._evaluate(fmu, first, self.outputs)
+            now = self._evaluate(fmu, second, self.outputs)
             if not np.array_equal(before, now):
                 return False
             fmu.step(0.0, self._short)
-            return not np.array_equal(now, fmu.get_real(self._outputs))
+            return not np.array_equal(now, fmu.get_real(self.outputs))
 
-    def _at_once(self, array: FloatArray, start: dict[str, float], outputs: list[str]) -> FloatArray:
+    def at_once(self, array: FloatArray, start: dict[str, float], outputs: list[str]) -> FloatArray:
         if not self._late and not self._saves:
-            return super()._at_once(array, start, outputs)
+            return super().at_once(array, start, outputs)
         mu = np.empty(len(array))
         width = self._width(len(array))
         with self._run(width, start) as fmu:
@@ -262,26 +219,88 @@ class ForeignFmu(FmuModel):
                 fmu.release(fresh)
         return mu
 
-    def _in_steps(
+    def in_steps(
         self, array: FloatArray, t: FloatArray, pause: FloatArray, start: dict[str, float], outputs: list[str]
     ) -> FloatArray:
-        mu = super()._in_steps(array, t, pause, start, outputs)
+        mu = super().in_steps(array, t, pause, start, outputs)
         if self._late and len(mu):  # the first point is read before any step
-            mu[:1] = self._at_once(array[:1], start, outputs)
+            mu[:1] = self.at_once(array[:1], start, outputs)
         return mu
 
     def _run(self, width: int, start: dict[str, float]) -> RunningFmu:
         values: dict[str, Any] = {}
         for name, value in {**self.names.start, **start}.items():
-            parts = [name] if name in self._fmu.variables else self._fmu.elements(name)
+            parts = [name] if name in self.fmu.variables else self.fmu.elements(name)
             several = len(parts) > 1 and isinstance(value, list)
             values |= dict(zip(parts, value)) if several else dict.fromkeys(parts, value)
-        points = width if self._fmu.sizing is not None else None
-        return RunningFmu(self._fmu, start=values, points=points)
+        points = width if self.fmu.sizing is not None else None
+        return RunningFmu(self.fmu, start=values, points=points)
 
     def _write(self, fmu: RunningFmu, rows: FloatArray) -> None:
         values = rows[:, self._columns] * self._factors + self._offsets
-        fmu.set_real(self._inputs, values.T.ravel())
+        fmu.set_real(self.inputs, values.T.ravel())
+
+
+class ForeignFmu(FmuModel):
+    """A friction FMU of another generator; see `ForeignEvaluation`.
+
+    Parameters
+    ----------
+    path : path-like
+        FMU for co-simulation, FMI 2.0 or 3.0.
+    names : FrictionNames
+        Its variables.
+    isolate
+        As of `FmuModel`.
+
+    Raises
+    ------
+    InputError
+        No co-simulation, no binary for this platform, variables of another type, no contact point, or an FMU that
+        does not answer ordinary loads.
+    """
+
+    def __init__(
+        self, path: str | os.PathLike[str], names: FrictionNames, isolate: bool | None = None
+    ) -> None:
+        super().__init__(path, isolate, ForeignEvaluation, names)
+        self.names = names
+        self._domain = _recorded_domain(self._fmu.folder / MODEL)
+        self._bounds = [[], []]
+        self._values(np.empty((0, len(LOAD_NAMES))), None, {}, self._evaluation.outputs)
+
+    def _packed(self, file: Path) -> FrictionSource | None:
+        """Return nothing: the variables of the FMU need not be those of a model inside it."""
+        return None
+
+    @property
+    def domain(self) -> Domain:
+        """The trained domain where the FMU holds a model of ours; another generator does not say: the physical limits."""
+        return self._domain
+
+    @property
+    def needed_loads(self) -> tuple[str, ...]:
+        """The loads that enter the FMU."""
+        return tuple(n for n in LOAD_NAMES if n in self.names.loads)
+
+    def remark(self) -> str:
+        """Return which loads do not enter and which inputs stay as they are; empty where all loads enter."""
+        missing = [load for load in LOAD_NAMES if load not in self.names.loads]
+        if not missing:
+            return ""
+        inputs = {n for n, v in self._fmu.variables.items() if v.causality == "input"}
+        free = [f"{n} stays at {v}" for n, v in self.names.start.items() if n in inputs]
+        verb = "does" if len(missing) == 1 else "do"
+        return "; ".join([f"{self.path}: {', '.join(missing)} {verb} not enter it", *free])
+
+
+def _short_step(fmu: UnpackedFmu) -> float:
+    """Return a step that lets an FMU answer [s]."""
+    try:
+        step = float(fmu.description.defaultExperiment.stepSize)
+    except (AttributeError, TypeError, ValueError):
+        return _SHORT
+    return step if 0.0 < step < 1.0 else _SHORT
 
 
 def _recorded_domain(model: Path) -> Domain:

@@ -1,4 +1,4 @@
-"""What the variables of a friction FMU that others made are called, and in which units they are."""
+"""Variable names and units of friction FMUs that other generators made."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class FrictionNames:
         for key in entry:
             if key not in (*LOAD_NAMES, MU.name, "set"):
                 raise unknown_name("key", str(key), (*LOAD_NAMES, MU.name, "set"), where)
-        from fmus.user_onnx.units import conversion
+        from ..user_onnx.units import conversion
 
         loads: dict[str, tuple[str, str]] = {}
         lengths: set[int] = set()

@@ -1,4 +1,4 @@
-"""One running FMU: what is exchanged every step passes through buffers and calls that were prepared once."""
+"""One running FMU of a co-simulation. Buffers and calls of a step are prepared once, because steps must be fast."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Any
 
 from friction_models.common import InputError
 
-from .c_functions import DISCARD, WARNING, CallFailed, Slave, load
+from .c_interface import Slave, load
+from .c_interface.slave import DISCARD, WARNING, CallFailed
 from .errors import SimulationEnded, SimulationError
 from .fmu_files import FmuDescription
 from .fmu_variables import Variable
 from .messages import Messages
 from .ports import Port
-from .running import offer_interpreter
 
 #: Name, function and arguments of a prepared call.
 _Call = tuple[str, Any, tuple[Any, ...]]
@@ -65,12 +65,12 @@ class Instance:
         self._parts = parts
         self._messages = Messages(name, self.log)
         self._running = False
-        self._slave: Slave = load(description, unpacked)
+        self._slave: Slave = load(description.path, description.raw, unpacked)
         # FMI 2.0 messages are formats, those of FMI 3.0 plain text.
         formats = description.version == "2.0"
-        offer_interpreter()
         try:
             self._slave.instantiate(name, lambda status, text: self._messages.receive(status, text, formats))
+            self._configure(description)
         except InputError:
             self._slave.free()
             raise
@@ -83,6 +83,17 @@ class Instance:
         self._now, self._size = self._slave.now, self._slave.size
         self._inputs = self._outputs = Port([])
         self._step = self._bound(self._inputs, self._outputs)
+
+    def _configure(self, description: FmuDescription) -> None:
+        """Set the structural parameters (FMI 3.0) that differ from their start values."""
+        chosen = description.structural()
+        if not chosen:
+            return
+        port = Port([variable for variable, _ in chosen])
+        port.values[:] = [value for _, value in chosen]
+        self._slave.call("EnterConfigurationMode")
+        self._set(port)
+        self._slave.call("ExitConfigurationMode")
 
     def _failure(self, call: str, at: float, error: BaseException) -> SimulationError:
         self._running = False

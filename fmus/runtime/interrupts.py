@@ -1,4 +1,4 @@
-"""Ctrl-C while FMUs run: noted at once, acted upon between two steps, or soon where the FMU has a process of its own.
+"""Ctrl-C during a co-simulation: the run stops between two steps, or soon where the FMU has a process of its own.
 
 An interrupt that is raised wherever the program happens to be may be raised inside an FMU: in a function that it calls back,
 where it is lost, or in the Python code of a Python FMU, which then fails for no reason of its own.

@@ -1,4 +1,4 @@
-"""A component in a process of its own: to the master it is an instance as any other."""
+"""An FMU instance in a separate process, with the methods of `Instance`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an FMU logs, kept apart by instance."""
+"""Log messages of one FMU instance."""
 
 from __future__ import annotations
 

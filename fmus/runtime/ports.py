@@ -1,4 +1,4 @@
-"""Ports: sets of variables of one FMU that are exchanged in one call a type, in buffers made once."""
+"""Ports: sets of variables of one FMU that are read or written together."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from friction_models.loads import FloatArray
 from .fmu_variables import Variable
 
 #: How values of a type lie in memory, by the name that FMI's get and set functions give the type.
-_C_TYPES: dict[str, Any] = {
+C_TYPES: dict[str, Any] = {
     "fmi2Real": c_double,
     "fmi2Integer": c_int,
     "fmi2Boolean": c_int,
@@ -102,7 +102,7 @@ class Port:
                 offsets[variable.reference] = len(starts)
                 starts += variable.starts
         places = [offsets[self.variables[i].reference] + self.variables[i].element for i in rows]
-        kind = _C_TYPES[exchange]
+        kind = C_TYPES[exchange]
         own = kind is c_double and places == list(range(len(starts))) and rows == places
         whole = own and len(rows) == len(self.variables)
         # No copy where the values are the buffer: the FMU reads and writes the array itself.

@@ -1,31 +1,31 @@
-"""One co-simulation FMU (FMI 2.0 or 3.0) loaded through fmpy, with its messages; for checks and for reading friction."""
+"""One running FMU whose variables are read and set by name, for checks and for friction models. A master uses `Instance`."""
 
 from __future__ import annotations
 
-import os
 import re
-import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from ctypes import c_double, c_size_t, c_uint
 from types import TracebackType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from friction_models.common import InputError, unknown_name
 from friction_models.loads import FloatArray
 
+from .c_interface import load
+from .fmu_variables import exchange_type
+from .ports import C_TYPES
 from .unpacked import UnpackedFmu
 
 __all__ = ["FmuError", "RunningFmu", "UnpackedFmu"]
 
+_REAL = {"Real", "Float64", "Float32"}
+_T = TypeVar("_T")
+
 
 class FmuError(RuntimeError):
     """An FMU refused a call; the message is the one it logged."""
-
-
-def offer_interpreter() -> None:
-    """Let solver FMUs that start Python as a process find this interpreter, unless the user chose one."""
-    os.environ.setdefault("TRIBOFMU_PYTHON", sys.executable)
 
 
 class RunningFmu:
@@ -54,7 +54,7 @@ class RunningFmu:
         self,
         fmu: UnpackedFmu,
         name: str = "friction",
-        start: dict[str, Any] | None = None,
+        start: Mapping[str, Any] | None = None,
         points: int | None = None,
     ) -> None:
         self.fmu = fmu
@@ -68,178 +68,172 @@ class RunningFmu:
             values[fmu.sizing] = points
         self.sizes = {n: int(v) for n, v in values.items() if fmu.is_structural(n)}
         self._three = fmu.version == "3.0"
+        self._set_real, self._get_real = f"Set{fmu.real}", f"Get{fmu.real}"
+        #: References and their number as C values, by names.
+        self._prepared: dict[tuple[str, ...], tuple[Any, c_size_t]] = {}
         description = fmu.description
         if description.coSimulation is None:
             raise InputError(f"{fmu.path}: the FMU offers no co-simulation, allowed: an FMU that does")
-        offer_interpreter()
         try:
-            self.slave: Any = _slave(fmu, name)
-        except Exception as error:
-            reason = " ".join(str(error).replace(str(fmu.folder), "").split())[:200]
+            self.slave = load(fmu.path, description, fmu.folder)
+        except InputError as error:
+            reason = str(error).replace(f"{fmu.path}: ", "").replace(str(fmu.folder), "")[:200]
             raise InputError(
                 f"{fmu.path}: no binary for this platform that can be loaded ({reason})"
             ) from None
         try:
-            self._start(values)
+            self._start(name, values)
         except BaseException:
-            self._unload()
+            self.close()
             raise
 
-    def _start(self, values: dict[str, Any]) -> None:
+    def _start(self, name: str, values: Mapping[str, Any]) -> None:
         structure = {n: v for n, v in values.items() if n in self.sizes}
         others = {n: v for n, v in values.items() if n not in self.sizes}
-        # PythonFMU passes messages on only with logging switched on.
-        if self._three:
-            self._call(self.slave.instantiate, logMessage=self._logger3(), loggingOn=True)
-            if structure:
-                self._call(self.slave.enterConfigurationMode)
-                self.set(structure)
-                self._call(self.slave.exitConfigurationMode)
-            self.set(others)
-            self._call(self.slave.enterInitializationMode, startTime=0.0)
-        else:
-            self._call(self.slave.instantiate, callbacks=self._callbacks2(), loggingOn=True)
-            self._call(self.slave.setupExperiment, startTime=0.0)
-            self.set(others)
-            self._call(self.slave.enterInitializationMode)
-        self._call(self.slave.exitInitializationMode)
+        self._asked(self.slave.instantiate, name, lambda _status, text: self._note(text))
+        if structure:
+            self.call("EnterConfigurationMode")
+            self.set(structure)
+            self.call("ExitConfigurationMode")
+        self.set(others)
+        self._initialize()
 
-    # Not through fmpy's formatting proxy: it has one receiver a process, the instance created last.
-    def _callbacks2(self) -> Any:
-        from fmpy import calloc, fmi2, free
-
-        def logger(_env: Any, _name: bytes, _status: int, _category: bytes, message: bytes) -> None:
-            self._note(message)
-
-        self._callbacks = fmi2.fmi2CallbackFunctions()
-        self._callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(logger)
-        self._callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
-        self._callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(free)
-        return self._callbacks
-
-    def _logger3(self) -> Any:
-        def logger(_env: Any, _status: int, _category: bytes, message: bytes) -> None:
-            self._note(message)
-
-        return logger
+    def _initialize(self) -> None:
+        self._asked(self.slave.enter_initialization)
+        self._asked(self.slave.exit_initialization)
 
     def _note(self, message: bytes | None) -> None:
         # An FMU that logs without end must not fill the memory.
         if len(self.log) < 10_000:
             self.log.append((message or b"")[:2000].decode("utf-8", "replace").strip())
 
-    def _call(self, function: Any, *arguments: Any, **named: Any) -> Any:
+    def _asked(self, function: Callable[..., _T], *arguments: Any) -> _T:
+        """Return what a function of the slave returns; a refusal becomes `FmuError` with the FMU's own words."""
         seen = len(self.log)
         try:
-            return function(*arguments, **named)
+            return function(*arguments)
+        except InputError:
+            raise
         except Exception as error:
             own = [_plain(line) for line in self.log[seen:] if line]
             raise FmuError(own[-1] if own else " ".join(str(error).split())) from None
+
+    def call(self, name: str, *arguments: Any) -> None:
+        """Call a C function of the instance, its name without prefix, with ctypes objects."""
+        self._asked(self.slave.call, name, *arguments)
 
     def count(self, names: Sequence[str]) -> int:
         """Return how many values the variables hold together, arrays at their present size."""
         return sum(self.fmu.length(n, self.sizes) for n in names)
 
-    def set(self, values: dict[str, Any]) -> None:
+    def set(self, values: Mapping[str, Any]) -> None:
         """Set variables by name, arrays element by element."""
         for name, value in values.items():
             variable = self.fmu.variables.get(name)
             if variable is None:
                 raise unknown_name("variable", name, self.fmu.variables, str(self.fmu.path))
-            setter = getattr(self.slave, f"set{variable.type}", None)
-            if setter is None:
+            exchange = exchange_type(variable.type, self._three)
+            items = np.ravel(value).tolist() if np.ndim(value) else [value]
+            if variable.type == "String" and len(items) == 1:
+                self._asked(self.slave.set_string, int(variable.valueReference), str(items[0]))
+                continue
+            if exchange not in C_TYPES:
                 raise InputError(
                     f"{self.fmu.path}: variable {name!r} of type {variable.type} cannot be set here"
                 )
             convert = float if variable.type in _REAL else bool if variable.type == "Boolean" else int
-            items = np.ravel(value).tolist() if np.ndim(value) else [value]
-            self._call(setter, [variable.valueReference], [convert(v) for v in items])
+            buffer = (C_TYPES[exchange] * len(items))(*(convert(v) for v in items))
+            self._exchange(f"Set{exchange[4:]}", [name], buffer, len(items))
 
     def set_real(self, names: Sequence[str], values: FloatArray) -> None:
         """Set floating-point variables; the values of an array follow each other."""
-        if not names:
-            return
-        setter = self.slave.setFloat64 if self._three else self.slave.setReal
-        self._call(setter, self._references(names), np.asarray(values, dtype=float).ravel().tolist())
+        if names:
+            buffer = np.array(values, dtype=float).ravel()
+            self._exchange(self._set_real, names, (c_double * len(buffer)).from_buffer(buffer), len(buffer))
 
     def get_real(self, names: Sequence[str]) -> FloatArray:
         """Return floating-point variables; the values of an array follow each other."""
-        if not names:
-            return np.empty(0)
-        references = self._references(names)
-        if not self._three:
-            return np.array(self._call(self.slave.getReal, references))
-        return np.array(self._call(self.slave.getFloat64, references, self.count(names)))
+        buffer = np.zeros(self.count(names) if self._three else len(names))
+        if names:
+            self._exchange(self._get_real, names, (c_double * len(buffer)).from_buffer(buffer), len(buffer))
+        return buffer
 
     def get_boolean(self, name: str) -> bool:
         """Return a Boolean variable."""
-        return bool(self._call(self.slave.getBoolean, self._references([name]))[0])
+        buffer = (C_TYPES["fmi3Boolean" if self._three else "fmi2Boolean"] * 1)()
+        self._exchange("GetBoolean", [name], buffer, 1)
+        return bool(buffer[0])
+
+    def _exchange(self, function: str, names: Sequence[str], buffer: Any, count: int) -> None:
+        references = self._references(names)
+        sizes = (c_size_t(count),) if self._three else ()
+        self.call(
+            function, (c_uint * len(references))(*references), c_size_t(len(references)), buffer, *sizes
+        )
 
     def derivative(self, unknowns: Sequence[str], knowns: Sequence[str], seed: FloatArray) -> FloatArray:
         """Return the directional derivatives of `unknowns` along `seed`, one number a value of `knowns`."""
-        arguments = (self._references(unknowns), self._references(knowns), np.ravel(seed).tolist())
-        if self._three:
-            return np.array(self._call(self.slave.getDirectionalDerivative, *arguments, self.count(unknowns)))
-        return np.array(self._call(self.slave.getDirectionalDerivative, *arguments))
+        return self._derivatives("GetDirectionalDerivative", unknowns, knowns, seed, unknowns)
 
     def adjoint(self, unknowns: Sequence[str], knowns: Sequence[str], seed: FloatArray) -> FloatArray:
         """Return the adjoint derivatives (FMI 3.0) for `seed`, one number a value of `unknowns`."""
-        arguments = (self._references(unknowns), self._references(knowns), np.ravel(seed).tolist())
-        return np.array(self._call(self.slave.getAdjointDerivative, *arguments, self.count(knowns)))
+        return self._derivatives("GetAdjointDerivative", unknowns, knowns, seed, knowns)
+
+    def _derivatives(
+        self,
+        function: str,
+        unknowns: Sequence[str],
+        knowns: Sequence[str],
+        seed: FloatArray,
+        found: Sequence[str],
+    ) -> FloatArray:
+        count = self.count(found) if self._three else len(found)
+        references = self._references(unknowns), self._references(knowns)
+        return np.array(
+            self._asked(self.slave.derivatives, function, *references, np.ravel(seed).tolist(), count)
+        )
 
     def step(self, time: float, size: float) -> None:
-        """Make a communication step."""
-        if not self._three:
-            self._call(self.slave.doStep, time, size)
-            return
-        _, terminate, early, reached = self._call(self.slave.doStep, time, size, False)
-        if terminate or (early and reached < time + size):
+        """Make a communication step; states that were saved before may be restored after it."""
+        slave = self.slave
+        slave.now.value, slave.size.value = time, size
+        function, arguments = slave.advance(keeps_older_states=True)
+        self._asked(lambda: slave.passed("DoStep", function(*arguments)))
+        reached = slave.reached.value
+        if slave.wants_to_end or (slave.early and reached < time + size):
             raise FmuError(f"the step of {size:g} s ended at {reached:g} s instead of {time + size:g} s")
 
     def save(self) -> Any:
         """Return the FMU state."""
-        return self._call(self.slave.getFMUState if self._three else self.slave.getFMUstate)
+        return self._asked(self.slave.save_state)
 
     def restore(self, state: Any) -> None:
         """Set the FMU state."""
-        self._call(self.slave.setFMUState if self._three else self.slave.setFMUstate, state)
+        self._asked(self.slave.restore_state, state)
 
     def release(self, state: Any) -> None:
         """Free the FMU state."""
-        self._call(self.slave.freeFMUState if self._three else self.slave.freeFMUstate, state)
+        self._asked(self.slave.free_state, state)
 
-    def through_bytes(self, state: Any) -> Any:
-        """Return the state after serializing and reading it back."""
-        if self._three:
-            return self._call(self.slave.deserializeFMUState, self._call(self.slave.serializeFMUState, state))
-        return self._call(self.slave.deSerializeFMUstate, self._call(self.slave.serializeFMUstate, state))
+    def serialize(self, state: Any) -> bytes:
+        """Return the FMU state as bytes."""
+        return self._asked(self.slave.serialize, state)
+
+    def deserialize(self, content: bytes) -> Any:
+        """Return the FMU state that `serialize` wrote."""
+        return self._asked(self.slave.deserialize, content)
 
     def reset(self) -> None:
         """Go back to the state after instantiation and initialize again with the start values."""
-        self._call(self.slave.reset)
-        if self._three:
-            self._call(self.slave.enterInitializationMode, startTime=0.0)
-        else:
-            self._call(self.slave.setupExperiment, startTime=0.0)
-            self._call(self.slave.enterInitializationMode)
-        self._call(self.slave.exitInitializationMode)
+        self.call("Reset")
+        self._initialize()
 
     def _references(self, names: Sequence[str]) -> list[int]:
         return [self.fmu.variables[n].valueReference for n in names]
 
     def close(self) -> None:
         """Free the instance; the library is unloaded."""
-        slave, self.slave = self.slave, None
-        if slave is not None:
-            slave.freeInstance()
-
-    def _unload(self) -> None:
-        """Let go of an instance that did not start."""
-        slave, self.slave = self.slave, None
-        if getattr(slave, "component", None):
-            slave.freeInstance()
-        elif slave is not None:
-            slave.freeLibrary()
+        self.slave.free()
 
     def __enter__(self) -> RunningFmu:
         return self
@@ -248,24 +242,6 @@ class RunningFmu:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
-
-
-_REAL = {"Real", "Float64", "Float32"}
-
-
-def _slave(fmu: UnpackedFmu, name: str) -> Any:
-    from fmpy.fmi2 import FMU2Slave
-    from fmpy.fmi3 import FMU3Slave
-
-    arguments = {
-        "guid": fmu.description.guid,
-        "unzipDirectory": str(fmu.folder),
-        "modelIdentifier": fmu.description.coSimulation.modelIdentifier,
-        "instanceName": name,
-    }
-    if fmu.version == "3.0":
-        return FMU3Slave(**arguments)
-    return FMU2Slave(**arguments, libraryPath=fmu.library())
 
 
 def _plain(message: str) -> str:

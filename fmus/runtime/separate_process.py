@@ -1,4 +1,4 @@
-"""Machine code of others in a process of its own: what crashes there does not end this program.
+"""Runs foreign machine code in a separate process, so that a crash does not end this program.
 
 Requests are pickled. Answers are not: they come from a process whose memory may be damaged, so they are JSON or plain numbers
 behind a mark of that process. Whatever else it sends ends it.

@@ -1,8 +1,7 @@
-"""An FMU unpacked beside its description: variables by name, sizes of arrays, the five loads and mu."""
+"""An unpacked FMU with its variables by name, the sizes of its arrays, and its five loads and mu."""
 
 from __future__ import annotations
 
-import re
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,8 +10,10 @@ from typing import Any
 from friction_models.common import InputError, unknown_name
 from friction_models.loads import LOADS, MU
 
-from ..archive.content import read_description, unpack
+from ..archive.content import unpack
 from ..interface.quantities import vector
+from .c_interface.slave import library_in
+from .fmu_files import read_model
 
 #: Most values of one array variable.
 MAX_LENGTH = 1_000_000
@@ -40,46 +41,17 @@ class UnpackedFmu:
     Raises
     ------
     InputError
-        A hostile or damaged archive, another version than FMI 2.0 and 3.0, a description that fmpy
-        cannot use, neither co-simulation nor model exchange.
+        What `read_model` refuses.
     """
 
     def __init__(self, path: str | Path, folder: Path | None = None) -> None:
         self.path = Path(path)
-        root = read_description(self.path)
-        declared = str(root.get("fmiVersion"))
-        if declared != "2.0" and not re.fullmatch(r"3\.\d+", declared):
-            raise InputError(f"{self.path}: FMI version {declared[:20]!r}, allowed: '2.0', '3.0'")
-        self.version = "2.0" if declared == "2.0" else "3.0"
+        root, self.description = read_model(self.path)
+        self.version = "2.0" if self.description.fmiVersion == "2.0" else "3.0"
         if folder is None:
             self._temporary = tempfile.TemporaryDirectory(prefix="tribofmu-", ignore_cleanup_errors=True)
             folder = unpack(self.path, self._temporary.name)
         self.folder = folder
-        from fmpy import read_model_description
-
-        try:
-            self.description: Any = read_model_description(str(self.folder), validate=False)
-        except Exception as error:  # fmpy raises plain exceptions
-            reason = " ".join(str(error).split())
-            raise InputError(f"{self.path}: modelDescription.xml is not usable ({reason[:200]})") from None
-        interfaces = (self.description.coSimulation, self.description.modelExchange)
-        if interfaces == (None, None):
-            raise InputError(
-                f"{self.path}: the FMU offers neither co-simulation nor model exchange, allowed: one of them"
-            )
-        for interface in interfaces:
-            identifier = interface.modelIdentifier if interface is not None else "none"
-            # It becomes part of a path.
-            if not re.fullmatch(r"[A-Za-z_]\w{0,199}", str(identifier), flags=re.ASCII):
-                raise InputError(
-                    f"{self.path}: modelIdentifier {str(identifier)[:60]!r}, allowed: a name as in C"
-                )
-        for variable in self.description.modelVariables:
-            if not 0 <= int(variable.valueReference) < 2**32:
-                raise InputError(
-                    f"{self.path}: variable {str(variable.name)[:60]!r} has value reference "
-                    f"{variable.valueReference}, allowed: 0 to {2**32 - 1}"
-                )
         self.variables: dict[str, Any] = {v.name: v for v in self.description.modelVariables}
         # fmpy leaves out some attributes of FMI 3.0.
         interface = root.find("CoSimulation")
@@ -234,18 +206,6 @@ class UnpackedFmu:
     def _points(self, names: list[str]) -> int:
         return sum(self.length(n) for n in names)
 
-    def library(self) -> str:
-        """Return the path of the FMI 2.0 library for this machine; it may not exist.
-
-        FMI 2.0.4 names other processors than x86 as FMI 3.0 does; older FMUs put their libraries into
-        the folder of the system.
-        """
-        from fmpy import platform, platform_tuple, sharedLibraryExtension
-
-        interface = self.description.coSimulation or self.description.modelExchange
-        name = f"{interface.modelIdentifier}{sharedLibraryExtension}"
-        folders = [platform, platform_tuple]
-        if not platform_tuple.startswith("x86"):
-            folders.reverse()
-        places = [self.folder / "binaries" / folder / name for folder in folders]
-        return str(next((p for p in places if p.is_file()), places[0]))
+    def library(self) -> Path:
+        """Return the path of the library for this machine; it may not exist."""
+        return library_in(self.folder, self.description)

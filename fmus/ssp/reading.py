@@ -1,4 +1,4 @@
-"""SSP archives read without trusting them: bounded, plain XML, nothing outside the archive."""
+"""Reads SSP archives without trusting them: bounded sizes, plain XML, no file outside the archive."""
 
 from __future__ import annotations
 

@@ -1,13 +1,19 @@
-"""The text of `SystemStructure.ssd`."""
+"""Writes SSP archives: `SystemStructure.ssd` and the FMUs beside it."""
 
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from lxml import etree
 
+from friction_models.common import InputError
+
+from ..archive.content import check_content, read_description, write_archive
 from .systems import (
+    DESCRIPTION,
     OMS,
     OMS_TYPE,
     OSP,
@@ -22,6 +28,55 @@ from .systems import (
     Structure,
     Value,
 )
+
+
+def write_ssp(
+    path: str | os.PathLike[str],
+    structure: Structure,
+    resources: Mapping[str, str | os.PathLike[str]],
+) -> Path:
+    """Write an SSP 1.0 archive. Equal content gives equal bytes.
+
+    Parameters
+    ----------
+    path : path-like
+        The archive (``.ssp``).
+    structure : Structure
+        The system.
+    resources : mapping of str to path-like
+        FMU files by their path in the archive.
+
+    Raises
+    ------
+    InputError
+        Another suffix, a component without a resource, or an FMU that cannot be read.
+    """
+    if Path(path).suffix != ".ssp":
+        raise InputError(f"{path}: suffix {Path(path).suffix!r}, allowed: '.ssp'")
+    for component in structure.components:
+        if component.source not in resources:
+            raise InputError(
+                f"{path}: component {component.name!r} refers to {component.source!r}, which is not among the resources"
+            )
+    units = _units(structure, resources)
+    for file in resources.values():
+        check_content(file)
+    files = {name: Path(file).read_bytes() for name, file in resources.items()}
+    return write_archive(path, files | {DESCRIPTION: to_ssd(structure, units)})
+
+
+def _units(
+    structure: Structure, resources: Mapping[str, str | os.PathLike[str]]
+) -> dict[str, dict[str, str]]:
+    """Return the base units of all units that connectors have, as the FMUs define them."""
+    connectors = [*structure.connectors, *(c for part in structure.components for c in part.connectors)]
+    needed = {c.unit for c in connectors} - {""}
+    defined: dict[str, dict[str, str]] = {}
+    for name in sorted(resources):
+        for unit in read_description(resources[name]).iterfind("UnitDefinitions/Unit"):
+            base = unit.find("BaseUnit")
+            defined.setdefault(str(unit.get("name")), {} if base is None else dict(base.attrib))
+    return {name: defined.get(name, {}) for name in sorted(needed)}
 
 
 def to_ssd(structure: Structure, units: Mapping[str, Mapping[str, str]]) -> bytes:

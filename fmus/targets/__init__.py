@@ -1,1 +1,1 @@
-"""Packing: what is packed, and the kinds of FMUs that come out."""
+"""`pack` and its kinds of FMUs: native, Python, solver process, signals."""

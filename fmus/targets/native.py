@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 
 from friction_models.loads import LOADS
 
 from ..archive.content import content_guid
-from ..interface.fmi2_description import Description, to_xml
+from ..interface.fmi2_description import Description, c_identifier, to_xml
 from ..interface.fmi3_description import build_description, to_xml3
+from ..interface.friction_source import FrictionSource
 from ..interface.friction_variables import variables2, variables3
 from ..interface.quantities import FrictionInterface
 from ..interface.time_constants import fastest_time_constant
 from ..pages.presentation import LICENCE, presentation_files
-from .reference_results import reference_files
-from .source import FrictionSource
+from ..source.reference_results import reference_files
 
 #: The C files written by hand: those of both versions of FMI, and those of one.
 _SHARED = ("domain.h", "instance.h", "values.h", "sensitivity.h", "snapshot.h")
@@ -25,15 +24,9 @@ _OWN = {"2.0": ("fmi2.c", "fmi2_more.h"), "3.0": ("fmi3.c", "fmi3_more.h", "fmi3
 _STOP, _STEP, _LEAST_STEP = 1.0, 0.01, 1e-4
 
 
-def identifier(text: str) -> str:
-    """Return `text` as a C identifier."""
-    clean = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_").lower() or "model"
-    return clean if clean[0].isalpha() else f"m_{clean}"
-
-
 def family_identifier(source: FrictionSource) -> str:
     """Return the C identifier that all models of a family share."""
-    return identifier(f"friction_{source.family}")
+    return c_identifier(f"friction_{source.family}")
 
 
 def own_identifier(source: FrictionSource, guid: str) -> str:

@@ -15,10 +15,12 @@ from friction_models.loads import LOADS
 from ..archive.content import write_archive
 from ..archive.made_here import remember
 from ..exports import TARGETS as EXPORT_TARGETS
+from ..interface.fmi2_description import c_identifier
+from ..interface.friction_source import FrictionSource
 from ..interface.friction_variables import MAX_NODES
 from ..interface.friction_variables import NAMES as FMI3_NAMES
 from ..pages.friction_page import friction_documents
-from .source import FrictionSource, read_source
+from ..source.reading import read_source
 
 FMI_VERSIONS = ("2.0", "3.0")
 #: Targets that are FMUs; those of `fmus.exports` are folders of sources or tables.
@@ -149,10 +151,8 @@ def _export(
 
 
 def _check_identifier(name: str) -> None:
-    from .native import identifier
-
     if not re.fullmatch(r"[A-Za-z_]\w*", name, flags=re.ASCII) or len(name) > _MAX_NAME:
-        near = identifier(name)[:_MAX_NAME]
+        near = c_identifier(name)[:_MAX_NAME]
         raise InputError(
             f"name = {name[:80]!r}, allowed: a name as in C of at most {_MAX_NAME} characters, for instance {near!r}"
         )

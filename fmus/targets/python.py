@@ -12,10 +12,10 @@ from friction_models.loads import LOADS
 
 from ..archive.content import content_guid
 from ..interface.fmi2_description import Description, to_xml
+from ..interface.friction_source import FrictionSource
 from ..interface.friction_variables import variables2
 from ..interface.quantities import FrictionInterface
-from .reference_results import stimuli, tried
-from .source import FrictionSource
+from ..source.reference_results import stimuli, tried
 
 
 def friction_files(source: FrictionSource, interface: FrictionInterface, name: str = "") -> dict[str, bytes]:

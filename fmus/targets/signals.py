@@ -1,4 +1,4 @@
-"""`pack_signals`: quantities over time as an FMU that feeds the inputs of others in any master."""
+"""`pack_signals`: recorded quantities over time as an FMU, which feeds the inputs of other FMUs."""
 
 from __future__ import annotations
 

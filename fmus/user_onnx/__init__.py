@@ -1,4 +1,4 @@
-"""A user's own ONNX file becomes a friction source: redrawn in our operators, compared with the original."""
+"""Turns a user's own ONNX file into a friction model to pack: translated, then compared with the original."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from friction_models.loads import LOAD_NAMES, LOADS
 
 from .attempt import try_original
 from .lowering import lower
+from .operators.nodes import NotTranslated
 from .parity import Agreement, compare, sample
-from .reading import NotTranslated, parse, pruned, read_graph
+from .reading import parse, pruned, read_graph
 from .signature import Signature, choose_output, domain_of, read_signature
 from .spec import Spec
 
@@ -109,7 +110,7 @@ def read_user_model(
     name = given.name or Path(where).stem or "friction"
     card = _card(content, name, given, signature)
     try:
-        ours = lower(graph, signature, {})
+        ours = lower(graph, signature)
         agreement = compare(ours, pruned(model, graph, output), signature, domain, where)
     except NotTranslated as error:
         if not python:

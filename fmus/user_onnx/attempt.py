@@ -1,4 +1,4 @@
-"""A graph without translation, tried in a second process: it may run without end or take all memory."""
+"""Tries a graph without translation in a second process, because it may run forever or take all memory."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def try_original(content: bytes, signature: Signature, points: Array, where: str
 
 def main() -> None:
     """Run the task in the folder of the first argument; the answer is a sentence, or empty."""
-    from ..checks.trial import limit_memory
+    from ..archive.limits import limit_memory
 
     limit_memory(MEMORY_LIMIT)
     folder = Path(sys.argv[1])

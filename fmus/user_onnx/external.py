@@ -1,4 +1,4 @@
-"""Weights beside an ONNX file, as PyTorch writes them by default, brought into the file."""
+"""Brings weights that stand beside an ONNX file, as PyTorch writes them, into the file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A foreign graph redrawn as ours: float64, `loads` [n, 5] to `mu` [n, 1], the generator's operators only."""
+"""Translates a foreign graph into ours: float64, `loads` [n, 5] to `mu` [n, 1], with the generator's operators only."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ from friction_models.common import InputError
 from friction_models.expressions.onnx_graph import GraphBuilder, Node
 from friction_models.loads import LOAD_NAMES, MU
 
-from .reading import ForeignGraph, NotTranslated, refuse
-from .registry import DECIDING, DOMAINS, MOVING, translated
+from .operators.nodes import NotTranslated, refuse
+from .operators.registry import DECIDING, DOMAINS, MOVING, translated
+from .operators.tensors import Canvas, Constant, Symbol, Tensor
+from .operators.view import View
+from .reading import ForeignGraph
 from .signature import Feed, Signature
-from .tensors import Canvas, Constant, Symbol, Tensor
-from .view import View
 
 
-def lower(graph: ForeignGraph, signature: Signature, metadata: dict[str, Any]) -> bytes:
+def lower(graph: ForeignGraph, signature: Signature) -> bytes:
     """Return the serialized canonical graph; the same file always gives the same bytes.
 
     Raises
@@ -54,7 +55,7 @@ def lower(graph: ForeignGraph, signature: Signature, metadata: dict[str, Any]) -
         for name, value in zip(node.outputs, results):
             if name:
                 values[name] = value
-    return _close(canvas, values, signature, loads, metadata)
+    return _close(canvas, values, signature, loads)
 
 
 def check_operators(graph: ForeignGraph) -> None:
@@ -90,9 +91,7 @@ def _entering(canvas: Canvas, loads: Node, feed: Feed) -> Symbol:
     return Symbol(canvas.truncated(node), feed.shape, feed.kind) if feed.kind == "int64" else symbol
 
 
-def _close(
-    canvas: Canvas, values: dict[str, Tensor], signature: Signature, loads: Node, metadata: dict[str, Any]
-) -> bytes:
+def _close(canvas: Canvas, values: dict[str, Tensor], signature: Signature, loads: Node) -> bytes:
     value = values.get(signature.output)
     if value is None:
         raise NotTranslated(f"{canvas.where}: output {signature.output!r:.60} is never computed")
@@ -113,6 +112,6 @@ def _close(
         mu = mu + signature.add
     canvas.graph.output(MU.name, canvas.x.relu(mu), ["n", 1])
     try:
-        return canvas.graph.build(metadata).SerializeToString(deterministic=True)
+        return canvas.graph.build({}).SerializeToString(deterministic=True)
     except Exception:  # the checker's errors are of several libraries: arithmetic on Booleans and the like
         raise refuse(canvas.where, "the types of the graph's values do not fit their operators") from None

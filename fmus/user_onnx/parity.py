@@ -1,4 +1,4 @@
-"""The redrawn graph against the original file in ONNX Runtime: a wrong translation is never packed."""
+"""Compares the translated graph with the original in ONNX Runtime, so that a wrong translation is never packed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 from friction_models.common import InputError
 from friction_models.loads import LOADS
 
-from .reading import refuse
+from .operators.nodes import refuse
 from .signature import Signature
 
 Array = npt.NDArray[Any]

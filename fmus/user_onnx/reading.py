@@ -1,4 +1,4 @@
-"""A foreign ONNX file read with every size bounded, before anything is computed from it."""
+"""Reads a foreign ONNX file with bounds on every size."""
 
 from __future__ import annotations
 
@@ -7,19 +7,17 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from friction_models.common import InputError
+
+from .operators.nodes import KINDS, MAX_ELEMENTS, MAX_RANK, Array, ForeignNode, refuse
 
 if TYPE_CHECKING:
     import onnx
 
-Array = npt.NDArray[Any]
 
 #: Bounds of what is read: nodes, elements of one constant, dimensions, characters of a name.
 MAX_NODES = 20_000
-MAX_ELEMENTS = 1 << 24
-MAX_RANK = 8
 MAX_NAME = 1000
 #: Oldest operator set: before it, operands spread by attributes instead of by their shapes.
 OLDEST_OPSET = 7
@@ -28,47 +26,6 @@ FORBIDDEN = frozenset(
     {"If", "Loop", "Scan", "SequenceMap", "Optional", "Bernoulli", "Multinomial", "RandomNormal"}
     | {"RandomNormalLike", "RandomUniform", "RandomUniformLike"}
 )
-#: Element types by ONNX code; real numbers of every precision become float64, float32 is remembered.
-KINDS: dict[int, str] = {
-    1: "float32",
-    2: "int64",
-    3: "int64",
-    4: "int64",
-    5: "int64",
-    6: "int64",
-    7: "int64",
-    9: "bool",
-    10: "float32",
-    11: "float64",
-    12: "int64",
-    16: "float32",
-}
-
-
-class NotTranslated(InputError):
-    """A graph that cannot become C but that ONNX Runtime may run (`--target python`)."""
-
-
-def refuse(where: str, what: str) -> NotTranslated:
-    """Build the error for something that is not translated."""
-    return NotTranslated(f"{where}: {what}; pack it with --target python, which runs ONNX Runtime")
-
-
-@dataclass(frozen=True)
-class ForeignNode:
-    """One node: operator, its domain (empty for the standard one), attributes, names in and out."""
-
-    op: str
-    domain: str
-    attributes: dict[str, Any]
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
-    label: str
-
-    @property
-    def full(self) -> str:
-        """Operator with its domain, for messages."""
-        return f"{self.domain}.{self.op}" if self.domain else self.op
 
 
 @dataclass(frozen=True)

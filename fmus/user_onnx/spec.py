@@ -1,4 +1,4 @@
-"""The small YAML beside a foreign ONNX file: names, units, ranges, where each load enters the graph."""
+"""The YAML beside a foreign ONNX file: names, units, ranges, and where each load enters the graph."""
 
 from __future__ import annotations
 

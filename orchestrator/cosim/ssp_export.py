@@ -41,7 +41,8 @@ def export_ssp(system: SystemDescription, path: str | os.PathLike[str], boundary
     InputError
         A set-up that does not hold (all problems at once), or arrays that SSP 1.0 cannot express.
     """
-    from fmus.ssp.systems import Connector, Structure, write_ssp
+    from fmus.ssp.systems import Connector, Structure
+    from fmus.ssp.writing import write_ssp
 
     wiring = Wiring.of(system)
     scaled = next((link for link in wiring.links if (link.factor, link.offset) != (1.0, 0.0)), None)

@@ -11,13 +11,13 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from fmus import FmuModel, pack
-from fmus.checks.trial import Notes
+from fmus.checks.notes import Notes
 from fmus.checks.trial_friction import friction as friction_trial
 from fmus.native.generate import generate
 from fmus.runtime.running import FmuError, RunningFmu, UnpackedFmu
+from fmus.source.reading import read_source
 from fmus.targets import native as native_target
 from fmus.targets.native import without_interval
-from fmus.targets.source import read_source
 from friction_models import OnnxModel, TriboLoads, load_model
 from friction_models.common import InputError
 from friction_models.families.registry import FAMILIES

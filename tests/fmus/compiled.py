@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from fmus.interface.friction_source import FrictionSource, parse_source
 from fmus.native import compile as compiling
 from fmus.native.generate import generate
-from fmus.targets.source import FrictionSource, parse_source
 
 Array = npt.NDArray[np.float64]
 NATIVE = Path(compiling.__file__).parent

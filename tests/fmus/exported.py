@@ -15,7 +15,7 @@ import pytest
 from fmus import pack
 from fmus.native import compile as compiling
 from fmus.runtime.running import RunningFmu, UnpackedFmu
-from fmus.targets.source import read_source
+from fmus.source.reading import read_source
 from friction_models.families.registry import make_model
 from friction_models.loads import LOAD_NAMES
 from tests.fmus.graphs import Array, campaign

@@ -20,8 +20,8 @@ from lxml import etree
 from fmus import pack
 from fmus.pages.presentation import licence_text
 from fmus.runtime.running import RunningFmu, UnpackedFmu
-from fmus.targets.reference_results import FOLDER, MAX_POINTS, reference_files
-from fmus.targets.source import read_source
+from fmus.source.reading import read_source
+from fmus.source.reference_results import FOLDER, MAX_POINTS, reference_files
 from friction_models.loads import LOAD_NAMES
 from tests.fmus.memory_models import ageing_bytes
 

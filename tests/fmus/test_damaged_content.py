@@ -10,7 +10,8 @@ import pytest
 from onnx import numpy_helper
 
 from fmus import pack
-from fmus.ssp.systems import Component, Structure, write_ssp
+from fmus.ssp.systems import Component, Structure
+from fmus.ssp.writing import write_ssp
 from friction_models import ConstantFriction, LinearFriction
 from friction_models.common import InputError
 from tests.orchestrator.cli.test_command_line import points

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from lxml import etree, html
 
+from fmus.interface.friction_source import FrictionSource
 from fmus.pages.friction_page import friction_documents
 from fmus.pages.response_curves import response_curves
-from fmus.targets.source import FrictionSource, read_source
+from fmus.source.reading import read_source
 from friction_models.loads import LOADS
 from tests.fmus.graphs import BOX, runtime
 

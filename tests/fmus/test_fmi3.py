@@ -26,6 +26,19 @@ from tests.fmus.memory_models import AGE_0, D, ageing_bytes
 Get = Callable[..., UnpackedFmu]
 
 
+def by_fmpy(running: RunningFmu) -> Any:
+    """Return fmpy's object for the same instance: it has a method for every function of the standard."""
+    description = running.fmu.description
+    slave: Any = FMU3Slave(
+        guid=description.guid,
+        unzipDirectory=str(running.fmu.folder),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="friction",
+    )
+    slave.component = running.slave._component
+    return slave
+
+
 @pytest.fixture(scope="module")
 def unpacked(tmp_path_factory: pytest.TempPathFactory, linear_onnx: Path, memory_onnx: Path) -> Get:
     folder = tmp_path_factory.mktemp("fmi3")
@@ -116,9 +129,9 @@ def test_state_comes_back_also_into_an_instance_of_another_size(unpacked: Get) -
         at_save = first.get_real(["work", "mu"])
         first.step(0.5, 0.5)
         later = first.get_real(["work", "mu"])
-        content = first.slave.serializeFMUState(state)
-        second.restore(second.slave.deserializeFMUState(content))
-        assert second.slave.getUInt64([fmu.variables["n"].valueReference]) == [5]
+        content = first.serialize(state)
+        second.restore(second.deserialize(content))
+        assert by_fmpy(second).getUInt64([fmu.variables["n"].valueReference]) == [5]
         second.sizes["n"] = 5
         for running in (first, second):
             running.restore(state) if running is first else None
@@ -129,10 +142,10 @@ def test_state_comes_back_also_into_an_instance_of_another_size(unpacked: Get) -
         for place in (3, len(damaged) // 2, len(damaged) - 1):
             damaged[place] ^= 1
             with pytest.raises(FmuError, match=r"serialized state (is damaged|does not belong)"):
-                second._call(second.slave.deserializeFMUState, bytes(damaged))
+                second.deserialize(bytes(damaged))
             damaged[place] ^= 1
         with pytest.raises(FmuError, match="serialized state"):
-            second._call(second.slave.deserializeFMUState, content[:-8])
+            second.deserialize(content[:-8])
 
 
 def test_adjoint_is_the_transposed_directional_derivative(unpacked: Get) -> None:
@@ -170,14 +183,12 @@ def test_adjoint_is_the_transposed_directional_derivative(unpacked: Get) -> None
 
 def dependencies(running: RunningFmu, reference: int) -> tuple[list[int], list[int], list[int], list[int]]:
     """Return the answer of fmi3GetVariableDependencies (fmpy's own wrapper of it does not run)."""
-    slave, count = running.slave, ctypes.c_size_t(0)
-    running._call(slave.fmi3GetNumberOfVariableDependencies, slave.component, reference, ctypes.byref(count))
+    count, name = ctypes.c_size_t(0), ctypes.c_uint32(reference)
+    running.call("GetNumberOfVariableDependencies", name, ctypes.byref(count))
     n = count.value
     of, at, kinds = (ctypes.c_size_t * n)(), (ctypes.c_size_t * n)(), (ctypes.c_int * n)()
     known = (ctypes.c_uint32 * n)()
-    running._call(
-        slave.fmi3GetVariableDependencies, slave.component, reference, of, known, at, kinds, count.value
-    )
+    running.call("GetVariableDependencies", name, of, known, at, kinds, count)
     return list(of), list(known), list(at), list(kinds)
 
 
@@ -209,7 +220,7 @@ def test_calls_that_are_not_allowed_say_why(unpacked: Get) -> None:
     fmu = unpacked("memory")
     reference = {n: v.valueReference for n, v in fmu.variables.items()}
     with RunningFmu(fmu, points=3) as running:
-        call, slave = running._call, running.slave
+        call, slave = running._asked, by_fmpy(running)
         for function, arguments, words in (
             (slave.setFloat64, ([reference["T"]], [1.0, np.nan, 2.0]), r"T\[2\] = -?nan is not a finite number"),
             (slave.setFloat64, ([reference["T"]], [1.0, 2.0]), "number of values"),

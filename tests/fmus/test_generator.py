@@ -8,9 +8,9 @@ import numpy as np
 import onnx
 import pytest
 
+from fmus.interface.friction_source import parse_source
 from fmus.native import graph, ops
 from fmus.native.generate import generate
-from fmus.targets.source import parse_source
 from friction_models.common import InputError
 from tests.fmus.compiled import Compiled
 from tests.fmus.graphs import Array, graph_bytes, inside, node, random_loads, runtime

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fmus.interface.friction_source import parse_source
 from fmus.native.generate import generate
-from fmus.targets.source import parse_source
 from tests.fmus.compiled import Compiled
 from tests.fmus.graphs import graph_bytes, node, random_loads, runtime
 

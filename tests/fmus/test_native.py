@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Callable
+from ctypes import c_double, c_size_t, c_uint
 from pathlib import Path
 
 import numpy as np
@@ -152,7 +153,7 @@ def test_state_comes_back_exactly_also_through_bytes(packed: Pack, memory_onnx: 
         fmu.step(0.1, 0.3)
         later = fmu.get_real(names)
         assert (later[:4] > at_save[:4]).all()
-        other.restore(other._call(other.slave.deSerializeFMUstate, fmu.slave.serializeFMUstate(saved)))
+        other.restore(other.deserialize(fmu.serialize(saved)))
         for instance in (fmu, other):
             instance.restore(saved) if instance is fmu else None
             assert np.array_equal(instance.get_real(names), at_save)
@@ -162,9 +163,9 @@ def test_state_comes_back_exactly_also_through_bytes(packed: Pack, memory_onnx: 
 
 def test_state_of_another_fmu_is_refused(packed: Pack, linear_onnx: Path) -> None:
     with RunningFmu(UnpackedFmu(packed(0.04))) as one, RunningFmu(UnpackedFmu(packed(linear_onnx))) as two:
-        content = one.slave.serializeFMUstate(one.save())
+        content = one.serialize(one.save())
         with pytest.raises(FmuError, match="does not belong to this FMU"):
-            two._call(two.slave.deSerializeFMUstate, content)
+            two.deserialize(content)
 
 
 def test_calls_that_are_not_allowed_say_why(packed: Pack, memory_onnx: Path) -> None:
@@ -174,10 +175,10 @@ def test_calls_that_are_not_allowed_say_why(packed: Pack, memory_onnx: Path) -> 
         with pytest.raises(FmuError, match="memory of a point"):
             fmu.set({"work": 0.1})
         with pytest.raises(FmuError, match="value reference 99"):
-            fmu._call(fmu.slave.getReal, [99])
+            fmu.call("GetReal", (c_uint * 1)(99), c_size_t(1), (c_double * 1)())
         with pytest.raises(FmuError, match="negative"):
             fmu.step(0.0, -0.1)
-        fmu.slave.terminate()
+        fmu.call("Terminate")
         with pytest.raises(FmuError, match="terminated mode"):
             fmu.step(0.0, 0.1)
 

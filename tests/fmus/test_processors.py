@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from fmus.interface.friction_source import parse_source
 from fmus.native import compile as compiling
 from fmus.native.generate import generate
-from fmus.targets.source import parse_source
 from tests.fmus.catalogue import content_of
 
 #: Without powers, which come from the C library of the machine.

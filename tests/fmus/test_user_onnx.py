@@ -18,10 +18,10 @@ from hypothesis import strategies as st
 from fmus import pack
 from fmus.native import ops
 from fmus.runtime.running import RunningFmu, UnpackedFmu
-from fmus.targets.source import read_source
+from fmus.source.reading import read_source
 from fmus.user_onnx import read_user_model
-from fmus.user_onnx.arithmetic import erf
-from fmus.user_onnx.registry import translated
+from fmus.user_onnx.operators.arithmetic import erf
+from fmus.user_onnx.operators.registry import translated
 from friction_models.common import InputError
 from friction_models.expressions.ops import NumpyOps
 from friction_models.loads import LOAD_NAMES

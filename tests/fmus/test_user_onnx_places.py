@@ -17,8 +17,9 @@ from onnx import TensorProto, helper, numpy_helper
 
 from fmus import check, pack
 from fmus.runtime.running import RunningFmu, UnpackedFmu
-from fmus.targets.source import read_source
-from fmus.user_onnx import arithmetic, attempt, read_user_model
+from fmus.source.reading import read_source
+from fmus.user_onnx import attempt, read_user_model
+from fmus.user_onnx.operators import arithmetic
 from fmus.user_onnx.spec import Spec
 from friction_models import ConstantFriction, OnnxModel
 from friction_models.common import InputError

@@ -103,7 +103,7 @@ def pack(
         path = packer(out, target=target or "python", platforms=wanted, **values)
         say(f"written: {path}")
         return
-    from fmus.targets.source import read_source
+    from fmus.source.reading import read_source
 
     chosen = target or "native"
     source = read_source(_source(model), spec=spec, target=chosen)

@@ -53,11 +53,11 @@ def test_killed_process_is_reported_and_reset_starts_another(twin: UnpackedFmu) 
             fmu.step(0.0, 0.01)
         with pytest.raises(FmuError, match="the solver process is gone; fmi2Reset starts another one"):
             fmu.step(0.0, 0.01)
-        fmu._call(fmu.slave.reset)
+        fmu.call("Reset")
         with pytest.raises(FmuError, match="in a solver process that is gone"):
             fmu.restore(state)
-        fmu._call(fmu.slave.enterInitializationMode)
-        fmu._call(fmu.slave.exitInitializationMode)
+        fmu.call("EnterInitializationMode")
+        fmu.call("ExitInitializationMode")
         fmu.step(0.0, 0.01)
         assert fmu.get_real(["sd"])[0] > 0.0
 
@@ -165,7 +165,7 @@ def test_python_is_looked_for_in_order(
     """The environment variable, then the FMU's own hint, then PATH; PYTHONHOME of the host is not passed on."""
     stand_in("flood")
     monkeypatch.setattr(
-        "fmus.runtime.running.offer_interpreter", lambda: None
+        "fmus.runtime.c_interface.offer_interpreter", lambda: None
     )  # as in a simulator that knows nothing
     file = os.environ["TRIBOFMU_PYTHON"]
     hinted = UnpackedFmu(pack_twin(tmp_path / "hinted.fmu", target="process", python=file))

@@ -32,10 +32,10 @@ def test_another_instance_goes_on_bit_by_bit(
     with RunningFmu(unpacked) as fmu:
         for k in range(12):
             fmu.step(0.02 * k, 0.02)
-        content = fmu._call(fmu.slave.serializeFMUstate, fmu.save())
+        content = fmu.serialize(fmu.save())
         fmu.step(0.24, 0.02)
         expected = fmu.get_real(names)
-        fmu.restore(fmu.slave.deSerializeFMUstate(content))
+        fmu.restore(fmu.deserialize(content))
         fmu.step(0.24, 0.02)
         assert np.array_equal(fmu.get_real(names), expected)
     with RunningFmu(unpacked, start=other) as fmu:
@@ -45,9 +45,9 @@ def test_another_instance_goes_on_bit_by_bit(
             (b"", "not one of a solver FMU"),
         ):
             with pytest.raises(FmuError, match=words):
-                fmu.restore(fmu._call(fmu.slave.deSerializeFMUstate, broken))
+                fmu.restore(fmu.deserialize(broken))
         assert fmu.get_real(list(other)).tolist() == list(other.values())
-        fmu.restore(fmu.slave.deSerializeFMUstate(content))
+        fmu.restore(fmu.deserialize(content))
         fmu.step(0.24, 0.02)
         assert np.array_equal(fmu.get_real(names), expected)
 

@@ -71,12 +71,12 @@ def test_goes_back_exactly_and_frees_its_states(forming: UnpackedFmu) -> None:
         ahead = play(fmu, mu, outputs, flags)
         fmu.restore(state)
         assert play(fmu, mu, outputs, flags) == ahead
-        fmu._call(fmu.slave.reset)
+        fmu.call("Reset")
         with pytest.raises(FmuError, match="not allowed before fmi2ExitInitializationMode"):
             fmu.step(0.0, 0.02)
         fmu.restore(state)
         assert play(fmu, mu, outputs, flags) == ahead
-        fmu._call(fmu.slave.freeFMUstate, state)
+        fmu.release(state)
 
 
 @pytest.mark.parametrize(

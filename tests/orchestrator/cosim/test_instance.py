@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fmus.runtime.c_interface.slave import binaries
 from fmus.runtime.fmu_files import describe, unpack
 from fmus.runtime.instance import Instance
 from fmus.runtime.messages import MAX_MESSAGES, Messages
@@ -90,7 +91,7 @@ def test_percent_signs_of_plain_text_are_no_placeholders() -> None:
 
 def test_a_binary_that_is_no_library_or_lacks_functions(unpacked: tuple[Path, Path], tmp_path: Path) -> None:
     description = describe(unpacked[0])
-    place = tmp_path / description.binaries()[0]
+    place = tmp_path / binaries(description.raw)[0]
     place.parent.mkdir(parents=True)
     place.write_bytes(b"not a library")
     with pytest.raises(InputError, match=r"talker\.fmu: the binary cannot be loaded"):

@@ -12,8 +12,9 @@ import pytest
 from lxml import etree
 
 from fmus.archive.content import write_archive
+from fmus.ssp.packing import pack_ssp
 from fmus.ssp.reading import read_ssp
-from fmus.ssp.systems import DESCRIPTION, pack_ssp
+from fmus.ssp.systems import DESCRIPTION
 from friction_models import ConstantFriction, LinearFriction
 from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES

@@ -1,4 +1,4 @@
-"""Reference results inside an FMU: stimuli and what ONNX Runtime answers, as the layered standard FMI-LS-REF lays them out.
+"""Reference results inside an FMU: inputs and the outputs of ONNX Runtime, in the layout of the layered standard FMI-LS-REF.
 
 Written in the form of version 1.0.0-alpha.1 (manifest with related files, one of them the experiment). Its own
 directory in the archive holds the manifest, ``experiments.xml``, ``stimuli.csv`` and ``references.csv``.
@@ -20,8 +20,8 @@ from friction_models.loads import LOADS, FloatArray
 from friction_models.models.intervals import MARGIN
 
 from ..interface.fmi2_description import number
+from ..interface.friction_source import FrictionSource
 from ..interface.quantities import USUAL, FrictionInterface
-from .source import FrictionSource
 
 #: Directory of the layered standard in the archive.
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"

@@ -1,4 +1,4 @@
-"""Operators that move elements or tell sizes; all sizes are those of one contact point."""
+"""Operators that move elements or return sizes. All sizes are those of one contact point."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from .reading import MAX_ELEMENTS, MAX_RANK, Array, refuse
+from .nodes import MAX_ELEMENTS, MAX_RANK, Array, refuse
 from .tensors import Canvas, Constant, Symbol, Tensor
 from .view import View
 

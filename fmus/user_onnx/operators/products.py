@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .reading import refuse
+from .nodes import refuse
 from .structure import keep
 from .tensors import Canvas, Constant, Tensor
 from .view import View

@@ -16,7 +16,7 @@ import numpy as np
 
 from friction_models.expressions.onnx_graph import GraphBuilder, Node, OnnxOps
 
-from .reading import MAX_ELEMENTS, Array, refuse
+from .nodes import MAX_ELEMENTS, Array, refuse
 
 #: Most elements of a value that depends on the loads, and of all constants computed on the way.
 MAX_WIDTH = 1 << 16

@@ -1,12 +1,9 @@
-"""What is packed: a friction model as float64 ONNX bytes with the metadata that the FMU shows."""
+"""What is packed: a friction model as float64 ONNX bytes, with the metadata that an FMU shows."""
 
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from friction_models.common import InputError, unknown_name
@@ -16,7 +13,7 @@ from friction_models.models.intervals import MARGIN, check_level
 from friction_models.models.model_card import trained_on_synthetic
 from friction_models.models.variables import as_numbers
 
-from ..interface.quantities import FrictionInterface, Parameter, State
+from .quantities import FrictionInterface, Parameter, State
 
 #: Largest ONNX file that is read.
 MAX_ONNX_BYTES = 64 * 1024**2
@@ -113,111 +110,6 @@ class FrictionSource:
             if column is not None:
                 found[p.name] = as_numbers(column, p.labels, p.start)
         return found
-
-
-def read_source(
-    model: object, spec: str | os.PathLike[str] | None = None, target: str = "native"
-) -> FrictionSource:
-    """Take a model object, a saved folder or an ONNX file, ours or a user's own.
-
-    Parameters
-    ----------
-    model : FrictionModel, path-like, FrictionSource
-        A model, a folder it was saved to, or an ONNX file; a source is returned as it is.
-    spec : path-like, optional
-        YAML for a user's own ONNX file; see `fmus.user_onnx.spec.Spec`.
-    target : str
-        For ``"python"`` a user's graph that has no translation is taken as it is (`FrictionSource.foreign`).
-
-    Raises
-    ------
-    InputError
-        No such file or folder, not an ONNX file, metadata or a YAML that cannot be used, a graph that
-        has no translation.
-    """
-    if isinstance(model, FrictionSource):
-        if model.foreign is not None and target != "python":
-            raise InputError(
-                f"{model.where}: the graph runs in Python only; allowed: target 'python', not {target!r}"
-            )
-        return model
-    if isinstance(model, str | os.PathLike):
-        path = Path(model)
-        if path.is_dir():
-            if not (path / "model.onnx").is_file():
-                raise InputError(
-                    f"{path}: no model.onnx in this folder; allowed: a folder written by save(), or an ONNX file"
-                )
-            path = path / "model.onnx"
-        if not path.is_file():
-            raise InputError(f"{path}: no such file or folder; allowed: a saved model folder or an ONNX file")
-        if path.stat().st_size > MAX_ONNX_BYTES:
-            raise InputError(f"{path}: {path.stat().st_size} bytes, allowed: at most {MAX_ONNX_BYTES}")
-        from ..user_onnx.external import self_contained
-
-        content = self_contained(path.read_bytes(), path, MAX_ONNX_BYTES)
-        return _file_source(content, str(path), spec, target)
-    if spec is not None:
-        raise InputError(f"{spec}: a YAML is for a user's own ONNX file; allowed: with an ONNX file only")
-    export = getattr(model, "to_onnx", None)
-    if export is None:
-        raise InputError(
-            f"model is a {type(model).__name__}; allowed: a friction model, a folder it was saved to, or an ONNX file"
-        )
-    with tempfile.TemporaryDirectory(prefix="tribofmu-") as folder:
-        written = Path(folder) / "model.onnx"
-        export(written)
-        return parse_source(written.read_bytes(), type(model).__name__)
-
-
-def _file_source(
-    content: bytes, where: str, spec: str | os.PathLike[str] | None, target: str
-) -> FrictionSource:
-    from ..user_onnx import is_ours, looks_ours
-    from ..user_onnx.reading import parse
-
-    model = parse(content, where)
-    if is_ours(model):
-        if spec is not None:
-            raise InputError(
-                f"{spec}: {where} is one of our own models and holds names, units and domain itself; "
-                "allowed: a YAML with a user's own ONNX file"
-            )
-        return parse_source(content, where)
-    if spec is not None or not looks_ours(model):
-        return _user_source(content, where, spec, target)
-    # Without metadata but with our signature: as it is where the generator reads it, else redrawn.
-    from ..native.graph import read_graph
-
-    source = parse_source(content, where)
-    try:
-        read_graph(content, where, len(source.states), len(source.system))
-    except InputError as error:
-        try:
-            return _user_source(content, where, spec, target)
-        except InputError:
-            raise error from None
-    return source
-
-
-def _user_source(
-    content: bytes, where: str, spec: str | os.PathLike[str] | None, target: str
-) -> FrictionSource:
-    from ..user_onnx import read_user_model
-
-    user = read_user_model(content, where, spec, python=target == "python")
-    return FrictionSource(
-        onnx=user.onnx,
-        where=where,
-        family=user.family,
-        name=user.name,
-        formula=user.formula,
-        domain=user.domain,
-        card=user.card,
-        original=content,
-        foreign=None if user.onnx else user.signature.to_dict(),
-        note="" if user.agreement is None else str(user.agreement),
-    )
 
 
 def parse_source(content: bytes, where: str) -> FrictionSource:

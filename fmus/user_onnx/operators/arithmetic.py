@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .reading import KINDS, refuse
+from .nodes import KINDS, refuse
 from .tensors import Canvas, Constant, Symbol, Tensor
 from .view import View
 

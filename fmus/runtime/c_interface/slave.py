@@ -1,4 +1,4 @@
-"""The C functions of a co-simulation FMU, FMI 2.0 and 3.0, behind one face.
+"""A loaded binary and its one instance: what FMI 2.0 and 3.0 have in common.
 
 Functions are bound once and called without declared argument types: ctypes then passes the objects it is
 given as they are, which costs half of what conversion does. Every argument is therefore a ctypes object.
@@ -6,20 +6,21 @@ given as they are, which costs half of what conversion does. Every argument is t
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from ctypes import (
     CDLL,
     byref,
     c_bool,
     c_double,
+    c_size_t,
+    c_uint,
+    c_uint8,
     c_void_p,
 )
 from pathlib import Path
 from typing import Any, ClassVar
 
 from friction_models.common import InputError
-
-from .fmu_files import FmuDescription
 
 _STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 #: Calls that return more than this failed.
@@ -28,6 +29,25 @@ DISCARD = 2
 FATAL = 4
 
 Receiver = Callable[[int, bytes | None], None]
+
+
+def binaries(raw: Any) -> list[str]:
+    """Return where the binary for this machine may lie in the archive, likeliest first."""
+    from fmpy import platform, platform_tuple, sharedLibraryExtension
+
+    # FMI 2.0.4 names other processors as FMI 3.0 does; older FMUs put them into the folder of the system.
+    x86 = platform_tuple.startswith("x86")
+    folders = [platform, platform_tuple] if x86 else [platform_tuple, platform]
+    if raw.fmiVersion != "2.0":
+        folders = [platform_tuple]
+    name = (raw.coSimulation or raw.modelExchange).modelIdentifier + sharedLibraryExtension
+    return [f"binaries/{folder}/{name}" for folder in folders]
+
+
+def library_in(unpacked: Path, raw: Any) -> Path:
+    """Return the path of the library for this machine in an unpacked FMU; it may not exist."""
+    found = [unpacked / place for place in binaries(raw)]
+    return next((place for place in found if place.is_file()), found[0])
 
 
 class CallFailed(RuntimeError):
@@ -39,8 +59,10 @@ class Slave:
 
     Parameters
     ----------
-    description : FmuDescription
-        From `describe`.
+    archive : Path
+        The FMU, for messages.
+    raw : object
+        fmpy's model description.
     unpacked : Path
         Folder of the unpacked archive.
 
@@ -62,8 +84,9 @@ class Slave:
     version: ClassVar[str]
     prefix: ClassVar[str]
 
-    def __init__(self, description: FmuDescription, unpacked: Path) -> None:
-        self.description = description
+    def __init__(self, archive: Path, raw: Any, unpacked: Path) -> None:
+        self.archive = archive
+        self.raw = raw
         self.unpacked = unpacked
         self.now, self.size = c_double(0.0), c_double(0.0)
         self.wants_to_end, self.early = c_bool(False), c_bool(False)
@@ -72,13 +95,11 @@ class Slave:
         self._component: c_void_p | None = None
         self._functions: dict[str, Any] = {}
         self._keep: Any = None
-        found = [unpacked / place for place in description.binaries()]
-        library = next((place for place in found if place.is_file()), found[0])
         try:
-            self._library: Any = CDLL(str(library))
+            self._library: Any = CDLL(str(library_in(unpacked, raw)))
         except OSError as error:
             reason = " ".join(str(error).split())
-            raise InputError(f"{description.path}: the binary cannot be loaded ({reason})") from None
+            raise InputError(f"{archive}: the binary cannot be loaded ({reason})") from None
 
     def function(self, name: str) -> Any:
         """Return a function of the binary; `name` without the prefix ``fmi2`` or ``fmi3``."""
@@ -88,7 +109,7 @@ class Slave:
                 self._functions[name] = self._library[self.prefix + name]
             except AttributeError:
                 raise InputError(
-                    f"{self.description.path}: the binary lacks the function {self.prefix}{name}"
+                    f"{self.archive}: the binary lacks the function {self.prefix}{name}"
                 ) from None
         return self._functions[name]
 
@@ -118,8 +139,11 @@ class Slave:
         name = f"{direction}{group.exchange.removeprefix(self.prefix)}"
         return self.function(name), (self._component, *group.arguments)
 
-    def advance(self) -> tuple[Any, tuple[Any, ...]]:
-        """Return function and arguments of a step from `now` by `size`."""
+    def advance(self, keeps_older_states: bool = False) -> tuple[Any, tuple[Any, ...]]:
+        """Return function and arguments of a step from `now` by `size`.
+
+        States saved before `now` may be restored afterwards if `keeps_older_states`.
+        """
         raise NotImplementedError
 
     def terminated(self) -> bool:
@@ -130,8 +154,8 @@ class Slave:
         """Create the instance; `receive` gets status and text of its messages."""
         raise NotImplementedError
 
-    def enter_initialization(self, stop_time: float) -> None:
-        """Begin the initialization mode of a run from 0 to `stop_time`."""
+    def enter_initialization(self, stop_time: float | None = None) -> None:
+        """Begin the initialization mode of a run from 0 to `stop_time` [s], None for an open end."""
         raise NotImplementedError
 
     def exit_initialization(self) -> None:
@@ -156,8 +180,36 @@ class Slave:
         """Give up a saved state."""
         self.call(self._state("Free"), byref(state))
 
-    def _state(self, verb: str) -> str:
-        return f"{verb}FMU{'state' if self.prefix == 'fmi2' else 'State'}"
+    def serialize(self, state: c_void_p) -> bytes:
+        """Return a saved state as bytes."""
+        size = c_size_t()
+        self.call(self._state("Serialized", "Size"), state, byref(size))
+        content = (c_uint8 * size.value)()
+        self.call(self._state("Serialize"), state, content, size)
+        return bytes(content)
+
+    def deserialize(self, content: bytes) -> c_void_p:
+        """Return a handle to the state that `serialize` wrote."""
+        state = c_void_p()
+        verb = "DeSerialize" if self.prefix == "fmi2" else "Deserialize"
+        given = (c_uint8 * len(content)).from_buffer_copy(content)
+        self.call(self._state(verb), given, c_size_t(len(content)), byref(state))
+        return state
+
+    def derivatives(
+        self, name: str, unknowns: Sequence[int], knowns: Sequence[int], seed: Sequence[float], count: int
+    ) -> list[float]:
+        """Return what `name` (``GetDirectionalDerivative``, ``GetAdjointDerivative``) gives for a seed: `count` numbers."""
+        of, by = (c_uint * len(unknowns))(*unknowns), (c_uint * len(knowns))(*knowns)
+        given, found = (c_double * len(seed))(*seed), (c_double * count)()
+        pairs: tuple[Any, ...] = (given, found)
+        if self.prefix == "fmi3":
+            pairs = (given, c_size_t(len(given)), found, c_size_t(count))
+        self.call(name, of, c_size_t(len(of)), by, c_size_t(len(by)), *pairs)
+        return list(found)
+
+    def _state(self, verb: str, what: str = "") -> str:
+        return f"{verb}FMU{'state' if self.prefix == 'fmi2' else 'State'}{what}"
 
     def free(self) -> None:
         """Free the instance and unload the library, except after a fatal error, when nothing may be called."""
@@ -177,12 +229,3 @@ class Slave:
         if not pointer:
             raise CallFailed("the FMU creates no instance")
         self._component = c_void_p(pointer)
-
-
-def load(description: FmuDescription, unpacked: Path) -> Slave:
-    """Load the binary of a described FMU."""
-    from .fmi2_functions import Fmi2Slave
-    from .fmi3_functions import Fmi3Slave
-
-    kind = Fmi3Slave if description.version == "3.0" else Fmi2Slave
-    return kind(description, unpacked)

@@ -1,4 +1,4 @@
-"""What a translation sees of the node at hand."""
+"""Inputs and attributes of one node, as its translation needs them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .reading import Array, ForeignNode, refuse
+from .nodes import Array, ForeignNode, refuse
 from .tensors import Constant, Tensor
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from friction_models.expressions.trees import TreeTable
 
-from .reading import Array, refuse
+from .nodes import Array, refuse
 from .tensors import Canvas, Constant, Symbol, Tensor
 from .view import View
 

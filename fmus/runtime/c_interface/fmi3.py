@@ -6,8 +6,7 @@ import os
 from ctypes import CFUNCTYPE, byref, c_bool, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 from typing import Any
 
-from .c_functions import Receiver, Slave
-from .ports import Port
+from .slave import Receiver, Slave
 
 _LOGGER3 = CFUNCTYPE(None, c_void_p, c_int, c_char_p, c_char_p)
 
@@ -19,7 +18,7 @@ class Fmi3Slave(Slave):
     prefix = "fmi3"
 
     def instantiate(self, name: str, receive: Receiver) -> None:
-        """Create the instance and set its structural parameters; `receive` gets its messages."""
+        """Create the instance; `receive` gets status and text of its messages."""
 
         def logger(_environment: Any, status: int, _category: bytes, message: bytes | None) -> None:
             receive(status, message)
@@ -32,7 +31,7 @@ class Fmi3Slave(Slave):
         self._created(
             create(
                 c_char_p(name.encode()),
-                c_char_p(self.description.raw.guid.encode()),
+                c_char_p(self.raw.guid.encode()),
                 c_char_p((str(resources) + os.sep).encode() if resources.is_dir() else None),
                 no,
                 yes,
@@ -45,32 +44,22 @@ class Fmi3Slave(Slave):
                 nothing,
             )
         )
-        chosen = self.description.structural()
-        if chosen:
-            self.call("EnterConfigurationMode")
-            port = Port([variable for variable, _ in chosen])
-            port.values[:] = [value for _, value in chosen]
-            port.to_buffers()
-            for group in port.groups:
-                function, arguments = self.exchange(group, "Set")
-                self.passed("Set" + group.exchange.removeprefix(self.prefix), function(*arguments))
-            self.call("ExitConfigurationMode")
 
-    def enter_initialization(self, stop_time: float) -> None:
-        """Begin the initialization mode of a run from 0 to `stop_time`."""
+    def enter_initialization(self, stop_time: float | None = None) -> None:
+        """Begin the initialization mode of a run from 0 to `stop_time` [s], None for an open end."""
         self.call(
             "EnterInitializationMode",
             c_bool(False),
             c_double(0.0),
             c_double(0.0),
-            c_bool(True),
-            c_double(stop_time),
+            c_bool(stop_time is not None),
+            c_double(stop_time or 0.0),
         )
 
-    def advance(self) -> tuple[Any, tuple[Any, ...]]:
+    def advance(self, keeps_older_states: bool = False) -> tuple[Any, tuple[Any, ...]]:
         """Return function and arguments of a step from `now` by `size`."""
         events = c_bool(False)
-        keeps_no_older_state = c_bool(True)
+        keeps_no_older_state = c_bool(not keeps_older_states)
         return self.function("DoStep"), (
             self._component,
             self.now,

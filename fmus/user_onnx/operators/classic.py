@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .reading import Array, refuse
+from .nodes import Array, refuse
 from .tensors import Canvas, Constant, Symbol, Tensor
 from .view import View
 

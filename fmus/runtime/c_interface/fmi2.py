@@ -7,7 +7,7 @@ from typing import Any
 
 from friction_models.common import InputError
 
-from .c_functions import WARNING, Receiver, Slave
+from .slave import WARNING, Receiver, Slave
 
 #: What can be asked after a discarded step: the time that it reached, and whether the FMU ends the simulation.
 _LAST_TIME, _TERMINATED = 2, 3
@@ -51,7 +51,7 @@ class Fmi2Slave(Slave):
             create(
                 c_char_p(name.encode()),
                 co_simulation,
-                c_char_p(self.description.raw.guid.encode()),
+                c_char_p(self.raw.guid.encode()),
                 c_char_p((self.unpacked.resolve() / "resources").as_uri().encode()),
                 byref(keep),
                 visible,
@@ -59,20 +59,21 @@ class Fmi2Slave(Slave):
             )
         )
 
-    def enter_initialization(self, stop_time: float) -> None:
-        """Begin the initialization mode of a run from 0 to `stop_time`."""
-        self.call("SetupExperiment", c_int(0), c_double(0.0), c_double(0.0), c_int(1), c_double(stop_time))
+    def enter_initialization(self, stop_time: float | None = None) -> None:
+        """Begin the initialization mode of a run from 0 to `stop_time` [s], None for an open end."""
+        end = c_int(stop_time is not None), c_double(stop_time or 0.0)
+        self.call("SetupExperiment", c_int(0), c_double(0.0), c_double(0.0), *end)
         self.call("EnterInitializationMode")
 
-    def advance(self) -> tuple[Any, tuple[Any, ...]]:
+    def advance(self, keeps_older_states: bool = False) -> tuple[Any, tuple[Any, ...]]:
         """Return function and arguments of a step from `now` by `size`."""
-        keeps_no_older_state = c_int(1)
+        keeps_no_older_state = c_int(not keeps_older_states)
         return self.function("DoStep"), (self._component, self.now, self.size, keeps_no_older_state)
 
     def terminated(self) -> bool:
         """Return whether the step was discarded because the FMU ends the simulation; `reached` is then set."""
         # PythonFMU gives this answer whenever `do_step` returns False, whatever the reason.
-        if "pythonfmu" in str(self.description.raw.generationTool).lower():
+        if "pythonfmu" in str(self.raw.generationTool).lower():
             return False
         ended, kinds = c_int(0), (c_int(_TERMINATED), c_int(_LAST_TIME))
         try:

@@ -1,0 +1,51 @@
+"""A few steps of an FMU, to be repeated and compared."""
+
+from __future__ import annotations
+
+import contextlib
+
+import numpy as np
+
+from friction_models.loads import LOADS, FloatArray
+
+from ..runtime.running import RunningFmu
+from ..runtime.unpacked import UnpackedFmu
+
+#: Steps of one run.
+STEPS = 5
+
+
+class Play:
+    """A few steps of an FMU, with random loads where it is a friction FMU."""
+
+    def __init__(self, fmu: UnpackedFmu) -> None:
+        self.outputs = [n for n, v in fmu.variables.items() if v.causality == "output" and v.type == fmu.real]
+        experiment = fmu.description.defaultExperiment
+        self.size = 0.01
+        with contextlib.suppress(TypeError, ValueError):
+            if experiment is not None and float(experiment.stepSize) > 0.0:
+                self.size = float(experiment.stepSize)
+        self.inputs: list[str] = []
+        self.series: FloatArray = np.empty((0, 0))
+        if fmu.is_friction():
+            names = fmu.friction()
+            self.inputs = [n for q in LOADS for n in names[q.name]]
+            points = sum(fmu.length(n) for n in names["mu"])
+            rng = np.random.default_rng(2)
+            self.series = np.array([random_loads(rng, points).T.ravel() for _ in range(STEPS + 2)])
+
+    def steps(self, fmu: RunningFmu, count: int = STEPS, first: int = 0) -> FloatArray:
+        """Make `count` steps from step `first` on, return the outputs, shape (count, outputs)."""
+        seen = []
+        for k in range(first, first + count):
+            if self.inputs:
+                fmu.set_real(self.inputs, self.series[k])
+            fmu.step(k * self.size, self.size)
+            seen.append(fmu.get_real(self.outputs))
+        return np.array(seen)
+
+
+def random_loads(rng: np.random.Generator, count: int) -> FloatArray:
+    """Return loads between slow, cold, light and fast, hot, heavy contact, shape (count, 5)."""
+    lower, upper = [0.0, 20.0, 100.0, 0.0, 0.8], [600.0, 500.0, 3000.0, 80.0, 25.0]
+    return rng.uniform(lower, upper, size=(count, 5))
