@@ -149,13 +149,17 @@ class RunningFmu:
         """Set floating-point variables; the values of an array follow each other."""
         if names:
             buffer = np.array(values, dtype=float).ravel()
-            self._exchange(self._set_real, names, (c_double * len(buffer)).from_buffer(buffer.data), len(buffer))
+            self._exchange(
+                self._set_real, names, (c_double * len(buffer)).from_buffer(buffer.data), len(buffer)
+            )
 
     def get_real(self, names: Sequence[str]) -> FloatArray:
         """Return floating-point variables; the values of an array follow each other."""
         buffer = np.zeros(self.count(names) if self._three else len(names))
         if names:
-            self._exchange(self._get_real, names, (c_double * len(buffer)).from_buffer(buffer.data), len(buffer))
+            self._exchange(
+                self._get_real, names, (c_double * len(buffer)).from_buffer(buffer.data), len(buffer)
+            )
         return buffer
 
     def get_boolean(self, name: str) -> bool:

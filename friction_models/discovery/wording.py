@@ -35,14 +35,19 @@ def sentence(
     if not evidence.found.floor.known:
         sure += "; so few tests cannot show the scatter between tests"
     sure += ")"
-    names = " and ".join(f"{f.name} ({f.prepared.candidate.effect.title})" for f in chosen)
+    effects = [f.prepared.candidate.effect for f in chosen]
+    labels = " and ".join(e.label for e in effects)
+    what = "; ".join(e.sentence for e in effects)
     p = evidence.p_value
     if verdict == "explained":
-        return f"{model} lacks {names} {sure}, p = {p:.3f}."
+        verb = "is" if len(effects) == 1 else "are"
+        return f"{labels} {verb} missing from {model}: {what} {sure}, p = {p:.3f}."
     if verdict == "ambiguous":
+        known = {f.name: f.prepared.candidate.effect.label for f in evidence.found.ranking}
+        rivals = ", ".join(known.get(name, name) for name in evidence.confusion_set)
         return (
-            f"{model} lacks an effect, but these data cannot tell {', '.join(evidence.confusion_set)} apart; "
-            f"{chosen[0].name} fits best {sure}."
+            f"an effect is missing from {model}, but these data cannot tell {rivals} apart; {effects[0].label} fits best: "
+            f"{effects[0].sentence} {sure}."
         )
     if verdict == "data_problem" and not chosen:
         return (
@@ -50,7 +55,9 @@ def sentence(
             f"before {model} can be judged {sure}."
         )
     if verdict == "data_problem":
-        return f"the residual of {model} looks like a fault of the data: {names} {sure}, p = {p:.3f}."
+        return (
+            f"the residual of {model} looks like a fault of the data: {labels}, {what} {sure}, p = {p:.3f}."
+        )
     if verdict == "unknown_structure":
         joints = {"interaction": " x "}
         places = "; ".join(

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from friction_models.effects import make_effect
+
 from .charts.force import force_chart
 from .charts.friction import residual_chart, worst_tests_chart
 from .charts.responses import CAPTION, response_chart
@@ -72,7 +74,7 @@ def _headline(demo: DemoFolder) -> str:
     before, effects = demo.label("before"), demo.diagnosis["effects"]
     if not effects:
         return f"The {before} model lacks nothing that this data can show"
-    named = " and ".join(e.replace("_", " ") for e in effects)
+    named = " and ".join(make_effect(name).label for name in effects)
     change = changes(demo)[0].relative
     verb = "removes" if change < 0 else "adds"
     what = f"an effect, {named} fits best" if demo.diagnosis["verdict"] == "ambiguous" else named

@@ -80,7 +80,7 @@ def diagnosis_page(found: Diagnosis, label: str, confirmed: Mapping[str, Any] | 
 
 
 def _headline(found: Diagnosis) -> str:
-    names = " and ".join(found.effects)
+    names = " and ".join(found.named[name].label for name in found.effects)
     return {
         "explained": f"{names} is missing" if len(found.effects) < 2 else f"{names} are missing",
         "ambiguous": f"an effect is missing, {names} fits best",

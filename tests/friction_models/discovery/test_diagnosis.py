@@ -119,7 +119,7 @@ def test_json_has_the_agreed_keys_and_the_report_starts_with_the_verdict(worn_di
     assert low < content["noise_floor"]["total"] < high
     assert 0.004 < content["noise_floor"]["test"] < 0.0065  # the scatter was 0.005
     report = worn_diagnosis.report()
-    assert report.startswith("EXPLAINED: the linear model lacks wear_out")
+    assert report.startswith("EXPLAINED: Film wear is missing from the linear model: friction rises late")
     for part in ("noise floor", "Ranked evidence", "Worst tests", "delta_w"):
         assert part in report
 
