@@ -23,7 +23,7 @@ from friction_models.discovery import diagnose
 from friction_models.estimation.base_law import base_law
 from friction_models.estimation.binning import prepare
 
-from .test_discovery_fixed import made
+from .discovery.test_fixed import made
 
 #: mm/s, MPa, mm; far from those that the family takes by default.
 V0, S0, D0 = 40.0, 900.0, 6.0

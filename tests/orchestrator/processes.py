@@ -23,8 +23,8 @@ def environment(place: Path, **more: str) -> dict[str, str]:
 
 
 def imports(pid: int) -> bool:
-    """Whether a process is in the middle of its imports: NumPy is loaded."""
-    return "_multiarray_umath" in _read(pid, "maps")
+    """Whether a process is in the middle of its imports: pydantic, which every command needs, is loaded."""
+    return "_pydantic_core" in _read(pid, "maps")
 
 
 def has_workers(pid: int) -> bool:
