@@ -14,7 +14,7 @@ import pandas as pd
 
 from fmus import check, pack
 from friction_models import FrictionModel, TriboLoads
-from friction_models.effects import Amplitude, Effect, Memory, Shape
+from friction_models.effects import Amplitude, Effect, EffectContext, ShapeParameter
 from friction_models.expressions.ops import LoadColumns, NumpyOps, Ops, Value
 
 
@@ -57,14 +57,18 @@ class FilmStarvation(Effect):
     name = "film_starvation"
     title = "the film starves over distance under pressure"
     equation = "mu += delta * sd sigma_n / (E + sd sigma_n)"
+    label = "Film starvation"
+    sentence = "friction rises late in tests with high pressure, as the film runs dry"
     latex = r"\mu \mathrel{+}= \delta\,\frac{s\,\sigma_n}{E+s\,\sigma_n}"
     citation = "an example of this documentation"
     where_it_shows = "late in tests with high pressure"
     driver = ("sd", "sigma_n")
     amplitudes = (Amplitude("delta", "1", "friction of the starved film", 1, 0.02),)
-    shapes = (Shape("E", "N/mm", "severity at half starvation", 1e2, 1e6, 2e4),)
+    shapes = (ShapeParameter("E", "N/mm", "severity at half starvation", 1e2, 1e6, 2e4),)
 
-    def basis(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], memory: Memory) -> tuple[Value, ...]:
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
         severity = L.sd * L.sigma_n
         return (severity / (p["E"] + severity),)
 
@@ -111,5 +115,5 @@ def main(folder: Path) -> tuple[FrictionModel, FrictionModel, Path]:
 # %%
 if __name__ == "__main__":
     numbers = LoadColumns.from_matrix(NumpyOps(), np.array([[50.0, 80.0, 1000.0, 10.0, 1.2]]))
-    print("basis at one point:", FilmStarvation().basis(NumpyOps(), numbers, {"E": 2e4}, Memory())[0])
+    print("basis at one point:", FilmStarvation().basis(NumpyOps(), numbers, {"E": 2e4}, EffectContext())[0])
     main(Path("build/own"))

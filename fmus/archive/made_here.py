@@ -12,7 +12,7 @@ import os
 from pathlib import Path
 
 from friction_models.common import InputError
-from friction_models.common.kept import cache_folder, path_digest
+from friction_models.common.cached_results import cache_folder, path_digest
 
 #: Environment variable that decides for all FMUs: 1 for a process of its own, 0 for none.
 VARIABLE = "TRIBOFMU_ISOLATE"

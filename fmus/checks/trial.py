@@ -16,7 +16,7 @@ from ..archive.limits import limit_memory
 from ..runtime.running import FmuError, RunningFmu
 from ..runtime.unpacked import UnpackedFmu
 from .notes import Notes
-from .play import STEPS, Play
+from .repeat_steps import STEPS, Play
 from .schema import problems_of
 from .trial_binaries import binaries
 from .trial_exchange import exchange

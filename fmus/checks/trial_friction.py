@@ -12,7 +12,7 @@ from friction_models.loads import LOAD_NAMES, LOADS, FloatArray
 from ..interface.quantities import vector
 from ..runtime.running import RunningFmu
 from ..runtime.unpacked import UnpackedFmu
-from .play import random_loads
+from .repeat_steps import random_loads
 
 if TYPE_CHECKING:
     from friction_models.models.onnx_model import OnnxModel

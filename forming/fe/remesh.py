@@ -1,4 +1,7 @@
-"""A fresh mesh over the same body: surface sampled anew, fields carried over, heat kept."""
+"""How a fresh mesh is made over the same body: surface sampled anew, fields carried over, heat kept.
+
+When it is due, `simulation.py` decides by the `RemeshPolicy` of the run (`state.py`).
+"""
 
 from __future__ import annotations
 

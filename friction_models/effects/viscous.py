@@ -1,4 +1,7 @@
-"""Viscous share of mixed lubrication: friction rises with speed, less so when hot."""
+"""Viscous share of mixed lubrication: friction rises with speed, less so under pressure (Hersey number) and when hot.
+
+Viscosity depends on temperature only; no effect of the catalogue lets it rise with pressure (Barus).
+"""
 
 from __future__ import annotations
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from friction_models.common import InputError, grown, unknown_name
+from friction_models.common.cached_results import cache_folder, is_kept, keep
 from friction_models.common.folders import SENSITIVITIES
-from friction_models.common.kept import cache_folder, is_kept, keep
 from friction_models.effects import CATALOGUE, make_effect
 from friction_models.effects.base import Effect
 

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from friction_models.common import check_folder
+from friction_models.common.cached_results import is_kept, keep, path_digest
 from friction_models.common.folders import RUN
-from friction_models.common.kept import is_kept, keep, path_digest
 from friction_models.common.pool import map_unordered
 
 from ..jobs.job import Progress

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, TypedDict
 
-from friction_models.common.kept import code_digest, digest, source_files, source_place
+from friction_models.common.cached_results import code_digest, digest, source_files, source_place
 
 from .versions import versions
 

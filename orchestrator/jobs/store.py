@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from friction_models.common import InputError, write_json
-from friction_models.common.kept import digest, path_digest
+from friction_models.common.cached_results import digest, path_digest
 from friction_models.common.locks import locked
 
 #: Every result folder holds this file, which names all others with their hashes.

@@ -9,7 +9,7 @@ from typing import Any
 from friction_models.effects import make_effect
 
 from .charts.force import force_chart
-from .charts.friction import residual_chart, worst_tests_chart
+from .charts.residuals import residual_chart, worst_tests_chart
 from .charts.responses import CAPTION, response_chart
 from .parts.markup import Change, cards, escape, table
 from .parts.page import Page, figure

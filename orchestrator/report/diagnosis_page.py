@@ -12,7 +12,7 @@ from friction_models.discovery.figures_data import load_map, meanings, structure
 from friction_models.loads.labels import with_unit
 
 from .charts.diagnosis import effect_chart, map_chart
-from .charts.friction import residual_chart, worst_tests_chart
+from .charts.residuals import residual_chart, worst_tests_chart
 from .parts.markup import Change, cards, escape, paragraph, table
 from .parts.page import Page, figure
 from .sections.evidence import (

@@ -6,7 +6,7 @@ from typing import Any
 
 from friction_models.loads import DataSet
 
-from .charts.friction import residual_chart
+from .charts.residuals import residual_chart
 from .charts.responses import CAPTION, response_chart
 from .parts.markup import Change, cards, paragraph, table
 from .parts.page import Page, figure

@@ -13,8 +13,8 @@ from typing import Any
 import pandas as pd
 
 from friction_models.common import InputError, check_folder, grown
+from friction_models.common.cached_results import fingerprint
 from friction_models.common.folders import TWIN
-from friction_models.common.kept import fingerprint
 from friction_models.common.pool import Progress, map_unordered
 
 from ..ingest.raw_campaign import RawCampaign

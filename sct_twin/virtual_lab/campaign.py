@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 
 from friction_models.common import InputError, atomic_folder, atomic_path, check_folder, write_text
+from friction_models.common.cached_results import fingerprint
 from friction_models.common.folders import CAMPAIGN, UNFINISHED
-from friction_models.common.kept import fingerprint
 from friction_models.common.locks import locked
 from friction_models.common.pool import Progress, map_unordered
 

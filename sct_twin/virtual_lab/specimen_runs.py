@@ -14,7 +14,7 @@ import numpy as np
 from forming.processes.upsetting import UpsettingResult
 from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError, atomic_path
-from friction_models.common.kept import cache_folder, code_digest, fingerprint, is_kept, keep
+from friction_models.common.cached_results import cache_folder, code_digest, fingerprint, is_kept, keep
 from friction_models.common.pool import map_unordered
 
 from ..twin.upsetting import robust_upset

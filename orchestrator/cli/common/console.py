@@ -125,7 +125,7 @@ def note(text: str) -> None:
 def write_result(path: Path, content: Any) -> None:
     """Write a JSON result file (stable keys, no NaN), atomically."""
     from friction_models.common import write_json
-    from friction_models.common.plain import plain
+    from friction_models.common.json_values import plain
 
     write_json(path, plain(content))
     say(f"written: {path}")

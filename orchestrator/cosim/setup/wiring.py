@@ -10,9 +10,9 @@ from fmus.runtime.fmu_files import FmuDescription, describe
 from fmus.runtime.fmu_variables import Variable, integer_limits
 from friction_models.common import InputError, unknown_name
 
+from .array_lengths import size_arrays
 from .connections import scaling, split_connection
 from .description import StartValue, SystemDescription
-from .sizing import size_arrays
 
 #: A component and the elements of one of its variables.
 _End = tuple[str, list[Variable]]

@@ -10,7 +10,7 @@ from friction_models.models.domain import Domain
 
 from ...jobs.campaign import JobResult
 from ..contact import Contact, Exceedance, Spread, exceedance, reference_areas, spread
-from ..coupled import run_of, synthetic
+from ..forming_jobs import run_of, synthetic
 from ..models import model_name
 from .study import DATA_KINDS, RULES, DataKind, ExtrapolationStudy, Rule, data_of, run_name
 

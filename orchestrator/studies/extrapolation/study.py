@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from ...comparison.level_runs import Level
 from ...jobs.campaign import Job, JobResult
-from ..coupled import check_names, chosen_level, coupled_job, synthetic
+from ..forming_jobs import check_names, chosen_level, coupled_job, synthetic
 from ..measurements import FULL_PLAN, QUICK_PLAN, data_jobs, data_name, only_lubricant
 from ..models import ADVANCED, model_job
 from ..study import Study

@@ -204,7 +204,7 @@ class FormingErrorStudy(Study):
 
     def settings(self, results: Mapping[str, JobResult]) -> dict[str, Any]:
         """Return what the manifest says of the study: sizes, levels, and hashes of one's own press curves."""
-        from friction_models.common.kept import path_digest
+        from friction_models.common.cached_results import path_digest
 
         levels = [
             {

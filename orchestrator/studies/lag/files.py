@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from friction_models.common import write_json, write_text
-from friction_models.common.plain import plain
+from friction_models.common.json_values import plain
 
 from ..tables import write_nested
 from .result import LagNumbers

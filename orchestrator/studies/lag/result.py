@@ -11,7 +11,7 @@ import numpy as np
 from friction_models.loads import FloatArray
 
 from ...jobs.campaign import JobResult
-from ..coupled import run_of, synthetic
+from ..forming_jobs import run_of, synthetic
 from .study import MODES, LagStudy, Mode, run_name
 
 #: With which run another one is compared: the iterated one of the same step, or of the finest step.

@@ -11,7 +11,7 @@ from friction_models.common import InputError
 
 from ...comparison.level_runs import Level
 from ...jobs.campaign import Job, JobResult
-from ..coupled import SPEED, T_TOOL, check_names, chosen_level, coupled_job, synthetic
+from ..forming_jobs import SPEED, T_TOOL, check_names, chosen_level, coupled_job, synthetic
 from ..measurements import FULL_PLAN, QUICK_PLAN, data_jobs, data_name, only_lubricant
 from ..models import model_job
 from ..study import Study

@@ -14,7 +14,7 @@ import pytest
 
 from friction_models import LinearFriction
 from friction_models.common import InputError
-from friction_models.common.plain import plain
+from friction_models.common.json_values import plain
 from friction_models.loads import DataSet
 from orchestrator.cli.common.console import keeping
 from orchestrator.cli.main import run, spread

@@ -17,7 +17,7 @@ import pytest
 
 from fmus.runtime.errors import SimulationError
 from friction_models.common import InputError
-from friction_models.common.kept import code_digest, path_digest
+from friction_models.common.cached_results import code_digest, path_digest
 from orchestrator.jobs.campaign import Campaign, Job, JobResult
 from orchestrator.jobs.executors import Cluster
 from orchestrator.jobs.keys import deciding_code

@@ -22,7 +22,8 @@ from orchestrator.comparison.level_runs import Level
 from orchestrator.jobs.campaign import JobResult
 from orchestrator.report.extrapolation_page import extrapolation_page
 from orchestrator.report.lag_page import lag_page
-from orchestrator.studies import coupled, models
+from orchestrator.studies import forming_jobs as coupled
+from orchestrator.studies import models
 from orchestrator.studies.contact import Contact, reference_areas
 from orchestrator.studies.extrapolation import result as extrapolation
 from orchestrator.studies.extrapolation import words
