@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from threadpoolctl import threadpool_limits
 
 from ..common import InputError
+from ..common.one_blas_thread import one_blas_thread
 from ..effects import CATALOGUE, make_effect
 from ..effects.base import Effect
 from ..estimation.base_law import BaseLaw, base_law, polynomial_columns
@@ -54,7 +54,7 @@ BESIDE_A_SHIFT = (
 )
 
 
-@threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices: more threads only wait for each other
+@one_blas_thread
 def diagnose(
     data: pd.DataFrame,
     tests: pd.DataFrame | None = None,

@@ -8,9 +8,9 @@ from typing import Any, TypedDict
 import numpy as np
 import pandas as pd
 from sklearn.base import clone
-from threadpoolctl import threadpool_limits
 
 from ..common import InputError
+from ..common.one_blas_thread import one_blas_thread
 from ..effects import make_effect
 from ..effects.base import Effect
 from ..estimation.binning import campaign_of, prepare
@@ -38,7 +38,7 @@ class Addition(TypedDict):
     after: dict[str, float]
 
 
-@threadpool_limits.wrap(limits=1, user_api="blas")
+@one_blas_thread
 def refine(
     data: pd.DataFrame,
     tests: pd.DataFrame | None = None,
@@ -46,7 +46,7 @@ def refine(
     add: Iterable[str | Effect] | str | Effect = (),
     force: bool = False,
     seed: int = 0,
-) -> Any:
+) -> FrictionModel:
     """Return `model` with effects added, base and effects fitted together.
 
     The result is fitted to the tests whose `role` is ``train`` (to all where no role is recorded) and

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -24,6 +24,7 @@ from ..common.options import (
 from .modelling import Interval, add_interval
 
 if TYPE_CHECKING:
+    from friction_models.discovery.further_tests.next_tests import NextTest
     from friction_models.loads import DataSet
 
 Campaigns = Annotated[
@@ -70,7 +71,7 @@ def diagnose(
         _write_plan(plan, result.next_tests)
 
 
-def _write_plan(plan: Path, next_tests: list[dict[str, Any]]) -> None:
+def _write_plan(plan: Path, next_tests: list[NextTest]) -> None:
     from friction_models.discovery.further_tests.next_tests import plan_rows
 
     from ...prediction.plan_file import missing_settings, write_plan
