@@ -132,7 +132,7 @@ class PredictionInterval:
         """Return the interval with a further measured coverage."""
         return replace(self, coverage=dict(self.coverage) | {role: dict(measures)})
 
-    def summary(self) -> dict[str, Any]:
+    def summary(self) -> dict[str, object]:
         """Return what the model card shows."""
         return {
             "level": self.level,
@@ -146,7 +146,7 @@ class PredictionInterval:
             "coverage": {role: dict(m) for role, m in self.coverage.items()},
         }
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return everything as JSON holds it."""
         return self.summary() | {"scores": list(self.scores)}
 
