@@ -207,7 +207,7 @@ def _probe_graph(effects: Sequence[Effect], known: Sequence[Strength], states: i
     mu_in = graph.input("mu_in", ["n", 1])
     system = graph.input("system", [1, len(known) + 1])
     L = LoadColumns.from_matrix(x, loads)
-    held: dict[str, Any] = {}
+    held: dict[str, object] = {}
     if states:
         state, dt = graph.input("state", ["n", states]), graph.input("dt", [1])
         names = [n for e in effects for n, _ in e.states]

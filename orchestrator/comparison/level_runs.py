@@ -149,7 +149,7 @@ def level_job(
     return Job(name, f"{__name__}:run_level", inputs, files, needs, seconds)
 
 
-def level_inputs(level: Level, mode: str, step: float, start: Mapping[str, Any] | None) -> dict[str, Any]:
+def level_inputs(level: Level, mode: str, step: float, start: Mapping[str, Any] | None) -> dict[str, object]:
     """Return what every job that forms a level gets: level, mode, step [mm] and start values of the friction FMU."""
     return {
         "level": asdict(level) | {"parameters": dict(level.parameters)},
@@ -161,7 +161,7 @@ def level_inputs(level: Level, mode: str, step: float, start: Mapping[str, Any] 
 
 def run_level(
     inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Form a level; the function of `level_job`.
 
     Returns
@@ -229,7 +229,7 @@ def simulate_level(inputs: Mapping[str, Any], friction: Path, folder: Path) -> R
     return Master(system, mode=str(inputs["mode"]), tolerance=tolerance).run(folder)
 
 
-def summary(run: Run) -> dict[str, Any]:
+def summary(run: Run) -> dict[str, object]:
     """Return what `run_level` keeps of a run."""
     active = run["forming.active"] > 0.5
     outside: dict[str, float] | None = None

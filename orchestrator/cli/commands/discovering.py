@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -70,7 +70,7 @@ def diagnose(
         _write_plan(plan, result.next_tests)
 
 
-def _write_plan(plan: Path, next_tests: list[dict[str, Any]]) -> None:
+def _write_plan(plan: Path, next_tests: list[dict[str, object]]) -> None:
     from friction_models.discovery.further_tests.next_tests import plan_rows
 
     from ...prediction.plan_file import missing_settings, write_plan

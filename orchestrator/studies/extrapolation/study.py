@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from ...comparison.level_runs import Level
 from ...jobs.campaign import Job, JobResult
@@ -66,7 +66,7 @@ class ExtrapolationPlan:
             for T_tool, speed in self.conditions
         ]
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return plain data."""
         return {
             "models": list(self.models),
@@ -126,7 +126,7 @@ class ExtrapolationStudy(Study):
                 ]
         return cls(plan, tuple(jobs))
 
-    def settings(self, results: Mapping[str, JobResult]) -> dict[str, Any]:
+    def settings(self, results: Mapping[str, JobResult]) -> dict[str, object]:
         """Return what the manifest says of the study."""
         return {**self.plan.to_dict(), "synthetic": synthetic(results)}
 

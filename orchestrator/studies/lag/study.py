@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from friction_models.common import InputError
 
@@ -71,7 +71,7 @@ class LagPlan:
         """Return the press level of a process."""
         return chosen_level(process, self.stroke, max(self.steps), self.speed, self.T_tool)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return plain data."""
         return {
             "models": list(self.models),
@@ -124,7 +124,7 @@ class LagStudy(Study):
                 ]
         return cls(plan, tuple(jobs))
 
-    def settings(self, results: Mapping[str, JobResult]) -> dict[str, Any]:
+    def settings(self, results: Mapping[str, JobResult]) -> dict[str, object]:
         """Return what the manifest says of the study."""
         return {**self.plan.to_dict(), "synthetic": synthetic(results)}
 
