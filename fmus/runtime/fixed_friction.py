@@ -219,7 +219,7 @@ class FmuModel:
         return self.source.box if self.source is not None else Domain.physical()
 
     @property
-    def card(self) -> dict[str, object]:
+    def card(self) -> dict[str, Any]:
         """The model card inside the FMU; empty without one."""
         return {} if self.source is None else self.source.card
 

@@ -193,7 +193,7 @@ class FrictionModel(FrictionLaw):
     # --- words and files ------------------------------------------------------------------------------
 
     @property
-    def card(self) -> dict[str, object]:
+    def card(self) -> dict[str, Any]:
         """The model card: law, data, splits, errors, domain, versions."""
         from .model_card import build_card
 

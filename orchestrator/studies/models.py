@@ -30,7 +30,7 @@ class TrainedModel(TypedDict):
     family: str
     model: str
     fmu: str
-    domain: dict[str, object]
+    domain: dict[str, list[float] | None]
     points: int
     tests: int
     mae_test: float | None
