@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -36,7 +37,7 @@ def averages(
     campaign: Campaign, before: FloatArray, after: FloatArray, chosen: Sequence[Fit] = ()
 ) -> pd.DataFrame:
     """Return the bins as a table: what `Diagnosis.averages` holds."""
-    columns: dict[str, object] = {
+    columns: dict[str, npt.NDArray[Any]] = {
         "test_id": np.array(campaign.tests)[campaign.test],
         "points": campaign.count.astype(int),
     }

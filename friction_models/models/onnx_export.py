@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..common import atomic_path
 from ..expressions.onnx_graph import GraphBuilder, OnnxOps
-from ..expressions.ops import LoadColumns
+from ..expressions.ops import LoadColumns, Value
 from ..loads import LOAD_NAMES, MU
 from .intervals import MARGIN
 from .model_card import build_card, package_version
@@ -50,7 +50,7 @@ def build_onnx(model: FrictionLaw) -> onnx.ModelProto:
     states, variables = model.states, model.system_variables
     loads = graph.input("loads", ["n", len(LOAD_NAMES)])
     columns = LoadColumns.from_matrix(x, loads).without(x, model.domain.absent)
-    system: dict[str, object] | None = None
+    system: dict[str, Value] | None = None
     if variables:
         values = graph.input("system", [1, len(variables)])
         system = {v.name: x.column(values, j) for j, v in enumerate(variables)}

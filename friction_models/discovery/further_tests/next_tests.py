@@ -129,9 +129,9 @@ def _entry(proposal: Proposal, pair: list[str], expected: Separation) -> NextTes
     return cast(NextTest, entry | {"plan": proposal.plan})
 
 
-def plan_rows(next_tests: Sequence[Mapping[str, Any]]) -> list[dict[str, object]]:
+def plan_rows(next_tests: Sequence[Mapping[str, Any]]) -> list[dict[str, str | float]]:
     """Return the rows of all proposed tests, each once, as one plan."""
-    rows: list[dict[str, object]] = []
+    rows: list[dict[str, str | float]] = []
     for entry in next_tests:
         rows += [dict(r) for r in entry["plan"] if dict(r) not in rows]
     return rows
