@@ -83,7 +83,7 @@ def _memory(fmu: UnpackedFmu, notes: Notes) -> None:
         notes.note("noted", hint(fastest))
 
 
-def _reference(fmu: UnpackedFmu, start: dict[str, Any], mu: FloatArray, notes: Notes) -> None:
+def _reference(fmu: UnpackedFmu, start: dict[str, float | list[float]], mu: FloatArray, notes: Notes) -> None:
     """Compare mu at the start with ONNX Runtime, where there is no co-simulation to do so at many points."""
     from .trial_friction import packed_model
 
@@ -97,9 +97,9 @@ def _reference(fmu: UnpackedFmu, start: dict[str, Any], mu: FloatArray, notes: N
     notes.add(worst <= 1e-9, f"mu against ONNX Runtime at the start: difference {worst:.1e}")
 
 
-def _start(fmu: UnpackedFmu) -> dict[str, Any]:
+def _start(fmu: UnpackedFmu) -> dict[str, float | list[float]]:
     """Return loads a little apart from the start values, in the same place of every importer's table."""
-    start: dict[str, Any] = {}
+    start: dict[str, float | list[float]] = {}
     for quantity in LOADS:
         for name in fmu.friction()[quantity.name]:
             text = str(fmu.variables[name].start or "0").split()

@@ -59,7 +59,7 @@ class FrictionSource:
     system: tuple[Parameter, ...] = ()
     card: dict[str, Any] = field(default_factory=dict)
     original: bytes | None = None
-    foreign: dict[str, Any] | None = None
+    foreign: dict[str, object] | None = None
     note: str = ""
     interval: float | None = None
     absent: tuple[str, ...] = ()
@@ -187,7 +187,7 @@ def parse_source(content: bytes, where: str) -> FrictionSource:
     )
 
 
-def _level(content: dict[str, Any], outputs: set[str], where: str) -> float | None:
+def _level(content: dict[str, object], outputs: set[str], where: str) -> float | None:
     """Return the level of the prediction interval, None without one."""
     if not content or MARGIN not in outputs:
         return None

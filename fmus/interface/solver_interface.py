@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypedDict
 
 from friction_models.loads import Quantity
 
@@ -30,6 +30,14 @@ def indexed(quantity: Quantity, n: int, i: int) -> Signal:
     name = quantity.name if n == 1 else f"{quantity.name}[{i + 1}]"
     q = quantity
     return Signal(name, q.unit, q.meaning, q.nominal, q.lower, q.upper, q.nominal)
+
+
+class _Computed(TypedDict):
+    """What the variables that the solver computes have in common; fields of `Variable`."""
+
+    initial: str
+    depends: tuple[str, ...]
+    initial_depends: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -74,7 +82,7 @@ class SolverInterface:
         first_parameter = first_input + len(self.inputs)
         first_flag = first_parameter + len(self.parameters)
         # Outputs answer the inputs of the step before: no direct dependence, no algebraic loop for any master.
-        computed: dict[str, Any] = {
+        computed: _Computed = {
             "initial": "calculated",
             "depends": (),
             "initial_depends": tuple(self.parameters),

@@ -71,6 +71,6 @@ def page(title: str, sections: Mapping[str, Any]) -> bytes:
     return html(title, body)
 
 
-def card_json(card: dict[str, Any]) -> bytes:
+def card_json(card: dict[str, object]) -> bytes:
     """Return the card as JSON."""
     return (json.dumps(card, indent=2, sort_keys=True) + "\n").encode()

@@ -228,7 +228,7 @@ class ForeignEvaluation(Evaluation):
         return mu
 
     def _run(self, width: int, start: dict[str, float]) -> RunningFmu:
-        values: dict[str, Any] = {}
+        values: dict[str, object] = {}
         for name, value in {**self.names.start, **start}.items():
             parts = [name] if name in self.fmu.variables else self.fmu.elements(name)
             several = len(parts) > 1 and isinstance(value, list)

@@ -58,7 +58,7 @@ class FrictionNames:
         loads = {str(k): (str(v[0]), str(v[1])) for k, v in content["loads"].items()}
         return cls(**{**content, "loads": loads})
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return JSON-able data."""
         return asdict(self) | {"loads": {k: list(v) for k, v in self.loads.items()}}
 
@@ -128,7 +128,7 @@ class FrictionNames:
         return cls(loads, name, start, len(elements) == 1 and not description.sizing(name), distance)
 
 
-def read_names(path: Path) -> dict[str, dict[str, Any]]:
+def read_names(path: Path) -> dict[str, dict[str, object]]:
     """Read a file of names: a mapping from each FMU (as it is called on the command line, or its file name) to its entry.
 
     Raises
@@ -152,7 +152,7 @@ def read_names(path: Path) -> dict[str, dict[str, Any]]:
     return {str(fmu): dict(entry) for fmu, entry in content.items()}
 
 
-def entries_by_model(models: Sequence[str], names: Path) -> dict[str, dict[str, Any]]:
+def entries_by_model(models: Sequence[str], names: Path) -> dict[str, dict[str, object]]:
     """Return the entries of a file of names by the models of a command line.
 
     Raises
@@ -160,7 +160,7 @@ def entries_by_model(models: Sequence[str], names: Path) -> dict[str, dict[str, 
     InputError
         What `read_names` refuses, an entry for no FMU among the models or for several, two for one.
     """
-    found: dict[str, dict[str, Any]] = {}
+    found: dict[str, dict[str, object]] = {}
     aliases = {n: (n, Path(n).name, Path(n).stem) for n in models if Path(n).suffix == ".fmu"}
     for key, entry in read_names(names).items():
         meant = [key] if key in aliases else [n for n, several in aliases.items() if key in several]
@@ -193,14 +193,14 @@ def _named(value: Any, load: str, where: str) -> tuple[str, str]:
     )
 
 
-def _start(description: FmuDescription, given: Any, used: set[str]) -> dict[str, Any]:
+def _start(description: FmuDescription, given: Any, used: set[str]) -> dict[str, object]:
     """Return values of all inputs that no load feeds: those given, or the FMU's own start values."""
     where = str(description.path)
     if not isinstance(given, dict):
         raise InputError(
             f"{where}: set: {str(given)[:60]!r}, allowed: values of inputs and parameters by name"
         )
-    start: dict[str, Any] = {}
+    start: dict[str, object] = {}
     free = [
         name
         for name, elements in description.arrays.items()

@@ -6,7 +6,6 @@ import json
 import math
 import os
 from pathlib import Path, PurePosixPath
-from typing import Any
 from urllib.parse import unquote
 
 from lxml import etree
@@ -179,7 +178,7 @@ class _Reader:
             raise InputError(f"{self.file}: {key} is {text!r}, allowed: a number")
         return number
 
-    def _step(self, root: etree._Element, system: etree._Element, notes: dict[str, Any]) -> float | None:
+    def _step(self, root: etree._Element, system: etree._Element, notes: dict[str, object]) -> float | None:
         own = notes.pop("communication_step", None)
         if isinstance(own, int | float) and not isinstance(own, bool):
             return float(own)
@@ -192,7 +191,7 @@ class _Reader:
                 return self._number(found, key)
         return None
 
-    def _notes(self, system: etree._Element) -> dict[str, Any]:
+    def _notes(self, system: etree._Element) -> dict[str, object]:
         found = system.find("ssd:Annotations/ssc:Annotation/own:Notes", _SPACES)
         text = "" if found is None else str(found.text or "")
         if not text or len(text) > _MAX_NOTES:

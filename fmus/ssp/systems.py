@@ -9,7 +9,6 @@ this project knows (order, what to record, whether data is synthetic) in one of 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -93,4 +92,4 @@ class Structure:
     start: dict[str, Value] = field(default_factory=dict)
     stop: float | None = None
     step: float | None = None
-    notes: dict[str, Any] = field(default_factory=dict)
+    notes: dict[str, object] = field(default_factory=dict)

@@ -139,7 +139,7 @@ def _export(
     fmi: str,
     platforms: Sequence[str] | None,
     spec: str | os.PathLike[str] | None,
-    options: dict[str, Any],
+    options: dict[str, object],
 ) -> Path:
     if nodes != 1 or fmi != "2.0" or platforms:
         raise InputError(f"nodes, FMI version and platforms are those of an FMU; target {target!r} has none")

@@ -291,7 +291,7 @@ def write_solver_fmu(
         raise InputError(f"{path}: suffix {Path(path).suffix!r}, allowed: '.fmu'")
     description, config = interface.description(target), interface.config()
     facts = {name: f"{value:g} {unit}" for name, (unit, value) in interface.parameters.items()}
-    sections: dict[str, Any] = {"Parameters": facts, "Fixed in this FMU": config.get("material")}
+    sections: dict[str, object] = {"Parameters": facts, "Fixed in this FMU": config.get("material")}
     if target == "process":
         from .process import process_fmu_files
 

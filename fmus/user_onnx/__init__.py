@@ -7,7 +7,7 @@ import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from friction_models.loads import LOAD_NAMES, LOADS
 
@@ -50,7 +50,7 @@ class UserModel:
     name: str
     family: str
     formula: str
-    card: dict[str, Any]
+    card: dict[str, object]
     agreement: Agreement | None
 
 
@@ -122,7 +122,7 @@ def read_user_model(
     card["runs"] = (
         f"the graph in float64, compared with the original in ONNX Runtime at {agreement.points} random points"
     )
-    metadata: dict[str, Any] = {
+    metadata: dict[str, object] = {
         "tribofmu.model": {"family": given.family, "name": name, "formula": given.formula},
         "tribofmu.card": card,
     }
@@ -133,7 +133,7 @@ def read_user_model(
     )
 
 
-def _with_metadata(content: bytes, metadata: dict[str, Any]) -> bytes:
+def _with_metadata(content: bytes, metadata: dict[str, object]) -> bytes:
     import onnx
 
     model = onnx.load_model_from_string(content)
@@ -142,8 +142,8 @@ def _with_metadata(content: bytes, metadata: dict[str, Any]) -> bytes:
     return bytes(model.SerializeToString(deterministic=True))
 
 
-def _card(content: bytes, name: str, spec: Spec, signature: Signature) -> dict[str, Any]:
-    entries: dict[str, Any] = {"name": name, "family": spec.family}
+def _card(content: bytes, name: str, spec: Spec, signature: Signature) -> dict[str, object]:
+    entries: dict[str, object] = {"name": name, "family": spec.family}
     texts = {
         "formula": spec.formula,
         "description": spec.description,

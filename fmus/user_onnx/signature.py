@@ -77,7 +77,7 @@ class Signature:
         """Indices of the loads that the graph sees."""
         return sorted(k for f in self.feeds for k in f.loads)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return plain data, for the Python FMU."""
         inputs = [
             {

@@ -129,9 +129,9 @@ class Spec(BaseModel):
             raise InputError(f"{where}: {_sentence(error.errors()[0])}") from None
 
 
-def _columns(entries: list[Any], where: str) -> dict[str, Any]:
+def _columns(entries: list[Any], where: str) -> dict[str, object]:
     """Return a list of loads as a mapping with columns."""
-    found: dict[str, Any] = {}
+    found: dict[str, object] = {}
     for k, entry in enumerate(entries):
         one = {"load": entry} if isinstance(entry, str) else entry
         if not isinstance(one, dict) or not isinstance(one.get("load"), str):

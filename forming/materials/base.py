@@ -155,6 +155,6 @@ class Material:
                 )
         return tuple(sentences)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return the material as numbers, texts and lists; `material_from_dict` reads them."""
         return {"kind": type(self).__name__} | asdict(self)

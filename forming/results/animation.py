@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import json
 from importlib.resources import files
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -82,10 +81,10 @@ def _data(
     field: str,
     stroke: float | None,
     force: tuple[FloatArray, FloatArray] | None,
-) -> dict[str, Any]:
+) -> dict[str, object]:
     window = Window.around(history.snapshots)
     whole = {name: _range(history, name) for name in FIELDS}
-    found: dict[str, Any] = {
+    found: dict[str, object] = {
         "window": [window.r_max, window.z_min, window.z_max],
         "field": list(FIELDS).index(field),
         "frame": len(history) - 1 if stroke is None else int(np.abs(history.strokes - stroke).argmin()),
@@ -122,7 +121,7 @@ def _range(history: FieldHistory, name: str) -> tuple[float, float]:
     return low, high if high > low else low + 1.0
 
 
-def _frame(s: Snapshot, window: Window, whole: dict[str, tuple[float, float]]) -> dict[str, Any]:
+def _frame(s: Snapshot, window: Window, whole: dict[str, tuple[float, float]]) -> dict[str, object]:
     if len(s.x) > 65535:
         raise InputError(f"forming: a snapshot of {len(s.x)} nodes; an animation takes at most 65535")
     low = np.array([0.0, window.z_min])

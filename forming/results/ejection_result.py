@@ -107,7 +107,9 @@ def save_ejection(result: EjectionResult, folder: Path) -> None:
         writer.writerow(["phase", *(f"{name} [{unit}]" for name, unit in _COLUMNS.items())])
         numbers = zip(*(getattr(result, name) for name in _COLUMNS))
         writer.writerows([phase, *(f"{v:.9g}" for v in row)] for phase, row in zip(result.phase, numbers))
-    found: dict[str, Any] = {name: getattr(result, name) for name in ("how", "status", "message", *_FIGURES)}
+    found: dict[str, object] = {
+        name: getattr(result, name) for name in ("how", "status", "message", *_FIGURES)
+    }
     found |= {"max_force": result.max_force, "total_work": result.total_work}
     write_json(folder / "ejection.json", found | {"patches": [asdict(p) for p in result.patches]})
 

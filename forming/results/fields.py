@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from friction_models.common import InputError, atomic_path, unknown_name
 from friction_models.common.files import DAMAGED
@@ -108,7 +109,7 @@ class FieldHistory:
                     raise ValueError(f"{len(strokes)} snapshots")
                 found = []
                 for k in range(len(strokes)):
-                    arrays: dict[str, Any] = {
+                    arrays: dict[str, npt.NDArray[Any]] = {
                         name: np.asarray(data[f"{k}.{name}"], dtype=kind) for name, kind in ARRAYS.items()
                     }
                     chains = {n: data[f"{k}.tool.{n}"] for n in tools if f"{k}.tool.{n}" in data}

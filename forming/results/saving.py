@@ -49,9 +49,9 @@ def save_result(result: FormingRecord, folder: Path, name: str) -> Path:
     return folder
 
 
-def key_figures(result: FormingRecord) -> dict[str, Any]:
+def key_figures(result: FormingRecord) -> dict[str, object]:
     """Return the numbers and texts of a result, those that are one number or one text."""
-    found: dict[str, Any] = {"max_force": result.max_force}
+    found: dict[str, object] = {"max_force": result.max_force}
     for attribute in attributes(result):
         value = getattr(result, attribute.name)
         if isinstance(value, (int, str)) or (isinstance(value, float) and math.isfinite(value)):
@@ -66,7 +66,7 @@ def contact_dataset(contact: ContactHistory) -> xarray.Dataset:
     import xarray
 
     both = ("step", "point")
-    values: dict[str, Any] = {
+    values: dict[str, object] = {
         q.name: (both, contact.loads[:, :, k], {"units": q.unit, "long_name": q.meaning})
         for k, q in enumerate(LOADS)
     }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -187,7 +186,7 @@ def _chain(segments: FloatArray, offset: FloatArray) -> Floats:
 
 
 #: Arrays of a snapshot in the order of its attributes, with the type they are kept in.
-ARRAYS: dict[str, Any] = {
+ARRAYS: dict[str, type[np.float32 | np.int32]] = {
     "x": np.float32,
     "quads": np.int32,
     "T": np.float32,

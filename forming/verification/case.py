@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 from friction_models.common import InputError
 
@@ -75,7 +75,7 @@ class Row:
         """Unit of deviation and tolerance."""
         return self.unit if self.absolute else "%"
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return the row for JSON."""
         return {
             "case": self.case,

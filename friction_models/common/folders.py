@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
 
 from .errors import InputError, shown
 
@@ -120,7 +119,7 @@ class GrowingKind:
         return "" if known else f"holds other files and nothing of {self.what}"
 
 
-def _object(file: Path) -> dict[str, Any]:
+def _object(file: Path) -> dict[str, object]:
     """Return a JSON object, empty where there is none."""
     try:
         content = json.loads(file.read_text(encoding="utf-8"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -46,6 +46,17 @@ class ModelErrors:
     wins: float
 
 
+class ComparisonNumbers(TypedDict):
+    """Errors of all models by name, and the RMSE of every model in each test."""
+
+    tests: int
+    points: int
+    ranking: list[str]
+    clear: bool
+    models: dict[str, dict[str, object]]
+    per_test: list[dict[str, str | float]]
+
+
 @dataclass(frozen=True)
 class Comparison:
     """Errors of several models on the same tests, and their order.
@@ -75,7 +86,7 @@ class Comparison:
     synthetic: bool = False
     seen: Mapping[str, Seen] = field(default_factory=dict)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> ComparisonNumbers:
         """Return JSON-able data."""
         return {
             "tests": self.tests,

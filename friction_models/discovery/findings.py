@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, NotRequired, TypedDict
+from typing import NotRequired, TypedDict
 
 import pandas as pd
 
@@ -146,7 +146,7 @@ class Findings:
     averages: pd.DataFrame = field(repr=False)
     synthetic: bool = False
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return what ``diagnose --json`` writes."""
         return {
             "verdict": self.verdict,

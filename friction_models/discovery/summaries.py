@@ -37,7 +37,7 @@ def averages(
     campaign: Campaign, before: FloatArray, after: FloatArray, chosen: Sequence[Fit] = ()
 ) -> pd.DataFrame:
     """Return the bins as a table: what `Diagnosis.averages` holds."""
-    columns: dict[str, Any] = {
+    columns: dict[str, npt.NDArray[Any]] = {
         "test_id": np.array(campaign.tests)[campaign.test],
         "points": campaign.count.astype(int),
     }

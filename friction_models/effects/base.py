@@ -280,7 +280,7 @@ class Effect:
             for (name, unit), start in zip(self.states, self.start_state(p), strict=True)
         )
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> dict[str, object]:
         """Return the declaration as plain data, for cards and reports."""
         return {
             "name": self.name,

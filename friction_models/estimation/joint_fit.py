@@ -39,7 +39,7 @@ class JointFit:
     base: FrictionModel
     shapes: list[dict[str, float]]
     amplitudes: list[dict[str, float]]
-    noise_floor: dict[str, Any]
+    noise_floor: dict[str, object]
 
 
 def fit_jointly(

@@ -238,14 +238,14 @@ class ComposedFriction(FrictionModel):
             parts.append(f"{effect.equation} [{shown}]")
         return "; ".join(parts)
 
-    def _plain_params(self) -> dict[str, Any]:
+    def _plain_params(self) -> dict[str, object]:
         effects = [make_effect(e) for e in self.effects]
         return {
             "base": {"family": self.base.family, "params": self.base._plain_params()},
             "effects": [{"name": e.name, "fixed": e.fixed} for e in effects],
         }
 
-    def _learned(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+    def _learned(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
         content, arrays = self.base_.parts()
         values = {
             "base": content,
@@ -308,7 +308,7 @@ def _sum(base: FrictionModel, effects: list[Any]) -> FrictionModel:
 FrictionModel._compose = _sum
 
 
-def _checked_round(entry: Any) -> dict[str, Any]:
+def _checked_round(entry: Any) -> dict[str, object]:
     """Return a round of additions as `refine` records it; raise InputError for another."""
     good = (
         isinstance(entry, dict)

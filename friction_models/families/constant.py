@@ -86,7 +86,7 @@ class ConstantFriction(FrictionModel):
     def formula_text(self) -> str:
         return f"mu = {self.value:.6g}"
 
-    def _learned(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+    def _learned(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
         return {"mu": self.value}, {}
 
     def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:

@@ -199,7 +199,7 @@ class FeedForwardFriction(FrictionModel):
         what = "network" if many == 1 else f"mean of {many} networks"
         return f"mu = {what} {layers} ({self.activation}, {count} weights) of the loads"
 
-    def _learned(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+    def _learned(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
         arrays = self.scaling_.arrays()
         for k, network in enumerate(self.networks_):
             for i, (weights, bias) in enumerate(network):

@@ -83,7 +83,7 @@ class GradientBoostingFriction(FrictionModel):
         self.trees_, constant = table_of([stage[0].nodes for stage in final._predictors])
         self.baseline_ = float(np.ravel(final._baseline_prediction)[0]) + constant
 
-    def _checked_params(self) -> dict[str, Any]:
+    def _checked_params(self) -> dict[str, float]:
         check_number(self.family, "validation_fraction", self.validation_fraction, 0.0, 0.9)
         return {
             "max_iter": check_integer(self.family, "trees", self.trees, 1, MAX_TREES),
@@ -111,7 +111,7 @@ class GradientBoostingFriction(FrictionModel):
         leaves = len(self.trees_.leaf)
         return f"mu = {self.baseline_:.6g} + {len(self.trees_.nodes)} trees with {leaves} leaves"
 
-    def _learned(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+    def _learned(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
         values = {"baseline": self.baseline_, "validation_tests": self.validation_tests_}
         return values, self.trees_.arrays()
 

@@ -59,7 +59,7 @@ class LinearFriction(FrictionModel):
         terms = (f"{b:+.4g} {q.name}/({q.unit})" for b, q in zip(self.coef_, LOADS))
         return f"mu = {self.intercept_:.5g} " + " ".join(terms)
 
-    def _learned(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+    def _learned(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
         return {}, {"coef": self.coef_, "intercept": np.array([self.intercept_])}
 
     def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:

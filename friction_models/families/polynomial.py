@@ -94,7 +94,7 @@ class PolynomialFriction(FrictionModel):
             + (", loads standardised")
         )
 
-    def _learned(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+    def _learned(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
         return {}, {
             "coef": self.coef_,
             "intercept": np.array([self.intercept_]),

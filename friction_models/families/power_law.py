@@ -141,7 +141,7 @@ class PowerLawFriction(FrictionModel):
             f"((sd + {self.sd_offset:g})/{SD_REF:g})^{d:.4g} psi^{c:.4g}"
         )
 
-    def _learned(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+    def _learned(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
         return {"sigma_offset": self.sigma_offset_}, {"coef": self.coef_}
 
     def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:

@@ -233,10 +233,10 @@ class FrictionModel(FrictionLaw):
         from .model_card import versions
 
         digests = {} if groups is None else test_digests(groups, mu)
-        splits: dict[str, Any] = {"by": "whole tests", "train": len(digests)}
+        splits: dict[str, object] = {"by": "whole tests", "train": len(digests)}
         if len(digests) <= LISTED_TESTS:
             splits |= {"train": list(digests), "digests": digests}
-        facts: dict[str, Any] = {
+        facts: dict[str, object] = {
             "points": len(mu),
             "tests": len(digests) or None,
             "synthetic": None,
@@ -245,7 +245,7 @@ class FrictionModel(FrictionLaw):
         return {"data": facts, "splits": splits, "versions": versions()}
 
 
-def data_facts(info: Mapping[Any, Any]) -> dict[str, Any]:
+def data_facts(info: Mapping[Any, Any]) -> dict[str, object]:
     """Return what a card says of a data set: the synthetic label and plain provenance."""
     synthetic = info.get("synthetic")
     plain = {

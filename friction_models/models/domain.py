@@ -65,7 +65,7 @@ class Domain:
             [q.name for q, p in given if p is None]
         )
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, list[float] | None]:
         """Return ``{load: [lower, upper]}``; None for a load that was not measured."""
         limits = zip(LOAD_NAMES, self.lower, self.upper)
         return {n: None if n in self.absent else [low, high] for n, low, high in limits}

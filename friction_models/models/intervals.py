@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -47,6 +47,20 @@ LARGEST = 1e8
 WIDEST = 50.0
 #: Keep the logarithms regular at zero loads: mm/s, MPa, mm.
 V_OFFSET, SIGMA_OFFSET, SD_OFFSET = 10.0, 200.0, 2.0
+
+
+class IntervalNumbers(TypedDict):
+    """What a model card shows of an interval; `slopes` by load, `coverage` by role."""
+
+    level: float
+    method: str
+    source: str
+    tests: int
+    points: int
+    factor: float
+    constant: float
+    slopes: dict[str, float]
+    coverage: dict[str, dict[str, float]]
 
 
 @dataclass(frozen=True)
@@ -132,7 +146,7 @@ class PredictionInterval:
         """Return the interval with a further measured coverage."""
         return replace(self, coverage=dict(self.coverage) | {role: dict(measures)})
 
-    def summary(self) -> dict[str, Any]:
+    def summary(self) -> IntervalNumbers:
         """Return what the model card shows."""
         return {
             "level": self.level,
@@ -146,7 +160,7 @@ class PredictionInterval:
             "coverage": {role: dict(m) for role, m in self.coverage.items()},
         }
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return everything as JSON holds it."""
         return self.summary() | {"scores": list(self.scores)}
 

@@ -67,7 +67,7 @@ class FrictionLaw(BaseEstimator):
         """Return the law in one line of plain text (with numbers where they are few)."""
 
     @abstractmethod
-    def _learned(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+    def _learned(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
         """Return what was learned: JSON-able values and arrays."""
 
     @abstractmethod
@@ -187,7 +187,7 @@ class FrictionLaw(BaseEstimator):
         """Return the bounds of `predict_interval` for a table with the columns of the contract."""
         return self.predict_interval(TriboLoads.from_frame(data, tests), level)
 
-    def parts(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+    def parts(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
         """Return everything that makes the model: a JSON-able dict and arrays."""
         self.require_fitted()
         values, arrays = self._learned()
@@ -229,7 +229,7 @@ class FrictionLaw(BaseEstimator):
             self.interval_ = PredictionInterval.from_dict(content["interval"], self.domain_)
         return self
 
-    def _plain_params(self) -> dict[str, Any]:
+    def _plain_params(self) -> dict[str, object]:
         """Return the constructor's parameters as JSON holds them."""
         params = self.get_params(deep=False)
         return {k: list(v) if isinstance(v, tuple) else v for k, v in params.items()}

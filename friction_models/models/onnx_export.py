@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..common import atomic_path
 from ..expressions.onnx_graph import GraphBuilder, OnnxOps
-from ..expressions.ops import LoadColumns
+from ..expressions.ops import LoadColumns, Value
 from ..loads import LOAD_NAMES, MU
 from .intervals import MARGIN
 from .model_card import build_card, package_version
@@ -50,7 +50,7 @@ def build_onnx(model: FrictionLaw) -> onnx.ModelProto:
     states, variables = model.states, model.system_variables
     loads = graph.input("loads", ["n", len(LOAD_NAMES)])
     columns = LoadColumns.from_matrix(x, loads).without(x, model.domain.absent)
-    system: dict[str, Any] | None = None
+    system: dict[str, Value] | None = None
     if variables:
         values = graph.input("system", [1, len(variables)])
         system = {v.name: x.column(values, j) for j, v in enumerate(variables)}
@@ -76,9 +76,9 @@ def _finished(graph: GraphBuilder, x: OnnxOps, columns: LoadColumns, model: Fric
     return graph.build(model_metadata(model))
 
 
-def model_metadata(model: FrictionLaw) -> dict[str, Any]:
+def model_metadata(model: FrictionLaw) -> dict[str, object]:
     """Return what is stored in `metadata_props`, by key."""
-    metadata: dict[str, Any] = {
+    metadata: dict[str, object] = {
         "tribofmu.model": {
             "family": model.family,
             "name": model.name,

@@ -323,7 +323,7 @@ class OnnxModel:
         return entries
 
 
-def family_of(metadata: dict[str, Any]) -> str:
+def family_of(metadata: dict[str, object]) -> str:
     """Return the family of the model that an ONNX file says it is, empty where it does not."""
     identity = metadata.get("model")
     return str(identity.get("family", "")) if isinstance(identity, dict) else ""

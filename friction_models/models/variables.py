@@ -33,7 +33,7 @@ class StateVariable:
     start: float
     ode: bool = False
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return the entry of `tribofmu.state`."""
         return asdict(self)
 
@@ -61,7 +61,7 @@ class SystemVariable:
     max: float
     labels: tuple[str, ...] = ()
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return the entry of `tribofmu.system`; `labels` only where there are some."""
         entry = asdict(self) | {"labels": list(self.labels)}
         return entry if self.labels else {k: v for k, v in entry.items() if k != "labels"}

@@ -53,7 +53,7 @@ class GridSearch:
         One row a combination, best first: parameters, `mae`, `rmse`, `mae_std` (over folds).
     """
 
-    best_params: dict[str, Any]
+    best_params: dict[str, object]
     model: FrictionModel
     table: pd.DataFrame = field(repr=False)
 
@@ -153,7 +153,7 @@ def best_parameters(
     folds: int = 5,
     seed: int = 0,
     progress: Progress | None = None,
-) -> tuple[dict[str, Any], pd.DataFrame]:
+) -> tuple[dict[str, object], pd.DataFrame]:
     """Return the best combination and the table of all without fitting a model to all data; see `grid_search`."""
     for name, values in grid.items():
         if name not in model._get_param_names():

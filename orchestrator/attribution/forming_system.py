@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fmus.archive.content import read_member
 from fmus.runtime.fmu_files import FmuDescription, describe
@@ -43,7 +43,7 @@ class FormingSystem:
     friction: str
     description: FmuDescription
     process: str
-    config: dict[str, Any]
+    config: dict[str, object]
     fmi: str = "2.0"
 
     @classmethod
@@ -130,7 +130,7 @@ class FormingSystem:
         return System.from_dict(content, source=self.system.source)
 
 
-def _config(fmu: Path) -> dict[str, Any]:
+def _config(fmu: Path) -> dict[str, object]:
     """Return what a forming FMU of this project was packed from; empty for any other."""
     try:
         content = json.loads(read_member(fmu, "resources/interface.json", 64 * 1024**2))

@@ -16,7 +16,7 @@ from fmus.archive.content import read_member, read_members
 from friction_models.common import InputError, atomic_path
 from friction_models.effects.base import Effect, Memory
 from friction_models.expressions.onnx_graph import GraphBuilder, OnnxOps
-from friction_models.expressions.ops import LoadColumns
+from friction_models.expressions.ops import LoadColumns, Value
 from friction_models.loads import LOAD_NAMES
 
 if TYPE_CHECKING:
@@ -207,7 +207,7 @@ def _probe_graph(effects: Sequence[Effect], known: Sequence[Strength], states: i
     mu_in = graph.input("mu_in", ["n", 1])
     system = graph.input("system", [1, len(known) + 1])
     L = LoadColumns.from_matrix(x, loads)
-    held: dict[str, Any] = {}
+    held: dict[str, Value] = {}
     if states:
         state, dt = graph.input("state", ["n", states]), graph.input("dt", [1])
         names = [n for e in effects for n, _ in e.states]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, TypedDict
+from typing import NamedTuple, TypedDict
 
 from friction_models.discovery.wording import p_text
 from friction_models.loads import FloatArray
@@ -61,7 +61,7 @@ class Fit:
     gain: float
     p_value: float
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return plain data; the interval is that of the strength if this cause is the only one."""
         strengths = [
             {"name": n, "value": v, "interval": [v - 1.96 * e, v + 1.96 * e], "unit": u}
@@ -140,7 +140,7 @@ class Attribution:
             return ""
         return f"What is named leaves {times:.1f} times the scatter: something else is missing, too."
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return what ``attribute --json`` writes."""
         return {
             "label": "attribution, not proof",

@@ -100,7 +100,7 @@ class RunsComparison:
     notes: Mapping[str, str] = field(default_factory=dict)
     synthetic: bool = False
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return JSON-able data: totals, force over stroke, loads and mu at the points."""
         return {
             "synthetic": self.synthetic,
@@ -215,7 +215,7 @@ def compare_in_system(
 
 def run_system(
     inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Run a system into a folder; the function of the jobs of `compare_in_system`."""
     from ..cosim.master import Master
     from ..cosim.system import System

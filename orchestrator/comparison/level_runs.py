@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 import numpy as np
 
@@ -24,6 +24,18 @@ if TYPE_CHECKING:
 
 #: CPU time of a run by millimetre of stroke [s], for estimates.
 SECONDS_A_MM = {"fre": 0.25, "bce": 0.25}
+
+
+class LevelNumbers(TypedDict):
+    """What is kept of a run; `outside` is None for a friction FMU that does not say."""
+
+    stroke: list[float]
+    force: list[float]
+    work: list[float]
+    tau_over_k: list[float]
+    outside: dict[str, float] | None
+    steps: int
+    timing: dict[str, float]
 
 
 @dataclass(frozen=True)
@@ -149,7 +161,7 @@ def level_job(
     return Job(name, f"{__name__}:run_level", inputs, files, needs, seconds)
 
 
-def level_inputs(level: Level, mode: str, step: float, start: Mapping[str, Any] | None) -> dict[str, Any]:
+def level_inputs(level: Level, mode: str, step: float, start: Mapping[str, Any] | None) -> dict[str, object]:
     """Return what every job that forms a level gets: level, mode, step [mm] and start values of the friction FMU."""
     return {
         "level": asdict(level) | {"parameters": dict(level.parameters)},
@@ -161,7 +173,7 @@ def level_inputs(level: Level, mode: str, step: float, start: Mapping[str, Any] 
 
 def run_level(
     inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, Any]:
+) -> LevelNumbers:
     """Form a level; the function of `level_job`.
 
     Returns
@@ -229,7 +241,7 @@ def simulate_level(inputs: Mapping[str, Any], friction: Path, folder: Path) -> R
     return Master(system, mode=str(inputs["mode"]), tolerance=tolerance).run(folder)
 
 
-def summary(run: Run) -> dict[str, Any]:
+def summary(run: Run) -> LevelNumbers:
     """Return what `run_level` keeps of a run."""
     active = run["forming.active"] > 0.5
     outside: dict[str, float] | None = None

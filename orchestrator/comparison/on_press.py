@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -74,7 +73,7 @@ class ForcesComparison:
             )
         return cls(results, orders, list(names), synthetic, failed, list(lubricants))
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return JSON-able data: the models' numbers, and the orders."""
         return {
             "synthetic": self.synthetic,

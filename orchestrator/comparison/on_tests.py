@@ -125,7 +125,7 @@ class Order:
             lines.append(f"at least {FEWEST_UNITS} {unit} are needed to tell models apart")
         return lines
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return JSON-able data."""
         return {
             "units": self.units,
@@ -170,7 +170,7 @@ class TestsComparison:
     models: Mapping[str, Any] = field(repr=False)
     synthetic: bool = False
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return JSON-able data: that of `Comparison`, and the order."""
         content = self.result.to_dict()
         for name, entry in content["models"].items():

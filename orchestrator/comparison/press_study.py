@@ -38,7 +38,7 @@ class FailedRun:
     error: str
     inputs: Mapping[str, Any]
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return JSON-able data."""
         return {"model": self.model, "level": self.level, "error": self.error, "inputs": dict(self.inputs)}
 

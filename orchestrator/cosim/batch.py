@@ -11,7 +11,6 @@ import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from friction_models.common import check_folder
 from friction_models.common.cached_results import is_kept, keep, path_digest
@@ -81,13 +80,13 @@ def run_all(tasks: Sequence[RunTask], jobs: int | None = None, progress: Progres
     return [Run.load(task.folder) for task in tasks]
 
 
-def _portable(task: RunTask) -> tuple[dict[str, Any], str, str, str]:
+def _portable(task: RunTask) -> tuple[dict[str, object], str, str, str]:
     """What a worker needs, as plain data: absolute FMU paths make the place of the YAML file irrelevant."""
     paths = {name: str(task.system.fmu_path(name)) for name in task.system.components}
     return task.system.to_dict(paths), str(task.folder), task.mode, task.key
 
 
-def _run(content: dict[str, Any], folder: str, mode: str, key: str) -> None:
+def _run(content: dict[str, object], folder: str, mode: str, key: str) -> None:
     Master(System.from_dict(content, source=str(content["name"])), mode=mode).run(folder)
     if key:
         keep(Path(folder), key)

@@ -222,7 +222,7 @@ def write_run(
         }
         for name, description in wiring.descriptions.items()
     }
-    manifest: dict[str, Any] = {
+    manifest: dict[str, object] = {
         "name": system.name,
         "synthetic": system.synthetic or any(part["synthetic"] for part in files.values()),
         "mode": coupling.mode,

@@ -14,7 +14,7 @@ from friction_models.common import InputError
 from .setup.description import StartValue, TemporaryFolder
 
 
-def read_system(path: str | os.PathLike[str]) -> tuple[TemporaryFolder, dict[str, Any]]:
+def read_system(path: str | os.PathLike[str]) -> tuple[TemporaryFolder, dict[str, object]]:
     """Unpack the FMUs of an SSP archive; return their folder and the system as it would stand in a YAML file there.
 
     Connections to the system's own connectors are left out: there is nothing outside. Inputs that nothing

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import fmus
 from fmus.runtime.fmu_files import describe
@@ -23,6 +23,14 @@ _HELP = (
     "for an FMU with other variables --names FILE.yaml says which takes which load, and in the system each_point: true "
     "lets one for a single point run once a point"
 )
+
+
+class _Size(TypedDict, total=False):
+    """How many points a friction FMU has: options of `fmus.pack`."""
+
+    fmi: str
+    arrays: bool
+    nodes: int
 
 
 def swap_model(
@@ -69,7 +77,7 @@ def friction_fmu(model: str, target: Path, nodes: int | None = None) -> Path:
 
     Without a number of nodes it is one of FMI 3.0, whose arrays become as long as what feeds them.
     """
-    size: dict[str, Any] = {"fmi": "3.0", "arrays": True} if nodes is None else {"nodes": nodes}
+    size: _Size = {"fmi": "3.0", "arrays": True} if nodes is None else {"nodes": nodes}
     if Path(model).suffix == ".fmu":
         describe(model)
         return Path(model)

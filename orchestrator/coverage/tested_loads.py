@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
-from typing import Any, TypedDict
+from typing import TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -103,7 +103,7 @@ class Share:
     tested: tuple[tuple[float, float], ...] = ()
     asked: tuple[tuple[float, float], ...] = ()
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return plain data."""
         return {
             "loads": list(self.names),
@@ -176,7 +176,7 @@ class Coverage:
             f"most of it by {' with '.join(worst.names)}."
         )
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return what ``coverage --json`` writes."""
         return {
             "sentence": self.sentence,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -19,9 +19,10 @@ from friction_models.loads import DataSet
 from ..cosim.batch import RunTask, run_all
 from ..cosim.ready_made import extrusion_system
 from ..cosim.run_folders import Run
-from ..force_curves.forces import LevelsComparison, compare_force, read_press_curve
+from ..force_curves.forces import LevelsComparison, LevelsNumbers, compare_force, read_press_curve
 from ..jobs.job import Progress
 from ..jobs.versions import versions
+from ..prediction.predict_sct import PredictionNumbers
 from ..report.sections.demo_folder import DemoSummary, FrictionEntry, RunFacts
 from .prediction import PARTS, predict_held_out
 from .scenario import Scenario
@@ -226,14 +227,14 @@ class Demo:
         self,
         parts: list[str],
         runs: dict[tuple[str, str], Run],
-        diagnosis: dict[str, Any],
-        predicted: dict[str, Any],
+        diagnosis: dict[str, object],
+        predicted: dict[str, PredictionNumbers],
     ) -> DemoSummary:
         from friction_models import ConstantFriction, evaluate, load_model
 
         s, data = self.scenario, DataSet.load(self.out / "data")
-        forces: dict[str, Any] = {}
-        held_out: dict[str, Any] = {}
+        forces: dict[str, LevelsNumbers] = {}
+        held_out: dict[str, dict[str, object]] = {}
         frictions: list[FrictionEntry] = []
         for part in parts:
             results = [
@@ -289,7 +290,7 @@ class Demo:
         return self._display(f"{self._step}/{STEPS} {name}")
 
     def _do(
-        self, name: str, inputs: dict[str, Any], outputs: list[str], work: Callable[[Progress], None]
+        self, name: str, inputs: Mapping[str, object], outputs: list[str], work: Callable[[Progress], None]
     ) -> None:
         """Do a step with its progress display; it depends on all steps before it."""
         with self._title(name) as tick:

@@ -11,7 +11,7 @@ import numpy as np
 from friction_models.loads import DataSet
 
 from ..cosim.batch import RunTask, run_all
-from ..prediction.predict_sct import SctPrediction, SctPredictions, sct_system
+from ..prediction.predict_sct import PredictionNumbers, SctPrediction, SctPredictions, sct_system
 from ..prediction.schedule import held_out_schedules
 from ..report.sections.demo_folder import PREDICTED
 
@@ -26,7 +26,7 @@ def predict_held_out(
     labels: dict[str, str],
     jobs: int | None,
     tick: Callable[[int, int, str], None],
-) -> dict[str, Any]:
+) -> dict[str, PredictionNumbers]:
     """Predict held-out tests with the friction FMUs ``fmus/PART-point.fmu``; return errors by part.
 
     Parameters

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 
 @dataclass(frozen=True)
@@ -55,7 +54,7 @@ class Scenario:
     plan: str = "reduced-27+10"
     base: str = "linear"
     other: str = "ffnn"
-    other_parameters: dict[str, Any] = field(default_factory=dict)
+    other_parameters: dict[str, object] = field(default_factory=dict)
     constant: float = 0.08
     levels: tuple[Level, ...] = (Level(20.0, 5.0), Level(20.0, 100.0), Level(100.0, 5.0))
     stroke: float = 20.0

@@ -6,11 +6,18 @@ import json
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 from friction_models.common import write_json
 
 from ..jobs.keys import ResultKeys
+
+
+class _Step(TypedDict):
+    """A finished step: the key of its inputs, and how long it took [s]."""
+
+    key: str
+    seconds: float
 
 
 class StepBook:
@@ -26,7 +33,7 @@ class StepBook:
         self._file = folder / "steps.json"
         self._folder = folder
         self._keys = ResultKeys(__package__)
-        self._steps: dict[str, dict[str, Any]] = {}
+        self._steps: dict[str, _Step] = {}
         if self._file.is_file():
             try:
                 content = json.loads(self._file.read_text(encoding="utf-8"))

@@ -6,7 +6,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
@@ -107,6 +107,25 @@ def read_press_curve(path: str | os.PathLike[str]) -> PressCurve:
     return PressCurve(curves, str(file))
 
 
+class ForceNumbers(TypedDict):
+    """Errors of one level as plain numbers; `stroke_mm` are the ends of the common stroke."""
+
+    label: str
+    stroke_mm: list[float]
+    max_force_kN: dict[str, float]
+    work_J: dict[str, float]
+    rms_kN: float
+
+
+class LevelsNumbers(TypedDict):
+    """Errors of one friction model, in summary and level by level."""
+
+    label: str
+    max_force: dict[str, float]
+    work: dict[str, float]
+    levels: list[ForceNumbers]
+
+
 @dataclass(frozen=True)
 class ForceComparison:
     """One simulated curve against the repeats of one level.
@@ -136,7 +155,7 @@ class ForceComparison:
         """Root mean square of the force difference over the common stroke [kN]."""
         return float(np.sqrt(np.mean((self.simulated - self.measured) ** 2)))
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> ForceNumbers:
         """Return plain numbers: errors of maximum force and work, rms, the common stroke."""
         return {
             "label": self.label,
@@ -220,7 +239,7 @@ class LevelsComparison:
         """MARE of the forming work and its spread over the levels."""
         return LevelSummary.of([c.work for c in self.levels])
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> LevelsNumbers:
         """Return plain numbers, level by level and in summary."""
         return {
             "label": self.label,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -64,7 +63,7 @@ class ScalarError:
         """Relative error with its sign: positive where the simulation is too high."""
         return (self.simulated - self.measured.mean) / abs(self.measured.mean)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, float]:
         """Return plain numbers."""
         return {
             "simulated": self.simulated,
@@ -112,7 +111,7 @@ class LevelSummary:
             spread_std = float(np.sqrt(np.sum(((x - mean) * u) ** 2)) / ((n - 1) * spread))
         return cls(mean, float(np.sqrt(np.sum(u**2)) / n), spread, spread_std, n)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, float]:
         """Return plain numbers."""
         return {
             "mare": self.mare,

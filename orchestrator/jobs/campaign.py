@@ -162,7 +162,7 @@ class Campaign:
         results: Mapping[str, JobResult],
         settings: Mapping[str, Any] | None = None,
         seeds: Mapping[str, int] | None = None,
-    ) -> dict[str, Any]:
+    ) -> dict[str, object]:
         """Return versions, seeds and hashes; equal manifests mean equal numbers.
 
         Parameters

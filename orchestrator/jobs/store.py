@@ -104,7 +104,7 @@ class Store:
             return None
         return JobResult(name, values, place, seconds)
 
-    def keep(self, key: str, work: Path, content: dict[str, Any]) -> None:
+    def keep(self, key: str, work: Path, content: dict[str, object]) -> None:
         """Put the folder `work` in its place as the result of a key; one that is there already stays."""
         files = {p.relative_to(work).as_posix(): p for p in sorted(work.rglob("*")) if p.is_file()}
         hashes = {name: [p.stat().st_size, path_digest(p)] for name, p in files.items()}

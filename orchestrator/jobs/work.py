@@ -7,7 +7,7 @@ import sys
 import tempfile
 import time
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -45,7 +45,7 @@ class JobCall:
     key: str
     name: str
     function: str
-    inputs: dict[str, Any]
+    inputs: Mapping[str, Any]
     files: dict[str, str]
     needs: dict[str, str]
     store: str

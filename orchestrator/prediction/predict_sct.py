@@ -11,7 +11,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 import pandas as pd
@@ -117,6 +117,26 @@ class SctPrediction:
         return None if distance is None else float(np.mean(distance[1:] > 0.0))
 
 
+class PredictedTest(TypedDict):
+    """Errors of one test; None for a test that was never run, and a share outside that is not known."""
+
+    test_id: str
+    run: str
+    errors: dict[str, float] | None
+    mu_mean: float
+    T_mean: float
+    outside_domain: float | None
+
+
+class PredictionNumbers(TypedDict):
+    """Content of ``prediction.json``; `summary` is None without measurements."""
+
+    friction: str
+    synthetic: bool
+    summary: dict[str, float] | None
+    tests: list[PredictedTest]
+
+
 @dataclass(frozen=True, eq=False)
 class SctPredictions:
     """Predicted tests of one friction FMU, in the order of the schedules."""
@@ -149,9 +169,9 @@ class SctPredictions:
         """Return the points of all tests, see `SctPrediction.frame`."""
         return pd.concat([test.frame() for test in self.tests], ignore_index=True)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> PredictionNumbers:
         """Return errors by test and over all as plain data."""
-        rows = [
+        rows: list[PredictedTest] = [
             {
                 "test_id": test.schedule.test_id,
                 "run": test.run.folder.name,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -13,6 +13,9 @@ from friction_models.common import InputError
 from .charts.prediction import prediction_chart
 from .parts.markup import escape, table
 from .parts.page import Page, figure
+
+if TYPE_CHECKING:
+    from ..prediction.predict_sct import PredictedTest, PredictionNumbers
 
 #: Tests that the chart shows.
 SHOWN = 3
@@ -36,7 +39,7 @@ def prediction_page(folder: Path) -> str:
         ) from None
 
 
-def _page(content: dict[str, Any], points: pd.DataFrame) -> str:
+def _page(content: PredictionNumbers, points: pd.DataFrame) -> str:
     rows, total = content["tests"], content["summary"]
     count = f"{len(rows)} tests" if len(rows) > 1 else "one test"
     title = f"{content['friction']}: {count} predicted"
@@ -73,14 +76,14 @@ def _page(content: dict[str, Any], points: pd.DataFrame) -> str:
     return page.render(f"Friction: {escape(content['friction'])}.")
 
 
-def _example_tests(rows: list[dict[str, Any]]) -> list[str]:
+def _example_tests(rows: list[PredictedTest]) -> list[str]:
     """Return tests with the smallest, middle and largest error; of unmeasured ones the first, middle and last."""
     ranked = sorted(rows, key=lambda row: row["errors"]["mu_rms"] if row["errors"] else 0.0)
     places = sorted({round(k * (len(ranked) - 1) / (SHOWN - 1)) for k in range(SHOWN)})
     return [str(ranked[k]["test_id"]) for k in places]
 
 
-def _table(rows: list[dict[str, Any]], total: dict[str, float] | None) -> str:
+def _table(rows: list[PredictedTest], total: dict[str, float] | None) -> str:
     headings = [
         "test",
         "measured mu",

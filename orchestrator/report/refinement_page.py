@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from friction_models.loads import DataSet
 
@@ -11,6 +11,9 @@ from .charts.responses import CAPTION, response_chart
 from .parts.markup import Change, cards, paragraph, table
 from .parts.page import Page, figure
 from .parts.theme import STYLES
+
+if TYPE_CHECKING:
+    from friction_models.discovery.refinement import Addition
 
 
 def refinement_page(before: Any, after: Any, data: DataSet, label: str) -> str:
@@ -69,7 +72,7 @@ def refinement_page(before: Any, after: Any, data: DataSet, label: str) -> str:
     return page.render()
 
 
-def _history(history: list[dict[str, Any]]) -> list[str]:
+def _history(history: list[Addition]) -> list[str]:
     if not history:
         return [paragraph("No round was judged: there are too few tests to leave some out.")]
     last = history[-1]

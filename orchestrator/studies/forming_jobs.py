@@ -71,7 +71,7 @@ def coupled_job(
 
 def run_coupled(
     inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Form a level and keep the run; the function of `coupled_job`.
 
     Returns

@@ -194,7 +194,7 @@ class MeasuredData(TypedDict):
 
 def upset(
     inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Compute the upsetting runs of one specimen shape into the user's cache, where the laboratory finds them.
 
     Only a matter of time: a laboratory that does not find them computes them itself.
@@ -210,7 +210,7 @@ def upset(
 
 def measure(
     inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Carry out a part of the plan in the virtual laboratory and evaluate it by the twin.
 
     A test depends on the seed and its own row of the plan only, so the parts are those of the whole campaign.

@@ -30,7 +30,7 @@ class TrainedModel(TypedDict):
     family: str
     model: str
     fmu: str
-    domain: dict[str, Any]
+    domain: dict[str, list[float] | None]
     points: int
     tests: int
     mae_test: float | None
@@ -70,7 +70,7 @@ def model_job(
         label = data.name if data.is_dir() else data.parent.name
     elif data is not None:
         needs, label = (data,), data
-    inputs: dict[str, Any] = {"family": family, "parameters": dict(parameters or {})}
+    inputs: dict[str, object] = {"family": family, "parameters": dict(parameters or {})}
     if tests is not None:
         inputs["tests"] = list(tests)
     return Job(

@@ -102,7 +102,7 @@ def virtual_levels(
 
 def press_level(
     inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Press one level in the virtual laboratory; the function of the jobs of `virtual_levels`."""
     from sct_twin.virtual_lab.law import TrueLaw
     from sct_twin.virtual_lab.press import press_curves
@@ -127,7 +127,7 @@ def press_level(
 
 def copied_level(
     inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Keep a copy of one's own press curves, so that the folder of the study is whole; the function of `own_levels`."""
     (file,) = files.values()
     (folder / CURVES).mkdir()

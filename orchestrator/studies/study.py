@@ -27,7 +27,7 @@ class Study:
         """Return the campaign that does the jobs."""
         return Campaign(folder, self.jobs)
 
-    def settings(self, results: Mapping[str, JobResult]) -> dict[str, Any]:
+    def settings(self, results: Mapping[str, JobResult]) -> dict[str, object]:
         """Return what the manifest says of the study."""
-        found: dict[str, Any] = self.plan.to_dict()
+        found: dict[str, object] = self.plan.to_dict()
         return found

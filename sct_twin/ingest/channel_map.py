@@ -219,7 +219,7 @@ class ChannelMap:
         ), notes
 
 
-def _add_times(about: dict[str, Any], times: Mapping[str, float], where: str) -> None:
+def _add_times(about: dict[str, object], times: Mapping[str, float], where: str) -> None:
     for name in TIMES:
         known = about.get(name)
         if is_given(known) and str(known) != str(times[name]):

@@ -141,7 +141,7 @@ def _layout(group: Sequence[FileFound], width: int) -> list[str]:
     return lines
 
 
-def _tests(rows: Sequence[dict[str, Any]], mapping: ChannelMap, width: int) -> list[str]:
+def _tests(rows: Sequence[dict[str, object]], mapping: ChannelMap, width: int) -> list[str]:
     """Return the table of tests; names are cut where a line would be longer than `width`."""
     shown = rows if len(rows) <= _SHOWN else rows[:_SHOWN]
     columns = [

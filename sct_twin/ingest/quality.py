@@ -61,7 +61,7 @@ PLATE_FROM_TOOL = 100.0
 SIGMA_USUAL = (20.0, 5000.0)
 
 
-def quality_row(record: SctRecord, moving_mass: float = 0.0) -> dict[str, Any]:
+def quality_row(record: SctRecord, moving_mass: float = 0.0) -> dict[str, object]:
     """Return the figures of one test as a row of the quality table (units in the names).
 
     Parameters

@@ -136,7 +136,7 @@ def check_test_id(test_id: str, where: str) -> str:
     return test_id
 
 
-def write_tables(folder: Path, tests: pd.DataFrame, info: dict[str, Any]) -> None:
+def write_tables(folder: Path, tests: pd.DataFrame, info: dict[str, object]) -> None:
     """Write `tests.csv` and `campaign.json` into a campaign folder that is being made."""
     tests.to_csv(folder / "tests.csv", index=False, lineterminator="\n")
     write_json(folder / "campaign.json", {"format": FORMAT, "version": 1, **info})

@@ -88,8 +88,8 @@ class Survey:
     """
 
     files: list[FileFound] = field(default_factory=list)
-    rows: list[dict[str, Any]] = field(default_factory=list)
-    tests: list[dict[str, Any]] = field(default_factory=list)
+    rows: list[dict[str, object]] = field(default_factory=list)
+    tests: list[dict[str, object]] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
     info: dict[str, Any] = field(default_factory=dict)
     count: int = 0
@@ -179,9 +179,9 @@ def _test_table(tests: str | os.PathLike[str] | None, home: Path | None) -> pd.D
     return None if file is None else read_test_table(file)
 
 
-def _info(home: Path | None, table: pd.DataFrame | None, mapping: ChannelMap) -> dict[str, Any]:
+def _info(home: Path | None, table: pd.DataFrame | None, mapping: ChannelMap) -> dict[str, object]:
     """Return what is known about the campaign: its own file, if there is one, the test table, the channel map."""
-    info: dict[str, Any] = {"synthetic": False}
+    info: dict[str, object] = {"synthetic": False}
     if home is not None and (home / "campaign.json").is_file():
         info = read_json(home / "campaign.json")
     if table is not None and says_synthetic(table):

@@ -6,8 +6,8 @@ import json
 import os
 import sys
 import warnings
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -31,7 +31,7 @@ def _limit_memory() -> None:
         return
 
 
-def _answer(question: dict[str, Any]) -> dict[str, Any]:
+def _answer(question: Mapping[str, str]) -> dict[str, object]:
     file = Path(question["file"])
     try:
         table = read_kind(file, question["kind"])

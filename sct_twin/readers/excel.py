@@ -153,7 +153,7 @@ def _framed(
         )
     check_shape(len(table), width, where)
     padded = [(*row, *([None] * (width - len(row)))) for row in table]
-    columns: dict[str, Any] = {}
+    columns: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
     first = 1 + len(above)
     for name, said, unit, values in zip(names, header.names, header.units, zip(*padded)):

@@ -13,10 +13,12 @@ import queue
 import subprocess
 import tempfile
 import threading
+from collections.abc import Mapping
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, NotRequired, TypedDict
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from friction_models.common import InputError
@@ -32,6 +34,16 @@ BYTES_PER_SECOND = 2e5
 
 _lock = threading.Lock()
 _reader: _Process | None = None
+
+
+class _Answer(TypedDict):
+    """What the reading process answers: names, units, format and notes of a table; or an error alone."""
+
+    names: list[str]
+    units: dict[str, str]
+    format: str
+    notes: list[str]
+    error: NotRequired[str]
 
 
 class _Process:
@@ -55,7 +67,7 @@ class _Process:
             self.answers.put(line)
         self.answers.put("")
 
-    def ask(self, question: dict[str, Any], patience: float) -> dict[str, Any] | None:
+    def ask(self, question: Mapping[str, str], patience: float) -> _Answer | None:
         """Return the answer; None when the process ended.
 
         Raises
@@ -73,7 +85,7 @@ class _Process:
             line = self.answers.get(timeout=patience)
         except queue.Empty:
             raise TimeoutError from None
-        answer: dict[str, Any] | None = json.loads(line) if line else None
+        answer: _Answer | None = json.loads(line) if line else None
         return answer
 
     def end(self) -> None:
@@ -137,8 +149,8 @@ def _end_locked() -> None:
         _reader = None
 
 
-def _load(folder: Path, answer: dict[str, Any], where: str) -> RawTable:
-    columns: dict[str, Any] = {}
+def _load(folder: Path, answer: _Answer, where: str) -> RawTable:
+    columns: dict[str, npt.NDArray[Any]] = {}
     for number, name in enumerate(answer["names"]):
         columns[name] = np.load(folder / f"{number}.npy", allow_pickle=False)
     return RawTable(

@@ -63,7 +63,7 @@ def read_matlab(file: Path) -> RawTable:
     return table_of_signals(timed, str(file), "MATLAB", notes)
 
 
-def _collect(variables: dict[str, Any], group: str, signals: list[Signal], notes: list[str]) -> None:
+def _collect(variables: dict[str, object], group: str, signals: list[Signal], notes: list[str]) -> None:
     """Take channels from variables or from the fields of a struct; one level of structs is looked into."""
     units = next((variables[n] for n in _UNITS if n in variables), None)
     names = next((_texts(variables[n]) for n in _NAMES if n in variables and _texts(variables[n])), [])

@@ -6,7 +6,6 @@ import os
 import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -44,7 +43,7 @@ class TwinResult:
 
     points: pd.DataFrame
     tests: pd.DataFrame
-    info: dict[str, Any]
+    info: dict[str, object]
     left_out: pd.DataFrame
     errors: pd.DataFrame = field(default_factory=pd.DataFrame)
 

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -164,7 +163,7 @@ class SctTwin(TwinSettings):
         )
         tests = source.tests[source.tests["test_id"].isin(done)].merge(summary, on="test_id", how="left")
         left_out = [{"test_id": test_id, "reason": failures[test_id]} for test_id in failures]
-        info: dict[str, Any] = {
+        info: dict[str, object] = {
             "synthetic": source.synthetic,
             "kind": KIND,
             "assumptions": list(ASSUMPTIONS),
@@ -182,7 +181,7 @@ class SctTwin(TwinSettings):
             info["remarks"] = result.remarks
         return result
 
-    def _settings(self) -> dict[str, Any]:
+    def _settings(self) -> dict[str, object]:
         return asdict(self) | {"thermal": asdict(self.heat)}
 
     def _fingerprint(self, source: RawCampaign, test_id: str, mass: float) -> str:

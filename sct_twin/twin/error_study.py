@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import pandas as pd
@@ -92,12 +92,12 @@ def check(
             means[names[index]] = {name: float(outcome.columns[name].mean()) for name in QUANTITIES}
         if progress is not None:
             progress(done, len(items), f"error of test {names[index][0]}")
-    rows: list[dict[str, Any]] = []
+    rows: list[dict[str, str | float]] = []
     for test_id, name in names:
         if name and (test_id, name) in means and (test_id, "") in means:
             T_tool = float(campaign.metadata(test_id).get("T_tool", np.nan))
             base, other = means[test_id, ""], means[test_id, name]
-            row: dict[str, Any] = {"test_id": test_id, "variant": name}
+            row: dict[str, str | float] = {"test_id": test_id, "variant": name}
             for quantity in QUANTITIES:
                 zero = T_tool if quantity.startswith("T") else 0.0
                 whole = base[quantity] - (zero if np.isfinite(zero) else 0.0)

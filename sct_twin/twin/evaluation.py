@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import pandas as pd
@@ -172,7 +172,9 @@ class TwinSettings:
         return TestResult(record.test_id, columns, summary)
 
 
-def evaluate_file(twin: TwinSettings, folder: str, metadata: dict[str, Any], mass: float) -> TestResult | str:
+def evaluate_file(
+    twin: TwinSettings, folder: str, metadata: dict[str, object], mass: float
+) -> TestResult | str:
     """Evaluate one test of a campaign in a pool; a reason where it cannot be."""
     test_id = str(metadata["test_id"])
     try:

@@ -280,7 +280,7 @@ class Campaign:
                 (partial / name).mkdir()
             write_text(mark, key)
 
-    def _truth(self) -> dict[str, Any]:
+    def _truth(self) -> dict[str, object]:
         return {
             "law": self._law.to_dict(),
             "rig": asdict(self._rig),
@@ -288,7 +288,7 @@ class Campaign:
             "faults": None if self._faults is None else asdict(self._faults),
         }
 
-    def _info(self, kind: str) -> dict[str, Any]:
+    def _info(self, kind: str) -> dict[str, object]:
         return campaign_info(
             self._plan_info(),
             int(self.seed),
@@ -299,7 +299,7 @@ class Campaign:
             self._instruments,
         )
 
-    def _plan_info(self) -> dict[str, Any]:
+    def _plan_info(self) -> dict[str, object]:
         if isinstance(self.plan, str) and not self.plan.lower().endswith(".csv"):
             family, held_out = parse_plan(self.plan)
             return {"plan": self.plan, "plan_meaning": family.meaning, "held_out": held_out}
@@ -314,8 +314,8 @@ def _shape(row: dict[Any, Any]) -> float:
 
 
 def _test_to_files(
-    row: dict[str, Any],
-    law: dict[str, Any],
+    row: dict[str, object],
+    law: dict[str, object],
     table: SpecimenTable,
     rig: Rig,
     instruments: Instruments,

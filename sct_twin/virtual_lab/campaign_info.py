@@ -43,7 +43,7 @@ def campaign_info(
     kind: str,
     rig: Rig,
     instruments: Instruments,
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Return what stands in `campaign.json`; `plan` names the plan, `kind` the format of the files."""
     return {
         "synthetic": True,
@@ -62,7 +62,7 @@ def campaign_info(
     }
 
 
-def perturbations(rig: Rig, instruments: Instruments) -> dict[str, Any]:
+def perturbations(rig: Rig, instruments: Instruments) -> dict[str, object]:
     """Return what is otherwise in the laboratory: mesh, material, upsetting, heat, scatter, sensors.
 
     The truth is computed with these, never with the settings of the twin; friction is not among them.

@@ -63,7 +63,7 @@ class TrueLaw:
         )
         return cls(dict(content["base"]), effects, content.get("lubricant"))
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return a description for the truth file."""
         return {
             "lubricant": self.lubricant,

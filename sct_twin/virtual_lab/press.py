@@ -209,7 +209,7 @@ def _law(source: Source) -> TrueLaw:
 
 
 def _form(
-    law: dict[str, Any],
+    law: dict[str, object],
     kind: str,
     T_tool: float,
     speed: float,

@@ -75,7 +75,7 @@ def compute_run(
     punch: PunchGeometry, T_tool: float, mu: float, force: float, rig: Rig, cache: str | None
 ) -> UpsettingResult:
     """Return one upsetting run up to `force` [N] with friction `mu`, from the cache where it is known."""
-    arguments: dict[str, Any] = {
+    arguments: dict[str, object] = {
         "material": rig.material,
         "mu": mu,
         "T0": T_tool,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import pandas as pd
 
@@ -68,7 +67,7 @@ def join_campaigns(campaigns: Mapping[str, DataSet]) -> tuple[DataSet, list[str]
     labels = {d.synthetic for d in campaigns.values()}
     if len(labels) > 1:
         remarks.append("synthetic and measured campaigns together: all of it counts as synthetic")
-    info: dict[str, Any] = {"synthetic": any(labels), "campaigns": list(campaigns)}
+    info: dict[str, object] = {"synthetic": any(labels), "campaigns": list(campaigns)}
     return DataSet(joined, tests, info), remarks
 
 

@@ -117,7 +117,7 @@ def _inseparable(campaign: Campaign, found: SearchRound, first: Fit, rival: Fit,
 
 
 def _entry(proposal: Proposal, pair: list[str], expected: Separation) -> NextTest:
-    entry: dict[str, Any] = {
+    entry: dict[str, object] = {
         "protocol": proposal.protocol,
         "setpoints": proposal.setpoints,
         "separates": pair,
@@ -129,9 +129,9 @@ def _entry(proposal: Proposal, pair: list[str], expected: Separation) -> NextTes
     return cast(NextTest, entry | {"plan": proposal.plan})
 
 
-def plan_rows(next_tests: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def plan_rows(next_tests: Sequence[Mapping[str, Any]]) -> list[dict[str, str | float]]:
     """Return the rows of all proposed tests, each once, as one plan."""
-    rows: list[dict[str, Any]] = []
+    rows: list[dict[str, str | float]] = []
     for entry in next_tests:
         rows += [dict(r) for r in entry["plan"] if dict(r) not in rows]
     return rows

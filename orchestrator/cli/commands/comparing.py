@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -87,7 +87,7 @@ def compare(
     on_press = None if study is None or ran is None else _compare_forces(study, ran, seed)
     in_system = None if system is None else _run_system(system, models, given, runs, mode, jobs)
     if json is not None:
-        content: dict[str, Any] = {}
+        content: dict[str, object] = {}
         if on_tests is not None:
             content = {"synthetic": on_tests.synthetic, **on_tests.to_dict()}
         if study is not None and ran is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -96,7 +96,7 @@ def _schedules(
     only: list[str] | None,
     plan: Path | None,
     inputs: Path | None,
-    twin: dict[str, Any],
+    twin: dict[str, object],
 ) -> list[SctSchedule]:
     """Return the tests that one of the three options names."""
     from friction_models.common import InputError

@@ -153,7 +153,7 @@ class SystemDescription(BaseModel):
 
     @classmethod
     def from_dict(
-        cls, content: dict[str, Any], folder: str | os.PathLike[str] = ".", source: str = "system"
+        cls, content: dict[str, object], folder: str | os.PathLike[str] = ".", source: str = "system"
     ) -> Self:
         """Build from a mapping as it stands in the YAML file; `folder` is where relative FMU paths start."""
         try:

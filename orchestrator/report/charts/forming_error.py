@@ -210,7 +210,7 @@ def share_bars(errors: FormingErrors, what: str) -> Any:
         found = [errors.summary(label, None, process) for label in labels]
         time = what == "time"
         y = [None if s is None else 100 * (s.friction_share if time else s.tau_over_k) for s in found]
-        more: dict[str, Any] = {}
+        more: dict[str, object] = {}
         if time:
             over = [0.0 if s is None else 100 * (s.friction_share_max - s.friction_share) for s in found]
             more["error_y"] = {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 from .theme import CONSTANT
 
@@ -13,9 +12,9 @@ COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#6a
 DASHES = ("solid", "dash", "dot", "dashdot")
 
 
-def looks(names: Iterable[str]) -> dict[str, dict[str, Any]]:
+def looks(names: Iterable[str]) -> dict[str, dict[str, str | float]]:
     """Return colour and dash of each name; constant coefficients of friction (numbers) are grey and dashed."""
-    found: dict[str, dict[str, Any]] = {}
+    found: dict[str, dict[str, str | float]] = {}
     colored = constants = 0
     for name in names:
         if _is_number(name):

@@ -9,7 +9,7 @@ PRESS, PRESS_BAND = "#3d4854", "rgba(61, 72, 84, 0.17)"
 BEFORE, AFTER, OTHER, CONSTANT = "#c8641f", "#0a7f79", "#7d62a8", "#9aa4af"
 BEFORE_BAND, AFTER_BAND = "rgba(200, 100, 31, 0.16)", "rgba(10, 127, 121, 0.16)"
 #: Colour and dash of a friction model by its part in a comparison.
-STYLES: dict[str, dict[str, Any]] = {
+STYLES: dict[str, dict[str, str | float]] = {
     "constant": {"color": CONSTANT, "width": 2, "dash": "dash"},
     "before": {"color": BEFORE, "width": 2},
     "other": {"color": OTHER, "width": 2, "dash": "dot"},

@@ -13,7 +13,7 @@ from friction_models.loads import DataSet
 MOST_POINTS = 3000
 
 
-def confirmed(model: Any, data: DataSet, effects: list[str]) -> dict[str, Any] | None:
+def confirmed(model: Any, data: DataSet, effects: list[str]) -> dict[str, object] | None:
     """Return what `refine` notes about adding effects: ``before``, ``after``, ``judged_by``.
 
     None where it cannot be judged: nothing is named, a fixed base (an FMU, a constant), a fault of the data (a

@@ -5,14 +5,17 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import TYPE_CHECKING, Any, TypedDict
 
 from friction_models.common import InputError
 from friction_models.loads import DataSet, FloatArray
 
 from ...cosim.run_folders import Run
-from ...force_curves.forces import ForceComparison, compare_force, read_press_curve
+from ...force_curves.forces import ForceComparison, LevelsNumbers, compare_force, read_press_curve
 from ..charts.force import ForceLine
+
+if TYPE_CHECKING:
+    from friction_models import FrictionModel
 
 #: Folder of the tests that were predicted in a closed loop.
 PREDICTED = "predicted"
@@ -64,7 +67,7 @@ class DemoSummary(TypedDict):
     levels: list[PressLevelEntry]
     frictions: list[FrictionEntry]
     held_out: dict[str, Any]
-    forces: dict[str, Any]
+    forces: dict[str, LevelsNumbers]
     diagnosis: dict[str, Any]
     run_facts: dict[str, RunFacts]
     seconds: dict[str, float]
@@ -94,7 +97,7 @@ class DemoFolder:
     folder: Path
     summary: DemoSummary
     held_out: DataSet
-    models: dict[str, Any]
+    models: dict[str, FrictionModel]
     predicted: dict[str, FloatArray]
     lines: list[ForceLine]
 

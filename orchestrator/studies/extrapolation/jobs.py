@@ -19,7 +19,7 @@ FEWEST = 4
 
 def reduce(
     inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Keep the training tests with low pressure and temperature: the lower half of the tested range of each.
 
     The tests held out stay all, so that errors beyond the reduced domain are seen.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, TypedDict
+from typing import TypedDict
 
 from friction_models.loads import LOADS, FloatArray
 from friction_models.models.domain import Domain
@@ -12,7 +12,16 @@ from ...jobs.campaign import JobResult
 from ..contact import Contact, Exceedance, Spread, exceedance, reference_areas, spread
 from ..forming_jobs import run_of, synthetic
 from ..models import model_name
-from .study import DATA_KINDS, RULES, DataKind, ExtrapolationStudy, Rule, data_of, run_name
+from .study import (
+    DATA_KINDS,
+    RULES,
+    DataKind,
+    ExtrapolationSettings,
+    ExtrapolationStudy,
+    Rule,
+    data_of,
+    run_name,
+)
 
 
 class ReachedMu(TypedDict):
@@ -88,9 +97,9 @@ class TrainedModel(TypedDict):
 class ExtrapolationNumbers(TypedDict):
     """All numbers of the study; `settings` are those of `ExtrapolationPlan.to_dict`, `domains` the trained ranges."""
 
-    settings: dict[str, Any]
+    settings: ExtrapolationSettings
     synthetic: bool
-    domains: dict[str, Any]
+    domains: dict[str, dict[str, list[float] | None]]
     models: list[TrainedModel]
     runs: list[ExtrapolationRun]
     pairs: list[Pair]
@@ -101,7 +110,7 @@ def evaluate(study: ExtrapolationStudy, results: Mapping[str, JobResult]) -> Ext
     plan = study.plan
     runs: list[ExtrapolationRun] = []
     models: list[TrainedModel] = []
-    domains: dict[str, Any] = {}
+    domains: dict[str, dict[str, list[float] | None]] = {}
     levels = plan.levels()
     areas = {level.process: reference_areas(level) for level in levels[:: len(plan.conditions)]}
     for family in plan.models:

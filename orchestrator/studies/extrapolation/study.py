@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal, TypedDict
 
 from ...comparison.level_runs import Level
 from ...jobs.campaign import Job, JobResult
@@ -22,6 +22,18 @@ Rule = Literal["clamp", "extrapolate"]
 #: Value of the FMU's parameter ``clamp_to_domain``.
 RULES: dict[Rule, bool] = {"clamp": True, "extrapolate": False}
 STEP = 0.1
+
+
+class ExtrapolationSettings(TypedDict):
+    """A plan as plain data: what `ExtrapolationPlan.to_dict` returns; `stroke_mm` by level."""
+
+    models: list[str]
+    processes: list[str]
+    levels: list[dict[str, float]]
+    stroke_mm: dict[str, float]
+    communication_step_mm: float
+    lubricant: str
+    reduced_by: list[str]
 
 
 @dataclass(frozen=True)
@@ -66,7 +78,7 @@ class ExtrapolationPlan:
             for T_tool, speed in self.conditions
         ]
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> ExtrapolationSettings:
         """Return plain data."""
         return {
             "models": list(self.models),
@@ -126,7 +138,7 @@ class ExtrapolationStudy(Study):
                 ]
         return cls(plan, tuple(jobs))
 
-    def settings(self, results: Mapping[str, JobResult]) -> dict[str, Any]:
+    def settings(self, results: Mapping[str, JobResult]) -> dict[str, object]:
         """Return what the manifest says of the study."""
         return {**self.plan.to_dict(), "synthetic": synthetic(results)}
 

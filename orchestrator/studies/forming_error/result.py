@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -201,7 +200,7 @@ class FormingErrors:
             propagated(spread, measured, scatter) if len(rows) > 1 else None,
         )
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return all numbers as plain data."""
         return {
             "synthetic": self.synthetic,

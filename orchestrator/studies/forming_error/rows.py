@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypedDict
+from typing import TypedDict
 
 from ...force_curves.forces import ForceComparison
 from ...force_curves.metrics import LevelSummary
@@ -52,9 +52,9 @@ class RunError:
         """Time in the friction FMU over that of all the rest of the stepping, which any friction law needs."""
         return self.timing["friction"] / max(self.timing["forming"] + self.timing["master"], 1e-12)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, str | float | None]:
         """Return one row of numbers."""
-        row: dict[str, Any] = {
+        row: dict[str, str | float | None] = {
             "lubricant": self.lubricant,
             "process": self.process,
             "T_tool_degC": self.T_tool,
@@ -111,7 +111,7 @@ class Summary:
         few = "" if count == self.planned else f"{count} of "
         return f"{few}{self.planned} level{'s' if self.planned != 1 else ''}"
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, str | float | None]:
         """Return one row of numbers."""
         return {
             "lubricant": self.lubricant or "all",
@@ -147,7 +147,7 @@ class Change:
     spread: float | None
     spread_std: float | None
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, str | float | None]:
         """Return one row of numbers."""
         return {
             "friction": self.friction,

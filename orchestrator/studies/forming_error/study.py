@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from friction_models.common import InputError
 
@@ -78,7 +77,7 @@ class Plan:
         constants = [Friction(f"constant {mu:g}", "constant", True) for mu in self.constants]
         return (*constants, *(Friction(family, family, False) for family in self.models))
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return plain data."""
         return {
             "models": list(self.models),
@@ -202,7 +201,7 @@ class FormingErrorStudy(Study):
             bool(found.values.get("synthetic")) for found in data if found is not None
         )
 
-    def settings(self, results: Mapping[str, JobResult]) -> dict[str, Any]:
+    def settings(self, results: Mapping[str, JobResult]) -> dict[str, object]:
         """Return what the manifest says of the study: sizes, levels, and hashes of one's own press curves."""
         from friction_models.common.cached_results import path_digest
 

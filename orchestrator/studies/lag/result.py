@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypedDict
+from typing import Literal, TypedDict
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from friction_models.loads import FloatArray
 
 from ...jobs.campaign import JobResult
 from ..forming_jobs import run_of, synthetic
-from .study import MODES, LagStudy, Mode, run_name
+from .study import MODES, LagSettings, LagStudy, Mode, run_name
 
 #: With which run another one is compared: the iterated one of the same step, or of the finest step.
 Reference = Literal["lag", "to_finest"]
@@ -90,7 +90,7 @@ class LagSummary(TypedDict, total=False):
 class LagNumbers(TypedDict):
     """All numbers of the study; `settings` are those of `LagPlan.to_dict`."""
 
-    settings: dict[str, Any]
+    settings: LagSettings
     synthetic: bool
     rows: list[LagRun]
     curves: list[LagCurve]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal, TypedDict
 
 from friction_models.common import InputError
 
@@ -18,6 +18,19 @@ from ..study import Study
 
 Mode = Literal["jacobi", "gauss_seidel", "iterated"]
 MODES: tuple[Mode, ...] = ("jacobi", "gauss_seidel", "iterated")
+
+
+class LagSettings(TypedDict):
+    """A plan as plain data: what `LagPlan.to_dict` returns; `stroke_mm` by process."""
+
+    models: list[str]
+    processes: list[str]
+    steps_mm: list[float]
+    stroke_mm: dict[str, float]
+    speed_mm_s: float
+    T_tool_degC: float
+    lubricant: str
+    compared_every_mm: float
 
 
 @dataclass(frozen=True)
@@ -71,7 +84,7 @@ class LagPlan:
         """Return the press level of a process."""
         return chosen_level(process, self.stroke, max(self.steps), self.speed, self.T_tool)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> LagSettings:
         """Return plain data."""
         return {
             "models": list(self.models),
@@ -124,7 +137,7 @@ class LagStudy(Study):
                 ]
         return cls(plan, tuple(jobs))
 
-    def settings(self, results: Mapping[str, JobResult]) -> dict[str, Any]:
+    def settings(self, results: Mapping[str, JobResult]) -> dict[str, object]:
         """Return what the manifest says of the study."""
         return {**self.plan.to_dict(), "synthetic": synthetic(results)}
 

@@ -47,7 +47,7 @@ def read_study(saved: SavedStudy) -> tuple[LearningCurveStudy, dict[str, JobResu
     return LearningCurveStudy.of_counts(plan, counts, virtual), results
 
 
-def numbers(curves: LearningCurves) -> dict[str, Any]:
+def numbers(curves: LearningCurves) -> dict[str, object]:
     """Return all numbers of the study as plain data."""
     return {
         "study": "learning-curve",
@@ -66,7 +66,7 @@ def numbers(curves: LearningCurves) -> dict[str, Any]:
     }
 
 
-def _curve(c: Curve, accuracy: float) -> dict[str, Any]:
+def _curve(c: Curve, accuracy: float) -> dict[str, object]:
     low, lower, upper = c.lowest
     return {
         "lubricant": c.lubricant,
@@ -85,7 +85,7 @@ def _curve(c: Curve, accuracy: float) -> dict[str, Any]:
     }
 
 
-def _comparison(c: Comparison) -> dict[str, Any]:
+def _comparison(c: Comparison) -> dict[str, object]:
     return {
         "lubricant": c.lubricant,
         "model": c.model,

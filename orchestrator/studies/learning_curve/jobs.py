@@ -33,7 +33,7 @@ class _Point(TypedDict):
     model: str
     tests: int
     points: int
-    parameters: dict[str, Any]
+    parameters: dict[str, object]
     errors: list[list[float]]
     errors_averages: list[list[float]]
 
@@ -45,7 +45,7 @@ class Point(_Point, total=False):
     by its averages; their mean is the MAE (`Collection.errors`). `parameters` are those that the `search` chose.
     """
 
-    search: list[dict[str, Any]]
+    search: list[dict[str, object]]
 
 
 class ThinningCost(TypedDict):
@@ -75,7 +75,7 @@ class DataFacts(TypedDict):
 
 def learn(
     inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Fit models to training sets of some sizes, for all repeats; return their errors.
 
     `inputs`: ``models``, ``collection``, ``sizes``, ``repeats``, ``seed``, ``thin`` (every so many points of a test are
@@ -230,7 +230,7 @@ def _errors(
 
 def _search(
     name: str, part: pd.DataFrame, tests: int, inputs: Mapping[str, Any]
-) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+) -> tuple[dict[str, object], list[dict[str, object]]]:
     """Return the best parameters by cross-validation over whole tests on the first repeat's training set."""
     from friction_models.training import best_parameters
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
@@ -48,7 +48,7 @@ class Curve:
     points: tuple[int, ...]
     parts: FloatArray
     averages: FloatArray
-    parameters: tuple[dict[str, Any], ...]
+    parameters: tuple[dict[str, object], ...]
 
     @classmethod
     def of(cls, lubricant: str, collection: str, model: str, entries: Sequence[Point]) -> Curve:

@@ -98,7 +98,7 @@ class LearningCurvePlan:
             seed=seed,
         )
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return plain data."""
         return asdict(self)
 
@@ -243,7 +243,7 @@ def _network_seconds(plan: LearningCurvePlan, collection: str, size: int) -> flo
     return work * plan.steps / 3200 * (5 + plan.repeats) / 15
 
 
-def _parameters(plan: LearningCurvePlan, models: Sequence[str]) -> dict[str, Any]:
+def _parameters(plan: LearningCurvePlan, models: Sequence[str]) -> dict[str, object]:
     given = {
         m: dict(plan.parameters.get(m, {})) | ({"steps": plan.steps} if m == "ffnn" else {}) for m in models
     }

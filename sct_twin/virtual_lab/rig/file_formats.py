@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -51,7 +50,7 @@ class FileFormat:
 
     def save(self, path: Path, frame: pd.DataFrame) -> None:
         """Write a test in canonical channels and units as the logger would."""
-        table: dict[str, Any] = {}
+        table: dict[str, object] = {}
         for channel, column in self.columns.items():
             values = frame[channel].to_numpy(float).round(DIGITS[channel])
             factor, offset = conversion(CHANNELS[channel].unit, column.unit, column.name)
