@@ -47,6 +47,13 @@ class FolderKind:
         Returns for a folder which further files it lists itself.
     says : tuple of str
         A file of JSON among the marks, and a key that it holds when it was written here.
+
+    Examples
+    --------
+    >>> kind = FolderKind("a study of wear", marks=("wear.json",), others=("runs/*.csv",))
+    >>> owns = kind.owner(Path("."))
+    >>> owns("wear.json"), owns("runs/one.csv"), owns("thesis.tex")
+    (True, True, False)
     """
 
     what: str
@@ -221,6 +228,15 @@ def check_folder(target: str | os.PathLike[str], kind: FolderKind | GrowingKind)
     ------
     InputError
         A file or a link; a folder that holds something else, or in which this process stands.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> kind = FolderKind("a study of wear", marks=("wear.json",))
+    >>> with TemporaryDirectory() as place:
+    ...     folder = check_folder(Path(place) / "new", kind)
+    ...     folder.name, folder.exists()
+    ('new', False)
     """
     given = Path(target)
     replaced = isinstance(kind, FolderKind)
@@ -300,6 +316,14 @@ def check_outputs(
     ------
     InputError
         Names the first such output.
+
+    Examples
+    --------
+    >>> check_outputs(["model"], ["points.csv"])
+    >>> check_outputs(["points.csv"], ["points.csv"])
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: ...
     """
     written = [Path(o) for o in outputs]
     for number, output in enumerate(written):
