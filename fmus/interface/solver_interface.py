@@ -14,7 +14,13 @@ from .quantities import Variable
 
 @dataclass(frozen=True)
 class Signal:
-    """An output or input."""
+    """An output or input.
+
+    Examples
+    --------
+    >>> Signal("F_n", "N", "normal force").name
+    'F_n'
+    """
 
     name: str
     unit: str

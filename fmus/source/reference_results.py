@@ -109,7 +109,15 @@ def tried(source: FrictionSource, interface: FrictionInterface, loads: FloatArra
 
 
 def stimuli(interface: FrictionInterface, points: int) -> FloatArray:
-    """Return loads of shape (`ROWS`, points, 5): inside the domain, one row outside of it, one without contact."""
+    """Return loads of shape (`ROWS`, points, 5): inside the domain, one row outside of it, one without contact.
+
+    Examples
+    --------
+    >>> from fmus.interface.quantities import FrictionInterface
+    >>> loads = stimuli(FrictionInterface(nodes=2), points=2)
+    >>> loads.shape == (ROWS, 2, 5)
+    True
+    """
     box = np.array([interface.domain.get(q.name, USUAL[q.name]) for q in LOADS])
     lower, upper = box[:, 0], box[:, 1]
     rng = np.random.default_rng(1)

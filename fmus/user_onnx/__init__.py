@@ -55,12 +55,30 @@ class UserModel:
 
 
 def is_ours(model: onnx.ModelProto) -> bool:
-    """Return whether a file is one of our own models: it says so in its metadata."""
+    """Return whether a file is one of our own models: it says so in its metadata.
+
+    Examples
+    --------
+    >>> import onnx
+    >>> from friction_models import ConstantFriction
+    >>> from fmus.source.reading import read_source
+    >>> is_ours(onnx.load_model_from_string(read_source(ConstantFriction(mu=0.1)).onnx))
+    True
+    """
     return any(p.key.startswith("tribofmu.") for p in model.metadata_props)
 
 
 def looks_ours(model: onnx.ModelProto) -> bool:
-    """Return whether a file has the signature of our own models: `loads` double [n, 5] to `mu`."""
+    """Return whether a file has the signature of our own models: `loads` double [n, 5] to `mu`.
+
+    Examples
+    --------
+    >>> import onnx
+    >>> from friction_models import ConstantFriction
+    >>> from fmus.source.reading import read_source
+    >>> looks_ours(onnx.load_model_from_string(read_source(ConstantFriction(mu=0.1)).onnx))
+    True
+    """
     from onnx import TensorProto
 
     stored = {t.name for t in model.graph.initializer}
