@@ -40,6 +40,12 @@ class Level:
         Punch travel [mm].
     parameters : mapping
         Other parameters of the process.
+
+    Examples
+    --------
+    >>> level = Level("fre", T_tool=20.0, speed=50.0, stroke=10.0)
+    >>> level.name, level.numbers["T_tool"]
+    ('fre_50mms_20C', 20.0)
     """
 
     process: str

@@ -51,6 +51,14 @@ class Order:
         ``difference`` with its ``interval``, ``probability`` that the better one is better indeed, ``apart``.
     units : int
         Number of tests or levels.
+
+    Examples
+    --------
+    >>> errors = {"a": 0.010, "b": 0.020}
+    >>> draws = {"a": np.array([0.009, 0.011, 0.010]), "b": np.array([0.019, 0.021, 0.010])}
+    >>> order = Order.of(errors, draws, units=3)
+    >>> order.names, round(order.best["a"], 3), order.indistinct
+    (['a', 'b'], 0.833, [('a', 'b')])
     """
 
     names: list[str]
@@ -300,6 +308,14 @@ def resampled_errors(
     measured, deviation : ndarray, shape (levels,)
         Mean of the repeats and standard deviation of that mean.
     rng : numpy.random.Generator
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(0)
+    >>> measured = np.array([100.0, 200.0])
+    >>> (errors,) = resampled_errors([1.1 * measured], measured, 0.0 * measured, rng)
+    >>> round(float(errors.min()), 6), round(float(errors.max()), 6)
+    (0.1, 0.1)
     """
     levels = len(measured)
     chosen = rng.integers(0, levels, (REPLICATES, levels))

@@ -66,6 +66,11 @@ def deciding_code(module: str, root: str = __package__.partition(".")[0]) -> tup
     ------
     InputError
         A folder without sources.
+
+    Examples
+    --------
+    >>> deciding_code("json")
+    ('json',)
     """
     if module.partition(".")[0] != root:
         return (module,)

@@ -35,6 +35,12 @@ class JobResult:
         The files it wrote.
     seconds : float
         Time it took [s].
+
+    Examples
+    --------
+    >>> result = JobResult("fre", {"run": "run"}, Path("jobs/0123"), 2.5)
+    >>> result.file("run").as_posix()
+    'jobs/0123/run'
     """
 
     name: str
@@ -83,6 +89,16 @@ class Store:
     ----------
     folder : Path
         Folder ``jobs`` of a study; need not exist yet.
+
+    Examples
+    --------
+    >>> with tempfile.TemporaryDirectory() as place:
+    ...     store = Store(Path(place))
+    ...     work = Path(place) / "work"
+    ...     work.mkdir()
+    ...     store.keep("0123", work, {"values": {"mu": 0.1}, "seconds": 2.5})
+    ...     print(store.load("0123", "fit").values, store.load("4567", "fit"))
+    {'mu': 0.1} None
     """
 
     def __init__(self, folder: Path) -> None:

@@ -242,6 +242,13 @@ def predict_sct(
         No tests, a parameter or an FMU that does not fit.
     SimulationError
         A component failed.
+
+    Examples
+    --------
+    >>> predict_sct("no-such.fmu", [], "predicted")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: predict_sct: no tests given; allowed: at least one
     """
     if not schedules:
         raise InputError("predict_sct: no tests given; allowed: at least one")
@@ -280,6 +287,18 @@ def sct_system(
         What drives the test.
     fmus : Path
         Folder for the FMU of the signals and that of the twin, which tests of one specimen temperature share.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus import pack
+    >>> from friction_models import ConstantFriction
+    >>> plan = {"test_id": "t1", "F_set": 50e3, "v_set": 20.0, "sd_set": 10.0, "T_tool": 20.0}
+    >>> with TemporaryDirectory() as place:
+    ...     law = pack(ConstantFriction(mu=0.1), Path(place) / "law.fmu", target="python")
+    ...     system = sct_system(law, SctSchedule.from_plan(plan), Path(place))
+    >>> system.evaluation_order(), system.steps
+    (['inputs', 'friction', 'twin'], 100)
     """
     from fmus import pack_twin
     from fmus.targets.signals import pack_signals

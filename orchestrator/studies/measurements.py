@@ -38,7 +38,13 @@ DATASET = "dataset"
 
 
 def data_name(lubricant: str) -> str:
-    """Return the name of the job that gives the data sets of a lubricant."""
+    """Return the name of the job that gives the data sets of a lubricant.
+
+    Examples
+    --------
+    >>> data_name("oil")
+    'data-oil'
+    """
     return f"data-{lubricant}"
 
 
@@ -74,6 +80,15 @@ def chosen_data(texts: Iterable[str] | None) -> dict[str, Path] | None:
     ------
     InputError
         A name twice or one that cannot stand in a file name, no such place.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     list(chosen_data([f"oil={place}"]))
+    ['oil']
+    >>> chosen_data(None) is None
+    True
     """
     chosen: dict[str, Path] = {}
     for text in texts or ():

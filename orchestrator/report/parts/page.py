@@ -25,6 +25,14 @@ class Page:
         HTML of the paragraph below it.
     synthetic : bool
         Whether the badge "synthetic data" is shown.
+
+    Examples
+    --------
+    >>> page = Page("The model was right", kicker="comparison", synthetic=True)
+    >>> page.add("errors", "Errors", "<p>none</p>")
+    >>> html = page.render()
+    >>> '<a href="#errors">Errors</a>' in html, "synthetic data</span>" in html
+    (True, True)
     """
 
     title: str
@@ -76,7 +84,13 @@ class Page:
 
 
 def footer(used: Mapping[str, str], origin: str) -> str:
-    """Return the foot of a study's page: versions that were used, and where the measurements come from."""
+    """Return the foot of a study's page: versions that were used, and where the measurements come from.
+
+    Examples
+    --------
+    >>> footer({"tribofmu": "0.1.0", "python": "3.11.9"}, "Measured in the laboratory.")
+    'tribofmu 0.1.0, Python 3.11.9. Measured in the laboratory.'
+    """
     return f"tribofmu {escape(used['tribofmu'])}, Python {escape(used['python'])}. {escape(origin)}"
 
 
