@@ -63,7 +63,13 @@ def cell(value: Any) -> str:
 
 
 def html(title: str, body: str) -> bytes:
-    """Return a self-contained HTML page, readable without a network, in light and dark."""
+    """Return a self-contained HTML page, readable without a network, in light and dark.
+
+    Examples
+    --------
+    >>> html("A law", "<p>mu = 0.1</p>").startswith(b"<!DOCTYPE html>")
+    True
+    """
     return _PAGE.format(title=escape(title), style=_STYLE.replace("\n", ""), body=body).encode()
 
 
@@ -85,5 +91,13 @@ def page(title: str, sections: Mapping[str, Any]) -> bytes:
 
 
 def card_json(card: dict[str, Any]) -> bytes:
-    """Return the card as JSON."""
+    """Return the card as JSON.
+
+    Examples
+    --------
+    >>> print(card_json({"family": "constant"}).decode())
+    {
+      "family": "constant"
+    }
+    """
     return (json.dumps(card, indent=2, sort_keys=True) + "\n").encode()

@@ -42,7 +42,14 @@ class Strength:
 
 
 def strengths(effects: Sequence[Effect]) -> list[Strength]:
-    """Return the parameters of added effects, one for each amplitude of each effect."""
+    """Return the parameters of added effects, one for each amplitude of each effect.
+
+    Examples
+    --------
+    >>> from friction_models.effects import CATALOGUE
+    >>> [(s.parameter, s.effect, s.unit) for s in strengths([CATALOGUE["viscous"]])]
+    [('strength_viscous_k_v', 'viscous', '1')]
+    """
     return [
         Strength(f"strength_{e.name}_{a.name}", e.name, SMALL * a.start, a.unit, a.sign)
         for e in effects

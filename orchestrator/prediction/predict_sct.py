@@ -45,6 +45,18 @@ class SctPrediction:
         The co-simulation: `friction.mu`, the five loads `twin.T` ..., the inputs `inputs.F_n` ...
     output : str
         What mu is called in the friction FMU.
+
+    Examples
+    --------
+    A made-up run of two steps:
+
+    >>> plan = {"test_id": "t1", "F_set": 50e3, "v_set": 20.0, "sd_set": 10.0, "T_tool": 20.0}
+    >>> loads = {f"twin.{name}": np.array([1.0, 2.0, 3.0]) for name in LOAD_NAMES}
+    >>> values = {"friction.mu": np.array([0.0, 0.1, 0.12]), **loads}
+    >>> run = Run(Path("t1"), {"synthetic": False}, np.array([0.0, 0.25, 0.5]), values, {})
+    >>> test = SctPrediction(SctSchedule.from_plan(plan), run)
+    >>> test.mu, test.errors() is None, list(test.frame()["sd"])
+    (array([0.1 , 0.12]), True, [1.0, 2.0])
     """
 
     schedule: SctSchedule
@@ -119,7 +131,18 @@ class SctPrediction:
 
 @dataclass(frozen=True, eq=False)
 class SctPredictions:
-    """Predicted tests of one friction FMU, in the order of the schedules."""
+    """Predicted tests of one friction FMU, in the order of the schedules.
+
+    Examples
+    --------
+    >>> plan = {"test_id": "t1", "F_set": 50e3, "v_set": 20.0, "sd_set": 10.0, "T_tool": 20.0}
+    >>> loads = {f"twin.{name}": np.array([1.0, 2.0, 3.0]) for name in LOAD_NAMES}
+    >>> values = {"friction.mu": np.array([0.0, 0.1, 0.12]), **loads}
+    >>> run = Run(Path("t1"), {"synthetic": False}, np.array([0.0, 0.25, 0.5]), values, {})
+    >>> found = SctPredictions("a law", [SctPrediction(SctSchedule.from_plan(plan), run)])
+    >>> found.summary() is None, round(found.to_dict()["tests"][0]["mu_mean"], 6)
+    (True, 0.11)
+    """
 
     label: str
     tests: Sequence[SctPrediction]

@@ -78,6 +78,14 @@ class Contact(NamedTuple):
         Area that the marker stands for [mm2]. Steps take the same time, so its sums are shares of contact and time.
     work : ndarray, shape (n,)
         Friction work on that area during the step [J].
+
+    Examples
+    --------
+    Two markers of equal area; the first does three quarters of the work:
+
+    >>> contact = Contact(np.zeros((2, 5)), np.array([0.1, 0.1]), np.array([1.0, 1.0]), np.array([3.0, 1.0]))
+    >>> contact.share(np.array([True, False]))
+    {'share': 0.5, 'work': 0.75}
     """
 
     loads: FloatArray

@@ -112,6 +112,11 @@ def only_lubricant(data: Mapping[str, Path] | None, default: str) -> str:
     ------
     InputError
         Several data sets.
+
+    Examples
+    --------
+    >>> only_lubricant({"oil": Path("measured")}, default="polymer"), only_lubricant(None, default="polymer")
+    ('oil', 'polymer')
     """
     if data is not None and len(data) > 1:
         raise InputError(
