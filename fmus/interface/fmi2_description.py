@@ -71,7 +71,14 @@ def number(value: float) -> str:
 
 
 def to_xml(description: Description) -> bytes:
-    """Return the model description as UTF-8 XML; equal input gives equal bytes (no date)."""
+    """Return the model description as UTF-8 XML; equal input gives equal bytes (no date).
+
+    Examples
+    --------
+    >>> text = to_xml(Description("law", "law", "{0}", "a law", []))
+    >>> etree.fromstring(text).get("modelName")
+    'law'
+    """
     root = etree.Element(
         "fmiModelDescription",
         fmiVersion="2.0",

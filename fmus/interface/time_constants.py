@@ -30,6 +30,13 @@ def fastest_time_constant(source: FrictionSource) -> float | None:
     -------
     float or None
         None without memory, where it is no differential equation, and where nothing decays within `_SLOW` seconds.
+
+    Examples
+    --------
+    >>> from fmus.source.reading import read_source
+    >>> from friction_models import ConstantFriction
+    >>> fastest_time_constant(read_source(ConstantFriction(mu=0.1))) is None
+    True
     """
     if not source.states or not source.onnx:
         return None

@@ -60,6 +60,11 @@ class Variable:
         Name of the FMI 3.0 array, or of the variable of each instance; empty where that is `name`.
     start_text : str or None
         The start value as the FMU declares it; None where it does not.
+
+    Examples
+    --------
+    >>> Variable("T[2]", 1, "Float64", "input", "degC", "fmi3Float64", element=1, starts=(20.0, 80.0)).starts
+    (20.0, 80.0)
     """
 
     name: str

@@ -137,6 +137,16 @@ def reference_run(
     -------
     dict of str to ndarray
         `mu` (its bounds, where the FMU has them), `domain_distance` and the states of shape (rows, points), `in_domain` of shape (rows, 1).
+
+    Examples
+    --------
+    >>> from fmus.source.reading import read_source
+    >>> from friction_models import ConstantFriction
+    >>> source = read_source(ConstantFriction(mu=0.1))
+    >>> interface = source.interface(nodes=1)
+    >>> found = reference_run(source, interface, stimuli(interface, 1))
+    >>> found["mu"].shape == (ROWS, 1)
+    True
     """
     session = _session(source.onnx)
     inputs, outputs = [i.name for i in session.get_inputs()], [o.name for o in session.get_outputs()]

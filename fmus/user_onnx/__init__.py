@@ -117,6 +117,20 @@ def read_user_model(
         An operator without translation, unless `python`.
     InputError
         A damaged or hostile file, inputs or outputs that do not fit, a YAML that does not fit.
+
+    Examples
+    --------
+    A graph that takes the five loads and gives mu = 0.001 T:
+
+    >>> from onnx import TensorProto, helper
+    >>> loads = helper.make_tensor_value_info("x", TensorProto.DOUBLE, [None, 5])
+    >>> mu = helper.make_tensor_value_info("mu", TensorProto.DOUBLE, [None, 1])
+    >>> weights = helper.make_tensor("w", TensorProto.DOUBLE, [5, 1], [0.0, 0.001, 0.0, 0.0, 0.0])
+    >>> graph = helper.make_graph([helper.make_node("MatMul", ["x", "w"], ["mu"])], "law", [loads], [mu], [weights])
+    >>> model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
+    >>> user = read_user_model(model.SerializeToString(), "law.onnx")
+    >>> user.family, user.signature.output, user.agreement.difference < 1e-12
+    ('onnx', 'mu', True)
     """
     given = Spec() if spec is None else spec if isinstance(spec, Spec) else Spec.load(spec)
     place = where if spec is None or isinstance(spec, Spec) else f"{where} with {spec}"

@@ -33,6 +33,11 @@ class LoadEntry(BaseModel):
         What the model was trained on, in `unit`.
     subtract, divide : float
         Scaling outside the graph: it sees ``(value in unit - subtract) / divide``.
+
+    Examples
+    --------
+    >>> LoadEntry(unit="K").unit
+    'K'
     """
 
     model_config = ConfigDict(extra="forbid", strict=True)

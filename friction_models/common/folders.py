@@ -105,6 +105,17 @@ class GrowingKind:
         What it holds, for messages; it stands in its mark file.
     signs : tuple of str
         Patterns; a folder with one of them is of this kind, even without a mark file.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> kind = GrowingKind("a study of wear", signs=("wear.json",))
+    >>> with TemporaryDirectory() as place:
+    ...     print(kind.foreign(Path(place)) == "")
+    ...     (Path(place) / "thesis.tex").touch()
+    ...     print(kind.foreign(Path(place)) == "")
+    True
+    False
     """
 
     what: str
@@ -297,6 +308,14 @@ def grown(target: str | os.PathLike[str], kind: GrowingKind) -> Path:
     ------
     InputError
         What `check_folder` refuses.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     folder = grown(Path(place) / "wear", GrowingKind("a study of wear", signs=("wear.json",)))
+    ...     [file.name for file in folder.iterdir()] == [MARK]
+    True
     """
     check_folder(target, kind)
     folder = Path(target)

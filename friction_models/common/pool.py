@@ -145,6 +145,13 @@ def detached_main() -> Iterator[None]:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Keep linear algebra that starts now, here or in a new process, to one thread: processes are the parallelism."""
+    """Keep linear algebra that starts now, here or in a new process, to one thread: processes are the parallelism.
+
+    Examples
+    --------
+    >>> with one_thread():
+    ...     os.environ["OMP_NUM_THREADS"]
+    '1'
+    """
     with environment(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1"):
         yield

@@ -9,7 +9,14 @@ from .errors import unknown_name
 
 
 class Unit(NamedTuple):
-    """What a unit measures, and how it becomes the unit that the project computes with: value * factor + offset."""
+    """What a unit measures, and how it becomes the unit that the project computes with: value * factor + offset.
+
+    Examples
+    --------
+    >>> kelvin = UNITS["K"]
+    >>> kelvin.kind, 293.15 * kelvin.factor + kelvin.offset
+    ('temperature', 20.0)
+    """
 
     kind: str
     factor: float = 1.0

@@ -64,6 +64,18 @@ def graph_of(fmu: Path) -> bytes:
     ------
     InputError
         Not an archive, no graph in it, or one that is too large.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import onnx
+    >>> from fmus import pack
+    >>> from friction_models import ConstantFriction
+    >>> with TemporaryDirectory() as place:
+    ...     graph = graph_of(pack(ConstantFriction(mu=0.1), Path(place) / "law.fmu", target="python"))
+    >>> [output.name for output in onnx.load_model_from_string(graph).graph.output]
+    ['mu']
     """
     if GRAPH not in read_members(fmu):
         raise InputError(

@@ -138,6 +138,12 @@ def level_job(
         Whether the friction model comes from a virtual laboratory.
     label : str
         Friction model as the run names it; decides nothing else, and by that is left out where only a summary is kept.
+
+    Examples
+    --------
+    >>> job = level_job("run", Level("fre", T_tool=20.0, speed=50.0, stroke=10.0), Path("law.fmu"))
+    >>> job.function.rpartition(":")[2], job.inputs["mode"]
+    ('run_level', 'gauss_seidel')
     """
     from ..cosim.ready_made import STEP
     from ..jobs.campaign import Job

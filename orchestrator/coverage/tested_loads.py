@@ -172,6 +172,18 @@ class Coverage:
     beyond_rig : list of str
         What no test of the rig reaches.
     notes : list of str
+
+    Examples
+    --------
+    A quarter of the contact area is hotter than anything that was tested:
+
+    >>> points = pd.DataFrame({"test_id": "a", "v_rel": [5.0, 50.0], "T": [20.0, 100.0],
+    ...                        "sigma_n": [500.0, 900.0], "sd": [0.0, 50.0], "psi": [1.0, 10.0]})
+    >>> nan = float("nan")
+    >>> loads = np.array([[nan, 60.0, nan, nan, nan], [nan, 300.0, nan, nan, nan]])
+    >>> history = ContactHistory(loads, np.array([0.75, 0.25]), np.array([0.5, 0.5]), "a made-up process")
+    >>> print(coverage(points, history).sentence)
+    25 % of the contact area and 50 % of the friction work lie outside the tested loads, most of it by T.
     """
 
     history: ContactHistory

@@ -40,6 +40,12 @@ class ResultKeys:
     ----------
     module : str
         Name of the module, or of a folder of modules.
+
+    Examples
+    --------
+    >>> keys = ResultKeys("json")
+    >>> keys.of({"mu": 0.1}) == keys.of({"mu": 0.1}), keys.of({"mu": 0.1}) == keys.of({"mu": 0.2})
+    (True, False)
     """
 
     def __init__(self, module: str) -> None:

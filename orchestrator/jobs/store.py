@@ -69,6 +69,13 @@ def read_object(file: Path, limit: int) -> dict[str, Any]:
     ------
     InputError
         No such file, more than `limit` bytes, no JSON object.
+
+    Examples
+    --------
+    >>> from friction_models.common import write_json
+    >>> with tempfile.TemporaryDirectory() as place:
+    ...     read_object(write_json(Path(place) / "result.json", {"mu": 0.1}), limit=1000)
+    {'mu': 0.1}
     """
     try:
         if file.stat().st_size > limit:

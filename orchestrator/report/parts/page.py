@@ -95,7 +95,15 @@ def footer(used: Mapping[str, str], origin: str) -> str:
 
 
 def figure(name: str, chart: Any, caption: str, description: str) -> str:
-    """Return the HTML of a chart with its caption; `description` is what a screen reader says."""
+    """Return the HTML of a chart with its caption; `description` is what a screen reader says.
+
+    Examples
+    --------
+    >>> import plotly.graph_objects as go
+    >>> html = figure("mu", go.Figure(go.Scatter(x=[0, 1], y=[0.1, 0.1])), "mu over distance", "A level line.")
+    >>> 'aria-label="A level line."' in html, "<figcaption>mu over distance</figcaption>" in html
+    (True, True)
+    """
     html = chart.to_html(
         full_html=False,
         include_plotlyjs=False,
