@@ -43,6 +43,13 @@ class Binary:
         Date in the header of a PE file, otherwise 0.
     signed : bool
         Whether a Mach-O file carries a code signature.
+
+    Examples
+    --------
+    >>> needs = {"exp": "GLIBC_2.29", "solve_": ""}
+    >>> library = Binary("linux", "x86_64", 9000, ("libm.so.6", "libgfortran.so.5"), needs, ("fmi2DoStep",))
+    >>> library.platform, library.foreign_libraries, library.unresolved
+    ('x86_64-linux', ('libgfortran.so.5',), ('solve_',))
     """
 
     system: str
@@ -91,6 +98,13 @@ def read_binaries(content: bytes, where: str) -> list[Binary]:
     ------
     InputError
         Not one of the three formats, damaged, or too large.
+
+    Examples
+    --------
+    >>> read_binaries(b"#!/bin/sh", "binaries/linux64/law.so")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: binaries/linux64/law.so: not a shared library (it starts with '23212f62'), allowed: ELF, PE or Mach-O
     """
     if len(content) > MAX_BYTES:
         raise InputError(f"{where}: {len(content)} bytes, allowed: at most {MAX_BYTES}")

@@ -33,7 +33,15 @@ _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
 def content_guid(files: Mapping[str, bytes]) -> str:
-    """Return a GUID that is a hash of names and contents."""
+    """Return a GUID that is a hash of names and contents.
+
+    Examples
+    --------
+    >>> content_guid({"a.txt": b"mu"}) == content_guid({"a.txt": b"mu"}) != content_guid({"b.txt": b"mu"})
+    True
+    >>> content_guid({})
+    '{e3b0c442-98fc-1c14-9afb-f4c8996fb924}'
+    """
     digest = hashlib.sha256()
     for name in sorted(files):
         digest.update(f"{name}\0{len(files[name])}\0".encode())
@@ -43,7 +51,18 @@ def content_guid(files: Mapping[str, bytes]) -> str:
 
 
 def write_archive(path: str | os.PathLike[str], files: Mapping[str, bytes]) -> Path:
-    """Write an FMU with sorted members and a fixed date; the path appears only when it is complete."""
+    """Write an FMU with sorted members and a fixed date; the path appears only when it is complete.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> files = {"modelDescription.xml": b"<fmiModelDescription/>", "documentation/index.html": b"A law."}
+    >>> with TemporaryDirectory() as place:
+    ...     first = write_archive(Path(place) / "first.fmu", files).read_bytes()
+    ...     second = write_archive(Path(place) / "second.fmu", files).read_bytes()
+    >>> first == second
+    True
+    """
     target = Path(path)
     with atomic_path(target) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         for name in sorted(files, key=lambda n: (n != "modelDescription.xml", n)):
@@ -68,6 +87,14 @@ def read_members(path: str | os.PathLike[str]) -> dict[str, zipfile.ZipInfo]:
     InputError
         No such file, not a ZIP archive, damaged, too large when unpacked, or a member that would be
         written outside the folder, is no plain file, or cannot exist beside the others everywhere.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     archive = write_archive(Path(place) / "any.zip", {"a.txt": b"mu", "b/c.txt": b""})
+    ...     {name: member.file_size for name, member in read_members(archive).items()}
+    {'a.txt': 2, 'b/c.txt': 0}
     """
     file = Path(path)
     if not file.is_file():
@@ -128,6 +155,19 @@ def read_archive(path: str | os.PathLike[str]) -> dict[str, zipfile.ZipInfo]:
     ------
     InputError
         What `read_members` refuses, or no model description.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     archive = write_archive(Path(place) / "any.fmu", {"modelDescription.xml": b"<fmiModelDescription/>"})
+    ...     list(read_archive(archive))
+    ['modelDescription.xml']
+    >>> with TemporaryDirectory() as place:
+    ...     read_archive(write_archive(Path(place) / "no.fmu", {"../outside.txt": b""}))
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: ...
     """
     file = Path(path)
     found = read_members(file)
@@ -143,6 +183,14 @@ def read_member(path: str | os.PathLike[str], name: str, limit: int = MAX_BYTES)
     ------
     InputError
         Damaged, missing, or larger than `limit` bytes.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     archive = write_archive(Path(place) / "any.zip", {"a.txt": b"mu"})
+    ...     read_member(archive, "a.txt")
+    b'mu'
     """
     try:
         with zipfile.ZipFile(path) as archive:
@@ -171,6 +219,15 @@ def parse_xml(content: bytes, where: str) -> etree._Element:
     ------
     InputError
         Not XML, with a document type, or too large.
+
+    Examples
+    --------
+    >>> parse_xml(b"<law><mu>0.1</mu></law>", "law.xml").findtext("mu")
+    '0.1'
+    >>> parse_xml(b"<law><mu>0.1</law>", "law.xml")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: law.xml is not readable XML ...
     """
     if len(content) > MAX_DESCRIPTION_BYTES:
         raise InputError(f"{where} is larger than {MAX_DESCRIPTION_BYTES} bytes")
@@ -197,6 +254,15 @@ def read_description(path: str | os.PathLike[str]) -> etree._Element:
     ------
     InputError
         Damaged, not XML, with a document type, or not a model description.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     text = b'<fmiModelDescription fmiVersion="2.0" modelName="law"/>'
+    ...     archive = write_archive(Path(place) / "law.fmu", {"modelDescription.xml": text})
+    ...     read_description(archive).get("modelName")
+    'law'
     """
     # Importers parse the XML files outside of these two folders: all of them must be harmless.
     names = [
@@ -232,6 +298,15 @@ def unpack_members(path: str | os.PathLike[str], folder: str | os.PathLike[str])
     ------
     InputError
         Anything that `read_members` refuses, or a damaged member.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     archive = write_archive(Path(place) / "any.zip", {"a.txt": b"mu", "b/c.txt": b"nu"})
+    ...     folder = unpack_members(archive, Path(place) / "out")
+    ...     sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*.txt"))
+    ['a.txt', 'b/c.txt']
     """
     members = read_members(path)
     target = Path(folder)
@@ -257,6 +332,12 @@ def check_content(path: str | os.PathLike[str]) -> None:
     ------
     InputError
         A damaged member.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     check_content(write_archive(Path(place) / "any.zip", {"a.txt": b"mu"}))
     """
     try:
         with zipfile.ZipFile(path) as archive:

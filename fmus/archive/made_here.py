@@ -38,7 +38,17 @@ def remember(path: Path) -> Path:
 
 
 def made_here(path: str | os.PathLike[str]) -> bool:
-    """Whether this program wrote an FMU of this content on this machine."""
+    """Whether this program wrote an FMU of this content on this machine.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     file = Path(place) / "law.fmu"
+    ...     _ = file.write_text("written by somebody else")
+    ...     made_here(file)
+    False
+    """
     try:
         return path_digest(path) in _known(_list())
     except (OSError, InputError):
@@ -59,6 +69,11 @@ def runs_apart(path: str | os.PathLike[str], isolate: bool | None = None) -> boo
     ------
     InputError
         The variable holds something else than 0 or 1.
+
+    Examples
+    --------
+    >>> runs_apart("law.fmu", isolate=True), runs_apart("law.fmu", isolate=False)
+    (True, False)
     """
     if isolate is not None:
         return isolate

@@ -50,6 +50,13 @@ def check(
     ------
     InputError
         Not an FMU at all, or a hostile or damaged archive.
+
+    Examples
+    --------
+    >>> check("no-such.fmu")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: no-such.fmu: no such FMU
     """
     file = Path(path)
     root = read_description(file)

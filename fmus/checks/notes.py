@@ -7,7 +7,17 @@ from pathlib import Path
 
 
 class Notes:
-    """Findings are written one by one: what was found before a crash is kept."""
+    """Findings are written one by one: what was found before a crash is kept.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     notes = Notes(Path(place) / "findings")
+    ...     notes.add(True, "paths stay inside")
+    ...     print(notes.result.read_text())
+    ["passed", "archive", "paths stay inside"]
+    """
 
     def __init__(self, result: Path) -> None:
         self.result = result

@@ -46,6 +46,13 @@ class Play:
 
 
 def random_loads(rng: np.random.Generator, count: int) -> FloatArray:
-    """Return loads between slow, cold, light and fast, hot, heavy contact, shape (count, 5)."""
+    """Return loads between slow, cold, light and fast, hot, heavy contact, shape (count, 5).
+
+    Examples
+    --------
+    >>> loads = random_loads(np.random.default_rng(0), 3)
+    >>> loads.shape, bool((loads >= 0.0).all())
+    ((3, 5), True)
+    """
     lower, upper = [0.0, 20.0, 100.0, 0.0, 0.8], [600.0, 500.0, 3000.0, 80.0, 25.0]
     return rng.uniform(lower, upper, size=(count, 5))

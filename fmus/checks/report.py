@@ -19,6 +19,11 @@ class Finding(NamedTuple):
     group : str
         Heading that it belongs under.
     text : str
+
+    Examples
+    --------
+    >>> Finding("passed", "Archive", "paths stay inside").outcome
+    'passed'
     """
 
     outcome: str
@@ -36,6 +41,21 @@ class CheckReport:
     title : str
         What the FMU says it is.
     findings : list of Finding
+
+    Examples
+    --------
+    >>> report = CheckReport(Path("law.fmu"), "a friction law")
+    >>> report.add(True, "Archive", "paths stay inside")
+    >>> report.add(False, "Units", "mu has the unit 'MPa', allowed: '1'")
+    >>> print(report)
+    law.fmu: NOT ok (1 passed, 1 failed)
+    a friction law
+    Archive
+      passed  paths stay inside
+    Units
+      failed  mu has the unit 'MPa', allowed: '1'
+    >>> report.ok, report.messages[0]
+    (False, 'passed: paths stay inside')
     """
 
     path: Path

@@ -49,6 +49,16 @@ def export(source: FrictionSource, path: str | os.PathLike[str], target: str, **
     InputError
         An unknown target or option, a folder that is no export (`check_folder`), a graph that is not translated, a model
         that cannot be tabulated.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus.source.reading import read_source
+    >>> from friction_models import ConstantFriction
+    >>> with TemporaryDirectory() as place:
+    ...     folder = export(read_source(ConstantFriction(mu=0.1)), Path(place) / "law", "c", name="law")
+    ...     sorted(p.name for p in folder.iterdir())
+    ['LICENSE.txt', 'README.txt', 'card.json', 'export.json', 'law_friction.c', 'law_friction.h', 'model.onnx', 'selftest.c']
     """
     if target not in TARGETS:
         raise unknown_name("export target", target, TARGETS)

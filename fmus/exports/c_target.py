@@ -24,7 +24,13 @@ _BUILD = """\
 
 
 def c_number(value: float) -> str:
-    """Return a C constant that is exactly `value`."""
+    """Return a C constant that is exactly `value`.
+
+    Examples
+    --------
+    >>> c_number(0.5), c_number(-1.0)
+    ('0x1.0000000000000p-1', '-0x1.0000000000000p+0')
+    """
     if math.isinf(value):
         return "INFINITY" if value > 0 else "-INFINITY"
     return float(value).hex()
@@ -161,6 +167,13 @@ def c_files(source: FrictionSource, name: str | None = None) -> dict[str, str | 
     ------
     InputError
         A name that is no identifier, or a graph that is not translated.
+
+    Examples
+    --------
+    >>> from fmus.source.reading import read_source
+    >>> from friction_models import ConstantFriction
+    >>> sorted(c_files(read_source(ConstantFriction(mu=0.1)), "law"))
+    ['LICENSE.txt', 'README.txt', 'card.json', 'law_friction.c', 'law_friction.h', 'model.onnx', 'selftest.c']
     """
     prefix = c_prefix(source, name)
     values = c_values(source, prefix) | {"BUILD": _BUILD.format(P=prefix)}

@@ -38,7 +38,17 @@ def template(name: str, values: Mapping[str, str]) -> str:
 
 
 def checked_options(target: str, options: Mapping[str, Any], allowed: Collection[str]) -> dict[str, Any]:
-    """Return the options that are not None, refusing names that the target does not know."""
+    """Return the options that are not None, refusing names that the target does not know.
+
+    Examples
+    --------
+    >>> checked_options("c", {"name": "law"}, ("name",))
+    {'name': 'law'}
+    >>> checked_options("c", {"nam": "law"}, ("name",))
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: unknown option of the target 'c' 'nam'; allowed: name; did you mean 'name'?
+    """
     for name in options:
         if name not in allowed:
             raise unknown_name(f"option of the target {target!r}", name, allowed)
@@ -52,6 +62,13 @@ def c_prefix(source: FrictionSource, name: str | None) -> str:
     ------
     InputError
         `name` is not a C identifier of at most 24 characters.
+
+    Examples
+    --------
+    >>> from fmus.source.reading import read_source
+    >>> from friction_models import ConstantFriction
+    >>> c_prefix(read_source(ConstantFriction(mu=0.1)), "law_7")
+    'law_7_friction'
     """
     if name is None:
         clean = c_identifier(source.name)
@@ -66,7 +83,16 @@ def c_prefix(source: FrictionSource, name: str | None) -> str:
 
 
 def domain_limits(source: FrictionSource) -> tuple[FloatArray, FloatArray]:
-    """Return lower and upper loads, shape (5,), of the trained domain; infinite where none is recorded."""
+    """Return lower and upper loads, shape (5,), of the trained domain; infinite where none is recorded.
+
+    Examples
+    --------
+    >>> from fmus.source.reading import read_source
+    >>> from friction_models import ConstantFriction
+    >>> lower, upper = domain_limits(read_source(ConstantFriction(mu=0.1)))
+    >>> lower.shape, bool((lower < upper).all())
+    ((5,), True)
+    """
     limits = [source.domain.get(q.name, (-math.inf, math.inf)) for q in LOADS]
     return np.array([a for a, _ in limits]), np.array([b for _, b in limits])
 
@@ -78,7 +104,15 @@ def test_box(source: FrictionSource) -> tuple[FloatArray, FloatArray]:
 
 
 class Reference:
-    """mu as the FMU gives it - limits, domain, never negative - computed by ONNX Runtime."""
+    """mu as the FMU gives it - limits, domain, never negative - computed by ONNX Runtime.
+
+    Examples
+    --------
+    >>> from fmus.source.reading import read_source
+    >>> from friction_models import ConstantFriction
+    >>> Reference(read_source(ConstantFriction(mu=0.1))).mu(np.array([[20.0, 80.0, 600.0, 0.0, 1.0]]))
+    array([0.1])
+    """
 
     def __init__(self, source: FrictionSource) -> None:
         from friction_models.models.onnx_model import OnnxModel
@@ -218,7 +252,13 @@ def _labels(labels: Sequence[str]) -> str:
 
 
 def one_line(text: str) -> str:
-    """Return printable ASCII on one line, safe inside a C or Fortran comment."""
+    """Return printable ASCII on one line, safe inside a C or Fortran comment.
+
+    Examples
+    --------
+    >>> one_line("a law */ of two   words")
+    'a law * / of two words'
+    """
     plain = "".join(c if 32 <= ord(c) < 127 else "?" for c in " ".join(text.split()))
     return plain.replace("*/", "* /").replace("/*", "/ *").replace("\\", "/").replace("??", "? ?")[:400]
 

@@ -34,6 +34,14 @@ class Grid:
     lines : list of ndarray
     full : bool
         Whether `refine` ended at the largest allowed number of rows.
+
+    Examples
+    --------
+    >>> grid = Grid(lambda points: points[:, 0] ** 2, [(0.0, 1.0)], [3])
+    >>> grid.lines[0], grid.values()
+    (array([0. , 0.5, 1. ]), array([0.  , 0.25, 1.  ]))
+    >>> grid.interval_error(0, 0.0, 0.5)
+    0.0625
     """
 
     def __init__(

@@ -10,7 +10,13 @@ from friction_models.loads import LOAD_NAMES, QUANTITIES
 
 
 def number(what: str, value: object, lower: float, upper: float) -> float:
-    """Return a number, also from a text such as ``1e-3``."""
+    """Return a number, also from a text such as ``1e-3``.
+
+    Examples
+    --------
+    >>> number("tolerance", "1e-3", 0.0, 1.0)
+    0.001
+    """
     read = float("nan")
     if isinstance(value, int | float | str) and not isinstance(value, bool):
         with contextlib.suppress(ValueError, OverflowError):
@@ -21,7 +27,17 @@ def number(what: str, value: object, lower: float, upper: float) -> float:
 
 
 def whole(what: str, value: object, lower: int, upper: int) -> int:
-    """Return a whole number."""
+    """Return a whole number.
+
+    Examples
+    --------
+    >>> whole("max_rows", "500", 1, 1000)
+    500
+    >>> whole("max_rows", 2.5, 1, 1000)
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: max_rows = 2.5, allowed: a whole number from 1 to 1000
+    """
     read = number(what, value, lower, upper)
     if read != int(read):
         raise InputError(f"{what} = {value!r}, allowed: a whole number from {lower} to {upper}")
@@ -29,7 +45,13 @@ def whole(what: str, value: object, lower: int, upper: int) -> int:
 
 
 def axis_names(value: object) -> list[str]:
-    """Return different loads from a list or a text with commas."""
+    """Return different loads from a list or a text with commas.
+
+    Examples
+    --------
+    >>> axis_names("T, sigma_n")
+    ['T', 'sigma_n']
+    """
     parts = [p.strip() for p in value.split(",")] if isinstance(value, str) else value
     if not isinstance(parts, Sequence):
         raise InputError(f"axes = {value!r}, allowed: a list of loads")
@@ -44,7 +66,13 @@ def axis_names(value: object) -> list[str]:
 
 
 def mapping(what: str, value: object, names: Collection[str]) -> dict[str, object]:
-    """Return a mapping whose keys are all among `names`; empty for None."""
+    """Return a mapping whose keys are all among `names`; empty for None.
+
+    Examples
+    --------
+    >>> mapping("fixed", {"T": 80.0}, ("T", "psi")), mapping("fixed", None, ("T",))
+    ({'T': 80.0}, {})
+    """
     if value is None:
         return {}
     if not isinstance(value, Mapping):
@@ -56,7 +84,17 @@ def mapping(what: str, value: object, names: Collection[str]) -> dict[str, objec
 
 
 def limits(name: str, value: object) -> tuple[float, float]:
-    """Return lower and upper end of the axis `name`, inside its physical limits."""
+    """Return lower and upper end of the axis `name`, inside its physical limits.
+
+    Examples
+    --------
+    >>> limits("T", (20.0, 200.0))
+    (20.0, 200.0)
+    >>> limits("T", (200.0, 20.0))
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: limits of 'T' are 200 and 20, allowed: lower <= upper
+    """
     quantity = QUANTITIES[name]
     if isinstance(value, str) or not isinstance(value, Sequence) or len(value) != 2:
         raise InputError(f"limits of {name!r} are {value!r}, allowed: two numbers, lower and upper")

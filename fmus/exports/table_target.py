@@ -130,6 +130,15 @@ def tabulate(
     ------
     InputError
         Unknown names, values out of range, no trained range and no limits, or memory.
+
+    Examples
+    --------
+    >>> from fmus.source.reading import read_source
+    >>> from friction_models import ConstantFriction
+    >>> source = read_source(ConstantFriction(mu=0.1))
+    >>> table = tabulate(source, axes="T", limits={"T": (20.0, 200.0)}, points={"T": 3})
+    >>> table.axes["T"], table.mu
+    (array([ 20., 110., 200.]), array([0.1, 0.1, 0.1]))
     """
     if source.states and not start_memory:
         names = ", ".join(s.name for s in source.states)
@@ -184,7 +193,16 @@ def tabulate(
 
 
 def table_files(source: FrictionSource, **given: Any) -> dict[str, str | bytes]:
-    """Return the files of a table export; the options are those of `tabulate`."""
+    """Return the files of a table export; the options are those of `tabulate`.
+
+    Examples
+    --------
+    >>> from fmus.source.reading import read_source
+    >>> from friction_models import ConstantFriction
+    >>> files = table_files(read_source(ConstantFriction(mu=0.1)), axes="T", limits={"T": (20.0, 200.0)})
+    >>> sorted(files)
+    ['LICENSE.txt', 'README.txt', 'card.json', 'model.onnx', 'mu_table.csv', 'mu_table.txt', 'table.json']
+    """
     table = tabulate(source, **given)
     values = description(source) | {
         "SUMMARY": table.summary(),

@@ -17,12 +17,26 @@ from .common import Reference, c_prefix, documents, one_line, template, test_box
 
 
 def fortran_number(value: float) -> str:
-    """Return a double precision constant that is read back as exactly `value`."""
+    """Return a double precision constant that is read back as exactly `value`.
+
+    Examples
+    --------
+    >>> fortran_number(0.5), fortran_number(1e-30)
+    ('5.00000000000000000d-01', '1.00000000000000008d-30')
+    """
     return format(value, ".17e").replace("e", "d")
 
 
 def depends_on(source: FrictionSource) -> list[str]:
-    """Return the loads that mu or the memory reacts to between the ends of the domain, found by trying."""
+    """Return the loads that mu or the memory reacts to between the ends of the domain, found by trying.
+
+    Examples
+    --------
+    >>> from fmus.source.reading import read_source
+    >>> from friction_models import ConstantFriction
+    >>> depends_on(read_source(ConstantFriction(mu=0.1)))
+    []
+    """
     reference = Reference(source)
     lower, upper = test_box(source)
     points = np.random.default_rng(21).uniform(lower, upper, size=(64, len(LOAD_NAMES)))
@@ -94,6 +108,13 @@ def ufric_files(source: FrictionSource, name: str | None = None) -> dict[str, st
     ------
     InputError
         A name that is no identifier, or a graph that is not translated.
+
+    Examples
+    --------
+    >>> from fmus.source.reading import read_source
+    >>> from friction_models import ConstantFriction
+    >>> sorted(ufric_files(read_source(ConstantFriction(mu=0.1)), "law"))
+    ['LICENSE.txt', 'README.txt', 'card.json', 'law_friction.c', 'law_friction.h', 'model.onnx', 'selftest.f90', 'selftest.txt', 'ufric.f']
     """
     prefix = c_prefix(source, name)
     depends = depends_on(source)

@@ -64,6 +64,13 @@ def vfric_files(source: FrictionSource, name: str | None = None) -> dict[str, st
     ------
     InputError
         A name that is no identifier, or a graph that is not translated.
+
+    Examples
+    --------
+    >>> from fmus.source.reading import read_source
+    >>> from friction_models import ConstantFriction
+    >>> sorted(vfric_files(read_source(ConstantFriction(mu=0.1)), "law"))
+    ['LICENSE.txt', 'README.txt', 'card.json', 'law_friction.c', 'law_friction.h', 'model.onnx', 'selftest/selftest.f90', 'selftest/selftest.txt', 'selftest/vaba_param.inc', 'vfric.f']
     """
     prefix = c_prefix(source, name)
     start = source.interface(1)

@@ -36,6 +36,12 @@ class Description:
         One line on the licence; empty leaves it out.
     event_indicators : int
         Number of event indicators of model exchange (FMI 2.0).
+
+    Examples
+    --------
+    >>> description = Description("law", "law", "{0}", "a law", [])
+    >>> description.co_simulation, description.model_exchange
+    ({}, None)
     """
 
     model_name: str
@@ -54,12 +60,25 @@ class Description:
 
 
 def number(value: float) -> str:
-    """Return the shortest text that reads back to the same float64."""
+    """Return the shortest text that reads back to the same float64.
+
+    Examples
+    --------
+    >>> number(0.1), number(2.0)
+    ('0.1', '2.0')
+    """
     return repr(float(value))
 
 
 def to_xml(description: Description) -> bytes:
-    """Return the model description as UTF-8 XML; equal input gives equal bytes (no date)."""
+    """Return the model description as UTF-8 XML; equal input gives equal bytes (no date).
+
+    Examples
+    --------
+    >>> text = to_xml(Description("law", "law", "{0}", "a law", []))
+    >>> etree.fromstring(text).get("modelName")
+    'law'
+    """
     root = etree.Element(
         "fmiModelDescription",
         fmiVersion="2.0",
@@ -169,6 +188,12 @@ def _structure(root: etree._Element, variables: Sequence[Variable], index: Mappi
 
 
 def c_identifier(text: str) -> str:
-    """Return `text` as a C identifier."""
+    """Return `text` as a C identifier.
+
+    Examples
+    --------
+    >>> c_identifier("2 laws: mu(T)")
+    'm_2_laws_mu_t'
+    """
     clean = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_").lower() or "model"
     return clean if clean[0].isalpha() else f"m_{clean}"

@@ -47,6 +47,14 @@ class FrictionSource:
         Level of the prediction interval, None for a model without one.
     absent : tuple of str
         Loads that were not measured in training: inputs of the FMU without influence.
+
+    Examples
+    --------
+    >>> source = FrictionSource(b"", "law.onnx", domain={"T": (20.0, 200.0)}, card={}, interval=0.9)
+    >>> source.interface(nodes=2, interval=True).names("mu")
+    ['mu[1]', 'mu[2]']
+    >>> source.box.lower[LOAD_NAMES.index("T")], source.synthetic
+    (20.0, False)
     """
 
     onnx: bytes
@@ -113,7 +121,15 @@ class FrictionSource:
 
 
 def parse_source(content: bytes, where: str) -> FrictionSource:
-    """Read the metadata of a serialized ONNX model; see `read_source`."""
+    """Read the metadata of a serialized ONNX model; see `read_source`.
+
+    Examples
+    --------
+    >>> parse_source(b"no model", "law.onnx")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: law.onnx: not an ONNX file (it cannot be parsed)
+    """
     import onnx
 
     try:

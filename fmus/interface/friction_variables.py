@@ -139,6 +139,13 @@ def variables2(interface: FrictionInterface, ode: bool = False) -> list[Variable
     """Return the scalar variables of FMI 2.0 in file order, every point of a quantity after the other.
 
     Value references count through the file, over all types: `native/fmi2.c` does the same.
+
+    Examples
+    --------
+    >>> from fmus.interface.quantities import FrictionInterface
+    >>> names = [v.name for v in variables2(FrictionInterface(nodes=2))]
+    >>> [name for name in names if name.startswith(("T[", "mu["))]
+    ['T[1]', 'T[2]', 'mu[1]', 'mu[2]']
     """
     rows = table(interface, ode)
     by_point = {row.name for row in rows if row.array}
@@ -178,6 +185,12 @@ def variables3(interface: FrictionInterface, ode: bool = False) -> list[Variable
     Value references: 0 is the time; then the Real rows of the table, `domain_indicator` (only present with a recorded
     domain), the Boolean rows, and `n`. Yet `n` stands before the arrays, as some importers resolve a dimension while
     they read.
+
+    Examples
+    --------
+    >>> from fmus.interface.quantities import FrictionInterface
+    >>> [v.name for v in variables3(FrictionInterface(nodes=2, arrays=True)) if v.array][:6]
+    ['v_rel', 'T', 'sigma_n', 'sd', 'psi', 'mu']
     """
     rows = [v if interface.sized else replace(v, array=False) for v in table(interface, ode)]
     rows.insert(

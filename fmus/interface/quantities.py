@@ -42,7 +42,15 @@ USUAL = {
 
 
 def unit_base(name: str) -> dict[str, float] | None:
-    """Return the entry of `UNITS` of a unit, or of a known unit per second (``x/s``); None when it is unknown."""
+    """Return the entry of `UNITS` of a unit, or of a known unit per second (``x/s``); None when it is unknown.
+
+    Examples
+    --------
+    >>> unit_base("mm/s")
+    {'m': 1, 's': -1, 'factor': 0.001}
+    >>> unit_base("degC/s"), unit_base("furlong")
+    ({'K': 1, 's': -1}, None)
+    """
     if name in UNITS:
         return UNITS[name]
     if not name.endswith("/s") or name[:-2] not in UNITS:
@@ -83,6 +91,11 @@ class Variable:
         Name of the state whose derivative this is.
     array : bool
         FMI 3.0: whether it has one element a contact point.
+
+    Examples
+    --------
+    >>> Variable("mu[2]", 7, "output", unit="1", depends=("v_rel[2]", "T[2]")).variability
+    'continuous'
     """
 
     name: str
@@ -116,6 +129,13 @@ class Parameter:
         Range seen in training; not a physical limit.
     labels : tuple of str
         What the numbers 0, 1, 2 ... stand for, where the metadata are text.
+
+    Examples
+    --------
+    >>> Parameter("roughness", "um", start=0.2, lower=0.1, upper=0.6).minimum
+    0.0
+    >>> Parameter("batch", "1", start=0.0, labels=("A7", "B2")).description
+    'system variable: 0 = A7, 1 = B2'
     """
 
     name: str
@@ -143,7 +163,14 @@ class Parameter:
 
 @dataclass(frozen=True)
 class State:
-    """One internal state of a model with memory; every contact point has its own."""
+    """One internal state of a model with memory; every contact point has its own.
+
+    Examples
+    --------
+    >>> state = State("film", "mm", start=1.0, ode=True)
+    >>> state.rate_unit, state.nominal
+    ('mm/s', 1.0)
+    """
 
     name: str
     unit: str
@@ -181,6 +208,12 @@ class FrictionInterface:
         FMI 3.0: whether one point is an array of length `n`, too, which the simulator can set.
     absent : tuple of str
         Loads that were not measured in training: inputs without influence.
+
+    Examples
+    --------
+    >>> interface = FrictionInterface(nodes=3)
+    >>> interface.names("mu")
+    ['mu[1]', 'mu[2]', 'mu[3]']
     """
 
     nodes: int = 1
@@ -207,7 +240,13 @@ class FrictionInterface:
 
 
 def bounds(level: float | None) -> list[tuple[str, str]]:
-    """Return name and meaning of the bounds of the prediction interval; none without a level."""
+    """Return name and meaning of the bounds of the prediction interval; none without a level.
+
+    Examples
+    --------
+    >>> [name for name, _ in bounds(0.9)], bounds(None)
+    (['mu_low', 'mu_high'], [])
+    """
     if level is None:
         return []
     what = f"bound of the {100.0 * level:g} % prediction interval for mu of a new test"
@@ -218,6 +257,11 @@ def vector(variables: Sequence[str], name: str) -> list[str]:
     """Return the scalar names that make up `name`: itself, or its elements in order of index.
 
     Used to connect and to read structured variables; an empty list when there is no such variable.
+
+    Examples
+    --------
+    >>> vector(["mu[2]", "T", "mu[1]"], "mu"), vector(["mu[2]", "T", "mu[1]"], "T")
+    (['mu[1]', 'mu[2]'], ['T'])
     """
     if name in variables:
         return [name]

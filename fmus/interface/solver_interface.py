@@ -14,7 +14,13 @@ from .quantities import Variable
 
 @dataclass(frozen=True)
 class Signal:
-    """An output or input."""
+    """An output or input.
+
+    Examples
+    --------
+    >>> Signal("F_n", "N", "normal force").name
+    'F_n'
+    """
 
     name: str
     unit: str
@@ -26,7 +32,14 @@ class Signal:
 
 
 def indexed(quantity: Quantity, n: int, i: int) -> Signal:
-    """Return the signal of a quantity at marker `i` of `n`; one marker has no index."""
+    """Return the signal of a quantity at marker `i` of `n`; one marker has no index.
+
+    Examples
+    --------
+    >>> from friction_models.loads import LOADS
+    >>> indexed(LOADS[0], 3, 1).name, indexed(LOADS[0], 1, 0).name
+    ('v_rel[2]', 'v_rel')
+    """
     name = quantity.name if n == 1 else f"{quantity.name}[{i + 1}]"
     q = quantity
     return Signal(name, q.unit, q.meaning, q.nominal, q.lower, q.upper, q.nominal)
@@ -63,6 +76,15 @@ class SolverInterface:
         What else the solver is told.
     experiment : (float, float)
         Communication step and end of the default experiment [s].
+
+    Examples
+    --------
+    >>> interface = SolverInterface(
+    ...     "signals", "a press", "press", outputs=[Signal("F_n", "N", "normal force")], inputs=[], parameters={},
+    ...     experiment=(0.1, 1.0),
+    ... )
+    >>> [(v.name, v.causality, v.unit) for v in interface.variables()]
+    [('F_n', 'output', 'N')]
     """
 
     solver: str

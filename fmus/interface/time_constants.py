@@ -30,6 +30,13 @@ def fastest_time_constant(source: FrictionSource) -> float | None:
     -------
     float or None
         None without memory, where it is no differential equation, and where nothing decays within `_SLOW` seconds.
+
+    Examples
+    --------
+    >>> from fmus.source.reading import read_source
+    >>> from friction_models import ConstantFriction
+    >>> fastest_time_constant(read_source(ConstantFriction(mu=0.1))) is None
+    True
     """
     if not source.states or not source.onnx:
         return None
@@ -39,7 +46,13 @@ def fastest_time_constant(source: FrictionSource) -> float | None:
 
 
 def hint(fastest: float) -> str:
-    """Return what a time constant asks of the solver in model exchange, one sentence."""
+    """Return what a time constant asks of the solver in model exchange, one sentence.
+
+    Examples
+    --------
+    >>> print(hint(0.01))
+    inside the trained domain the memory has time constants down to about 0.01 s: explicit solvers diverge with steps above about 0.02 s, implicit ones (BDF) do not
+    """
     return (
         f"inside the trained domain the memory has time constants down to about {fastest:.2g} s: explicit solvers diverge "
         f"with steps above about {2.0 * fastest:.2g} s, implicit ones (BDF) do not"

@@ -62,6 +62,11 @@ def fmi_headers(fmi: str = "2.0") -> dict[str, str]:
     ------
     InputError
         Another version than 2.0 and 3.0, or no fmpy.
+
+    Examples
+    --------
+    >>> sorted(fmi_headers("2.0"))
+    ['fmi2FunctionTypes.h', 'fmi2Functions.h', 'fmi2TypesPlatform.h']
     """
     if fmi not in _HEADERS:
         raise unknown_name("FMI version", fmi, _HEADERS)

@@ -44,6 +44,14 @@ def generate(source: FrictionSource, interface: FrictionInterface) -> str:
     ------
     InputError
         The graph holds something that is not translated; the message names it.
+
+    Examples
+    --------
+    >>> from friction_models import ConstantFriction
+    >>> from fmus.source.reading import read_source
+    >>> source = read_source(ConstantFriction(mu=0.5))
+    >>> "0x1.0000000000000p-1" in generate(source, source.interface(nodes=1))
+    True
     """
     with rules_of(source.where):
         return _generate(source, interface)

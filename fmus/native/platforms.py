@@ -23,6 +23,11 @@ class Platform:
         Target of the Zig compiler. The old glibc makes Linux binaries run on old systems.
     suffix : str
         Ending of a shared library.
+
+    Examples
+    --------
+    >>> Platform("x86_64-linux", "x86_64-linux-gnu.2.17", ".so").folder("2.0")
+    'linux64'
     """
 
     name: str
@@ -102,6 +107,13 @@ def resolve(names: Sequence[str] | None) -> list[Platform]:
     ------
     InputError
         An unknown name; with the nearest one.
+
+    Examples
+    --------
+    >>> [(p.name, p.folder("2.0"), p.folder("3.0")) for p in resolve(["win64"])]
+    [('x86_64-windows', 'win64', 'x86_64-windows')]
+    >>> [p.name for p in resolve(["linux"])]
+    ['x86_64-linux', 'aarch64-linux']
     """
     host = host_platform()
     known = {**PLATFORMS, host.name: host}

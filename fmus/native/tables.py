@@ -15,7 +15,13 @@ from .tensors import Array
 
 
 def literal(value: float) -> str:
-    """Return a C constant that is exactly `value` (hexadecimal)."""
+    """Return a C constant that is exactly `value` (hexadecimal).
+
+    Examples
+    --------
+    >>> literal(0.5), literal(-3.0)
+    ('0x1.0000000000000p-1', '(-0x1.8000000000000p+1)')
+    """
     if not math.isfinite(value):
         return "NAN" if math.isnan(value) else "INFINITY" if value > 0 else "(-INFINITY)"
     text = float(value).hex()

@@ -97,7 +97,13 @@ def constant_of(tensor: Tensor | None, what: str, where: str) -> Array:
 
 
 def broadcast(shapes: Sequence[tuple[int, ...]], op: str, where: str) -> tuple[int, ...]:
-    """Return the shape that the operands of an elementwise operator spread to."""
+    """Return the shape that the operands of an elementwise operator spread to.
+
+    Examples
+    --------
+    >>> broadcast([(1, 3), (4, 1)], "Add", "law.onnx")
+    (4, 3)
+    """
     try:
         return tuple(int(n) for n in np.broadcast_shapes(*shapes))
     except ValueError:

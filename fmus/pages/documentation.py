@@ -45,7 +45,13 @@ _PAGE = """<!DOCTYPE html>
 
 
 def cell(value: Any) -> str:
-    """Return any value of a card as HTML: a mapping as a table, a list as text, the rest as it is."""
+    """Return any value of a card as HTML: a mapping as a table, a list as text, the rest as it is.
+
+    Examples
+    --------
+    >>> cell({"family": "constant", "lubricants": ["A", "<B>"]})
+    '<table><tbody><tr><th>family</th><td>constant</td></tr><tr><th>lubricants</th><td>A, &lt;B&gt;</td></tr></tbody></table>'
+    """
     if isinstance(value, dict):
         rows = "".join(f"<tr><th>{escape(str(k))}</th><td>{cell(v)}</td></tr>" for k, v in value.items())
         return f"<table><tbody>{rows}</tbody></table>"
@@ -57,12 +63,25 @@ def cell(value: Any) -> str:
 
 
 def html(title: str, body: str) -> bytes:
-    """Return a self-contained HTML page, readable without a network, in light and dark."""
+    """Return a self-contained HTML page, readable without a network, in light and dark.
+
+    Examples
+    --------
+    >>> html("A law", "<p>mu = 0.1</p>").startswith(b"<!DOCTYPE html>")
+    True
+    """
     return _PAGE.format(title=escape(title), style=_STYLE.replace("\n", ""), body=body).encode()
 
 
 def page(title: str, sections: Mapping[str, Any]) -> bytes:
-    """Return a page with one section an entry; empty entries are left out."""
+    """Return a page with one section an entry; empty entries are left out.
+
+    Examples
+    --------
+    >>> text = page("A law", {"Formula": "mu = 0.1", "Training data": {}})
+    >>> b"mu = 0.1" in text, b"Training data" in text
+    (True, False)
+    """
     body = "".join(
         f'<h2>{escape(name)}</h2><div class="scroll">{cell(content)}</div>'
         for name, content in sections.items()
@@ -72,5 +91,13 @@ def page(title: str, sections: Mapping[str, Any]) -> bytes:
 
 
 def card_json(card: dict[str, object]) -> bytes:
-    """Return the card as JSON."""
+    """Return the card as JSON.
+
+    Examples
+    --------
+    >>> print(card_json({"family": "constant"}).decode())
+    {
+      "family": "constant"
+    }
+    """
     return (json.dumps(card, indent=2, sort_keys=True) + "\n").encode()

@@ -74,7 +74,13 @@ def legend(interface: FrictionInterface) -> str:
 
 
 def short(value: float) -> str:
-    """Return a number with three digits or more, never with an exponent where four digits will do."""
+    """Return a number with three digits or more, never with an exponent where four digits will do.
+
+    Examples
+    --------
+    >>> short(0.123456), short(1234.4), short(20.0)
+    ('0.123', '1234', '20')
+    """
     return f"{value:.0f}" if 1000.0 <= abs(value) < 1e6 else f"{value:.3g}"
 
 

@@ -40,7 +40,15 @@ def of_this_version(place: Path, allowed: str) -> Iterator[None]:
 
 
 def collected(where: str, problems: Sequence[str]) -> InputError:
-    """Join the problems found in one place into one error, so that all of them are seen at once."""
+    """Join the problems found in one place into one error, so that all of them are seen at once.
+
+    Examples
+    --------
+    >>> print(collected("system.yaml", ["no component 'friction'", "stop_time is missing"]))
+    system.yaml: 2 problems:
+      1. no component 'friction'
+      2. stop_time is missing
+    """
     if len(problems) == 1:
         return InputError(f"{where}: {problems[0]}")
     listed = "".join(f"\n  {k}. {text}" for k, text in enumerate(problems, 1))

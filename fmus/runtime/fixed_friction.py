@@ -186,6 +186,16 @@ class FmuModel:
     ------
     InputError
         Not an FMU, or not one with these variables and units; with the nearest name.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus import pack
+    >>> from friction_models import ConstantFriction
+    >>> with TemporaryDirectory() as place:
+    ...     model = FmuModel(pack(ConstantFriction(mu=0.1), Path(place) / "friction.fmu", target="python"))
+    ...     model.predict([[20.0, 80.0, 600.0, 0.0, 1.0], [40.0, 80.0, 600.0, 0.0, 1.0]])
+    array([0.1, 0.1])
     """
 
     family = "fmu"
@@ -308,5 +318,16 @@ class FmuModel:
 
 
 def read_friction_fmu(path: str | os.PathLike[str]) -> FmuModel:
-    """Open a friction FMU as a fixed model; see `FmuModel`."""
+    """Open a friction FMU as a fixed model; see `FmuModel`.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus import pack
+    >>> from friction_models import ConstantFriction
+    >>> with TemporaryDirectory() as place:
+    ...     model = read_friction_fmu(pack(ConstantFriction(mu=0.1), Path(place) / "friction.fmu", target="python"))
+    ...     model.nodes, model.card.get("family")
+    (1, 'constant')
+    """
     return FmuModel(path)

@@ -45,6 +45,20 @@ class FmuDescription:
         Elements of each structured name in index order; a scalar is an array of one.
     sizes : dict of str to int
         Values chosen for structural parameters (FMI 3.0).
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus import pack
+    >>> from friction_models import ConstantFriction
+    >>> with TemporaryDirectory() as place:
+    ...     description = describe(pack(ConstantFriction(mu=0.1), Path(place) / "law.fmu", target="python"))
+    >>> description.resolve("sigma_n")[0].unit, description.synthetic
+    ('MPa', False)
+    >>> description.resolve("sigma")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: law.fmu: unknown variable 'sigma'; allowed: T, clamp_to_domain, domain_distance, in_domain, mu, psi, sd, sigma_n, v_rel; did you mean 'sigma_n'?
     """
 
     path: Path
@@ -147,7 +161,17 @@ class FmuDescription:
 
 
 def file_hash(path: str | os.PathLike[str]) -> str:
-    """Return the SHA-256 of a file as hexadecimal text."""
+    """Return the SHA-256 of a file as hexadecimal text.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     file = Path(place) / "empty"
+    ...     file.touch()
+    ...     file_hash(file)[:16]
+    'e3b0c44298fc1c14'
+    """
     with Path(path).open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
@@ -204,6 +228,16 @@ def describe(path: str | os.PathLike[str]) -> FmuDescription:
     ------
     InputError
         What `read_model` refuses; no co-simulation; a variable whose type, shape or start value cannot be used.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus import pack
+    >>> from friction_models import ConstantFriction
+    >>> with TemporaryDirectory() as place:
+    ...     description = describe(pack(ConstantFriction(mu=0.1), Path(place) / "law.fmu", target="python", nodes=2))
+    ...     description.version, [v.name for v in description.resolve("mu")]
+    ('2.0', ['mu[1]', 'mu[2]'])
     """
     file = Path(path)
     _, raw = read_model(file)

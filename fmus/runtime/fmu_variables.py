@@ -60,6 +60,11 @@ class Variable:
         Name of the FMI 3.0 array, or of the variable of each instance; empty where that is `name`.
     start_text : str or None
         The start value as the FMU declares it; None where it does not.
+
+    Examples
+    --------
+    >>> Variable("T[2]", 1, "Float64", "input", "degC", "fmi3Float64", element=1, starts=(20.0, 80.0)).starts
+    (20.0, 80.0)
     """
 
     name: str
@@ -116,12 +121,24 @@ def expand(
 
 
 def exchange_type(kind: str, version3: bool) -> str:
-    """Return what get and set functions call a type of the model description; empty for one that is not exchanged."""
+    """Return what get and set functions call a type of the model description; empty for one that is not exchanged.
+
+    Examples
+    --------
+    >>> exchange_type("Real", version3=False), exchange_type("Float64", version3=True)
+    ('fmi2Real', 'fmi3Float64')
+    """
     return (_TYPES3 if version3 else _TYPES2).get(kind, ("", ""))[1]
 
 
 def integer_limits(exchange: str) -> tuple[int, int]:
-    """Return the least and the greatest whole number of a type; values pass through float64 on their way."""
+    """Return the least and the greatest whole number of a type; values pass through float64 on their way.
+
+    Examples
+    --------
+    >>> integer_limits("Int8")
+    (-128, 127)
+    """
     bits = re.search(r"\d+$", exchange)
     size = int(bits[0]) if bits else 32
     low, high = (0, 2**size - 1) if "UInt" in exchange else (-(2 ** (size - 1)), 2 ** (size - 1) - 1)

@@ -48,6 +48,16 @@ def friction_model(
     ------
     InputError
         Not an FMU, or one whose variables are neither those of the contract nor named by `entry`.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus import pack
+    >>> from friction_models import ConstantFriction
+    >>> with TemporaryDirectory() as place:
+    ...     model = friction_model(pack(ConstantFriction(mu=0.1), Path(place) / "law.fmu", target="python"))
+    ...     model.predict([[20.0, 80.0, 600.0, 0.0, 1.0]])
+    array([0.1])
     """
     if entry is None:
         with _hinted():
@@ -125,6 +135,15 @@ def foreign_names(
     ------
     InputError
         What `FrictionNames.of` refuses.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus import pack
+    >>> from friction_models import ConstantFriction
+    >>> with TemporaryDirectory() as place:
+    ...     foreign_names(pack(ConstantFriction(mu=0.1), Path(place) / "law.fmu", target="python")) is None
+    True
     """
     described = describe(path)
     if entry is None and MODEL in read_archive(path):

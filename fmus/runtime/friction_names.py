@@ -44,6 +44,14 @@ class FrictionNames:
         Whether the FMU is for one contact point, so that many points take many instances.
     has_distance : bool
         Whether it says by ``domain_distance`` how far a point is outside its trained domain.
+
+    Examples
+    --------
+    >>> names = FrictionNames({"T": ("T_contact", "K"), "v_rel": ("speed", "")}, mu="f")
+    >>> list(names.targets())
+    [('T', 'T_contact [K]'), ('v_rel', 'speed')]
+    >>> FrictionNames.from_dict(names.to_dict()) == names
+    True
     """
 
     loads: Mapping[str, tuple[str, str]] = field(default_factory=lambda: {n: (n, "") for n in LOAD_NAMES})
@@ -135,6 +143,15 @@ def read_names(path: Path) -> dict[str, dict[str, object]]:
     ------
     InputError
         No such file, too large, not YAML, or not a mapping of mappings.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     file = Path(place) / "names.yaml"
+    ...     _ = file.write_text("{other.fmu: {mu: f, T: {variable: T_contact, unit: K}}}")
+    ...     read_names(file)
+    {'other.fmu': {'mu': 'f', 'T': {'variable': 'T_contact', 'unit': 'K'}}}
     """
     if not path.is_file():
         what = "is a folder; allowed: a YAML file" if path.is_dir() else "no such file"
@@ -159,6 +176,15 @@ def entries_by_model(models: Sequence[str], names: Path) -> dict[str, dict[str, 
     ------
     InputError
         What `read_names` refuses, an entry for no FMU among the models or for several, two for one.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     file = Path(place) / "names.yaml"
+    ...     _ = file.write_text("{other.fmu: {mu: f}}")
+    ...     entries_by_model(["0.08", "models/other.fmu"], file)
+    {'models/other.fmu': {'mu': 'f'}}
     """
     found: dict[str, dict[str, object]] = {}
     aliases = {n: (n, Path(n).name, Path(n).stem) for n in models if Path(n).suffix == ".fmu"}

@@ -28,6 +28,14 @@ class Messages:
         Name of the instance, in front of each line.
     log : list of str
         Receives the lines, up to `MAX_MESSAGES`.
+
+    Examples
+    --------
+    >>> log = []
+    >>> messages = Messages("friction", log)
+    >>> messages.receive(3, b"T is not finite")
+    >>> messages.cause("SetReal returned 3"), log
+    ('T is not finite', ['friction: error: T is not finite'])
     """
 
     def __init__(self, name: str, log: list[str]) -> None:

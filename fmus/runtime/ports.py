@@ -82,6 +82,13 @@ class Port:
         Of an FMI 3.0 array the elements that are not in the port keep what was read last.
     values : ndarray, shape (variables,), optional
         Where the values shall be, contiguous float64; what is there is kept.
+
+    Examples
+    --------
+    >>> from fmus.runtime.fmu_variables import Variable
+    >>> port = Port([Variable("T", 1, "Real", "input", "degC", starts=(20.0,)), Variable("psi", 2, "Real", "input", "1")])
+    >>> port.values, port.index
+    (array([20.,  0.]), {'T': 0, 'psi': 1})
     """
 
     def __init__(self, variables: Iterable[Variable], values: FloatArray | None = None) -> None:

@@ -48,6 +48,21 @@ class RunningFmu:
         No binary for this platform, or one that cannot be loaded; a number of points that cannot be set.
     FmuError
         The FMU refuses to start.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus import pack
+    >>> from fmus.runtime.unpacked import UnpackedFmu
+    >>> from friction_models import ConstantFriction
+    >>> with TemporaryDirectory() as place:
+    ...     fmu = pack(ConstantFriction(mu=0.1), Path(place) / "law.fmu", target="python")
+    ...     with RunningFmu(UnpackedFmu(fmu)) as running:
+    ...         running.set_real(["T", "sigma_n"], [80.0, 600.0])
+    ...         running.step(0.0, 0.1)
+    ...         running.get_real(["mu"])
+    array([0.1])
     """
 
     def __init__(

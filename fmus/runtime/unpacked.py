@@ -42,6 +42,16 @@ class UnpackedFmu:
     ------
     InputError
         What `read_model` refuses.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus import pack
+    >>> from friction_models import ConstantFriction
+    >>> with TemporaryDirectory() as place:
+    ...     fmu = UnpackedFmu(pack(ConstantFriction(mu=0.1), Path(place) / "law.fmu", target="python", nodes=2))
+    ...     fmu.length("mu[1]"), fmu.unit("sigma_n[1]"), fmu.friction()["mu"]
+    (1, 'MPa', ['mu[1]', 'mu[2]'])
     """
 
     def __init__(self, path: str | Path, folder: Path | None = None) -> None:

@@ -30,6 +30,17 @@ def read_source(
     InputError
         No such file or folder, not an ONNX file, metadata or a YAML that cannot be used, a graph that
         has no translation.
+
+    Examples
+    --------
+    >>> from friction_models import ConstantFriction
+    >>> source = read_source(ConstantFriction(mu=0.1))
+    >>> source.family, source.states, source.synthetic
+    ('constant', (), False)
+    >>> read_source("no-such-model.onnx")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: no-such-model.onnx: no such file or folder; allowed: a saved model folder or an ONNX file
     """
     if isinstance(model, FrictionSource):
         if model.foreign is not None and target != "python":

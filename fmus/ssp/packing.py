@@ -36,6 +36,17 @@ def pack_ssp(model: object, path: str | os.PathLike[str], boundary: bool = False
     ------
     InputError
         What `pack` and `write_ssp` refuse.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus.ssp.reading import read_ssp
+    >>> from friction_models import ConstantFriction
+    >>> with TemporaryDirectory() as place:
+    ...     structure = read_ssp(pack_ssp(ConstantFriction(mu=0.1), Path(place) / "law.ssp", target="python"))
+    ...     [(c.name, c.source) for c in structure.components]
+    [('friction', 'resources/friction.fmu')]
     """
     if Path(path).suffix != ".ssp":
         raise InputError(f"{path}: suffix {Path(path).suffix!r}, allowed: '.ssp'")
@@ -45,7 +56,19 @@ def pack_ssp(model: object, path: str | os.PathLike[str], boundary: bool = False
 
 
 def single(fmu: str | os.PathLike[str], name: str = "friction", boundary: bool = False) -> Structure:
-    """Return the structure of a system that is this FMU alone; with `boundary` its variables are the system's."""
+    """Return the structure of a system that is this FMU alone; with `boundary` its variables are the system's.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus import pack
+    >>> from friction_models import ConstantFriction
+    >>> with TemporaryDirectory() as place:
+    ...     structure = single(pack(ConstantFriction(mu=0.1), Path(place) / "law.fmu", target="python"))
+    >>> [c.name for c in structure.components[0].connectors][:5]
+    ['v_rel', 'T', 'sigma_n', 'sd', 'psi']
+    """
     root = read_description(fmu)
     variables, starts = scalars(root)
     inputs, outputs = [], []

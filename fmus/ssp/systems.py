@@ -37,6 +37,11 @@ class Connector:
         One of `TYPES`.
     unit : str
         Empty without one.
+
+    Examples
+    --------
+    >>> Connector("T", "input", unit="degC").type
+    'Real'
     """
 
     name: str
@@ -57,6 +62,11 @@ class Component:
     connectors : list of Connector
     start : dict of str to value
         Start values by variable.
+
+    Examples
+    --------
+    >>> Component("friction", "resources/friction.fmu", [Connector("T", "input")], start={"T": 80.0}).start
+    {'T': 80.0}
     """
 
     name: str
@@ -83,6 +93,12 @@ class Structure:
         End of the default experiment and communication step [s].
     notes : dict
         What this project keeps beside it; plain JSON.
+
+    Examples
+    --------
+    >>> system = Structure("law", [Component("friction", "resources/friction.fmu")], stop=1.0)
+    >>> [c.source for c in system.components], system.connections
+    (['resources/friction.fmu'], [])
     """
 
     name: str

@@ -50,6 +50,20 @@ def write_ssp(
     ------
     InputError
         Another suffix, a component without a resource, or an FMU that cannot be read.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus import pack
+    >>> from fmus.ssp.reading import read_ssp
+    >>> from friction_models import ConstantFriction
+    >>> system = Structure("law", [Component("friction", "resources/friction.fmu")], stop=1.0, step=0.01)
+    >>> with TemporaryDirectory() as place:
+    ...     fmu = pack(ConstantFriction(mu=0.1), Path(place) / "friction.fmu", target="python")
+    ...     archive = write_ssp(Path(place) / "law.ssp", system, {"resources/friction.fmu": fmu})
+    ...     read = read_ssp(archive)
+    >>> read.name, read.stop, read.step
+    ('law', 1.0, 0.01)
     """
     if Path(path).suffix != ".ssp":
         raise InputError(f"{path}: suffix {Path(path).suffix!r}, allowed: '.ssp'")
@@ -80,7 +94,14 @@ def _units(
 
 
 def to_ssd(structure: Structure, units: Mapping[str, Mapping[str, str]]) -> bytes:
-    """Return the text of `SystemStructure.ssd`."""
+    """Return the text of `SystemStructure.ssd`.
+
+    Examples
+    --------
+    >>> text = to_ssd(Structure("law", [Component("friction", "resources/friction.fmu")]), units={})
+    >>> b'source="resources/friction.fmu"' in text
+    True
+    """
     spaces = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "osp": OSP, "oms": OMS, "tribofmu": OWN}
     root = etree.Element(f"{{{SSD}}}SystemStructureDescription", nsmap=spaces)
     root.set("version", "1.0")

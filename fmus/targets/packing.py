@@ -84,6 +84,17 @@ def pack(
     ------
     InputError
         A model, name or number that cannot be used; an operator that is not translated; no compiler.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus import read_friction_fmu
+    >>> from friction_models import ConstantFriction
+    >>> with TemporaryDirectory() as place:
+    ...     fmu = pack(ConstantFriction(mu=0.1), Path(place) / "friction.fmu", target="python")
+    ...     model = read_friction_fmu(fmu)
+    ...     model.nodes, model.formula_text()
+    (1, 'mu = 0.1')
     """
     if target not in TARGETS:
         raise unknown_name("target", target, TARGETS)

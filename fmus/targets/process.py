@@ -77,7 +77,14 @@ def process_fmu_files(
 
 
 def front_model(solver: str, config: dict[str, Any]) -> str:
-    """Return `front_model.h`: variables, start values and what the solver process is told."""
+    """Return `front_model.h`: variables, start values and what the solver process is told.
+
+    Examples
+    --------
+    >>> config = {"names": ["mu", "speed"], "start": [0.1, 20.0], "first_input": 0, "first_parameter": 1, "flags": 0}
+    >>> "#define TF_REALS 2" in front_model("forming", config)
+    True
+    """
     names: list[str] = config["names"]
     # The process needs the names of the parameters only; the front has all of them.
     told = config | {"names": [""] * config["first_parameter"] + names[config["first_parameter"] :]}

@@ -52,6 +52,16 @@ def pack_signals(
     ------
     InputError
         No signals, arrays of other lengths, values that are not finite numbers, times that do not increase.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus.runtime.fmu_files import describe
+    >>> force = ("N", "normal force", [100.0, 300.0])  # 100 N in the first half second, then 300 N
+    >>> with TemporaryDirectory() as place:
+    ...     fmu = pack_signals(Path(place) / "press.fmu", [0.0, 0.5, 1.0], {"F_n": force})
+    ...     describe(fmu).resolve("F_n")[0].unit
+    'N'
     """
     times = np.asarray(edges, dtype=np.float64)
     if times.ndim != 1 or not 2 <= len(times) <= MOST_INTERVALS + 1:

@@ -88,6 +88,15 @@ def pack_forming(
     ------
     InputError
         Unknown process, target or parameter, or a value that the solver refuses; no compiler.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus.runtime.fmu_files import describe
+    >>> with TemporaryDirectory() as place:
+    ...     description = describe(pack_forming(Path(place) / "fre.fmu", process="fre", stroke=5.0))
+    ...     description.resolve("force")[0].unit, description.resolve("mu")[0].causality
+    ('kN', 'input')
     """
     from forming.materials.materials import as_material
     from forming.processes.names import PROCESSES
@@ -172,6 +181,15 @@ def pack_twin(
     ------
     InputError
         Unknown target or parameter, or a geometry that cannot be; no compiler.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus.runtime.fmu_files import describe
+    >>> with TemporaryDirectory() as place:
+    ...     description = describe(pack_twin(Path(place) / "twin.fmu", duration=2.0))
+    ...     [name for name, v in description.variables.items() if v.causality == "input"]
+    ['F_n', 'v_slide', 'T_tool', 'mu']
     """
     from forming.materials.materials import as_material
     from forming.tools.punch_geometry import PunchGeometry

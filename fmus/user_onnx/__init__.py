@@ -55,12 +55,30 @@ class UserModel:
 
 
 def is_ours(model: onnx.ModelProto) -> bool:
-    """Return whether a file is one of our own models: it says so in its metadata."""
+    """Return whether a file is one of our own models: it says so in its metadata.
+
+    Examples
+    --------
+    >>> import onnx
+    >>> from friction_models import ConstantFriction
+    >>> from fmus.source.reading import read_source
+    >>> is_ours(onnx.load_model_from_string(read_source(ConstantFriction(mu=0.1)).onnx))
+    True
+    """
     return any(p.key.startswith("tribofmu.") for p in model.metadata_props)
 
 
 def looks_ours(model: onnx.ModelProto) -> bool:
-    """Return whether a file has the signature of our own models: `loads` double [n, 5] to `mu`."""
+    """Return whether a file has the signature of our own models: `loads` double [n, 5] to `mu`.
+
+    Examples
+    --------
+    >>> import onnx
+    >>> from friction_models import ConstantFriction
+    >>> from fmus.source.reading import read_source
+    >>> looks_ours(onnx.load_model_from_string(read_source(ConstantFriction(mu=0.1)).onnx))
+    True
+    """
     from onnx import TensorProto
 
     stored = {t.name for t in model.graph.initializer}
@@ -99,6 +117,20 @@ def read_user_model(
         An operator without translation, unless `python`.
     InputError
         A damaged or hostile file, inputs or outputs that do not fit, a YAML that does not fit.
+
+    Examples
+    --------
+    A graph that takes the five loads and gives mu = 0.001 T:
+
+    >>> from onnx import TensorProto, helper
+    >>> loads = helper.make_tensor_value_info("x", TensorProto.DOUBLE, [None, 5])
+    >>> mu = helper.make_tensor_value_info("mu", TensorProto.DOUBLE, [None, 1])
+    >>> weights = helper.make_tensor("w", TensorProto.DOUBLE, [5, 1], [0.0, 0.001, 0.0, 0.0, 0.0])
+    >>> graph = helper.make_graph([helper.make_node("MatMul", ["x", "w"], ["mu"])], "law", [loads], [mu], [weights])
+    >>> model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
+    >>> user = read_user_model(model.SerializeToString(), "law.onnx")
+    >>> user.family, user.signature.output, user.agreement.difference < 1e-12
+    ('onnx', 'mu', True)
     """
     given = Spec() if spec is None else spec if isinstance(spec, Spec) else Spec.load(spec)
     place = where if spec is None or isinstance(spec, Spec) else f"{where} with {spec}"

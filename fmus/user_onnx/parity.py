@@ -39,7 +39,13 @@ class Reference:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Largest difference of mu at random points, and the largest mu."""
+    """Largest difference of mu at random points, and the largest mu.
+
+    Examples
+    --------
+    >>> print(Agreement(2e-9, 0.2, 1000, "float32"))
+    largest difference to the original file in ONNX Runtime (float32) at 1000 random points: 2.0e-09 in mu, where the largest mu is 0.2
+    """
 
     difference: float
     largest: float

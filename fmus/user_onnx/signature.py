@@ -35,6 +35,14 @@ class Feed:
         Index in the contract of the load in each column.
     factor, offset : tuple of float
         The graph sees ``factor * load + offset``, by column.
+
+    Examples
+    --------
+    Temperature goes in as kelvin:
+
+    >>> feed = Feed("x", "float64", (1, 2), True, loads=(1, 2), factor=(1.0, 1.0), offset=(273.15, 0.0))
+    >>> feed.fill(np.array([[20.0, 80.0, 600.0, 0.0, 1.0]]))
+    array([[353.15, 600.  ]])
     """
 
     name: str
@@ -60,7 +68,15 @@ class Feed:
 
 @dataclass(frozen=True)
 class Signature:
-    """Inputs, output and the scaling of mu: ``mu = multiply * value + add``."""
+    """Inputs, output and the scaling of mu: ``mu = multiply * value + add``.
+
+    Examples
+    --------
+    >>> feed = Feed("x", "float64", (1, 2), True, loads=(1, 2), factor=(1.0, 1.0), offset=(0.0, 0.0))
+    >>> signature = Signature((feed,), "mu", multiply=0.01)
+    >>> signature.used, signature.batch
+    ([1, 2], True)
+    """
 
     feeds: tuple[Feed, ...]
     output: str
@@ -101,6 +117,11 @@ def choose_output(outputs: list[str], spec: Spec, where: str) -> str:
     ------
     InputError
         No such output, or several to choose from.
+
+    Examples
+    --------
+    >>> choose_output(["mu", "margin"], Spec(), "law.onnx")
+    'mu'
     """
     if spec.output.name is not None:
         if spec.output.name not in outputs:

@@ -33,6 +33,11 @@ class LoadEntry(BaseModel):
         What the model was trained on, in `unit`.
     subtract, divide : float
         Scaling outside the graph: it sees ``(value in unit - subtract) / divide``.
+
+    Examples
+    --------
+    >>> LoadEntry(unit="K").unit
+    'K'
     """
 
     model_config = ConfigDict(extra="forbid", strict=True)
@@ -73,6 +78,16 @@ class Spec(BaseModel):
     inputs : dict of str to LoadEntry
         By load of the contract. In the file also a list: then the order is that of the columns.
     output : OutputEntry
+
+    Examples
+    --------
+    >>> spec = Spec.from_dict({"inputs": {"T": {"unit": "K"}}, "output": {"multiply": 0.01}})
+    >>> spec.inputs["T"].unit, spec.output.multiply
+    ('K', 0.01)
+    >>> Spec.from_dict({"input": {}})
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: ...
     """
 
     model_config = ConfigDict(extra="forbid", strict=True)

@@ -40,7 +40,14 @@ def _dimension(unit: str) -> dict[str, float]:
 
 
 def units_of(load: Quantity) -> list[str]:
-    """Return the units that measure a load, its own first."""
+    """Return the units that measure a load, its own first.
+
+    Examples
+    --------
+    >>> from friction_models.loads import LOADS
+    >>> {q.name: units_of(q)[:3] for q in LOADS}
+    {'v_rel': ['mm/s', 'm/s', 'um/s'], 'T': ['degC', 'degF', 'K'], 'sigma_n': ['MPa', 'Pa', 'kPa'], 'sd': ['mm', 'm', 'cm'], 'psi': ['1', '%']}
+    """
     fitting = [u for u in _TABLE if _dimension(u) == _dimension(load.unit)]
     return [load.unit, *(u for u in fitting if u != load.unit)]
 
@@ -52,6 +59,11 @@ def conversion(name: str, unit: str, where: str) -> tuple[float, float]:
     ------
     InputError
         The unit does not measure this load; names the nearest one that does.
+
+    Examples
+    --------
+    >>> conversion("T", "K", "law.yaml"), conversion("sigma_n", "GPa", "law.yaml")
+    ((1.0, 273.15), (0.001, 0.0))
     """
     load = next(q for q in LOADS if q.name == name)
     text = _SPELLINGS.get(unit.strip(), unit.strip())

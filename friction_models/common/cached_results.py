@@ -29,6 +29,16 @@ def path_digest(path: str | os.PathLike[str]) -> str:
     ------
     InputError
         Nothing is there, or it cannot be read.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     for name, text in (("a.txt", "mu"), ("b.txt", "mu"), ("c.txt", "nu")):
+    ...         _ = (Path(place) / name).write_text(text)
+    ...     a, b, c = (path_digest(Path(place) / name) for name in ("a.txt", "b.txt", "c.txt"))
+    >>> a == b, a == c
+    (True, False)
     """
     place = Path(path)
     result = hashlib.sha256()
@@ -44,7 +54,13 @@ def path_digest(path: str | os.PathLike[str]) -> str:
 
 
 def fingerprint(*parts: object) -> str:
-    """Return a hash of contents and settings; bytes are taken as they are."""
+    """Return a hash of contents and settings; bytes are taken as they are.
+
+    Examples
+    --------
+    >>> fingerprint("fre", 0.1) == fingerprint("fre", 0.1), fingerprint("fre", 0.1) == fingerprint("fre", 0.2)
+    (True, False)
+    """
     result = hashlib.sha256()
     for part in parts:
         result.update(part if isinstance(part, bytes) else repr(part).encode())
@@ -59,6 +75,15 @@ def digest(content: Any) -> str:
     ------
     TypeError, ValueError
         Content that JSON does not hold, NaN among it.
+
+    Examples
+    --------
+    >>> digest({"v": 20, "T": 80}) == digest({"T": 80, "v": 20})
+    True
+    >>> digest({"v": float("nan")})
+    Traceback (most recent call last):
+        ...
+    ValueError: ...
     """
     text = json.dumps(content, sort_keys=True, allow_nan=False, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()
@@ -71,6 +96,11 @@ def code_digest(names: Iterable[str]) -> str:
     ------
     InputError
         No such package.
+
+    Examples
+    --------
+    >>> code_digest(["json", "json"]) == code_digest(["json"])
+    True
     """
     return digest({name: _sources(name) for name in sorted(set(names))})
 
@@ -89,6 +119,11 @@ def source_files(name: str) -> list[Path]:
     ------
     InputError
         No such package.
+
+    Examples
+    --------
+    >>> [file.name for file in source_files("json.decoder")]
+    ['decoder.py']
     """
     place = source_place(name)
     if place is None:
@@ -100,7 +135,13 @@ def source_files(name: str) -> list[Path]:
 
 @cache
 def source_place(name: str) -> Path | None:
-    """Return the file of a module or the folder of a package, None where there is no such source."""
+    """Return the file of a module or the folder of a package, None where there is no such source.
+
+    Examples
+    --------
+    >>> source_place("json.decoder").name, source_place("json").name, source_place("no_such_package")
+    ('decoder.py', 'json', None)
+    """
     try:
         spec = importlib.util.find_spec(name)
     except (ImportError, ValueError):
@@ -112,12 +153,37 @@ def source_place(name: str) -> Path | None:
 
 
 def keep(path: Path, key: str) -> None:
-    """Write beside a finished file or folder that it is the result of `key`, and its checksum."""
+    """Write beside a finished file or folder that it is the result of `key`, and its checksum.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     file = Path(place) / "force.csv"
+    ...     _ = file.write_text("1.0")
+    ...     keep(file, "run 7")
+    ...     sorted(p.name for p in Path(place).iterdir())
+    ['force.csv', 'force.csv.kept']
+    """
     write_json(_seal(path), {"key": key, "sha256": path_digest(path)})
 
 
 def is_kept(path: Path, key: str) -> bool:
-    """Return whether a file or folder is the result of `key`, unchanged since `keep`."""
+    """Return whether a file or folder is the result of `key`, unchanged since `keep`.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     file = Path(place) / "force.csv"
+    ...     _ = file.write_text("1.0")
+    ...     keep(file, "run 7")
+    ...     print(is_kept(file, "run 7"), is_kept(file, "run 8"))
+    ...     _ = file.write_text("2.0")
+    ...     print(is_kept(file, "run 7"))
+    True False
+    False
+    """
     if not path.exists():
         return False
     try:

@@ -26,7 +26,13 @@ def python_command(module: str, *arguments: str) -> list[str]:
 
 
 def safe_path() -> list[str]:
-    """Return where this process finds modules, with the current folder and that of the main script at the end."""
+    """Return where this process finds modules, with the current folder and that of the main script at the end.
+
+    Examples
+    --------
+    >>> sorted(safe_path()) == sorted(os.path.normpath(os.path.join(os.getcwd(), p)) for p in sys.path)
+    True
+    """
     try:
         here = os.getcwd()
     except OSError:  # it was removed
@@ -54,7 +60,16 @@ def safe_start() -> Iterator[None]:
 
 @contextmanager
 def environment(**values: str) -> Iterator[None]:
-    """Set environment variables in a block, for this process and for those that start in it."""
+    """Set environment variables in a block, for this process and for those that start in it.
+
+    Examples
+    --------
+    >>> with environment(TRIBOFMU_EXAMPLE="on"):
+    ...     os.environ["TRIBOFMU_EXAMPLE"]
+    'on'
+    >>> "TRIBOFMU_EXAMPLE" in os.environ
+    False
+    """
     before = {name: os.environ.get(name) for name in values}
     os.environ.update(values)
     try:

@@ -11,11 +11,26 @@ class InputError(ValueError):
 
     The message is one sentence that names the file or name, the value, what is allowed and, for
     a misspelt name, the nearest valid one. The command line prints it and exits with code 2.
+
+    Examples
+    --------
+    >>> raise unknown_name("effect", "stribek", ["stribeck", "viscous"])
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: unknown effect 'stribek'; allowed: stribeck, viscous; did you mean 'stribeck'?
     """
 
 
 def nearest(name: str, allowed: Iterable[str]) -> str | None:
-    """Return the allowed name closest to `name`, or None when nothing resembles it."""
+    """Return the allowed name closest to `name`, or None when nothing resembles it.
+
+    Examples
+    --------
+    >>> nearest("vrel", ["v_rel", "sigma_n", "T"])
+    'v_rel'
+    >>> nearest("colour", ["v_rel", "sigma_n", "T"]) is None
+    True
+    """
     pool = {str(a).casefold(): str(a) for a in allowed}
     hits = difflib.get_close_matches(str(name).casefold(), list(pool), n=1, cutoff=0.5)
     return pool[hits[0]] if hits else None
@@ -39,6 +54,11 @@ def unknown_name(kind: str, name: object, allowed: Iterable[str], where: str = "
     -------
     InputError
         To be raised by the caller.
+
+    Examples
+    --------
+    >>> print(unknown_name("mode", "jakobi", ["gauss_seidel", "jacobi"], "system.yaml"))
+    system.yaml: unknown mode 'jakobi'; allowed: gauss_seidel, jacobi; did you mean 'jacobi'?
     """
     names = sorted(str(a) for a in allowed)
     hint = nearest(str(name), names)
@@ -48,7 +68,15 @@ def unknown_name(kind: str, name: object, allowed: Iterable[str], where: str = "
 
 
 def shown(text: object, most: int = 300) -> str:
-    """Return a text from elsewhere on one line, without what a terminal would obey, and not longer than `most`."""
+    """Return a text from elsewhere on one line, without what a terminal would obey, and not longer than `most`.
+
+    Examples
+    --------
+    >>> shown("two   words ")
+    'two words'
+    >>> shown("a long text", most=8)
+    'a lo ...'
+    """
     # No more of it is looked at than could be shown: it may be of any size.
     line = " ".join(str(text)[: 20 * most].split())
     line = "".join(c for c in line if c.isprintable())

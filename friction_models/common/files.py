@@ -38,6 +38,26 @@ def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
     ------
     InputError
         `target` is a folder, or cannot be: see `check_file`.
+
+    Examples
+    --------
+    >>> folder = tempfile.TemporaryDirectory()
+    >>> file = Path(folder.name) / "result.txt"
+    >>> with atomic_path(file) as temporary:
+    ...     _ = temporary.write_text("whole")
+    ...     file.exists()
+    False
+    >>> file.read_text()
+    'whole'
+    >>> with atomic_path(file) as temporary:
+    ...     _ = temporary.write_text("ha")
+    ...     raise OSError("the disk is gone")
+    Traceback (most recent call last):
+        ...
+    OSError: the disk is gone
+    >>> file.read_text()
+    'whole'
+    >>> folder.cleanup()
     """
     final = check_file(target)
     with _naming(final), _parents(final):
@@ -65,6 +85,15 @@ def atomic_folder(target: str | os.PathLike[str], kind: FolderKind) -> Iterator[
     ------
     InputError
         `target` is something else than a new or empty folder, or one of this kind; see `check_folder`.
+
+    Examples
+    --------
+    >>> kind = FolderKind("a study of wear", marks=("wear.json",))
+    >>> with tempfile.TemporaryDirectory() as place:
+    ...     with atomic_folder(Path(place) / "wear", kind) as temporary:
+    ...         _ = write_json(temporary / "wear.json", {"depth": 0.1})
+    ...     sorted(p.relative_to(place).as_posix() for p in Path(place).rglob("*"))
+    ['wear', 'wear/wear.json']
     """
     final = check_folder(target, kind)
     with _naming(Path(target)), _parents(final):
@@ -118,6 +147,17 @@ def check_file(target: str | os.PathLike[str]) -> Path:
     ------
     InputError
         A folder, a name without an end, too long, below a file or where one may not write.
+
+    Examples
+    --------
+    >>> with tempfile.TemporaryDirectory() as place:
+    ...     file = check_file(Path(place) / "runs" / "one.csv")
+    ...     file.name, file.parent.exists()
+    ('one.csv', False)
+    >>> check_file(".")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: .: is a folder; allowed: a file
     """
     final = Path(target)
     try:
@@ -165,14 +205,30 @@ def _full(target: Path) -> bool:
 
 
 def write_text(target: str | os.PathLike[str], text: str) -> Path:
-    """Write `text` as UTF-8, atomically; return the path."""
+    """Write `text` as UTF-8, atomically; return the path.
+
+    Examples
+    --------
+    >>> with tempfile.TemporaryDirectory() as place:
+    ...     write_text(Path(place) / "notes" / "first.txt", "µ = 0.1").read_text(encoding="utf-8")
+    'µ = 0.1'
+    """
     with atomic_path(target) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return Path(target)
 
 
 def write_json(target: str | os.PathLike[str], content: Any) -> Path:
-    """Write `content` as indented JSON with a final newline, atomically; NaN is refused."""
+    """Write `content` as indented JSON with a final newline, atomically; NaN is refused.
+
+    Examples
+    --------
+    >>> with tempfile.TemporaryDirectory() as place:
+    ...     print(write_json(Path(place) / "model.json", {"mu": 0.1}).read_text())
+    {
+      "mu": 0.1
+    }
+    """
     return write_text(target, json.dumps(content, indent=2, allow_nan=False) + "\n")
 
 
@@ -188,6 +244,12 @@ def read_json(path: Path) -> dict[str, Any]:
     ------
     InputError
         The file cannot be read, is not JSON, or holds something else.
+
+    Examples
+    --------
+    >>> with tempfile.TemporaryDirectory() as place:
+    ...     read_json(write_json(Path(place) / "model.json", {"mu": 0.1}))
+    {'mu': 0.1}
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8-sig"), parse_int=_integer)

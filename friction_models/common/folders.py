@@ -46,6 +46,13 @@ class FolderKind:
         Returns for a folder which further files it lists itself.
     says : tuple of str
         A file of JSON among the marks, and a key that it holds when it was written here.
+
+    Examples
+    --------
+    >>> kind = FolderKind("a study of wear", marks=("wear.json",), others=("runs/*.csv",))
+    >>> owns = kind.owner(Path("."))
+    >>> owns("wear.json"), owns("runs/one.csv"), owns("thesis.tex")
+    (True, True, False)
     """
 
     what: str
@@ -97,6 +104,17 @@ class GrowingKind:
         What it holds, for messages; it stands in its mark file.
     signs : tuple of str
         Patterns; a folder with one of them is of this kind, even without a mark file.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> kind = GrowingKind("a study of wear", signs=("wear.json",))
+    >>> with TemporaryDirectory() as place:
+    ...     print(kind.foreign(Path(place)) == "")
+    ...     (Path(place) / "thesis.tex").touch()
+    ...     print(kind.foreign(Path(place)) == "")
+    True
+    False
     """
 
     what: str
@@ -220,6 +238,15 @@ def check_folder(target: str | os.PathLike[str], kind: FolderKind | GrowingKind)
     ------
     InputError
         A file or a link; a folder that holds something else, or in which this process stands.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> kind = FolderKind("a study of wear", marks=("wear.json",))
+    >>> with TemporaryDirectory() as place:
+    ...     folder = check_folder(Path(place) / "new", kind)
+    ...     folder.name, folder.exists()
+    ('new', False)
     """
     given = Path(target)
     replaced = isinstance(kind, FolderKind)
@@ -280,6 +307,14 @@ def grown(target: str | os.PathLike[str], kind: GrowingKind) -> Path:
     ------
     InputError
         What `check_folder` refuses.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     folder = grown(Path(place) / "wear", GrowingKind("a study of wear", signs=("wear.json",)))
+    ...     [file.name for file in folder.iterdir()] == [MARK]
+    True
     """
     check_folder(target, kind)
     folder = Path(target)
@@ -299,6 +334,14 @@ def check_outputs(
     ------
     InputError
         Names the first such output.
+
+    Examples
+    --------
+    >>> check_outputs(["model"], ["points.csv"])
+    >>> check_outputs(["points.csv"], ["points.csv"])
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: ...
     """
     written = [Path(o) for o in outputs]
     for number, output in enumerate(written):

@@ -19,6 +19,14 @@ def locked(file: Path, busy: str) -> Iterator[None]:
     ------
     InputError
         Another process is in such a block; the text is `busy`.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     with locked(Path(place) / "lock", "another run is at work here"):
+    ...         print("alone")
+    alone
     """
     handle = os.open(file, os.O_RDWR | os.O_CREAT, 0o644)
     try:

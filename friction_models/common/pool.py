@@ -36,6 +36,15 @@ def process_count(jobs: int | None) -> int:
     ------
     InputError
         Less than one.
+
+    Examples
+    --------
+    >>> process_count(3), process_count(None) >= 1
+    (3, True)
+    >>> process_count(0)
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: jobs = 0; allowed: at least 1 process
     """
     if jobs is not None and jobs < 1:
         raise InputError(f"jobs = {jobs}; allowed: at least 1 process")
@@ -84,6 +93,11 @@ def map_unordered(
     ------
     InputError
         Less than one job.
+
+    Examples
+    --------
+    >>> sorted(map_unordered(pow, [(2, 3), (3, 2)], jobs=1))
+    [(0, 8), (1, 9)]
     """
     jobs = min(process_count(jobs), len(items))
     if jobs <= 1:
@@ -131,6 +145,13 @@ def detached_main() -> Iterator[None]:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Keep linear algebra that starts now, here or in a new process, to one thread: processes are the parallelism."""
+    """Keep linear algebra that starts now, here or in a new process, to one thread: processes are the parallelism.
+
+    Examples
+    --------
+    >>> with one_thread():
+    ...     os.environ["OMP_NUM_THREADS"]
+    '1'
+    """
     with environment(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1"):
         yield

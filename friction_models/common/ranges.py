@@ -14,6 +14,14 @@ def check_range(where: str, name: str, value: float, low: float, high: float, un
     ------
     InputError
         Names process, parameter, value and allowed range.
+
+    Examples
+    --------
+    >>> check_range("upsetting", "friction", 0.1, 0.0, 0.5, "1")
+    >>> check_range("upsetting", "friction", 0.7, 0.0, 0.5, "1")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: upsetting: friction = 0.7 1; allowed: 0 to 0.5 1
     """
     number = isinstance(value, (int, float, np.floating, np.integer)) and not isinstance(value, bool)
     if not (number and low <= value <= high):
@@ -27,6 +35,15 @@ def check_flag(where: str, name: str, value: object) -> bool:
     ------
     InputError
         Something else: text like ``"no"`` would otherwise count as True.
+
+    Examples
+    --------
+    >>> check_flag("ring", "thermal", 1)
+    True
+    >>> check_flag("ring", "thermal", "no")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: ring: thermal = 'no'; allowed: True or False
     """
     if isinstance(value, (bool, np.bool_, int, float, np.number)) and value in (0, 1):
         return bool(value)

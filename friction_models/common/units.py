@@ -9,7 +9,14 @@ from .errors import unknown_name
 
 
 class Unit(NamedTuple):
-    """What a unit measures, and how it becomes the unit that the project computes with: value * factor + offset."""
+    """What a unit measures, and how it becomes the unit that the project computes with: value * factor + offset.
+
+    Examples
+    --------
+    >>> kelvin = UNITS["K"]
+    >>> kelvin.kind, 293.15 * kelvin.factor + kelvin.offset
+    ('temperature', 20.0)
+    """
 
     kind: str
     factor: float = 1.0
@@ -82,13 +89,25 @@ _SPELLINGS = {
 
 
 def spelling(unit: str) -> str:
-    """Return a unit as this table writes it; what it does not know comes back without brackets."""
+    """Return a unit as this table writes it; what it does not know comes back without brackets.
+
+    Examples
+    --------
+    >>> spelling(" [N/mm^2] "), spelling("furlong")
+    ('N/mm2', 'furlong')
+    """
     text = unit.strip().strip("[]()").strip()
     return _SPELLINGS.get(text, text)
 
 
 def units_like(canonical: str) -> list[str]:
-    """Return the units that measure the same as one of the table."""
+    """Return the units that measure the same as one of the table.
+
+    Examples
+    --------
+    >>> units_like("degC")
+    ['degC', 'K', 'degF']
+    """
     return [name for name, unit in UNITS.items() if unit.kind == UNITS[canonical].kind]
 
 
@@ -108,6 +127,16 @@ def conversion(canonical: str, unit: str, column: str, where: str = "") -> tuple
     ------
     InputError
         No such unit, or it measures something else; names those that fit and the nearest.
+
+    Examples
+    --------
+    >>> factor, offset = conversion("mm", "m", "stroke")
+    >>> factor * 0.02 + offset
+    20.0
+    >>> conversion("MPa", "degC", "sigma_n")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: ...
     """
     text = spelling(unit)
     if text not in UNITS or UNITS[text].kind != UNITS[canonical].kind:
@@ -117,5 +146,11 @@ def conversion(canonical: str, unit: str, column: str, where: str = "") -> tuple
 
 
 def differs(name: str, unit: str, known: Mapping[str, str]) -> bool:
-    """Whether a column of a known quantity stands in another unit than the project's."""
+    """Whether a column of a known quantity stands in another unit than the project's.
+
+    Examples
+    --------
+    >>> differs("sd", "cm", {"sd": "mm"}), differs("sd", "mm", {"sd": "mm"}), differs("note", "cm", {"sd": "mm"})
+    (True, False, False)
+    """
     return name in known and bool(unit) and spelling(unit) != known[name]

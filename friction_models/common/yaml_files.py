@@ -22,6 +22,15 @@ def read_yaml(file: Path) -> Any:
     InputError
         Not UTF-8, not YAML, nested deeper than `MAX_DEPTH`, a key that stands twice, an alias (aliases may grow
         without bound), or a number that no float holds.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     file = Path(place) / "system.yaml"
+    ...     _ = file.write_text("{stop_time: 0.5, components: {friction: {fmu: friction.fmu}}}")
+    ...     read_yaml(file)
+    {'stop_time': 0.5, 'components': {'friction': {'fmu': 'friction.fmu'}}}
     """
     try:
         text = file.read_text(encoding="utf-8-sig")

@@ -23,6 +23,12 @@ class Cause:
         Physical sign of the strength; 0: both.
     column : str
         Tells two strengths of one cause apart; empty for most.
+
+    Examples
+    --------
+    >>> cause = Cause("tool_temperature", "tool temperature", "heat", "K", 15.0)
+    >>> cause.key, Cause("static_peak", "static peak", "friction", "1", column="a").key
+    ('tool_temperature', 'static_peak.a')
     """
 
     name: str
@@ -55,6 +61,12 @@ MACHINE = (
 
 
 def all_causes() -> list[str]:
-    """Return the names of all causes."""
+    """Return the names of all causes.
+
+    Examples
+    --------
+    >>> all_causes()[:4]
+    ['flow_stress', 'tool_temperature', 'billet_temperature', 'heat_transfer']
+    """
     physics = [e.name for e in CATALOGUE.values() if e.kind == "physics" and not e.metadata]
     return [c.name for c in (*FORMING, FRICTION_LEVEL, *MACHINE)] + physics

@@ -82,7 +82,15 @@ def on_common_stroke(level: PressLevel, simulated: ForceCurve, mesh_size: float 
 
 
 def averaged(curve: ForceCurve, grid: FloatArray, window: float) -> FloatArray:
-    """Return the force on `grid`, averaged over `window` [mm] (narrower at the ends of the curve)."""
+    """Return the force on `grid`, averaged over `window` [mm] (narrower at the ends of the curve).
+
+    Examples
+    --------
+    A ramp stays as it is:
+
+    >>> averaged(ForceCurve([0.0, 10.0], [0.0, 100.0]), np.array([2.0, 5.0]), window=1.0).round(6)
+    array([20., 50.])
+    """
     low, high = float(curve.stroke[0]), float(curve.stroke[-1])
     half = np.clip(np.minimum(grid - low, high - grid), 0.0, window / 2)
     at = np.linspace(max(low, grid[0] - window / 2), min(high, grid[-1] + window / 2), 8 * len(grid) + 1)

@@ -42,7 +42,14 @@ class Strength:
 
 
 def strengths(effects: Sequence[Effect]) -> list[Strength]:
-    """Return the parameters of added effects, one for each amplitude of each effect."""
+    """Return the parameters of added effects, one for each amplitude of each effect.
+
+    Examples
+    --------
+    >>> from friction_models.effects import CATALOGUE
+    >>> [(s.parameter, s.effect, s.unit) for s in strengths([CATALOGUE["viscous"]])]
+    [('strength_viscous_k_v', 'viscous', '1')]
+    """
     return [
         Strength(f"strength_{e.name}_{a.name}", e.name, SMALL * a.start, a.unit, a.sign)
         for e in effects
@@ -57,6 +64,18 @@ def graph_of(fmu: Path) -> bytes:
     ------
     InputError
         Not an archive, no graph in it, or one that is too large.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import onnx
+    >>> from fmus import pack
+    >>> from friction_models import ConstantFriction
+    >>> with TemporaryDirectory() as place:
+    ...     graph = graph_of(pack(ConstantFriction(mu=0.1), Path(place) / "law.fmu", target="python"))
+    >>> [output.name for output in onnx.load_model_from_string(graph).graph.output]
+    ['mu']
     """
     if GRAPH not in read_members(fmu):
         raise InputError(

@@ -43,6 +43,11 @@ class Totals:
     friction_share : float or None
         Part of the work that is there because of friction: one minus the work of the run without friction over this one;
         None where that run failed.
+
+    Examples
+    --------
+    >>> Totals(max_force=110.0, work=900.0, friction_share=0.25).friction_share
+    0.25
     """
 
     max_force: float
@@ -89,6 +94,17 @@ class RunsComparison:
     notes : dict of str to str
         Runs that a component ended before the stop time.
     synthetic : bool
+
+    Examples
+    --------
+    >>> curve = ForceCurve([0.0, 10.0], [0.0, 100.0])
+    >>> totals = {"0.08": Totals(100.0, 500.0, 0.2), "law": Totals(110.0, 550.0, None)}
+    >>> found = RunsComparison("rod", {"0.08": curve, "law": curve}, totals, {"0.08": [], "law": []}, (0.0, 10.0))
+    >>> print(found.report())
+    rod: stroke 0.00 to 10.00 mm, moving mean 0.5 mm
+                  max force [kN]             work [J]           by friction
+    0.08                  100.00                500.0                20.0 %
+    law                   110.00  +10.0 %       550.0  +10.0 %            -
     """
 
     system: str

@@ -52,6 +52,12 @@ class Level:
         Punch travel [mm].
     parameters : mapping
         Other parameters of the process.
+
+    Examples
+    --------
+    >>> level = Level("fre", T_tool=20.0, speed=50.0, stroke=10.0)
+    >>> level.name, level.numbers["T_tool"]
+    ('fre_50mms_20C', 20.0)
     """
 
     process: str
@@ -144,6 +150,12 @@ def level_job(
         Whether the friction model comes from a virtual laboratory.
     label : str
         Friction model as the run names it; decides nothing else, and by that is left out where only a summary is kept.
+
+    Examples
+    --------
+    >>> job = level_job("run", Level("fre", T_tool=20.0, speed=50.0, stroke=10.0), Path("law.fmu"))
+    >>> job.function.rpartition(":")[2], job.inputs["mode"]
+    ('run_level', 'gauss_seidel')
     """
     from ..cosim.ready_made import STEP
     from ..jobs.campaign import Job

@@ -36,6 +36,19 @@ class ForcesComparison:
         Runs without a result; their models are not compared.
     lubricants : sequence of str
         Of the levels.
+
+    Examples
+    --------
+    Two friction models on two levels; the press gave 100 kN at both:
+
+    >>> from orchestrator.force_curves.forces import ForceCurve, compare_force
+    >>> stroke = np.linspace(0.0, 10.0, 50)
+    >>> def model(label, *forces):
+    ...     curves = [ForceCurve(stroke, force + 0 * stroke) for force in (*forces, 100.0)]
+    ...     return LevelsComparison(label, tuple(compare_force(c, curves[-1]) for c in curves[:-1]))
+    >>> found = ForcesComparison.of([model("a", 110.0, 130.0), model("b", 105.0, 95.0)], ["cold", "warm"])
+    >>> found.orders["max_force"].names
+    ['b', 'a']
     """
 
     results: Sequence[LevelsComparison]

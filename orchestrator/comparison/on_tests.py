@@ -51,6 +51,14 @@ class Order:
         ``difference`` with its ``interval``, ``probability`` that the better one is better indeed, ``apart``.
     units : int
         Number of tests or levels.
+
+    Examples
+    --------
+    >>> errors = {"a": 0.010, "b": 0.020}
+    >>> draws = {"a": np.array([0.009, 0.011, 0.010]), "b": np.array([0.019, 0.021, 0.010])}
+    >>> order = Order.of(errors, draws, units=3)
+    >>> order.names, round(order.best["a"], 3), order.indistinct
+    (['a', 'b'], 0.833, [('a', 'b')])
     """
 
     names: list[str]
@@ -252,6 +260,19 @@ def compare_on_tests(models: Mapping[str, Any], data: DataSet, seed: int = 0) ->
     ------
     InputError
         What `friction_models.discovery.compare` refuses, or an FMU that refuses a value.
+
+    Examples
+    --------
+    Three tests in which mu is 0.1; two constants are compared on them:
+
+    >>> import pandas as pd
+    >>> from friction_models import ConstantFriction
+    >>> one = {"v_rel": 20.0, "T": 80.0, "sigma_n": 600.0, "psi": 2.0, "mu": 0.1}
+    >>> points = pd.DataFrame([{"test_id": t, "sd": sd, **one} for t in "abc" for sd in (0.0, 1.0, 2.0)])
+    >>> models = {"0.12": ConstantFriction(0.12), "0.11": ConstantFriction(0.11)}
+    >>> found = compare_on_tests(models, DataSet(points))
+    >>> found.order.names, round(found.result.errors["0.12"].rmse, 6)
+    (['0.11', '0.12'], 0.02)
     """
     held_out = data.select("test")
     used = held_out if len(held_out.points) else data
@@ -300,6 +321,14 @@ def resampled_errors(
     measured, deviation : ndarray, shape (levels,)
         Mean of the repeats and standard deviation of that mean.
     rng : numpy.random.Generator
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(0)
+    >>> measured = np.array([100.0, 200.0])
+    >>> (errors,) = resampled_errors([1.1 * measured], measured, 0.0 * measured, rng)
+    >>> round(float(errors.min()), 6), round(float(errors.max()), 6)
+    (0.1, 0.1)
     """
     levels = len(measured)
     chosen = rng.integers(0, levels, (REPLICATES, levels))

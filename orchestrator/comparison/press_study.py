@@ -31,7 +31,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FailedRun:
-    """A run without a result: model, level (file name without ending), process parameters, and why."""
+    """A run without a result: model, level (file name without ending), process parameters, and why.
+
+    Examples
+    --------
+    >>> FailedRun("law", "fre_50mms_20C", "component 'forming' failed", {"speed": 50.0}).to_dict()["level"]
+    'fre_50mms_20C'
+    """
 
     model: str
     level: str
@@ -54,6 +60,14 @@ class PressResults:
         Their models are not among `models`: errors over different levels do not compare.
     runs : int
         All runs.
+
+    Examples
+    --------
+    >>> results = PressResults([], [FailedRun("law", "fre_50mms_20C", "no convergence", {})], runs=4)
+    >>> results.check(None)
+    Traceback (most recent call last):
+        ...
+    fmus.runtime.errors.SimulationError: 1 of 4 runs failed: law at fre_50mms_20C: no convergence; --runs FOLDER keeps their inputs
     """
 
     models: list[LevelsComparison]

@@ -72,6 +72,26 @@ class Master:
     InputError
         Unknown mode, a tolerance that is not between 0 and 1, a component that cannot save its state where
         the mode needs it, or errors in the set-up (all at once).
+
+    Examples
+    --------
+    A table of temperatures feeds a friction FMU:
+
+    >>> from fmus import pack, pack_signals
+    >>> from friction_models import ConstantFriction
+    >>> place = tempfile.TemporaryDirectory()
+    >>> here = Path(place.name)
+    >>> table = pack_signals(here / "table.fmu", [0.0, 0.1, 0.2], {"T": ("degC", "temperature", [20.0, 80.0])})
+    >>> law = pack(ConstantFriction(mu=0.1), here / "law.fmu", target="python")
+    >>> system = System.from_dict({
+    ...     "communication_step": 0.1, "stop_time": 0.2,
+    ...     "components": {"table": {"fmu": str(table)}, "friction": {"fmu": str(law)}},
+    ...     "connections": ["table.T -> friction.T"],
+    ... })
+    >>> run = Master(system, mode="jacobi").run(here / "run")
+    >>> run.time, run["table.T"], run["friction.mu"]
+    (array([0. , 0.1, 0.2]), array([20., 20., 80.]), array([0.1, 0.1, 0.1]))
+    >>> place.cleanup()
     """
 
     def __init__(

@@ -51,6 +51,12 @@ def extrusion_system(
         Start values of the friction FMU, such as ``clamp_to_domain``.
     names : mapping, optional
         `FrictionNames.to_dict`: which variables of a friction FMU that others made take the loads and give mu.
+
+    Examples
+    --------
+    >>> system = extrusion_system("friction.fmu", "fre.fmu", speed=20.0, stroke=5.0)
+    >>> system.steps, system.stop_time, system.connections[-1]
+    (50, 0.25, 'friction.mu -> forming.mu')
     """
     seconds = step / speed
     called = FrictionNames() if names is None else FrictionNames.from_dict(names)

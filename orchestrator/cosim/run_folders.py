@@ -34,6 +34,11 @@ def force_labels(recorded: Collection[str], where: str) -> tuple[str, str]:
     ------
     InputError
         No component recorded both.
+
+    Examples
+    --------
+    >>> force_labels(["friction.mu", "forming.stroke", "forming.force"], "run")
+    ('forming.stroke', 'forming.force')
     """
     for label in recorded:
         component, _, name = label.rpartition(".")
@@ -91,6 +96,16 @@ class Run:
         ``"forming.force"`` (steps + 1,) or ``"forming.sigma_n"`` (steps + 1, N).
     units : dict of str to str
         Unit of each value.
+
+    Examples
+    --------
+    >>> run = Run(
+    ...     Path("run"), {"status": "ok", "synthetic": False}, np.array([0.0, 0.1]),
+    ...     {"forming.stroke": np.array([0.0, 1.0]), "forming.force": np.array([0.0, 50.0])},
+    ...     {"forming.stroke": "mm", "forming.force": "kN"},
+    ... )
+    >>> run["forming.force"][-1], run.force_curve().work(0.0, 1.0), run.complete
+    (np.float64(50.0), 25.0, True)
     """
 
     folder: Path

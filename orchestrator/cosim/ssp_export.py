@@ -40,6 +40,21 @@ def export_ssp(system: SystemDescription, path: str | os.PathLike[str], boundary
     ------
     InputError
         A set-up that does not hold (all problems at once), or arrays that SSP 1.0 cannot express.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus import pack
+    >>> from fmus.ssp.reading import read_ssp
+    >>> from friction_models import ConstantFriction
+    >>> with TemporaryDirectory() as place:
+    ...     law = pack(ConstantFriction(mu=0.1), Path(place) / "law.fmu", target="python")
+    ...     system = SystemDescription.from_dict({
+    ...         "communication_step": 0.1, "stop_time": 1.0, "components": {"friction": {"fmu": str(law)}},
+    ...     })
+    ...     structure = read_ssp(export_ssp(system, Path(place) / "system.ssp"))
+    >>> [component.name for component in structure.components], structure.step
+    (['friction'], 0.1)
     """
     from fmus.ssp.systems import Connector, Structure
     from fmus.ssp.writing import write_ssp

@@ -76,6 +76,13 @@ def friction_fmu(model: str, target: Path, nodes: int | None = None) -> Path:
     """Return the friction FMU of a model folder, an ONNX file or a number; an FMU is taken as it is.
 
     Without a number of nodes it is one of FMI 3.0, whose arrays become as long as what feeds them.
+
+    Examples
+    --------
+    >>> friction_fmu("no-such.fmu", Path("packed.fmu"))
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: no-such.fmu: no such FMU
     """
     size: _Size = {"fmi": "3.0", "arrays": True} if nodes is None else {"nodes": nodes}
     if Path(model).suffix == ".fmu":
@@ -91,7 +98,18 @@ def friction_fmu(model: str, target: Path, nodes: int | None = None) -> Path:
 
 
 def takes_loads(system: System, component: str) -> bool:
-    """Whether a component is a friction model: loads of the contract go in and mu comes out."""
+    """Whether a component is a friction model: loads of the contract go in and mu comes out.
+
+    Examples
+    --------
+    >>> system = System.from_dict({
+    ...     "communication_step": 0.01, "stop_time": 0.5,
+    ...     "components": {"law": {"fmu": "law.fmu"}, "forming": {"fmu": "fre.fmu"}},
+    ...     "connections": ["forming.sigma_n -> law.sigma_n", "law.mu -> forming.mu"],
+    ... })
+    >>> takes_loads(system, "law"), takes_loads(system, "forming")
+    (True, False)
+    """
     loads, mu = False, False
     for left, right in _ends(system):
         loads = loads or (right[0] == component and _load(left[1], right[1]) is not None)
@@ -106,6 +124,16 @@ def friction_component(system: System) -> str:
     ------
     InputError
         There is none, or several of which none is called ``friction``.
+
+    Examples
+    --------
+    >>> system = System.from_dict({
+    ...     "communication_step": 0.01, "stop_time": 0.5,
+    ...     "components": {"law": {"fmu": "law.fmu"}, "forming": {"fmu": "fre.fmu"}},
+    ...     "connections": ["forming.sigma_n -> law.sigma_n", "law.mu -> forming.mu"],
+    ... })
+    >>> friction_component(system)
+    'law'
     """
     found = [name for name in system.components if takes_loads(system, name)]
     if "friction" in found or len(found) == 1:

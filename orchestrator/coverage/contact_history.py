@@ -48,6 +48,19 @@ class ContactHistory:
         Whether the source says of itself that synthetic data are involved.
     notes : tuple of str
         What was assumed.
+
+    Examples
+    --------
+    Two contact states of equal area; the second slides twice as fast, so that it does twice the work:
+
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     file = Path(place) / "contact.csv"
+    ...     _ = file.write_text(chr(10).join(["v_rel,sigma_n", "10,600", "20,600"]))
+    ...     history = ContactHistory.read(file)
+    >>> history.present, history.area, history.work
+    (('v_rel', 'sigma_n'), array([0.5, 0.5]), array([0.33333333, 0.66666667]))
     """
 
     loads: FloatArray

@@ -32,7 +32,15 @@ SLOW = 0.5
 
 
 def natural(name: str, values: npt.ArrayLike) -> FloatArray:
-    """Return a load on the scale on which distances are judged: speed and expansion by their ratio."""
+    """Return a load on the scale on which distances are judged: speed and expansion by their ratio.
+
+    Examples
+    --------
+    >>> natural("T", [20.0, 80.0])
+    array([20., 80.])
+    >>> (natural("v_rel", [0.5, 1.5, 3.5]) - natural("v_rel", 0.5)) / np.log(2.0)
+    array([0., 1., 2.])
+    """
     array = np.asarray(values, dtype=np.float64)
     if name == "v_rel":
         return np.log(array + SLOW)
@@ -55,6 +63,12 @@ class Region:
         ``a x + b y + c <= 0`` inside, on the scaled range; None for one load.
     outline : ndarray, shape (k, 2), or None
         Corners of the hull, natural scale.
+
+    Examples
+    --------
+    >>> region = Region.of(("T",), np.array([[20.0], [120.0]]))
+    >>> region.contains(np.array([[80.0], [130.0]]))
+    array([ True, False])
     """
 
     names: tuple[str, ...]
@@ -95,7 +109,13 @@ class Region:
 
 @dataclass(frozen=True)
 class Share:
-    """How much of a process lies outside what was tested, for one load or a pair (or all of them)."""
+    """How much of a process lies outside what was tested, for one load or a pair (or all of them).
+
+    Examples
+    --------
+    >>> Share(("T",), area=0.25, work=0.5).to_dict()["work_outside"]
+    0.5
+    """
 
     names: tuple[str, ...]
     area: float
@@ -152,6 +172,18 @@ class Coverage:
     beyond_rig : list of str
         What no test of the rig reaches.
     notes : list of str
+
+    Examples
+    --------
+    A quarter of the contact area is hotter than anything that was tested:
+
+    >>> points = pd.DataFrame({"test_id": "a", "v_rel": [5.0, 50.0], "T": [20.0, 100.0],
+    ...                        "sigma_n": [500.0, 900.0], "sd": [0.0, 50.0], "psi": [1.0, 10.0]})
+    >>> nan = float("nan")
+    >>> loads = np.array([[nan, 60.0, nan, nan, nan], [nan, 300.0, nan, nan, nan]])
+    >>> history = ContactHistory(loads, np.array([0.75, 0.25]), np.array([0.5, 0.5]), "a made-up process")
+    >>> print(coverage(points, history).sentence)
+    25 % of the contact area and 50 % of the friction work lie outside the tested loads, most of it by T.
     """
 
     history: ContactHistory
@@ -237,6 +269,19 @@ def coverage(points: pd.DataFrame, history: ContactHistory, synthetic: bool = Fa
         Loads of the process.
     synthetic : bool
         Whether the tested points come from a virtual laboratory.
+
+    Examples
+    --------
+    One of two contact states is hotter than anything that was tested:
+
+    >>> points = pd.DataFrame({"test_id": "a", "v_rel": [5.0, 50.0], "T": [20.0, 100.0],
+    ...                        "sigma_n": [500.0, 900.0], "sd": [0.0, 50.0], "psi": [1.0, 10.0]})
+    >>> nan = float("nan")
+    >>> loads = np.array([[nan, 60.0, nan, nan, nan], [nan, 300.0, nan, nan, nan]])
+    >>> history = ContactHistory(loads, np.array([0.75, 0.25]), np.array([0.5, 0.5]), "a made-up process")
+    >>> found = coverage(points, history)
+    >>> found.loads[0].names, found.loads[0].area, found.loads[0].work
+    (('T',), 0.25, 0.5)
     """
     tested = tested_points(points)
     regions = regions_of(tested, history.present)
@@ -258,7 +303,14 @@ def coverage(points: pd.DataFrame, history: ContactHistory, synthetic: bool = Fa
 
 
 def tested_points(points: pd.DataFrame) -> FloatArray:
-    """Return the loads of some points of every test, its ends included, shape (n, 5)."""
+    """Return the loads of some points of every test, its ends included, shape (n, 5).
+
+    Examples
+    --------
+    >>> points = pd.DataFrame({"test_id": ["a"] * 1000, **{name: np.arange(1000.0) for name in LOAD_NAMES}})
+    >>> tested_points(points).shape
+    (40, 5)
+    """
     rows = []
     for _, index in points.groupby("test_id", sort=False).indices.items():
         chosen = np.unique(np.linspace(0, len(index) - 1, POINTS_OF_A_TEST).round().astype(int))
@@ -267,7 +319,14 @@ def tested_points(points: pd.DataFrame) -> FloatArray:
 
 
 def regions_of(tested: FloatArray, present: Sequence[str]) -> list[Region]:
-    """Return the tested region of each load and of each pair of loads."""
+    """Return the tested region of each load and of each pair of loads.
+
+    Examples
+    --------
+    >>> tested = np.array([[5.0, 20.0, 500.0, 0.0, 1.0], [50.0, 100.0, 900.0, 50.0, 10.0]])
+    >>> [region.names for region in regions_of(tested, ("T", "sigma_n"))]
+    [('T',), ('sigma_n',), ('T', 'sigma_n')]
+    """
     names: list[tuple[str, ...]] = [(n,) for n in present]
     names += list(combinations(present, 2))
     return [Region.of(n, _columns(tested, n)) for n in names]
@@ -310,6 +369,12 @@ def cell_map(
 
 
 def unit_of(name: str) -> str:
-    """Return the unit of a load, '' for a plain number."""
+    """Return the unit of a load, '' for a plain number.
+
+    Examples
+    --------
+    >>> unit_of("T"), unit_of("psi")
+    ('degC', '')
+    """
     unit = next(q.unit for q in LOADS if q.name == name)
     return "" if unit == "1" else unit

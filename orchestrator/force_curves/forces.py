@@ -80,7 +80,14 @@ def _primitive(x: FloatArray, knots: FloatArray, force: FloatArray, area: FloatA
 
 @dataclass(frozen=True)
 class PressCurve:
-    """Repeated measurements of one level."""
+    """Repeated measurements of one level.
+
+    Examples
+    --------
+    >>> repeats = tuple(ForceCurve([0.0, 10.0], [0.0, force]) for force in (99.0, 101.0))
+    >>> [float(curve.force.max()) for curve in PressCurve(repeats).repeats]
+    [99.0, 101.0]
+    """
 
     repeats: tuple[ForceCurve, ...]
     source: str = ""
@@ -93,6 +100,16 @@ def read_press_curve(path: str | os.PathLike[str]) -> PressCurve:
     ------
     InputError
         A column is missing, a unit does not fit, a value is not finite, the stroke runs backwards.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     file = Path(place) / "level.csv"
+    ...     _ = file.write_text(chr(10).join(["stroke [mm],force [kN]", "0,0", "1,50", "2,50"]))
+    ...     (curve,) = read_press_curve(file).repeats
+    >>> curve.work(0.0, 2.0)
+    75.0
     """
     from forming.press import read_curves
 
@@ -140,6 +157,13 @@ class ForceComparison:
         Forces [kN]: simulation, mean and standard deviation of the repeats.
     max_force, work : ScalarError
         Errors of the maximum force [kN] and of the forming work [J].
+
+    Examples
+    --------
+    >>> stroke = np.linspace(0.0, 10.0, 50)
+    >>> found = compare_force(ForceCurve(stroke, 110.0 + 0 * stroke), ForceCurve(stroke, 100.0 + 0 * stroke), "mu = 0.1")
+    >>> found.label, round(found.rms, 6), round(found.max_force.signed, 6)
+    ('mu = 0.1', 10.0, 0.1)
     """
 
     label: str
@@ -224,7 +248,16 @@ def compare_force(
 
 @dataclass(frozen=True)
 class LevelsComparison:
-    """One friction model on all levels of a press campaign."""
+    """One friction model on all levels of a press campaign.
+
+    Examples
+    --------
+    >>> stroke = np.linspace(0.0, 10.0, 50)
+    >>> press = ForceCurve(stroke, 100.0 + 0 * stroke)
+    >>> levels = tuple(compare_force(ForceCurve(stroke, force + 0 * stroke), press) for force in (110.0, 130.0))
+    >>> round(LevelsComparison("mu = 0.1", levels).max_force.mare, 6)
+    0.2
+    """
 
     label: str
     levels: tuple[ForceComparison, ...]
@@ -250,7 +283,17 @@ class LevelsComparison:
 
 
 def levels_table(comparisons: Sequence[LevelsComparison]) -> str:
-    """Return MARE and spread of several friction models as text."""
+    """Return MARE and spread of several friction models as text.
+
+    Examples
+    --------
+    >>> stroke = np.linspace(0.0, 10.0, 50)
+    >>> press = ForceCurve(stroke, 100.0 + 0 * stroke)
+    >>> levels = tuple(compare_force(ForceCurve(stroke, force + 0 * stroke), press) for force in (110.0, 130.0))
+    >>> print(levels_table([LevelsComparison("mu = 0.1", levels)]))
+                        MARE max force       std over levels             MARE work
+    mu = 0.1             20.0 +- 0.0 %         14.1 +- 0.0 %         20.0 +- 0.0 %
+    """
     width = max([12, *(len(c.label) + 2 for c in comparisons)])
     rows = [f"{'':{width}}{'MARE max force':>22}{'std over levels':>22}{'MARE work':>22}"]
     for item in comparisons:

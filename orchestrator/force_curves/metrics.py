@@ -10,7 +10,13 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Measured:
-    """A measured quantity: mean over the repeats and their sample standard deviation (0 for a single one)."""
+    """A measured quantity: mean over the repeats and their sample standard deviation (0 for a single one).
+
+    Examples
+    --------
+    >>> Measured.of([99.0, 100.0, 101.0])
+    Measured(mean=100.0, std=1.0, repeats=3)
+    """
 
     mean: float
     std: float

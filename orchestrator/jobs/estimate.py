@@ -25,6 +25,11 @@ class DryRun:
         Number of processes the estimate is for.
     cluster : bool
         Whether they are those of a cluster, now.
+
+    Examples
+    --------
+    >>> DryRun(jobs=10, kept=4, to_do=6, seconds=250.0, processes=2).report()
+    '10 jobs: 4 kept, 6 to do, about 4 min on 2 processes of this machine'
     """
 
     jobs: int
@@ -53,6 +58,17 @@ class TimeEstimate:
     jobs : iterable of Job
     results : mapping of str to JobResult
         Those that are there already.
+
+    Examples
+    --------
+    The first job took twice what was expected, so the second one probably will:
+
+    >>> from orchestrator.jobs.job import Job
+    >>> jobs = [Job(name, "json:dumps", seconds=10.0) for name in ("first", "second")]
+    >>> estimate = TimeEstimate(jobs, {})
+    >>> estimate.add(jobs[0], 20.0)
+    >>> estimate.text(["second"], workers=1)
+    'about 20 s left'
     """
 
     def __init__(self, jobs: Iterable[Job], results: Mapping[str, JobResult]) -> None:
@@ -84,7 +100,13 @@ class TimeEstimate:
 
 
 def duration(seconds: float) -> str:
-    """Return a time as text."""
+    """Return a time as text.
+
+    Examples
+    --------
+    >>> duration(42.0), duration(600.0), duration(9000.0)
+    ('42 s', '10 min', '2.5 h')
+    """
     if seconds < 100:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"

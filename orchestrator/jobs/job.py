@@ -31,6 +31,12 @@ class Job:
         Names of the jobs whose results it gets.
     seconds : float
         What it is expected to take [s]; only for estimates.
+
+    Examples
+    --------
+    >>> job = Job("second", "json:dumps", {"seed": 1}, needs=("first",))
+    >>> job.name, job.needs, job.seconds
+    ('second', ('first',), 1.0)
     """
 
     name: str
@@ -43,7 +49,13 @@ class Job:
 
 @dataclass(frozen=True)
 class Failure:
-    """A job without a result, and why."""
+    """A job without a result, and why.
+
+    Examples
+    --------
+    >>> Failure(Job("first", "json:dumps"), "ValueError: no such seed").to_dict()["error"]
+    'ValueError: no such seed'
+    """
 
     job: Job
     error: str

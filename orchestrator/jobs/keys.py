@@ -40,6 +40,12 @@ class ResultKeys:
     ----------
     module : str
         Name of the module, or of a folder of modules.
+
+    Examples
+    --------
+    >>> keys = ResultKeys("json")
+    >>> keys.of({"mu": 0.1}) == keys.of({"mu": 0.1}), keys.of({"mu": 0.1}) == keys.of({"mu": 0.2})
+    (True, False)
     """
 
     def __init__(self, module: str) -> None:
@@ -66,6 +72,11 @@ def deciding_code(module: str, root: str = __package__.partition(".")[0]) -> tup
     ------
     InputError
         A folder without sources.
+
+    Examples
+    --------
+    >>> deciding_code("json")
+    ('json',)
     """
     if module.partition(".")[0] != root:
         return (module,)

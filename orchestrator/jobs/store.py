@@ -35,6 +35,12 @@ class JobResult:
         The files it wrote.
     seconds : float
         Time it took [s].
+
+    Examples
+    --------
+    >>> result = JobResult("fre", {"run": "run"}, Path("jobs/0123"), 2.5)
+    >>> result.file("run").as_posix()
+    'jobs/0123/run'
     """
 
     name: str
@@ -63,6 +69,13 @@ def read_object(file: Path, limit: int) -> dict[str, Any]:
     ------
     InputError
         No such file, more than `limit` bytes, no JSON object.
+
+    Examples
+    --------
+    >>> from friction_models.common import write_json
+    >>> with tempfile.TemporaryDirectory() as place:
+    ...     read_object(write_json(Path(place) / "result.json", {"mu": 0.1}), limit=1000)
+    {'mu': 0.1}
     """
     try:
         if file.stat().st_size > limit:
@@ -83,6 +96,16 @@ class Store:
     ----------
     folder : Path
         Folder ``jobs`` of a study; need not exist yet.
+
+    Examples
+    --------
+    >>> with tempfile.TemporaryDirectory() as place:
+    ...     store = Store(Path(place))
+    ...     work = Path(place) / "work"
+    ...     work.mkdir()
+    ...     store.keep("0123", work, {"values": {"mu": 0.1}, "seconds": 2.5})
+    ...     print(store.load("0123", "fit").values, store.load("4567", "fit"))
+    {'mu': 0.1} None
     """
 
     def __init__(self, folder: Path) -> None:

@@ -10,7 +10,13 @@ PACKAGES = ("fmpy", "numpy", "onnx", "onnxruntime", "pandas", "pythonfmu", "scip
 
 
 def versions(packages: Iterable[str] = PACKAGES) -> dict[str, str]:
-    """Return the versions of tribofmu, Python and the packages that results depend on."""
+    """Return the versions of tribofmu, Python and the packages that results depend on.
+
+    Examples
+    --------
+    >>> list(versions(["numpy"]))
+    ['python', 'tribofmu', 'numpy']
+    """
     return {"python": platform.python_version()} | {name: _version(name) for name in ("tribofmu", *packages)}
 
 

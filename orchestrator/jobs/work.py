@@ -76,6 +76,15 @@ def resolve(function: str) -> Any:
     ------
     InputError
         No such function.
+
+    Examples
+    --------
+    >>> resolve("math:sqrt")(4.0)
+    2.0
+    >>> resolve("math:no_such_function")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: math:no_such_function: no such function ...
     """
     module, _, name = function.partition(":")
     try:

@@ -22,13 +22,29 @@ def write_plan(path: str | Path, rows: Sequence[Mapping[str, Any]], prefix: str 
         Settings of each test; see `sct_twin.virtual_lab.protocols`. Cells that a row lacks stay empty.
     prefix : str
         Of the ``test_id`` of rows without one: names of their own keep new tests apart from the old ones.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     plan = write_plan(Path(place) / "next.csv", [{"sigma_set": 600.0, "v_set": 20.0}, {"sigma_set": 900.0}])
+    ...     print(plan.read_text())
+    test_id,sigma_set,v_set
+    next001,600.0,20.0
+    next002,900.0,
     """
     named = [{"test_id": f"{prefix}{k + 1:03d}", **row} for k, row in enumerate(rows)]
     return write_text(path, pd.DataFrame(named).to_csv(index=False, lineterminator="\n"))
 
 
 def missing_settings(rows: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return which settings the rows do not know, because the data behind them lack that load."""
+    """Return which settings the rows do not know, because the data behind them lack that load.
+
+    Examples
+    --------
+    >>> missing_settings([{"sigma_set": 600.0, "v_set": 20.0, "T_tool": 20.0}, {"sigma_set": 600.0, "v_set": 20.0}])
+    ['T_tool']
+    """
     needed = ("sigma_set", "v_set", "T_tool")
     return [name for name in needed if any(name not in row and not _replaced(name, row) for row in rows)]
 

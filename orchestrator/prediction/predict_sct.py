@@ -45,6 +45,18 @@ class SctPrediction:
         The co-simulation: `friction.mu`, the five loads `twin.T` ..., the inputs `inputs.F_n` ...
     output : str
         What mu is called in the friction FMU.
+
+    Examples
+    --------
+    A made-up run of two steps:
+
+    >>> plan = {"test_id": "t1", "F_set": 50e3, "v_set": 20.0, "sd_set": 10.0, "T_tool": 20.0}
+    >>> loads = {f"twin.{name}": np.array([1.0, 2.0, 3.0]) for name in LOAD_NAMES}
+    >>> values = {"friction.mu": np.array([0.0, 0.1, 0.12]), **loads}
+    >>> run = Run(Path("t1"), {"synthetic": False}, np.array([0.0, 0.25, 0.5]), values, {})
+    >>> test = SctPrediction(SctSchedule.from_plan(plan), run)
+    >>> test.mu, test.errors() is None, list(test.frame()["sd"])
+    (array([0.1 , 0.12]), True, [1.0, 2.0])
     """
 
     schedule: SctSchedule
@@ -139,7 +151,18 @@ class PredictionNumbers(TypedDict):
 
 @dataclass(frozen=True, eq=False)
 class SctPredictions:
-    """Predicted tests of one friction FMU, in the order of the schedules."""
+    """Predicted tests of one friction FMU, in the order of the schedules.
+
+    Examples
+    --------
+    >>> plan = {"test_id": "t1", "F_set": 50e3, "v_set": 20.0, "sd_set": 10.0, "T_tool": 20.0}
+    >>> loads = {f"twin.{name}": np.array([1.0, 2.0, 3.0]) for name in LOAD_NAMES}
+    >>> values = {"friction.mu": np.array([0.0, 0.1, 0.12]), **loads}
+    >>> run = Run(Path("t1"), {"synthetic": False}, np.array([0.0, 0.25, 0.5]), values, {})
+    >>> found = SctPredictions("a law", [SctPrediction(SctSchedule.from_plan(plan), run)])
+    >>> found.summary() is None, round(found.to_dict()["tests"][0]["mu_mean"], 6)
+    (True, 0.11)
+    """
 
     label: str
     tests: Sequence[SctPrediction]
@@ -262,6 +285,13 @@ def predict_sct(
         No tests, a parameter or an FMU that does not fit.
     SimulationError
         A component failed.
+
+    Examples
+    --------
+    >>> predict_sct("no-such.fmu", [], "predicted")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: predict_sct: no tests given; allowed: at least one
     """
     if not schedules:
         raise InputError("predict_sct: no tests given; allowed: at least one")
@@ -300,6 +330,18 @@ def sct_system(
         What drives the test.
     fmus : Path
         Folder for the FMU of the signals and that of the twin, which tests of one specimen temperature share.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus import pack
+    >>> from friction_models import ConstantFriction
+    >>> plan = {"test_id": "t1", "F_set": 50e3, "v_set": 20.0, "sd_set": 10.0, "T_tool": 20.0}
+    >>> with TemporaryDirectory() as place:
+    ...     law = pack(ConstantFriction(mu=0.1), Path(place) / "law.fmu", target="python")
+    ...     system = sct_system(law, SctSchedule.from_plan(plan), Path(place))
+    >>> system.evaluation_order(), system.steps
+    (['inputs', 'friction', 'twin'], 100)
     """
     from fmus import pack_twin
     from fmus.targets.signals import pack_signals

@@ -272,6 +272,16 @@ def planned_schedules(path: str | os.PathLike[str]) -> list[SctSchedule]:
     ------
     InputError
         Not such a table.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     plan = Path(place) / "plan.csv"
+    ...     _ = plan.write_text(chr(10).join(["test_id,F_set,v_set,sd_set,T_tool", "t1,50000,20,10,20"]))
+    ...     [(s.test_id, s.duration, s.distance) for s in planned_schedules(plan)]
+    [('t1', 0.5, 10.0)]
     """
     frame = read_table(path)
     if "test_id" not in frame.columns:

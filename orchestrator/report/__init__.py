@@ -31,6 +31,13 @@ def write_report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | N
     ------
     InputError
         None of these, or files of it are missing; `out` is no HTML file.
+
+    Examples
+    --------
+    >>> write_report("no-such-run")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: no-such-run: no such folder; allowed: the folder of a run, a study, predicted tests or a demo
     """
     place = Path(folder)
     target = Path(out) if out is not None else place / "report.html"

@@ -20,6 +20,11 @@ class PageKind(NamedTuple):
         ``"module:function"`` of this package, imported at use: charts and what they draw take a second to import.
     marker : str
         File by which a folder with such a page is known; empty where a command gives the content.
+
+    Examples
+    --------
+    >>> PAGES["run"].shows, PAGES["run"].marker
+    ('a co-simulation', 'manifest.json')
     """
 
     shows: str
@@ -70,6 +75,13 @@ def page_of(name: str, *content: Any) -> str:
     ------
     InputError
         No such kind.
+
+    Examples
+    --------
+    >>> page_of("runn")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: unknown page 'runn'; allowed: ...
     """
     if name not in PAGES:
         raise unknown_name("page", name, PAGES)

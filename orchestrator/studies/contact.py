@@ -78,6 +78,14 @@ class Contact(NamedTuple):
         Area that the marker stands for [mm2]. Steps take the same time, so its sums are shares of contact and time.
     work : ndarray, shape (n,)
         Friction work on that area during the step [J].
+
+    Examples
+    --------
+    Two markers of equal area; the first does three quarters of the work:
+
+    >>> contact = Contact(np.zeros((2, 5)), np.array([0.1, 0.1]), np.array([1.0, 1.0]), np.array([3.0, 1.0]))
+    >>> contact.share(np.array([True, False]))
+    {'share': 0.5, 'work': 0.75}
     """
 
     loads: FloatArray
@@ -137,7 +145,15 @@ def _beyond(over: FloatArray, contact: Contact, scale: float) -> Beyond:
 
 
 def spread(values: FloatArray, area: FloatArray) -> Spread:
-    """Return percentiles over the contact area, and the largest value."""
+    """Return percentiles over the contact area, and the largest value.
+
+    Examples
+    --------
+    Of four markers, the one of the largest area decides the median:
+
+    >>> spread(np.array([0.1, 0.2, 0.3, 0.4]), np.array([1.0, 1.0, 6.0, 1.0]))
+    {'p5': 0.1, 'median': 0.3, 'p95': 0.4, 'largest': 0.4}
+    """
     if not len(values):
         return {"p5": 0.0, "median": 0.0, "p95": 0.0, "largest": 0.0}
     order = np.argsort(values)

@@ -118,6 +118,14 @@ def check_names(models: Iterable[str], processes: Iterable[str]) -> None:
     ------
     InputError
         Names the nearest one that is known.
+
+    Examples
+    --------
+    >>> check_names(["linear"], ["fre"])
+    >>> check_names(["liner"], ["fre"])
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: unknown model 'liner'; allowed: ffnn, gradient_boosting, linear, polynomial, power_law; did you mean 'linear'?
     """
     for what, names, known in (("model", models, ADVANCED), ("process", processes, tuple(SECONDS_A_MM))):
         for name in names:
@@ -143,6 +151,11 @@ def chosen_level(process: str, stroke: float | None, step: float, speed: float, 
     ------
     InputError
         An unknown process, or a stroke shorter than a step.
+
+    Examples
+    --------
+    >>> round(chosen_level("fre", stroke=5.04, step=0.1, speed=50.0, T_tool=20.0).stroke, 6)
+    5.0
     """
     from ..cosim.ready_made import STROKE
 

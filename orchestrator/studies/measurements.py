@@ -38,7 +38,13 @@ DATASET = "dataset"
 
 
 def data_name(lubricant: str) -> str:
-    """Return the name of the job that gives the data sets of a lubricant."""
+    """Return the name of the job that gives the data sets of a lubricant.
+
+    Examples
+    --------
+    >>> data_name("oil")
+    'data-oil'
+    """
     return f"data-{lubricant}"
 
 
@@ -74,6 +80,15 @@ def chosen_data(texts: Iterable[str] | None) -> dict[str, Path] | None:
     ------
     InputError
         A name twice or one that cannot stand in a file name, no such place.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     list(chosen_data([f"oil={place}"]))
+    ['oil']
+    >>> chosen_data(None) is None
+    True
     """
     chosen: dict[str, Path] = {}
     for text in texts or ():
@@ -97,6 +112,11 @@ def only_lubricant(data: Mapping[str, Path] | None, default: str) -> str:
     ------
     InputError
         Several data sets.
+
+    Examples
+    --------
+    >>> only_lubricant({"oil": Path("measured")}, default="polymer"), only_lubricant(None, default="polymer")
+    ('oil', 'polymer')
     """
     if data is not None and len(data) > 1:
         raise InputError(

@@ -89,7 +89,13 @@ def model_name(family: str, data: str) -> str:
 
 
 def constant_job(mu: float) -> Job:
-    """Return the job that packs a constant coefficient of friction."""
+    """Return the job that packs a constant coefficient of friction.
+
+    Examples
+    --------
+    >>> constant_job(0.08).inputs
+    {'family': 'constant', 'parameters': {'mu': 0.08}}
+    """
     return model_job("constant", name=f"model-constant-{mu:g}", parameters={"mu": mu})
 
 

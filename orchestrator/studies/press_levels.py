@@ -136,7 +136,13 @@ def copied_level(
 
 
 def press_name(lubricant: str, level: Level) -> str:
-    """Return the name of the job that gives the curves of a level."""
+    """Return the name of the job that gives the curves of a level.
+
+    Examples
+    --------
+    >>> press_name("oil", Level("fre", T_tool=20.0, speed=50.0, stroke=10.0))
+    'press-oil-fre_50mms_20C'
+    """
     return f"press-{lubricant}-{level.name}"
 
 

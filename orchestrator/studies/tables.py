@@ -10,7 +10,17 @@ from friction_models.common import atomic_path, write_text
 
 
 def write_rows(target: Path, rows: Iterable[Mapping[str, object]], synthetic: bool) -> None:
-    """Write rows that all have the same columns."""
+    """Write rows that all have the same columns.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     write_rows(Path(place) / "runs.csv", [{"model": "a", "error": 0.01}], synthetic=True)
+    ...     print((Path(place) / "runs.csv").read_text())
+    model,error,synthetic
+    a,0.01,True
+    """
     table = [{**row, "synthetic": synthetic} for row in rows]
     with atomic_path(target) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(table[0]) if table else ["synthetic"], lineterminator="\n")
@@ -19,7 +29,17 @@ def write_rows(target: Path, rows: Iterable[Mapping[str, object]], synthetic: bo
 
 
 def write_nested(target: Path, rows: Iterable[Mapping[str, object]], synthetic: bool) -> None:
-    """Write rows with numbers inside numbers as columns ``lag.work_pct``; what a row lacks stays empty."""
+    """Write rows with numbers inside numbers as columns ``lag.work_pct``; what a row lacks stays empty.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     write_nested(Path(place) / "runs.csv", [{"model": "a", "lag": {"work_pct": 2.0}}], synthetic=False)
+    ...     print((Path(place) / "runs.csv").read_text())
+    model,lag.work_pct,synthetic
+    a,2.0,False
+    """
     import pandas as pd
 
     table = pd.DataFrame([_flat(row) for row in rows]).assign(synthetic=synthetic)

@@ -38,13 +38,25 @@ class NotTranslated(InputError):
 
 
 def refuse(where: str, what: str) -> NotTranslated:
-    """Build the error for something that is not translated."""
+    """Build the error for something that is not translated.
+
+    Examples
+    --------
+    >>> print(refuse("law.onnx", "operator 'LSTM' has no translation"))
+    law.onnx: operator 'LSTM' has no translation; pack it with --target python, which runs ONNX Runtime
+    """
     return NotTranslated(f"{where}: {what}; pack it with --target python, which runs ONNX Runtime")
 
 
 @dataclass(frozen=True)
 class ForeignNode:
-    """One node: operator, its domain (empty for the standard one), attributes, names in and out."""
+    """One node: operator, its domain (empty for the standard one), attributes, names in and out.
+
+    Examples
+    --------
+    >>> ForeignNode("Scaler", "ai.onnx.ml", {}, ("x",), ("y",), "node 0").full
+    'ai.onnx.ml.Scaler'
+    """
 
     op: str
     domain: str

@@ -75,5 +75,11 @@ MOVING = frozenset(
 
 
 def translated() -> list[str]:
-    """Return the names of all translated operators, those of other domains with their domain."""
+    """Return the names of all translated operators, those of other domains with their domain.
+
+    Examples
+    --------
+    >>> {"MatMul", "Relu"} <= set(translated())
+    True
+    """
     return sorted(f"{domain}.{op}" if domain else op for domain, table in DOMAINS.items() for op in table)

@@ -34,6 +34,12 @@ def scaling(source: Variable, target: Variable, unit: str) -> tuple[float, float
     ------
     InputError
         The source is in no unit of the loads, `unit` measures something else, or the target's own unit differs.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace as Made
+    >>> scaling(Made(name="T", unit="degC"), Made(name="T_contact", unit="K"), "K")
+    (1.0, 273.15)
     """
     from fmus.user_onnx.units import conversion
 

@@ -59,6 +59,11 @@ class Component(BaseModel):
     `contact_only`: keep the loads of points without contact, such as zero pressure, from a friction FMU
     (`points_without_pressure`).
     `step`: length [s] of the smaller steps that the FMU makes within a communication step, all with the inputs from its beginning.
+
+    Examples
+    --------
+    >>> Component(fmu="friction.fmu", start={"clamp_to_domain": True}).start
+    {'clamp_to_domain': True}
     """
 
     model_config = ConfigDict(extra="forbid")
@@ -95,6 +100,17 @@ class SystemDescription(BaseModel):
         Whether something in the system comes from a virtual laboratory; goes into every run.
     provenance : dict
         Remarks that the run's manifest repeats (seed, level, label of the friction model).
+
+    Examples
+    --------
+    >>> system = SystemDescription.from_dict({
+    ...     "communication_step": 0.01, "stop_time": 0.5,
+    ...     "components": {"forming": {"fmu": "fre.fmu"}, "friction": {"fmu": "friction.fmu", "step": 0.005}},
+    ... })
+    >>> system.steps, system.evaluation_order(), system.parts("friction")
+    (50, ['friction', 'forming'], 2)
+    >>> system.swap("friction", "other.fmu").components["friction"].fmu.name
+    'other.fmu'
     """
 
     model_config = ConfigDict(extra="forbid")

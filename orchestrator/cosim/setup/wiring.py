@@ -37,7 +37,13 @@ class Link:
 
 @dataclass(frozen=True)
 class Recorded:
-    """A variable that the run keeps; more than one element for structured variables."""
+    """A variable that the run keeps; more than one element for structured variables.
+
+    Examples
+    --------
+    >>> Recorded("forming", "force", ()).label
+    'forming.force'
+    """
 
     component: str
     name: str
@@ -69,6 +75,25 @@ class Wiring:
         FMI 3.0 FMUs whose arrays took the length of what feeds them.
     notes : list of str
         A sentence for each input that nothing feeds.
+
+    Examples
+    --------
+    One output feeds one input; what else the friction FMU takes keeps its start values, which a note says:
+
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from fmus import pack, pack_signals
+    >>> from friction_models import ConstantFriction
+    >>> with TemporaryDirectory() as place:
+    ...     table = pack_signals(Path(place) / "table.fmu", [0.0, 1.0], {"T": ("degC", "temperature", [80.0])})
+    ...     law = pack(ConstantFriction(mu=0.1), Path(place) / "law.fmu", target="python")
+    ...     wiring = Wiring.of(SystemDescription.from_dict({
+    ...         "communication_step": 0.1, "stop_time": 1.0,
+    ...         "components": {"table": {"fmu": str(table)}, "friction": {"fmu": str(law)}},
+    ...         "connections": ["table.T -> friction.T"],
+    ...     }))
+    >>> [(link.source, link.target, link.targets[0].unit) for link in wiring.links], len(wiring.notes)
+    ([('table', 'friction', 'degC')], 4)
     """
 
     descriptions: dict[str, FmuDescription]

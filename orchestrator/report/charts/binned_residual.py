@@ -25,6 +25,12 @@ class BinnedResidual:
         Mean over the points in the bin and half of its 95 % interval over tests (NaN for one test).
     tests : ndarray, shape (k,)
         Number of tests in the bin.
+
+    Examples
+    --------
+    >>> found = binned_residual(np.zeros(3), np.array([0.0, 0.01, 0.02]), np.array(["a", "b", "c"]))
+    >>> found.mean.round(6), found.tests
+    (array([0.01]), array([3]))
     """
 
     centre: FloatArray
@@ -47,6 +53,16 @@ def binned_residual(
     test_id : ndarray of str, shape (n,)
     weight : ndarray, shape (n,), optional
         Points behind each value; one each by default.
+
+    Examples
+    --------
+    Six tests at two temperatures; the model is right at 20 degC and 0.01 too low at 80 degC:
+
+    >>> load = np.array([20.0, 20.0, 20.0, 80.0, 80.0, 80.0])
+    >>> residual = np.array([0.001, -0.001, 0.0, 0.011, 0.009, 0.010])
+    >>> found = binned_residual(load, residual, np.array(list("abcdef")))
+    >>> found.centre, found.mean.round(6) + 0.0, found.tests
+    (array([20., 80.]), array([0.  , 0.01]), array([3, 3]))
     """
     _, test = np.unique(test_id, return_inverse=True)
     which = _bins(load, test)

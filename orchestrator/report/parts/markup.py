@@ -11,7 +11,13 @@ WIDE = 8
 
 
 def escape(text: object) -> str:
-    """Return `text` safe for HTML content and attributes."""
+    """Return `text` safe for HTML content and attributes.
+
+    Examples
+    --------
+    >>> escape("<mu> & 'T'")
+    '&lt;mu&gt; &amp; &#x27;T&#x27;'
+    """
     return html.escape(str(text), quote=True)
 
 
@@ -23,7 +29,14 @@ def table(
     caption: str = "",
     narrow: bool = False,
 ) -> str:
-    """Return a table; the first cell of a row is its heading, columns in `numeric` align right."""
+    """Return a table; the first cell of a row is its heading, columns in `numeric` align right.
+
+    Examples
+    --------
+    >>> html = table(["model", "error"], [["a < b", "0.01"]], numeric=[1])
+    >>> "a &lt; b" in html, 'class="n"' in html
+    (True, True)
+    """
     right = set(numeric)
     head = "".join(
         f'<th scope="col"{_number(k in right)}>{escape(text)}</th>' for k, text in enumerate(headings)
@@ -49,7 +62,14 @@ def _number(right: bool) -> str:
 
 @dataclass(frozen=True)
 class Change:
-    """A number before and after (None where nothing was changed), with its unit and decimals to show."""
+    """A number before and after (None where nothing was changed), with its unit and decimals to show.
+
+    Examples
+    --------
+    >>> change = Change("error", before=0.020, after=0.015)
+    >>> round(change.relative, 6), change.rose, "fell by 25 %" in change.card()
+    (-0.25, False, True)
+    """
 
     name: str
     before: float
@@ -83,16 +103,34 @@ class Change:
 
 
 def cards(changes: Iterable[Change]) -> str:
-    """Return the cards side by side."""
+    """Return the cards side by side.
+
+    Examples
+    --------
+    >>> cards([Change("error", 0.020, None, decimals=2)])
+    '<div class="cards"><div class="card"><p class="name">error</p><p class="numbers">0.02</p></div></div>'
+    """
     return f'<div class="cards">{"".join(c.card() for c in changes)}</div>'
 
 
 def paragraph(text: str, kind: str = "") -> str:
-    """Return a paragraph of plain text."""
+    """Return a paragraph of plain text.
+
+    Examples
+    --------
+    >>> paragraph("mu < 0.1"), paragraph("synthetic", kind="note")
+    ('<p>mu &lt; 0.1</p>', '<p class="note">synthetic</p>')
+    """
     return f'<p class="{kind}">{escape(text)}</p>' if kind else f"<p>{escape(text)}</p>"
 
 
 def bullets(items: Iterable[str]) -> str:
-    """Return a list of plain texts, empty for none."""
+    """Return a list of plain texts, empty for none.
+
+    Examples
+    --------
+    >>> bullets(["first", "second"]), bullets([])
+    ('<ul class="plain"><li>first</li><li>second</li></ul>', '')
+    """
     lines = "".join(f"<li>{escape(item)}</li>" for item in items)
     return f'<ul class="plain">{lines}</ul>' if lines else ""

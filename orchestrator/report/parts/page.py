@@ -25,6 +25,14 @@ class Page:
         HTML of the paragraph below it.
     synthetic : bool
         Whether the badge "synthetic data" is shown.
+
+    Examples
+    --------
+    >>> page = Page("The model was right", kicker="comparison", synthetic=True)
+    >>> page.add("errors", "Errors", "<p>none</p>")
+    >>> html = page.render()
+    >>> '<a href="#errors">Errors</a>' in html, "synthetic data</span>" in html
+    (True, True)
     """
 
     title: str
@@ -76,12 +84,26 @@ class Page:
 
 
 def footer(used: Mapping[str, str], origin: str) -> str:
-    """Return the foot of a study's page: versions that were used, and where the measurements come from."""
+    """Return the foot of a study's page: versions that were used, and where the measurements come from.
+
+    Examples
+    --------
+    >>> footer({"tribofmu": "0.1.0", "python": "3.11.9"}, "Measured in the laboratory.")
+    'tribofmu 0.1.0, Python 3.11.9. Measured in the laboratory.'
+    """
     return f"tribofmu {escape(used['tribofmu'])}, Python {escape(used['python'])}. {escape(origin)}"
 
 
 def figure(name: str, chart: Any, caption: str, description: str) -> str:
-    """Return the HTML of a chart with its caption; `description` is what a screen reader says."""
+    """Return the HTML of a chart with its caption; `description` is what a screen reader says.
+
+    Examples
+    --------
+    >>> import plotly.graph_objects as go
+    >>> html = figure("mu", go.Figure(go.Scatter(x=[0, 1], y=[0.1, 0.1])), "mu over distance", "A level line.")
+    >>> 'aria-label="A level line."' in html, "<figcaption>mu over distance</figcaption>" in html
+    (True, True)
+    """
     html = chart.to_html(
         full_html=False,
         include_plotlyjs=False,

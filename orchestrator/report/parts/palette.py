@@ -13,7 +13,14 @@ DASHES = ("solid", "dash", "dot", "dashdot")
 
 
 def looks(names: Iterable[str]) -> dict[str, dict[str, str | float]]:
-    """Return colour and dash of each name; constant coefficients of friction (numbers) are grey and dashed."""
+    """Return colour and dash of each name; constant coefficients of friction (numbers) are grey and dashed.
+
+    Examples
+    --------
+    >>> found = looks(["law", "0.08", "other"])
+    >>> found["law"]["color"] != found["other"]["color"], found["0.08"]["dash"]
+    (True, 'dash')
+    """
     found: dict[str, dict[str, str | float]] = {}
     colored = constants = 0
     for name in names:

@@ -24,7 +24,13 @@ MEANINGS = {
 
 
 def verdict_text(diagnosis: Mapping[str, Any]) -> str:
-    """Return verdict and confidence in words (HTML)."""
+    """Return verdict and confidence in words (HTML).
+
+    Examples
+    --------
+    >>> verdict_text({"verdict": "nothing_missing", "confidence": 0.9})
+    '<p><strong>Nothing missing.</strong> What is left of the error is as large as the noise: there is nothing to find. Confidence 90 %.</p>'
+    """
     verdict = str(diagnosis["verdict"])
     confidence = diagnosis.get("confidence")
     sure = f" Confidence {100 * float(confidence):.0f} %." if confidence is not None else ""

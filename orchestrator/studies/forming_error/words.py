@@ -21,7 +21,13 @@ PAPER_TIMES = {"linear": "+18 %", "polynomial": "+18 %", "ffnn": "+61 %"}
 
 
 def percent(value: float, std: float) -> str:
-    """Return a share and its uncertainty in percent."""
+    """Return a share and its uncertainty in percent.
+
+    Examples
+    --------
+    >>> percent(0.123, 0.01)
+    '12.3 ± 1.0 %'
+    """
     return f"{100 * value:.1f} ± {100 * std:.1f} %"
 
 
@@ -185,7 +191,13 @@ def beside_paper(errors: FormingErrors) -> list[tuple[str, str, str]]:
 
 
 def signed(value: float | None, std: float | None) -> str:
-    """Return a change and its uncertainty in whole percent; ``"-"`` for none."""
+    """Return a change and its uncertainty in whole percent; ``"-"`` for none.
+
+    Examples
+    --------
+    >>> signed(-0.25, 0.03), signed(None, None)
+    ('-25 ± 3 %', '-')
+    """
     if value is None or std is None:
         return "-"
     return f"{100 * value:+.0f} ± {100 * std:.0f} %"

@@ -51,6 +51,16 @@ class LagPlan:
     lubricant, tests : str
         Lubricant, and plan of the compression tests, of the virtual laboratory.
     seed : int
+
+    Examples
+    --------
+    >>> plan = LagPlan(models=("linear",), processes=("fre",), steps=(0.1, 0.2))
+    >>> plan.level("fre").name
+    'fre_50mms_50C'
+    >>> LagPlan(steps=(0.3, 0.4))
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: communication step 0.3 mm does not divide the longest, 0.4 mm; allowed: steps that do, so that all runs can be compared at the same strokes
     """
 
     models: Sequence[str] = ("polynomial", "ffnn")

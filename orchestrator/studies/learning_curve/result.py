@@ -39,6 +39,15 @@ class Curve:
         What each held-out test contributes to the MAE on time series, and on averages; the mean over tests is the MAE.
     parameters : tuple of dict
         What the search chose at each size.
+
+    Examples
+    --------
+    One repeat, two sizes and two held-out tests:
+
+    >>> parts = np.array([[[0.03, 0.01], [0.01, 0.01]]])
+    >>> curve = Curve("oil", "series", "linear", (4, 8), (400, 800), parts, parts, ({}, {}))
+    >>> curve.errors
+    array([[0.02, 0.01]])
     """
 
     lubricant: str
