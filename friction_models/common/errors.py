@@ -11,11 +11,28 @@ class InputError(ValueError):
 
     The message is one sentence that names the file or name, the value, what is allowed and, for
     a misspelt name, the nearest valid one. The command line prints it and exits with code 2.
+
+    Examples
+    --------
+    >>> from friction_models import InputError, make_model
+    >>> try:
+    ...     make_model("constant", muu=0.1)
+    ... except InputError as error:
+    ...     print(error)
+    unknown parameter of constant 'muu'; allowed: mu; did you mean 'mu'?
     """
 
 
 def nearest(name: str, allowed: Iterable[str]) -> str | None:
-    """Return the allowed name closest to `name`, or None when nothing resembles it."""
+    """Return the allowed name closest to `name`, or None when nothing resembles it.
+
+    Examples
+    --------
+    >>> nearest("linar", ["constant", "linear", "ffnn"])
+    'linear'
+    >>> nearest("xyz", ["constant", "linear", "ffnn"]) is None
+    True
+    """
     pool = {str(a).casefold(): str(a) for a in allowed}
     hits = difflib.get_close_matches(str(name).casefold(), list(pool), n=1, cutoff=0.5)
     return pool[hits[0]] if hits else None
@@ -39,6 +56,11 @@ def unknown_name(kind: str, name: object, allowed: Iterable[str], where: str = "
     -------
     InputError
         To be raised by the caller.
+
+    Examples
+    --------
+    >>> print(unknown_name("effect", "stribek", ["stribeck", "viscous"]))
+    unknown effect 'stribek'; allowed: stribeck, viscous; did you mean 'stribeck'?
     """
     names = sorted(str(a) for a in allowed)
     hint = nearest(str(name), names)

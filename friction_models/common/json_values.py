@@ -9,7 +9,14 @@ from typing import Any
 
 
 def plain(value: Any) -> Any:
-    """Return `value` as JSON holds it: numbers of NumPy become Python's, NaN and infinity become null."""
+    """Return `value` as JSON holds it: numbers of NumPy become Python's, NaN and infinity become null.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> plain({"mu": np.array([0.1, np.nan]), "points": np.int64(2)})
+    {'mu': [0.1, None], 'points': 2}
+    """
     import numpy as np
 
     if isinstance(value, Mapping):

@@ -108,6 +108,15 @@ def conversion(canonical: str, unit: str, column: str, where: str = "") -> tuple
     ------
     InputError
         No such unit, or it measures something else; names those that fit and the nearest.
+
+    Examples
+    --------
+    >>> factor, offset = conversion("N", "kN", "F_n")
+    >>> 2.5 * factor + offset
+    2500.0
+    >>> factor, offset = conversion("degC", "K", "T")
+    >>> 293.15 * factor + offset
+    20.0
     """
     text = spelling(unit)
     if text not in UNITS or UNITS[text].kind != UNITS[canonical].kind:

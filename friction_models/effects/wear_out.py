@@ -10,7 +10,20 @@ from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class WearOut(Effect):
-    """Late rise over distance, ``delta_w * (1 - exp(-(sd/s_w)^n))``."""
+    """Late rise over distance, ``delta_w * (1 - exp(-(sd/s_w)^n))``.
+
+    Examples
+    --------
+    The steeper, the later the film fails; at s_w it has lost 1 - 1/e:
+
+    >>> import numpy as np
+    >>> from friction_models.effects import EffectContext, WearOut
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> sd = np.array([[0.0], [10.0], [20.0]])
+    >>> L = LoadColumns(0 * sd, 20 + 0 * sd, 500 + 0 * sd, sd, 1 + 0 * sd)
+    >>> WearOut().basis(NumpyOps(), L, {"s_w": 20.0, "n": 2.0}, EffectContext())[0].round(3).tolist()
+    [[0.0], [0.221], [0.632]]
+    """
 
     name = "wear_out"
     title = "the film wears out over distance"

@@ -18,6 +18,12 @@ def error_measures(
     dict
         ``mae``, ``rmse``, ``bias`` (mean of predicted - measured) and ``max_error`` over the points,
         ``points``; with `groups` also ``tests`` and ``mae_worst_test``, the largest MAE of one test.
+
+    Examples
+    --------
+    >>> measures = error_measures(np.array([0.5, 0.5]), np.array([0.75, 0.25]))
+    >>> measures["mae"], measures["bias"], measures["points"]
+    (0.25, 0.0, 2)
     """
     error = predicted - mu
     measures = {

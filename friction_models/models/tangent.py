@@ -58,6 +58,15 @@ class Tangent:
         Whether the model is taken as it is; its column then is a shift that stands for what the model lacks.
     effects : tuple of str
         Effects that the model holds already.
+
+    Examples
+    --------
+    >>> from friction_models import ConstantFriction, TriboLoads
+    >>> loads = TriboLoads.from_array([[50, 20, 500, 0, 1], [50, 20, 900, 0, 1]])
+    >>> data = MeasuredPoints(loads, np.array([0.08, 0.07]), ["a", "b"], np.array([0, 1]), lambda *args: [])
+    >>> tangent = ConstantFriction().tangent(data)
+    >>> tangent.columns.tolist(), tangent.offset.tolist()
+    ([[1.0], [1.0]], [0.0, 0.0])
     """
 
     columns: FloatArray
