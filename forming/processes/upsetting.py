@@ -35,6 +35,12 @@ class ContactEdgeSize:
         Size away from the edge [mm].
     edge : float
         Radius of the contact edge now [mm]; to be kept up to date.
+
+    Examples
+    --------
+    >>> size = ContactEdgeSize(mesh_size=1.0, edge=6.0)
+    >>> size(np.array([[6.0, 0.0], [6.0, 50.0]])).tolist()
+    [0.4, 1.0]
     """
 
     def __init__(self, mesh_size: float, edge: float) -> None:

@@ -25,6 +25,11 @@ def channel_conversion(quantity: str, unit: str, where: str = "") -> tuple[float
     ------
     InputError
         No such unit, or it measures something else.
+
+    Examples
+    --------
+    >>> channel_conversion("F_n", "kN")
+    (1000.0, 0.0)
     """
     try:
         return conversion(channel(quantity).unit, unit, quantity, where)

@@ -50,12 +50,24 @@ def smooth(values: FloatArray, dt: float, corner: float = CORNER_HZ) -> FloatArr
 
 
 def running_mean(values: FloatArray, width: int) -> FloatArray:
-    """Return the mean over `width` samples around each, zeros beyond the ends; its cost is that of one pass."""
+    """Return the mean over `width` samples around each, zeros beyond the ends; its cost is that of one pass.
+
+    Examples
+    --------
+    >>> running_mean(np.array([3.0, 3.0, 6.0, 3.0, 3.0]), 3).round(6).tolist()[1:4]
+    [4.0, 4.0, 4.0]
+    """
     return np.asarray(uniform_filter1d(values, width, mode="constant"))
 
 
 def integral(values: FloatArray, dx: float | None = None, x: FloatArray | None = None) -> FloatArray:
-    """Return the cumulative trapezoidal integral, 0 at the first point."""
+    """Return the cumulative trapezoidal integral, 0 at the first point.
+
+    Examples
+    --------
+    >>> integral(np.array([1.0, 1.0, 3.0]), dx=0.5).tolist()
+    [0.0, 0.5, 1.5]
+    """
     steps = np.diff(x) if x is not None else np.full(len(values) - 1, 1.0 if dx is None else dx)
     return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * steps)])
 
@@ -74,6 +86,13 @@ def spike_rows(values: FloatArray) -> np.ndarray:
     Hampel's rule: the distance to the median of the neighbourhood against the usual noise. A step or a
     ramp has no such samples, however steep; a break-away peak of two or three samples has, see
     `signals.process`.
+
+    Examples
+    --------
+    >>> values = np.tile([0.0, 0.1, 0.1, 0.0], 25)
+    >>> values[40] = 50.0
+    >>> spike_rows(values).tolist()
+    [40]
     """
     count = len(values)
     if count < 2 * _REACH + 2:
@@ -117,7 +136,13 @@ def _local_noise(values: FloatArray) -> FloatArray:
 
 
 def without(values: FloatArray, rows: np.ndarray) -> FloatArray:
-    """Return the signal with some samples replaced by a line between the ones around them."""
+    """Return the signal with some samples replaced by a line between the ones around them.
+
+    Examples
+    --------
+    >>> without(np.array([1.0, 2.0, 99.0, 4.0]), np.array([2])).tolist()
+    [1.0, 2.0, 3.0, 4.0]
+    """
     if not len(rows):
         return values
     good = np.ones(len(values), dtype=bool)

@@ -127,6 +127,11 @@ def lubricant_named(name: str) -> Lubricant:
     ------
     InputError
         Not one of `LUBRICANTS`.
+
+    Examples
+    --------
+    >>> lubricant_named("mos2").upsetting_mu
+    0.081
     """
     if name not in LUBRICANTS:
         raise unknown_name("lubricant", name, LUBRICANTS)
