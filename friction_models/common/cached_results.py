@@ -59,6 +59,13 @@ def digest(content: Any) -> str:
     ------
     TypeError, ValueError
         Content that JSON does not hold, NaN among it.
+
+    Examples
+    --------
+    Equal content has an equal hash, in whatever order it was written:
+
+    >>> digest({"a": 1, "b": 2}) == digest({"b": 2, "a": 1})
+    True
     """
     text = json.dumps(content, sort_keys=True, allow_nan=False, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()

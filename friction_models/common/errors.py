@@ -70,7 +70,13 @@ def unknown_name(kind: str, name: object, allowed: Iterable[str], where: str = "
 
 
 def shown(text: object, most: int = 300) -> str:
-    """Return a text from elsewhere on one line, without what a terminal would obey, and not longer than `most`."""
+    """Return a text from elsewhere on one line, without what a terminal would obey, and not longer than `most`.
+
+    Examples
+    --------
+    >>> shown("two   words"), shown("x" * 20, most=10)
+    ('two words', 'xxxxxx ...')
+    """
     # No more of it is looked at than could be shown: it may be of any size.
     line = " ".join(str(text)[: 20 * most].split())
     line = "".join(c for c in line if c.isprintable())

@@ -14,6 +14,14 @@ def check_range(where: str, name: str, value: float, low: float, high: float, un
     ------
     InputError
         Names process, parameter, value and allowed range.
+
+    Examples
+    --------
+    >>> check_range("fre", "speed", 5.0, 0.1, 1000.0, "mm/s")
+    >>> check_range("fre", "speed", 0.0, 0.1, 1000.0, "mm/s")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: fre: speed = 0.0 mm/s; allowed: 0.1 to 1000 mm/s
     """
     number = isinstance(value, (int, float, np.floating, np.integer)) and not isinstance(value, bool)
     if not (number and low <= value <= high):
@@ -27,6 +35,15 @@ def check_flag(where: str, name: str, value: object) -> bool:
     ------
     InputError
         Something else: text like ``"no"`` would otherwise count as True.
+
+    Examples
+    --------
+    >>> check_flag("fre", "tool_heating", 1)
+    True
+    >>> check_flag("fre", "tool_heating", "no")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: fre: tool_heating = 'no'; allowed: True or False
     """
     if isinstance(value, (bool, np.bool_, int, float, np.number)) and value in (0, 1):
         return bool(value)

@@ -82,13 +82,25 @@ _SPELLINGS = {
 
 
 def spelling(unit: str) -> str:
-    """Return a unit as this table writes it; what it does not know comes back without brackets."""
+    """Return a unit as this table writes it; what it does not know comes back without brackets.
+
+    Examples
+    --------
+    >>> spelling("[N/mm²]"), spelling("°C"), spelling("furlong")
+    ('N/mm2', 'degC', 'furlong')
+    """
     text = unit.strip().strip("[]()").strip()
     return _SPELLINGS.get(text, text)
 
 
 def units_like(canonical: str) -> list[str]:
-    """Return the units that measure the same as one of the table."""
+    """Return the units that measure the same as one of the table.
+
+    Examples
+    --------
+    >>> units_like("N")
+    ['N', 'kN', 'MN']
+    """
     return [name for name, unit in UNITS.items() if unit.kind == UNITS[canonical].kind]
 
 

@@ -235,7 +235,13 @@ def missing_points(folder: Path) -> InputError:
 
 
 def says_synthetic(tests: pd.DataFrame) -> bool:
-    """Return whether a test table says of any of its tests that it is synthetic."""
+    """Return whether a test table says of any of its tests that it is synthetic.
+
+    Examples
+    --------
+    >>> says_synthetic(pd.DataFrame({"test_id": ["a", "b"], "synthetic": [False, True]}))
+    True
+    """
     if "synthetic" not in tests.columns:
         return False
     return bool(

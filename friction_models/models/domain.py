@@ -134,7 +134,14 @@ class Domain:
 
 
 def known_domain(model: Any) -> Domain | None:
-    """Return the trained domain of a model, None where it has none (a constant, an FMU that does not say)."""
+    """Return the trained domain of a model, None where it has none (a constant, an FMU that does not say).
+
+    Examples
+    --------
+    >>> from friction_models import ConstantFriction
+    >>> known_domain(ConstantFriction(0.08)) is None
+    True
+    """
     domain = getattr(model, "domain", None)
     if not isinstance(domain, Domain) or domain == Domain.physical():
         return None

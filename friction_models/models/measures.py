@@ -42,6 +42,12 @@ def error_measures(
 
 
 def range_warning(predicted: FloatArray) -> str:
-    """Return a sentence where predicted mu leaves 0 to 1, or an empty text."""
+    """Return a sentence where predicted mu leaves 0 to 1, or an empty text.
+
+    Examples
+    --------
+    >>> range_warning(np.array([0.05, 1.5]))
+    'mu from 0.05 to 1.5, outside 0 to 1'
+    """
     low, high = float(predicted.min()), float(predicted.max())
     return "" if low >= 0.0 and high <= 1.0 else f"mu from {low:.3g} to {high:.3g}, outside 0 to 1"

@@ -76,7 +76,13 @@ class Tangent:
 
 
 def varying_loads(loads: TriboLoads) -> FloatArray:
-    """Return the loads that vary, centred and scaled to unit spread, shape (n, k)."""
+    """Return the loads that vary, centred and scaled to unit spread, shape (n, k).
+
+    Examples
+    --------
+    >>> varying_loads(TriboLoads.from_array([[50, 20, 500, 0, 1], [50, 20, 700, 0, 1]])).tolist()
+    [[-1.0], [1.0]]
+    """
     array = loads.as_array()
     varies = [bool(np.ptp(c) > 1e-9 * max(1.0, float(np.max(np.abs(c))))) for c in array.T]
     chosen = array[:, varies]

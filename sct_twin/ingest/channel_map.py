@@ -64,6 +64,17 @@ class ChannelMap:
     `columns` None stands for canonical names, of which a file may lack those that can be done without.
     `phases` says when the phases are, `files` how the files of one test are called where there are two, `names` which
     part of a file's name is that of the test.
+
+    Examples
+    --------
+    Without a map the columns of a file have the names and units of a record:
+
+    >>> ChannelMap.load(None) == ChannelMap()
+    True
+    >>> ChannelMap.load({"channels": {"force": {"quantity": "F_m"}}})
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: ...unknown quantity 'F_m'; allowed: ...
     """
 
     columns: Mapping[str, MappedColumn] | None = None

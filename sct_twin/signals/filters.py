@@ -23,7 +23,15 @@ _PIECE = 1_000_000
 
 
 def can_smooth(count: int, dt: float, corner: float) -> bool:
-    """Whether a signal is sampled fast enough, and long enough, for a low-pass with this corner [Hz]."""
+    """Whether a signal is sampled fast enough, and long enough, for a low-pass with this corner [Hz].
+
+    Examples
+    --------
+    A corner of 10 Hz needs more than 24 samples a second:
+
+    >>> can_smooth(100, dt=0.01, corner=10.0), can_smooth(100, dt=0.05, corner=10.0)
+    (True, False)
+    """
     return 1.0 / dt > RATE_OVER_CORNER * corner and count >= 16
 
 
@@ -73,7 +81,15 @@ def integral(values: FloatArray, dx: float | None = None, x: FloatArray | None =
 
 
 def noise_of(values: FloatArray) -> float:
-    """Return the standard deviation of white noise on a smooth signal, from its second differences."""
+    """Return the standard deviation of white noise on a smooth signal, from its second differences.
+
+    Examples
+    --------
+    A straight line has no noise:
+
+    >>> noise_of(np.arange(10.0))
+    0.0
+    """
     if len(values) < 5:
         return 0.0
     second = np.diff(values[: 4 * _PIECE], 2)

@@ -75,6 +75,11 @@ class Phases:
         First and last time [s]; with `channel` the value of that channel, twice.
     channel : str or None
         Column that holds the phase.
+
+    Examples
+    --------
+    >>> Phases(upsetting=(0.5, 1.0), sliding=(1.2, 2.0)).channel is None
+    True
     """
 
     upsetting: tuple[float, float]
