@@ -57,10 +57,10 @@ class FormingRecord:
     A record is made by a run; here one by hand, of a force that rises to 100 kN and stays:
 
     >>> from forming.results.contact_history import ContactHistory
-    >>> nothing = np.zeros((3, 0))
-    >>> contact = ContactHistory(np.array([0.0, 5.0, 10.0]), np.zeros((3, 0, 5)), nothing > 0, nothing, np.zeros((3, 0, 2)), nothing)
+    >>> stroke, none = np.array([0.0, 5.0, 10.0]), np.zeros((3, 0))
+    >>> contact = ContactHistory(stroke, np.zeros((3, 0, 5)), none > 0, none, np.zeros((3, 0, 2)), none)
     >>> record = FormingRecord(
-    ...     stroke=np.array([0.0, 5.0, 10.0]),
+    ...     stroke=stroke,
     ...     force=np.array([0.0, 100.0, 100.0]),
     ...     work=np.array([0.0, 250.0, 750.0]),
     ...     max_tau_over_k=0.1,

@@ -23,6 +23,8 @@ class Batch(Effect):
 
     Examples
     --------
+    Three batches, of which number 1 deviates:
+
     >>> from friction_models.effects import Batch, EffectContext
     >>> from friction_models.expressions.ops import NumpyOps
     >>> one = np.ones((3, 1))

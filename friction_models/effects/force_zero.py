@@ -14,6 +14,8 @@ class ForceZero(Effect):
 
     Examples
     --------
+    An offset of the force counts twice as much at half the pressure (s_0/100 added):
+
     >>> import numpy as np
     >>> from friction_models.effects import EffectContext, ForceZero
     >>> from friction_models.expressions.ops import NumpyOps

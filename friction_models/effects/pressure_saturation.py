@@ -14,6 +14,8 @@ class PressureSaturation(Effect):
 
     Examples
     --------
+    All of `delta_p` acts at low pressure, at s_c the share 1 - 1/e:
+
     >>> import numpy as np
     >>> from friction_models.effects import EffectContext, PressureSaturation
     >>> from friction_models.expressions.ops import NumpyOps

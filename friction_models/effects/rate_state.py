@@ -14,7 +14,7 @@ class RateState(Effect):
 
     Examples
     --------
-    At rest the contact ages by one second a second; sliding over D_c in the same time renews it:
+    At rest the contact ages by one second a second; while it slides its age settles at D_c / v_rel, here 1/100 s:
 
     >>> import numpy as np
     >>> from friction_models.effects import EffectContext, RateState

@@ -14,6 +14,8 @@ class RunningIn(Effect):
 
     Examples
     --------
+    What is left of `delta_r` at first and after 3 and 6 mm, with s_r = 3 mm: 1, 1/e, 1/e^2.
+
     >>> import numpy as np
     >>> from friction_models.effects import EffectContext, RunningIn
     >>> from friction_models.expressions.ops import NumpyOps

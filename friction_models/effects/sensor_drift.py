@@ -14,6 +14,8 @@ class SensorDrift(Effect):
 
     Examples
     --------
+    The share of `k_d` in the first and in the fiftieth test:
+
     >>> import numpy as np
     >>> from friction_models.effects import EffectContext, SensorDrift
     >>> from friction_models.expressions.ops import NumpyOps

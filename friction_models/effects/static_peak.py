@@ -14,6 +14,8 @@ class StaticPeak(Effect):
 
     Examples
     --------
+    What is left of `delta_0` at first, after s_0 and after ten times s_0:
+
     >>> import numpy as np
     >>> from friction_models.effects import EffectContext, StaticPeak
     >>> from friction_models.expressions.ops import NumpyOps

@@ -14,6 +14,8 @@ class SurfaceExpansion(Effect):
 
     Examples
     --------
+    Nothing of `delta_psi` acts on the old surface, 1 - 1/e where it has grown by psi_c, all of it later:
+
     >>> import numpy as np
     >>> from friction_models.effects import EffectContext, SurfaceExpansion
     >>> from friction_models.expressions.ops import NumpyOps

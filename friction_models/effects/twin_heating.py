@@ -14,6 +14,8 @@ class TwinHeating(Effect):
 
     Examples
     --------
+    The share of `k_h` at the temperature of the tool and 100 K above it:
+
     >>> import numpy as np
     >>> from friction_models.effects import EffectContext, TwinHeating
     >>> from friction_models.expressions.ops import NumpyOps

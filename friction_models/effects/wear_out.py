@@ -14,7 +14,7 @@ class WearOut(Effect):
 
     Examples
     --------
-    The steeper, the later the film fails; at s_w it has lost 1 - 1/e:
+    The share of `delta_w` that acts at 0, at half of s_w and at s_w, with n = 2: 0, 1 - exp(-1/4), 1 - 1/e.
 
     >>> import numpy as np
     >>> from friction_models.effects import EffectContext, WearOut

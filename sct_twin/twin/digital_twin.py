@@ -63,7 +63,7 @@ class SctTwin(TwinSettings):
 
     Examples
     --------
-    Settings first; `run` then takes a campaign and needs about a second for each test.
+    Settings first; `run` then takes a campaign.
 
     >>> from sct_twin import SctTwin
     >>> twin = SctTwin(spacing=0.5, upsetting_mu=None)

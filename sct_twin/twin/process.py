@@ -98,7 +98,7 @@ class SctProcess:
 
     Examples
     --------
-    A process upsets its specimen when it is made, which takes seconds; what cannot be is refused before:
+    A process upsets its specimen when it is made; what cannot be is refused before:
 
     >>> from sct_twin import SctProcess
     >>> SctProcess(F_max=500.0)
