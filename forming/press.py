@@ -53,6 +53,20 @@ class PressLevel:
         Columns stroke [mm], force [kN], repeat; stroke does not run backwards within a repeat.
     synthetic : bool
         Computed, not measured.
+
+    Examples
+    --------
+    Two repeats in which the force rises along a straight line, to 100 and 104 kN over 10 mm:
+
+    >>> from forming import PressLevel
+    >>> curves = pd.DataFrame({"stroke": [0.0, 10.0] * 2, "force": [0.0, 100.0, 0.0, 104.0], "repeat": [1, 1, 2, 2]})
+    >>> level = PressLevel("fre", 20.0, 5.0, "soap", "soap.csv", curves)
+    >>> level.max_forces().tolist()
+    [100.0, 104.0]
+    >>> level.works().tolist()
+    [500.0, 520.0]
+    >>> level.on_grid([5.0, 12.0]).tolist()
+    [[50.0, nan], [52.0, nan]]
     """
 
     process: str
@@ -94,6 +108,17 @@ class PressCurves:
         Factor levels.
     info : dict
         Content of `press.json`: provenance.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from forming import PressCurves, PressLevel
+    >>> curves = pd.DataFrame({"stroke": [0.0, 10.0], "force": [0.0, 100.0], "repeat": [1, 1]})
+    >>> campaign = PressCurves((PressLevel("fre", 20.0, 5.0, "soap", "soap.csv", curves, synthetic=True),))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     again = PressCurves.read(campaign.save(Path(folder) / "press"))
+    >>> again.synthetic, again.levels[0].lubricant, again.levels[0].max_forces().tolist()
+    (True, 'soap', [100.0])
     """
 
     levels: tuple[PressLevel, ...]
@@ -182,6 +207,17 @@ def read_curves(path: str | os.PathLike[str]) -> pd.DataFrame:
     ------
     InputError
         See `PressCurves.read`.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "level.csv"
+    ...     table = pd.DataFrame({"stroke [cm]": [0.0, 1.0], "force [N]": [0.0, 2500.0]})
+    ...     table.to_csv(file, index=False)
+    ...     curves = read_curves(file)
+    >>> curves["stroke"].tolist(), curves["force"].tolist(), curves["repeat"].tolist()
+    ([0.0, 10.0], [0.0, 2.5], [1, 1])
     """
     file = Path(path)
     frame = _table(file)

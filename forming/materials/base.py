@@ -55,6 +55,19 @@ class Material:
     ------
     InputError
         A value outside its physical limits.
+
+    Examples
+    --------
+    >>> from forming import Material
+    >>> tool = Material(E=210_000.0, nu=0.25, rho=8000.0, cp=500.0)
+    >>> tool.shear_modulus, tool.bulk_modulus
+    (84000.0, 140000.0)
+    >>> round(tool.heat_capacity, 9)
+    4.0
+    >>> Material(nu=0.5)
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: material 'steel': nu = 0.5; allowed: 0 <= nu < 0.5
     """
 
     E: float = 210_000.0
@@ -111,7 +124,14 @@ class Material:
     def flow_stress(
         self, strain: npt.ArrayLike, T: npt.ArrayLike = 20.0, rate: npt.ArrayLike = 1.0
     ) -> FloatArray:
-        """Return the flow stress [MPa] for plastic strain, temperature [degC] and strain rate [1/s]."""
+        """Return the flow stress [MPa] for plastic strain, temperature [degC] and strain rate [1/s].
+
+        Examples
+        --------
+        >>> from forming import PowerLaw
+        >>> PowerLaw(yield_stress=300.0, K=400.0, n=0.5).flow_stress([0.25, 1.0]).round(3).tolist()
+        [500.0, 700.0]
+        """
         e, t, r = np.broadcast_arrays(*(np.asarray(a, dtype=np.float64) for a in (strain, T, rate)))
         return flow_stresses(e.ravel(), r.ravel(), t.ravel(), self.vector()).reshape(e.shape)
 
@@ -141,7 +161,14 @@ class Material:
             )
 
     def left_range(self, strain: float, rate: float, T: float) -> tuple[str, ...]:
-        """Return a sentence for each of the highest strain, rate [1/s] and temperature [degC] above its range."""
+        """Return a sentence for each of the highest strain, rate [1/s] and temperature [degC] above its range.
+
+        Examples
+        --------
+        >>> from forming import PowerLaw
+        >>> PowerLaw(yield_stress=300.0, strain_range=(0.0, 1.0)).left_range(strain=1.5, rate=1.0, T=20.0)
+        ("material 'steel': strain reached 1.5; the flow curve is known for 0 to 1",)
+        """
         sentences = []
         for name, value, limits, unit in (
             ("strain", strain, self.strain_range, ""),

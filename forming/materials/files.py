@@ -239,7 +239,13 @@ def _property(value: float | _OverT, where: str) -> Any:
 
 
 def shipped() -> list[str]:
-    """Return the names of the shipped materials."""
+    """Return the names of the shipped materials.
+
+    Examples
+    --------
+    >>> {"16MnCr5", "1.2379"} <= set(shipped())
+    True
+    """
     return sorted(file.name.removesuffix(".yaml") for file in SHIPPED.glob("*.yaml"))
 
 
@@ -268,6 +274,24 @@ def material_from_content(content: object, where: str = "material") -> Material:
     ------
     InputError
         Unknown keys, missing ones, or values that cannot be.
+
+    Examples
+    --------
+    >>> steel = material_from_content(
+    ...     {
+    ...         "name": "soft steel",
+    ...         "source": "an example",
+    ...         "flow_curve": {"form": "swift", "K": 700.0, "n": 0.5, "prestrain": 0.25},
+    ...         "elasticity": {"E": 210000.0, "nu": 0.3},
+    ...         "density": 7850.0,
+    ...         "conductivity": 42.0,
+    ...         "heat_capacity": {"T": [20.0, 220.0], "value": [460.0, 520.0]},
+    ...     }
+    ... )
+    >>> steel.flow_stress([0.0, 0.75]).round(2).tolist()
+    [350.0, 700.0]
+    >>> steel.cp
+    ((20.0, 460.0), (220.0, 520.0))
     """
     if not isinstance(content, dict) or not all(isinstance(k, str) for k in content):
         raise InputError(

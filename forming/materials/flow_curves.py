@@ -54,6 +54,15 @@ class HenselSpittel(Material):
     ------
     InputError
         An unknown form, or a value outside its physical limits.
+
+    Examples
+    --------
+    Without softening, and at a rate of 1/s, the stress grows with the strain to the power m2:
+
+    >>> from forming import HenselSpittel
+    >>> steel = HenselSpittel(A=800.0, m1=0.0, m2=0.5, m3=0.01)
+    >>> steel.flow_stress([0.25, 1.0], T=20.0, rate=1.0).round(1).tolist()
+    [400.0, 800.0]
     """
 
     A: float
@@ -127,6 +136,21 @@ class PowerLaw(Material):
     ------
     InputError
         A value outside its physical limits.
+
+    Examples
+    --------
+    Ludwik, k0 + K strain^n:
+
+    >>> from forming import PowerLaw
+    >>> PowerLaw(yield_stress=300.0, K=400.0, n=0.5).flow_stress([0.25, 1.0]).round(3).tolist()
+    [500.0, 700.0]
+
+    A constant flow stress that grows by a tenth over a decade of the strain rate:
+
+    >>> import math
+    >>> steel = PowerLaw(yield_stress=500.0, rate_exponent=math.log10(1.1))
+    >>> steel.flow_stress(0.5, rate=[1.0, 10.0]).round(2).tolist()
+    [500.0, 550.0]
     """
 
     yield_stress: float = 0.0
@@ -176,6 +200,24 @@ class FlowTable(Material):
     ------
     InputError
         Axes that do not rise, another shape, or a stress that is not positive.
+
+    Examples
+    --------
+    Two strains at two temperatures; beyond the table its edge holds:
+
+    >>> from forming import FlowTable
+    >>> steel = FlowTable(
+    ...     strains=(0.0, 1.0), rates=(1.0,), temperatures=(20.0, 220.0), stresses=[[[400.0, 900.0]], [[400.0, 400.0]]]
+    ... )
+    >>> steel.flow_stress([0.0, 1.0, 2.0], T=20.0).round(3).tolist()
+    [400.0, 900.0, 900.0]
+
+    Half-way between the temperatures the logarithm of the stress is the mean, sqrt(900 * 400):
+
+    >>> round(float(steel.flow_stress(1.0, T=120.0)), 3)
+    600.0
+    >>> steel.T_range
+    (20.0, 220.0)
     """
 
     strains: tuple[float, ...]

@@ -36,6 +36,14 @@ def material_from_dict(content: Mapping[str, Any]) -> Material:
     ------
     InputError
         An unknown kind or parameter, a missing one, or a value outside its limits.
+
+    Examples
+    --------
+    >>> material_from_dict({"kind": "PowerLaw", "yield_stress": 400.0, "name": "soft"}).name
+    'soft'
+    >>> steel = steel_16MnCr5()
+    >>> material_from_dict(steel.to_dict()) == steel
+    True
     """
     given = dict(content)
     kind = given.pop("kind", "HenselSpittel")
@@ -63,6 +71,15 @@ def load(source: str | os.PathLike[str]) -> Material:
     InputError
         No such material or file, or a file that cannot be used; the message names key, value and what is
         allowed.
+
+    Examples
+    --------
+    >>> load("16MnCr5").name
+    '16MnCr5'
+    >>> load("16MnCr")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: unknown material '16MnCr'; allowed: ...; did you mean '16MnCr5'?
     """
     from .files import read_material
 
@@ -80,6 +97,13 @@ def as_material(material: MaterialSource, name: str = "material") -> Material:
     ------
     InputError
         Something else, or see `load`.
+
+    Examples
+    --------
+    >>> as_material("1.2379").name
+    '1.2379'
+    >>> as_material(None) == steel_16MnCr5()
+    True
     """
     if material is None:
         return steel_16MnCr5()
@@ -100,6 +124,13 @@ def steel_16MnCr5(form: Literal["inverse_strain", "rate_temperature"] = "inverse
     """Return case-hardening steel 16MnCr5 (1.7131) with the coefficients of the paper; handbook heat data.
 
     The two readings of the fifth coefficient differ by +0.4 % at 20 degC and +8 % at 200 degC and 100/s.
+
+    Examples
+    --------
+    >>> steel_16MnCr5().form
+    'inverse_strain'
+    >>> steel_16MnCr5("rate_temperature").form
+    'rate_temperature'
     """
     return replace(_shipped_16MnCr5(), form=form)
 

@@ -75,6 +75,17 @@ class BackwardCupExtrusion(Extrusion):
     ------
     InputError
         A dimension, speed or temperature that cannot be.
+
+    Examples
+    --------
+    >>> from forming import BackwardCupExtrusion
+    >>> process = BackwardCupExtrusion(speed=10.0, T_tool=200.0)
+    >>> process.units["speed"], process.units["T_tool"]
+    ('mm/s', 'degC')
+    >>> BackwardCupExtrusion(speed=-1.0)
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: ...: speed = -1.0 mm/s; allowed: ... mm/s
     """
 
     name = "backward cup extrusion"

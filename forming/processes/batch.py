@@ -36,6 +36,15 @@ class FormingTask:
         Further arguments of `FormingProcess.run`: `communication_step`, `snapshots`, `eject`.
     name : str
         Folder of the result, where results are kept; by default the number of the task.
+
+    Examples
+    --------
+    Three runs that differ in friction only, for `run_batch`:
+
+    >>> from forming import FormingTask
+    >>> tasks = [FormingTask("ring", {"diameter": 20.0}, friction=mu, stroke=2.0) for mu in (0.05, 0.1, 0.2)]
+    >>> [task.friction for task in tasks]
+    [0.05, 0.1, 0.2]
     """
 
     process: str = "fre"
@@ -57,6 +66,17 @@ class FormingRun:
         The result; up to the failure where friction failed midway; None for a refused input.
     error : str
         Why the input was refused or the run failed; empty for a run that ended by itself, which may have stopped.
+
+    Examples
+    --------
+    A refused input is no exception: the run says what was wrong.
+
+    >>> from forming import FormingTask, run_batch
+    >>> run = run_batch([FormingTask("ring", stroke=-1.0)], jobs=1)[0]
+    >>> run.ok, run.result
+    (False, None)
+    >>> print(run.error)
+    ring compression: stroke = -1.0 mm; allowed: 0.001 to 3.2 mm
     """
 
     task: FormingTask
@@ -93,6 +113,13 @@ def run_batch(
     ------
     InputError
         Less than one job, two tasks of one name, a folder that holds something else than a forming result, or a friction law that cannot be sent to another process.
+
+    Examples
+    --------
+    >>> from forming import FormingTask, run_batch
+    >>> run = run_batch([FormingTask("rings")], jobs=1)[0]
+    >>> print(run.error)
+    unknown forming process 'rings'; allowed: bce, fre, ring, upsetting; did you mean 'ring'?
     """
     named = [task.name or f"{k + 1:04d}" for k, task in enumerate(tasks)]
     for name in named:

@@ -98,6 +98,17 @@ class ForwardRodExtrusion(Extrusion):
     ------
     InputError
         A dimension, speed or temperature that cannot be; the message names it, its value and what is allowed.
+
+    Examples
+    --------
+    >>> from forming import ForwardRodExtrusion
+    >>> process = ForwardRodExtrusion(speed=10.0, T_tool=200.0)
+    >>> process.units["speed"], process.units["T_tool"]
+    ('mm/s', 'degC')
+    >>> ForwardRodExtrusion(speed=-1.0)
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: ...: speed = -1.0 mm/s; allowed: ... mm/s
     """
 
     name = "forward rod extrusion"

@@ -26,6 +26,15 @@ def checked_mu(mu: npt.ArrayLike, n: int, stroke: float) -> FloatArray:
     ------
     InputError
         Not numbers, wrong shape, NaN, infinite, negative or above the physical limit.
+
+    Examples
+    --------
+    >>> checked_mu(0.08, n=3, stroke=0.0).tolist()
+    [0.08, 0.08, 0.08]
+    >>> checked_mu([0.08, -0.1], n=2, stroke=1.5)
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: friction: mu = -0.1 at marker 1 and stroke 1.500 mm; allowed: finite, 0 to 10
     """
     try:
         given = np.asarray(mu)
@@ -53,7 +62,15 @@ def checked_mu(mu: npt.ArrayLike, n: int, stroke: float) -> FloatArray:
 
 
 def start_mu(friction: Friction, n: int, T: float) -> FloatArray:
-    """Return the friction coefficients before any contact: the law at zero loads and psi = 1."""
+    """Return the friction coefficients before any contact: the law at zero loads and psi = 1.
+
+    Examples
+    --------
+    A law of the loads is asked at no pressure and no sliding, at the temperature of the billet:
+
+    >>> start_mu(lambda loads, t: 0.05 + 0.001 * loads[:, 1], n=2, T=20.0).round(6).tolist()
+    [0.07, 0.07]
+    """
     if callable(friction):
         return checked_mu(friction(np.tile([0.0, T, 0.0, 0.0, 1.0], (n, 1)), 0.0), n, 0.0)
     return checked_mu(friction, n, 0.0)

@@ -54,6 +54,13 @@ class Upsetting(FormingProcess):
     ------
     InputError
         A dimension, speed, temperature or factor that cannot be; the message names it and what is allowed.
+
+    Examples
+    --------
+    >>> from forming import Upsetting
+    >>> process = Upsetting(diameter=12.0, height=18.0)
+    >>> process.mesh_size, round(process.max_stroke, 6)
+    (0.5, 14.4)
     """
 
     name = "upsetting"
@@ -160,6 +167,13 @@ class RingCompression(Upsetting):
     """Compression of a ring between flat tools, the usual test of friction: 6:3:2 by default.
 
     The bore grows where friction is low and shrinks where it is high; the parameters are those of `Upsetting`.
+
+    Examples
+    --------
+    >>> from forming import RingCompression
+    >>> ring = RingCompression(diameter=18.0, height=6.0, bore_diameter=9.0)
+    >>> round(ring.max_stroke, 6)
+    4.8
     """
 
     name = "ring compression"

@@ -28,6 +28,15 @@ class ThermalConditions:
     """Temperatures at the start, and how workpiece, tools and environment exchange heat.
 
     The attributes are described in `StepwiseProcess`; the material of the tools needs no flow curve.
+
+    Examples
+    --------
+    >>> from forming.processes.thermal_conditions import ThermalConditions
+    >>> warm = ThermalConditions(T_tool=200.0)
+    >>> warm.T_tool, warm.T_billet
+    (200.0, 20.0)
+    >>> warm.resolved("fre").tool_material.name
+    '1.2379'
     """
 
     T_billet: float = 20.0

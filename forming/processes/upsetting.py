@@ -35,6 +35,12 @@ class ContactEdgeSize:
         Size away from the edge [mm].
     edge : float
         Radius of the contact edge now [mm]; to be kept up to date.
+
+    Examples
+    --------
+    >>> size = ContactEdgeSize(mesh_size=1.0, edge=6.0)
+    >>> size(np.array([[6.0, 0.0], [6.0, 50.0]])).tolist()
+    [0.4, 1.0]
     """
 
     def __init__(self, mesh_size: float, edge: float) -> None:
@@ -73,6 +79,27 @@ class UpsettingResult:
         Height of the specimen [mm].
     status, message : str
         ``"ok"``, or ``"stopped"`` and where and why the force was not reached; what was computed is kept.
+
+    Examples
+    --------
+    A run makes it; here one instant by hand, a contact of 5 mm radius under an even pressure:
+
+    >>> one = np.ones(1)
+    >>> result = UpsettingResult(
+    ...     time=0.0 * one,
+    ...     force=np.array([78540.0]),
+    ...     contact_radius=5.0 * one,
+    ...     radius_fraction=np.array([0.0, 1.0]),
+    ...     sigma_n=np.full((1, 2), 1000.0),
+    ...     psi=np.ones((1, 2)),
+    ...     sigma_n_mean=1000.0 * one,
+    ...     psi_mean=one,
+    ...     area_ratio=one,
+    ...     T_contact=20.0 * one,
+    ...     height=15.0 * one,
+    ... )
+    >>> result.status, round(float(result.force[0] / (math.pi * result.contact_radius[0] ** 2)))
+    ('ok', 1000)
     """
 
     time: FloatArray

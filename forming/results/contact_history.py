@@ -31,6 +31,23 @@ class ContactHistory:
         r, z [mm].
     tau_over_k : ndarray, shape (n, n_points)
         Friction stress over shear yield stress k = kf / sqrt(3) at the end of the step; 0 out of contact.
+
+    Examples
+    --------
+    One step, two markers, of which the second does not touch a tool:
+
+    >>> from forming import ContactHistory
+    >>> loads = np.array([[[5.0, 20.0, 800.0, 0.1, 1.0], [0.0, 20.0, 0.0, 0.0, 1.0]]])
+    >>> history = ContactHistory(
+    ...     stroke=np.array([0.1]),
+    ...     loads=loads,
+    ...     active=np.array([[True, False]]),
+    ...     mu=np.full((1, 2), 0.08),
+    ...     position=np.zeros((1, 2, 2)),
+    ...     tau_over_k=np.zeros((1, 2)),
+    ... )
+    >>> history.to_frame()[["point", "sigma_n", "mu"]].values.tolist()
+    [[0.0, 800.0, 0.08]]
     """
 
     stroke: FloatArray

@@ -27,7 +27,20 @@ _LARGEST = 2_000_000_000
 
 @dataclass(frozen=True)
 class FieldHistory:
-    """The snapshots of a run, in order of their strokes."""
+    """The snapshots of a run, in order of their strokes.
+
+    Examples
+    --------
+    >>> from friction_models import InputError
+    >>> empty = FieldHistory(())
+    >>> len(empty)
+    0
+    >>> try:
+    ...     empty.at(5.0)
+    ... except InputError as error:
+    ...     print(error)
+    forming: no snapshots were kept; run with snapshots=20, for example
+    """
 
     snapshots: tuple[Snapshot, ...]
 

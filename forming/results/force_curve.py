@@ -17,6 +17,14 @@ def averaged(travel: FloatArray, force: FloatArray, window: float = FORCE_WINDOW
     ----------
     travel, force : ndarray, shape (n,)
         `travel` grows.
+
+    Examples
+    --------
+    The mean of a straight line over any window is its middle:
+
+    >>> travel = np.linspace(0.0, 2.0, 21)
+    >>> averaged(travel, 50.0 * travel)[[0, 10, 20]].round(6).tolist()
+    [0.0, 50.0, 100.0]
     """
     if len(travel) < 3:
         return force

@@ -14,7 +14,21 @@ from .saving import save_result
 
 @dataclass(frozen=True)
 class FormingResult(FormingRecord):
-    """Result of a forming run: a `FormingRecord` that can be drawn, saved and reported."""
+    """Result of a forming run: a `FormingRecord` that can be drawn, saved and reported.
+
+    Examples
+    --------
+    A run makes it; here one by hand, of a force that rises to 100 kN and stays:
+
+    >>> import numpy as np
+    >>> from forming import ContactHistory, FormingResult
+    >>> stroke, none = np.array([0.0, 5.0, 10.0]), np.zeros((3, 0))
+    >>> contact = ContactHistory(stroke, np.zeros((3, 0, 5)), none > 0, none, np.zeros((3, 0, 2)), none)
+    >>> force, work = np.array([0.0, 100.0, 100.0]), np.array([0.0, 250.0, 750.0])
+    >>> result = FormingResult(stroke, force, work, 0.1, 0.0, 0.0, 0.0, 2, 0, 0, contact)
+    >>> result.max_force, result.status, len(result.fields)
+    (100.0, 'ok', 0)
+    """
 
     def picture(self, path: str | os.PathLike[str], field: str = "T", stroke: float | None = None) -> Path:
         """Draw a field over the full cross-section with the tools; return the path.

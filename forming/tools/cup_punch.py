@@ -32,6 +32,15 @@ class CupPunch:
         Rounding of a conical nose on the axis [mm].
     relief : float
         How far the shaft steps back behind the land [mm].
+
+    Examples
+    --------
+    >>> from forming.tools.cup_punch import CupPunch
+    >>> CupPunch(radius=8.0, edge_radius=1.0, land=2.0).nose_height
+    0.0
+    >>> blunt = CupPunch(radius=8.0, edge_radius=1.0, land=2.0, nose_angle=10.0)
+    >>> blunt.nose_height > 0.0
+    True
     """
 
     radius: float

@@ -34,6 +34,12 @@ class Stage:
         It ends when the moving tool has touched nothing over this travel [mm].
     opening : float or None
         It ends when the tools at rest touch the product above this height only [mm].
+
+    Examples
+    --------
+    >>> stage = Stage("withdraw", tools=(), mover="punch", longest=20.0, clear=0.5)
+    >>> stage.mover, stage.longest, stage.opening
+    ('punch', 20.0, None)
     """
 
     name: str

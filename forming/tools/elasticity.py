@@ -25,6 +25,13 @@ def bore_flexibility(bore_radius: float, outer_radius: float, modulus: float) ->
         a and b [mm].
     modulus : float
         E [MPa].
+
+    Examples
+    --------
+    A bore of 10 mm radius in a steel body of infinite size widens by (1 + nu) a / E:
+
+    >>> round(1000 * bore_flexibility(10.0, 1e9, 200_000.0), 6)
+    0.065
     """
     a2, b2 = bore_radius**2, outer_radius**2
     return bore_radius / modulus * ((b2 + a2) / (b2 - a2) + POISSON)
@@ -48,6 +55,17 @@ class ElasticTools:
         Stiffness of press and tool holder [kN/mm].
     tool_modulus : float
         Young's modulus of the tools [GPa].
+
+    Examples
+    --------
+    Under 100 kN a press of 500 kN/mm gives way by 0.2 mm:
+
+    >>> from forming.tools.elasticity import ElasticTools
+    >>> tools = ElasticTools("fre", diameter=20.0, punch_diameter=20.0, press_stiffness=500.0)
+    >>> round(100e3 * tools.compliance, 9)
+    0.2
+    >>> tools.flexibility
+    0.0
     """
 
     process: str

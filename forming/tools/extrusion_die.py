@@ -31,6 +31,16 @@ class ExtrusionDie:
         Length of the calibrating land [mm].
     relief : float
         Radius at the lower end of the land, behind which the rod runs free [mm].
+
+    Examples
+    --------
+    The cone from 10 to 7 mm at 45 degrees is as high as it is wide, 3 mm, above the land of 2 mm; the roundings add to it:
+
+    >>> from forming.tools.extrusion_die import ExtrusionDie
+    >>> die = ExtrusionDie(container_radius=10.0, exit_radius=7.0, half_angle=45.0, entry_radius=0.1, edge_radius=0.1)
+    >>> chain, entry = die.segments(container_length=30.0)
+    >>> round(entry, 1)
+    5.1
     """
 
     container_radius: float

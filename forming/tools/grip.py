@@ -25,6 +25,12 @@ class GripPatch:
         Mean contact pressure [MPa].
     friction : float
         Axial force that friction can carry there, mu times the contact force [kN].
+
+    Examples
+    --------
+    >>> patch = GripPatch("container", 10.0, 10.0, 0.0, 5.0, pressure=50.0, friction=1.25)
+    >>> patch.tool, patch.z_high - patch.z_low
+    ('container', 5.0)
     """
 
     tool: str

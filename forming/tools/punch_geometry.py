@@ -36,6 +36,21 @@ class PunchGeometry:
     ------
     InputError
         Dimensions that cannot be built.
+
+    Examples
+    --------
+    A specimen whose first contact is a circle of 10 mm, 25 pi mm2:
+
+    >>> from forming import PunchGeometry
+    >>> punch = PunchGeometry(specimen_diameter=20.0, specimen_height=20.0, tip_diameter=10.0)
+    >>> round(punch.first_contact_area, 3)
+    78.54
+    >>> punch.outline().tolist()
+    [[0.0, 0.0], [5.0, 0.0], [10.0, 2.5], [10.0, 20.0], [0.0, 20.0]]
+    >>> PunchGeometry(specimen_diameter=15.0, bore_diameter=14.0)
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: punch: bore_diameter = 14.0 mm; allowed: above the specimen diameter 15 mm, below 30 mm
     """
 
     specimen_diameter: float = 15.0

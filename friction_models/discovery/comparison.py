@@ -35,6 +35,15 @@ class ModelErrors:
         95 % intervals from resampling whole tests; NaN for a single test.
     wins : float
         Share of the tests on which this model has the smallest RMSE.
+
+    Examples
+    --------
+    >>> from friction_models import ConstantFriction
+    >>> from friction_models.discovery import compare
+    >>> data = pd.DataFrame({"test_id": list("abcdef"), "sigma_n": [100.0 * k for k in range(4, 10)], "mu": 0.25})
+    >>> errors = compare({"constant": ConstantFriction(0.5)}, data).errors["constant"]
+    >>> errors.mae, errors.bias, errors.wins
+    (0.25, 0.25, 1.0)
     """
 
     mae: float
@@ -75,6 +84,15 @@ class Comparison:
         Whether the data says of itself that it is synthetic (``data.attrs["synthetic"]``).
     seen : dict of str to Seen
         Models that were trained on some of the tests.
+
+    Examples
+    --------
+    >>> from friction_models import ConstantFriction
+    >>> from friction_models.discovery import compare
+    >>> data = pd.DataFrame({"test_id": list("abcdef"), "sigma_n": [100.0 * k for k in range(4, 10)], "mu": 0.1})
+    >>> found = compare({"low": ConstantFriction(0.05), "high": ConstantFriction(0.11)}, data)
+    >>> found.ranking, found.clear
+    (['high', 'low'], True)
     """
 
     errors: dict[str, ModelErrors]
@@ -163,6 +181,14 @@ def compare(
     ------
     InputError
         No model, bad data, or a prediction that is not one finite value a point.
+
+    Examples
+    --------
+    >>> from friction_models import ConstantFriction
+    >>> data = pd.DataFrame({"test_id": list("abcdef"), "sigma_n": [100.0 * k for k in range(4, 10)], "mu": 0.1})
+    >>> found = compare({"low": ConstantFriction(0.05), "high": ConstantFriction(0.11)}, data)
+    >>> print(found.report().splitlines()[0])
+    high is clearly ahead of low on 6 tests (6 points)
     """
     if not models:
         raise InputError("compare: no model was given; allowed: at least one")

@@ -16,6 +16,19 @@ class Diagnosis(Findings):
 
     `Findings` describes the attributes; the first to read are `verdict` (one of `VERDICTS`), `sentence`, `effects` and
     `warnings`.
+
+    Examples
+    --------
+    Six tests in which friction falls with temperature, and a constant model that does not know of it:
+
+    >>> import pandas as pd
+    >>> from friction_models.discovery import diagnose
+    >>> steps = [(k, j) for k in range(6) for j in range(8)]
+    >>> data = pd.DataFrame({"test_id": [f"test{k}" for k, _ in steps], "sd": [2.0 * j for _, j in steps]})
+    >>> data = data.assign(T=[20.0 + 10 * j for _, j in steps], mu=[0.1 - 0.002 * j + 1e-5 * k for k, j in steps])
+    >>> answer = diagnose(data, model="constant", catalogue=["thermal_softening", "stribeck"])
+    >>> answer.verdict, answer.effects
+    ('explained', ['thermal_softening'])
     """
 
     def report(self) -> str:

@@ -175,7 +175,13 @@ def structure_pair(found: Findings) -> tuple[str, str] | None:
 
 
 def setpoints_text(values: Mapping[str, Any]) -> str:
-    """Return the set points of a proposed test: ``sigma_n 2760, 102 MPa; v_rel 50 mm/s``."""
+    """Return the set points of a proposed test: ``sigma_n 2760, 102 MPa; v_rel 50 mm/s``.
+
+    Examples
+    --------
+    >>> setpoints_text({"sigma_n [MPa]": [2760.0, 102.0], "v_rel [mm/s]": 50.0})
+    'sigma_n 2760, 102 MPa; v_rel 50 mm/s'
+    """
     parts = []
     for key, value in values.items():
         name, _, unit = str(key).partition(" [")

@@ -29,7 +29,25 @@ WORSE = 1.01
 
 
 class Addition(TypedDict):
-    """One entry of ``error_history_``: what was added, and the errors before and after on tests that the fit did not see."""
+    """One entry of ``error_history_``: what was added, and the errors before and after on tests that the fit did not see.
+
+    Examples
+    --------
+    Six tests in which friction falls with temperature, as a constant with the effect describes and a constant does not:
+
+    >>> from friction_models.discovery import refine
+    >>> steps = [(k, j) for k in range(6) for j in range(8)]
+    >>> data = pd.DataFrame({"test_id": [f"test{k}" for k, _ in steps], "sd": [2.0 * j for _, j in steps]})
+    >>> data = data.assign(T=[20.0 + 10 * j for _, j in steps], mu=[0.1 - 0.002 * j + 1e-5 * k for k, j in steps])
+    >>> model = refine(data, model="constant", add="thermal_softening")
+    >>> model.name
+    'constant + thermal_softening'
+    >>> addition = model.error_history_[-1]
+    >>> addition["judged_by"]
+    '4-fold cross-validation by whole tests'
+    >>> round(addition["before"]["mae"], 4), round(addition["after"]["mae"], 4)
+    (0.004, 0.0001)
+    """
 
     added: list[str]
     judged_by: str

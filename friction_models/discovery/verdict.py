@@ -93,6 +93,13 @@ def decide(evidence: Evidence, kinds: Mapping[str, str]) -> str:
     evidence : Evidence
     kinds : dict
         Kind of each effect (`physics`, `system`, `fault`).
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> found = SimpleNamespace(outside=0.0, unexplained=False, present=True, confusion_set=["stribeck", "viscous"])
+    >>> decide(found, {"stribeck": "physics", "viscous": "physics"})
+    'ambiguous'
     """
     if evidence.outside > 0.5:
         return "out_of_domain"

@@ -13,7 +13,13 @@ from .verdict import Evidence
 
 
 def p_text(value: float | None) -> str:
-    """Return a p-value as one writes it."""
+    """Return a p-value as one writes it.
+
+    Examples
+    --------
+    >>> p_text(0.0123), p_text(0.0001), p_text(None)
+    ('0.012', '< 0.001', '-')
+    """
     if value is None:
         return "-"
     return "< 0.001" if value < 0.001 else f"{value:.3f}"

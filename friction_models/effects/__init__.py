@@ -56,6 +56,11 @@ def load_catalogue() -> dict[str, type[Effect]]:
 
     A plug-in that cannot be used (import error, not an `Effect`, incomplete, name already taken) is left out with a
     warning that names it.
+
+    Examples
+    --------
+    >>> load_catalogue()["viscous"].title
+    'viscous share of the lubricant film'
     """
     catalogue: dict[str, type[Effect]] = {effect.name: effect for effect in _OWN}
     for entry in entry_points(group=ENTRY_POINT_GROUP):
@@ -92,6 +97,15 @@ def make_effect(effect: str | Effect | type[Effect]) -> Effect:
     ------
     InputError
         A name that the catalogue does not hold, something that is no effect, or an effect whose declaration is incomplete.
+
+    Examples
+    --------
+    >>> make_effect("stribeck")
+    Stribeck()
+    >>> make_effect("stribek")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: unknown effect 'stribek'; allowed: ...; did you mean 'stribeck'?
     """
     own = effect if isinstance(effect, type) else type(effect)
     if issubclass(own, Effect):

@@ -37,6 +37,14 @@ class Amplitude:
         Physical sign; 0 when both directions are physical.
     start : float
         A typical value for cold forging, used before any fit.
+
+    Examples
+    --------
+    >>> from friction_models.effects import Amplitude, Stribeck
+    >>> Amplitude("k_g", "1", "rise over 10 mm", sign=1, start=0.02).start
+    0.02
+    >>> [a.name for a in Stribeck.amplitudes]
+    ['delta_s']
     """
 
     name: str
@@ -68,6 +76,17 @@ class ShapeParameter:
         Number of scan values; 1 means that the parameter is a scale taken from the data, not fitted.
     log : bool
         Geometric instead of even spacing.
+
+    Examples
+    --------
+    A speed that is tried from half the lowest to twice the highest speed of the data:
+
+    >>> from friction_models.effects import ShapeParameter
+    >>> v_s = ShapeParameter("v_s", "mm/s", "Stribeck speed", 1e-3, 1e4, 30.0, follows="v_rel", span=(0.5, 2), points=3)
+    >>> v_s.grid({"v_rel": (20.0, 500.0)}).round(6).tolist()
+    [10.0, 100.0, 1000.0]
+    >>> v_s.fitted
+    True
     """
 
     name: str
@@ -119,6 +138,15 @@ class EffectContext:
         Internal states by name, each [n, 1].
     system : mapping
         Metadata of the test (system variables) by name, each [n, 1] or [1, 1].
+
+    Examples
+    --------
+    >>> from friction_models.effects import EffectContext, ToolRoughness
+    >>> from friction_models.expressions.ops import LoadColumns, NumpyOps
+    >>> L = LoadColumns.from_matrix(NumpyOps(), np.array([[50, 20, 500, 0, 1.0]]))
+    >>> rough = EffectContext(system={"Ra": np.array([[0.25]])})
+    >>> ToolRoughness().basis(NumpyOps(), L, {}, rough)[0].tolist()
+    [[0.25]]
     """
 
     mu: Value = None
@@ -143,6 +171,37 @@ class Effect:
     ------
     InputError
         A parameter that the effect does not have, or a value outside its bounds.
+
+    Examples
+    --------
+    An effect of one's own: friction that grows in proportion to the sliding distance.
+
+    >>> from friction_models.effects import Amplitude, Effect, ShapeParameter, make_effect
+    >>> class Galling(Effect):
+    ...     name = "galling"
+    ...     title = "material sticks to the tool"
+    ...     equation = "mu += k_g * sd/s_g"
+    ...     latex = "k_g sd / s_g"
+    ...     citation = "none, an example"
+    ...     where_it_shows = "long sliding"
+    ...     driver = ("sd",)
+    ...     amplitudes = (Amplitude("k_g", "1", "rise over s_g", 1, 0.02),)
+    ...     shapes = (ShapeParameter("s_g", "mm", "reference distance", 1e-3, 1e3, 10.0),)
+    ...
+    ...     def basis(self, x, L, p, context):
+    ...         return (L.sd / p["s_g"],)
+    >>> effect = make_effect(Galling(s_g=20.0))
+    >>> effect
+    Galling(s_g=20.0)
+    >>> effect.label, effect.start_shape()
+    ('Galling', {'s_g': 20.0})
+
+    Its basis at 0 and at 30 mm, before it is multiplied with the amplitude k_g:
+
+    >>> from friction_models.expressions.ops import LoadColumns, NumpyOps
+    >>> L = LoadColumns.from_matrix(NumpyOps(), np.array([[50, 20, 500, 0, 1], [50, 20, 500, 30, 1.0]]))
+    >>> effect.basis(NumpyOps(), L, effect.start_shape(), EffectContext())[0].tolist()
+    [[0.0], [1.5]]
     """
 
     name: ClassVar[str]

@@ -20,6 +20,18 @@ class Batch(Effect):
 
     Batches that are named by text are numbered in alphabetical order, from 0; the labels stand with the
     system variable in the exported file, so that tables of tests keep their texts.
+
+    Examples
+    --------
+    Three batches, of which number 1 deviates:
+
+    >>> from friction_models.effects import Batch, EffectContext
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> one = np.ones((3, 1))
+    >>> L = LoadColumns(50 * one, 20 * one, 500 * one, 0 * one, one)
+    >>> batches = EffectContext(system={"batch": np.array([[0.0], [1.0], [2.0]])})
+    >>> Batch().basis(NumpyOps(), L, {"deviating": 1.0}, batches)[0].tolist()
+    [[0.0], [1.0], [0.0]]
     """
 
     name = "batch"

@@ -16,6 +16,16 @@ def declaration_fault(effect: type[Effect]) -> str | None:
     Parameters
     ----------
     effect : type of Effect
+
+    Examples
+    --------
+    >>> from friction_models.effects import Stribeck
+    >>> declaration_fault(Stribeck) is None
+    True
+    >>> class Nameless(Stribeck):
+    ...     name = ""
+    >>> declaration_fault(Nameless)
+    "name = ''; allowed: a text"
     """
     for text in TEXTS:
         value = getattr(effect, text, None)

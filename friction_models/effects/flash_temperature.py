@@ -14,6 +14,19 @@ class FlashTemperature(Effect):
 
     ``mu sigma_n sqrt(v_rel)`` is the flash temperature of a fast contact but for material constants; mu is
     the model's own friction coefficient without this term.
+
+    Examples
+    --------
+    Half of `delta_f` is gone where mu sigma_n sqrt(v_rel) = 0.1 * 500 * 10 reaches q_c:
+
+    >>> import numpy as np
+    >>> from friction_models.effects import EffectContext, FlashTemperature
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> one = np.ones((1, 1))
+    >>> L = LoadColumns(100 * one, 20 * one, 500 * one, 0 * one, one)
+    >>> context = EffectContext(mu=0.1 * one)
+    >>> FlashTemperature().basis(NumpyOps(), L, {"q_c": 500.0, "n": 2.0}, context)[0].round(3).tolist()
+    [[0.5]]
     """
 
     name = "flash_temperature"

@@ -10,7 +10,20 @@ from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class ForceZero(Effect):
-    """Offset of the measured friction force, ``k_F * s_0/sigma_n``; corrects data, is never exported."""
+    """Offset of the measured friction force, ``k_F * s_0/sigma_n``; corrects data, is never exported.
+
+    Examples
+    --------
+    An offset of the force counts twice as much at half the pressure (s_0/100 added):
+
+    >>> import numpy as np
+    >>> from friction_models.effects import EffectContext, ForceZero
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> p = np.array([[490.0], [990.0]])
+    >>> L = LoadColumns(0 * p, 20 + 0 * p, p, 0 * p, 1 + 0 * p)
+    >>> ForceZero().basis(NumpyOps(), L, {"s_0": 1000.0}, EffectContext())[0].round(6).tolist()
+    [[2.0], [1.0]]
+    """
 
     name = "force_zero"
     title = "the friction force has an offset"

@@ -10,7 +10,20 @@ from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class PressurePower(Effect):
-    """Power law ``c_p * (sigma_n/s_0)^-q``; ``q = 1`` is adhesion + ploughing (Bowden-Tabor)."""
+    """Power law ``c_p * (sigma_n/s_0)^-q``; ``q = 1`` is adhesion + ploughing (Bowden-Tabor).
+
+    Examples
+    --------
+    With q = 1 a tenth of the pressure (and s_0/100 more) means nearly ten times the friction, 1 / 0.11:
+
+    >>> import numpy as np
+    >>> from friction_models.effects import EffectContext, PressurePower
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> p = np.array([[100.0], [990.0]])
+    >>> L = LoadColumns(0 * p, 20 + 0 * p, p, 0 * p, 1 + 0 * p)
+    >>> PressurePower().basis(NumpyOps(), L, {"s_0": 1000.0, "q": 1.0}, EffectContext())[0].round(3).tolist()
+    [[9.091], [1.0]]
+    """
 
     name = "pressure_power"
     title = "power law of pressure, or adhesion + ploughing"

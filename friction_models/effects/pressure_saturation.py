@@ -10,7 +10,20 @@ from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class PressureSaturation(Effect):
-    """Levanov form: friction stress saturates, ``delta_p * (1 - exp(-sigma_n/s_c)) / (sigma_n/s_c)``."""
+    """Levanov form: friction stress saturates, ``delta_p * (1 - exp(-sigma_n/s_c)) / (sigma_n/s_c)``.
+
+    Examples
+    --------
+    All of `delta_p` acts at low pressure, at s_c the share 1 - 1/e:
+
+    >>> import numpy as np
+    >>> from friction_models.effects import EffectContext, PressureSaturation
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> p = np.array([[0.0], [800.0]])
+    >>> L = LoadColumns(0 * p, 20 + 0 * p, p, 0 * p, 1 + 0 * p)
+    >>> PressureSaturation().basis(NumpyOps(), L, {"s_c": 800.0}, EffectContext())[0].round(3).tolist()
+    [[1.0], [0.632]]
+    """
 
     name = "pressure_saturation"
     title = "the real contact area saturates"

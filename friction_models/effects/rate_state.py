@@ -10,7 +10,24 @@ from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class RateState(Effect):
-    """Dieterich law ``a ln(v/v_0) + b ln(v_0 age/D_c)`` with ``d(age)/dt = 1 - v_rel age/D_c``."""
+    """Dieterich law ``a ln(v/v_0) + b ln(v_0 age/D_c)`` with ``d(age)/dt = 1 - v_rel age/D_c``.
+
+    Examples
+    --------
+    At rest the contact ages by one second a second; while it slides its age settles at D_c / v_rel, here 1/100 s:
+
+    >>> import numpy as np
+    >>> from friction_models.effects import EffectContext, RateState
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> one = np.ones((1, 1))
+    >>> p, context = {"v_0": 1.0, "D_c": 1.0, "age_0": 2.0}, EffectContext(state={"age": 2 * one})
+    >>> rest = LoadColumns(0 * one, 20 * one, 500 * one, 0 * one, one)
+    >>> RateState().advance(NumpyOps(), rest, p, context, dt=3.0)[0].round(6).tolist()
+    [[5.0]]
+    >>> slip = LoadColumns(100 * one, 20 * one, 500 * one, 0 * one, one)
+    >>> RateState().advance(NumpyOps(), slip, p, context, dt=3.0)[0].round(6).tolist()
+    [[0.01]]
+    """
 
     name = "rate_state"
     title = "memory of the contact (rate and state)"

@@ -10,7 +10,20 @@ from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class RunningIn(Effect):
-    """Exponential approach to the steady level, ``delta_r * exp(-sd/s_r)``; rises or falls."""
+    """Exponential approach to the steady level, ``delta_r * exp(-sd/s_r)``; rises or falls.
+
+    Examples
+    --------
+    What is left of `delta_r` at first and after 3 and 6 mm, with s_r = 3 mm: 1, 1/e, 1/e^2.
+
+    >>> import numpy as np
+    >>> from friction_models.effects import EffectContext, RunningIn
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> sd = np.array([[0.0], [3.0], [6.0]])
+    >>> L = LoadColumns(0 * sd, 20 + 0 * sd, 500 + 0 * sd, sd, 1 + 0 * sd)
+    >>> RunningIn().basis(NumpyOps(), L, {"s_r": 3.0}, EffectContext())[0].round(3).tolist()
+    [[1.0], [0.368], [0.135]]
+    """
 
     name = "running_in"
     title = "running-in over the first millimetres"

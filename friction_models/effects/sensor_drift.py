@@ -10,7 +10,21 @@ from .base import Amplitude, Effect, EffectContext
 
 
 class SensorDrift(Effect):
-    """Linear drift over the campaign, ``k_d * order/100``; corrects data, is never exported."""
+    """Linear drift over the campaign, ``k_d * order/100``; corrects data, is never exported.
+
+    Examples
+    --------
+    The share of `k_d` in the first and in the fiftieth test:
+
+    >>> import numpy as np
+    >>> from friction_models.effects import EffectContext, SensorDrift
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> one = np.ones((2, 1))
+    >>> L = LoadColumns(50 * one, 20 * one, 500 * one, 0 * one, one)
+    >>> tests = EffectContext(system={"order": np.array([[1.0], [50.0]])})
+    >>> SensorDrift().basis(NumpyOps(), L, {}, tests)[0].tolist()
+    [[0.01], [0.5]]
+    """
 
     name = "sensor_drift"
     title = "the sensor drifts over the campaign"

@@ -10,7 +10,20 @@ from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class StaticPeak(Effect):
-    """Break-away peak, ``delta_0 * exp(-(sd/s_0)^2)``, over the first tenths of a millimetre."""
+    """Break-away peak, ``delta_0 * exp(-(sd/s_0)^2)``, over the first tenths of a millimetre.
+
+    Examples
+    --------
+    What is left of `delta_0` at first, after s_0 and after ten times s_0:
+
+    >>> import numpy as np
+    >>> from friction_models.effects import EffectContext, StaticPeak
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> sd = np.array([[0.0], [0.5], [5.0]])
+    >>> L = LoadColumns(0 * sd, 20 + 0 * sd, 500 + 0 * sd, sd, 1 + 0 * sd)
+    >>> StaticPeak().basis(NumpyOps(), L, {"s_0": 0.5}, EffectContext())[0].round(3).tolist()
+    [[1.0], [0.368], [0.0]]
+    """
 
     name = "static_peak"
     title = "break-away peak"

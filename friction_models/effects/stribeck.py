@@ -10,7 +10,20 @@ from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class Stribeck(Effect):
-    """Transition from boundary to mixed lubrication, ``delta_s * exp(-(v_rel/v_s)^d)``."""
+    """Transition from boundary to mixed lubrication, ``delta_s * exp(-(v_rel/v_s)^d)``.
+
+    Examples
+    --------
+    What is left of `delta_s` at rest and at 20, 40 mm/s, with v_s = 20 mm/s: 1, 1/e, 1/e^2.
+
+    >>> import numpy as np
+    >>> from friction_models.effects import EffectContext, Stribeck
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> v = np.array([[0.0], [20.0], [40.0]])
+    >>> L = LoadColumns(v, 20 + 0 * v, 500 + 0 * v, 0 * v, 1 + 0 * v)
+    >>> Stribeck().basis(NumpyOps(), L, {"v_s": 20.0, "d": 1.0}, EffectContext())[0].round(3).tolist()
+    [[1.0], [0.368], [0.135]]
+    """
 
     name = "stribeck"
     title = "mixed to boundary transition"

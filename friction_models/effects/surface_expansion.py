@@ -10,7 +10,20 @@ from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class SurfaceExpansion(Effect):
-    """Saturating rise with the grown surface, ``delta_psi * (1 - exp(-(psi - 1)/psi_c))``."""
+    """Saturating rise with the grown surface, ``delta_psi * (1 - exp(-(psi - 1)/psi_c))``.
+
+    Examples
+    --------
+    Nothing of `delta_psi` acts on the old surface, 1 - 1/e where it has grown by psi_c, all of it later:
+
+    >>> import numpy as np
+    >>> from friction_models.effects import EffectContext, SurfaceExpansion
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> psi = np.array([[1.0], [1.5], [50.0]])
+    >>> L = LoadColumns(0 * psi, 20 + 0 * psi, 500 + 0 * psi, 0 * psi, psi)
+    >>> SurfaceExpansion().basis(NumpyOps(), L, {"psi_c": 0.5}, EffectContext())[0].round(3).tolist()
+    [[0.0], [0.632], [1.0]]
+    """
 
     name = "surface_expansion"
     title = "the lubricant film thins as the surface grows"

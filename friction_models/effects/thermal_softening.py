@@ -12,7 +12,20 @@ T_REF = 20.0  # degC
 
 
 class ThermalSoftening(Effect):
-    """Extra friction of the cold film that fades with temperature, ``delta_T * exp(-((T - 20)/T_s)^n)``."""
+    """Extra friction of the cold film that fades with temperature, ``delta_T * exp(-((T - 20)/T_s)^n)``.
+
+    Examples
+    --------
+    What is left of `delta_T` at 20, 70 and 120 degC, with T_s = 50 K: 1, 1/e, 1/e^2.
+
+    >>> import numpy as np
+    >>> from friction_models.effects import EffectContext, ThermalSoftening
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> T = np.array([[20.0], [70.0], [120.0]])
+    >>> L = LoadColumns(0 * T, T, 500 + 0 * T, 0 * T, 1 + 0 * T)
+    >>> ThermalSoftening().basis(NumpyOps(), L, {"T_s": 50.0, "n": 1.0}, EffectContext())[0].round(3).tolist()
+    [[1.0], [0.368], [0.135]]
+    """
 
     name = "thermal_softening"
     title = "the lubricant film softens with temperature"

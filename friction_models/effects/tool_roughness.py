@@ -10,7 +10,19 @@ from .base import Amplitude, Effect, EffectContext
 
 
 class ToolRoughness(Effect):
-    """Ploughing by tool asperities, ``c_Ra * Ra``."""
+    """Ploughing by tool asperities, ``c_Ra * Ra``.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from friction_models.effects import EffectContext, ToolRoughness
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> one = np.ones((2, 1))
+    >>> L = LoadColumns(50 * one, 20 * one, 500 * one, 0 * one, one)
+    >>> tools = EffectContext(system={"Ra": np.array([[0.25], [0.5]])})
+    >>> ToolRoughness().basis(NumpyOps(), L, {}, tools)[0].tolist()
+    [[0.25], [0.5]]
+    """
 
     name = "tool_roughness"
     title = "roughness of the tool"

@@ -10,7 +10,21 @@ from .base import Amplitude, Effect, EffectContext
 
 
 class TwinHeating(Effect):
-    """Error in proportion to the computed rise of temperature, ``k_h * (T - T_tool)/100``; never exported."""
+    """Error in proportion to the computed rise of temperature, ``k_h * (T - T_tool)/100``; never exported.
+
+    Examples
+    --------
+    The share of `k_h` at the temperature of the tool and 100 K above it:
+
+    >>> import numpy as np
+    >>> from friction_models.effects import EffectContext, TwinHeating
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> T = np.array([[20.0], [120.0]])
+    >>> L = LoadColumns(0 * T, T, 500 + 0 * T, 0 * T, 1 + 0 * T)
+    >>> tool = EffectContext(system={"T_tool": np.array([[20.0]])})
+    >>> TwinHeating().basis(NumpyOps(), L, {}, tool)[0].tolist()
+    [[0.0], [1.0]]
+    """
 
     name = "twin_heating"
     title = "the twin heats the contact too much or too little"

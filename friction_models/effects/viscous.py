@@ -15,7 +15,21 @@ T_REF = 20.0  # degC
 
 
 class Viscous(Effect):
-    """Hersey-type share ``k_v * (eta(T) v / sigma_n)^q`` with exponential viscosity-temperature law."""
+    """Hersey-type share ``k_v * (eta(T) v / sigma_n)^q`` with exponential viscosity-temperature law.
+
+    Examples
+    --------
+    Without pressure and temperature (m = 0, beta = 0) and with q = 1 the share is the speed over v_0:
+
+    >>> import numpy as np
+    >>> from friction_models.effects import EffectContext, Viscous
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> v = np.array([[0.0], [50.0], [100.0]])
+    >>> L = LoadColumns(v, 20 + 0 * v, 500 + 0 * v, 0 * v, 1 + 0 * v)
+    >>> p = {"v_0": 100.0, "s_0": 1000.0, "beta": 0.0, "q": 1.0, "m": 0.0}
+    >>> Viscous().basis(NumpyOps(), L, p, EffectContext())[0].round(3).tolist()
+    [[0.0], [0.5], [1.0]]
+    """
 
     name = "viscous"
     title = "viscous share of the lubricant film"

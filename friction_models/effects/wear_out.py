@@ -10,7 +10,20 @@ from .base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class WearOut(Effect):
-    """Late rise over distance, ``delta_w * (1 - exp(-(sd/s_w)^n))``."""
+    """Late rise over distance, ``delta_w * (1 - exp(-(sd/s_w)^n))``.
+
+    Examples
+    --------
+    The share of `delta_w` that acts at 0, at half of s_w and at s_w, with n = 2: 0, 1 - exp(-1/4), 1 - 1/e.
+
+    >>> import numpy as np
+    >>> from friction_models.effects import EffectContext, WearOut
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> sd = np.array([[0.0], [10.0], [20.0]])
+    >>> L = LoadColumns(0 * sd, 20 + 0 * sd, 500 + 0 * sd, sd, 1 + 0 * sd)
+    >>> WearOut().basis(NumpyOps(), L, {"s_w": 20.0, "n": 2.0}, EffectContext())[0].round(3).tolist()
+    [[0.0], [0.221], [0.632]]
+    """
 
     name = "wear_out"
     title = "the film wears out over distance"

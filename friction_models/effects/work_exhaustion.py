@@ -15,6 +15,23 @@ class WorkExhaustion(Effect):
     """Failure after accumulated friction work, ``delta_W * (1 - exp(-(W/W_c)^n))``, ``dW/dt = mu sigma_n v_rel``.
 
     The work is the model's own: its friction coefficient, not the measured one, drives the state.
+
+    Examples
+    --------
+    The friction work of mu = 0.1 at 1000 MPa grows by 1 J/mm2 over each 10 mm:
+
+    >>> import numpy as np
+    >>> from friction_models.effects import EffectContext, WorkExhaustion
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> one = np.ones((1, 1))
+    >>> L = LoadColumns(10 * one, 20 * one, 1000 * one, 0 * one, one)
+    >>> fresh = EffectContext(mu=0.1 * one, state={"work": 0 * one})
+    >>> work = WorkExhaustion().advance(NumpyOps(), L, {}, fresh, dt=1.0)[0]
+    >>> work.round(6).tolist()
+    [[1.0]]
+    >>> used = EffectContext(state={"work": work})
+    >>> WorkExhaustion().basis(NumpyOps(), L, {"W_c": 1.0, "n": 3.0}, used)[0].round(3).tolist()
+    [[0.632]]
     """
 
     name = "work_exhaustion"

@@ -17,6 +17,13 @@ def error_share(rms: float, floor: float) -> float:
 
 
 def weighted_rms(values: FloatArray, weight: FloatArray) -> float:
-    """Return the rms about the weighted mean."""
+    """Return the rms about the weighted mean.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> weighted_rms(np.array([1.0, 3.0, 9.0]), np.array([1.0, 1.0, 0.0]))
+    1.0
+    """
     mean = float(weight @ values / weight.sum())
     return float(np.sqrt(weight @ (values - mean) ** 2 / weight.sum()))

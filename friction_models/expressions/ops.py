@@ -33,6 +33,13 @@ class LoadColumns:
     ----------
     v_rel, T, sigma_n, sd, psi : Value, shape [n, 1]
         Loads in mm/s, degC, MPa, mm, 1.
+
+    Examples
+    --------
+    >>> loads = np.array([[50.0, 20.0, 500.0, 0.0, 1.0], [100.0, 80.0, 900.0, 5.0, 1.2]])
+    >>> L = LoadColumns.from_matrix(NumpyOps(), loads)
+    >>> (L.sigma_n / 100).tolist()
+    [[5.0], [9.0]]
     """
 
     v_rel: Value
@@ -56,7 +63,18 @@ class LoadColumns:
 
 
 class Ops(Protocol):
-    """The functions that a formula may use; every one has a float64 kernel in ONNX Runtime."""
+    """The functions that a formula may use; every one has a float64 kernel in ONNX Runtime.
+
+    Examples
+    --------
+    A law that is written once, for arrays and for ONNX graphs alike:
+
+    >>> def law(x, L):
+    ...     return 0.05 + 0.05 * x.exp(-L.v_rel)
+    >>> L = LoadColumns.from_matrix(NumpyOps(), np.array([[0.0, 20.0, 500.0, 0.0, 1.0]]))
+    >>> law(NumpyOps(), L).tolist()
+    [[0.1]]
+    """
 
     def exp(self, a: Value) -> Value: ...
     def log(self, a: Value) -> Value: ...
@@ -98,7 +116,19 @@ class Ops(Protocol):
 
 
 class NumpyOps:
-    """`Ops` on float64 arrays: what `predict` runs."""
+    """`Ops` on float64 arrays: what `predict` runs.
+
+    Examples
+    --------
+    >>> x = NumpyOps()
+    >>> a = np.array([[-1.0], [4.0]])
+    >>> x.relu(a).tolist()
+    [[0.0], [4.0]]
+    >>> x.where(a > 0.0, x.sqrt(x.abs(a)), 0.0).tolist()
+    [[0.0], [2.0]]
+    >>> x.matmul(x.concat([a, a]), [[1.0], [2.0]], bias=[1.0]).tolist()
+    [[-2.0], [13.0]]
+    """
 
     def exp(self, a: Value) -> Value:
         return np.exp(a)

@@ -21,7 +21,17 @@ def first_line(error: BaseException) -> str:
 
 
 def check_number(family: str, name: str, value: Any, lower: float, upper: float) -> float:
-    """Return `value` as a float within [lower, upper], or raise `InputError`."""
+    """Return `value` as a float within [lower, upper], or raise `InputError`.
+
+    Examples
+    --------
+    >>> check_number("polynomial", "ridge", 1, 0.0, 10.0)
+    1.0
+    >>> check_number("polynomial", "ridge", -1, 0.0, 10.0)
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: polynomial: ridge is -1, allowed: a number from 0 to 10
+    """
     good = isinstance(value, Real) and not isinstance(value, (bool, np.bool_)) and math.isfinite(value)
     if not good or not lower <= value <= upper:
         raise InputError(f"{family}: {name} is {value!r:.60}, allowed: a number from {lower:g} to {upper:g}")
@@ -29,7 +39,13 @@ def check_number(family: str, name: str, value: Any, lower: float, upper: float)
 
 
 def check_integer(family: str, name: str, value: Any, lower: int, upper: int) -> int:
-    """Return `value` as an int within [lower, upper], or raise `InputError`."""
+    """Return `value` as an int within [lower, upper], or raise `InputError`.
+
+    Examples
+    --------
+    >>> check_integer("polynomial", "degree", 2, 1, 4)
+    2
+    """
     good = isinstance(value, Integral) and not isinstance(value, (bool, np.bool_))
     if not good or not lower <= value <= upper:
         raise InputError(

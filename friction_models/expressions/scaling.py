@@ -27,6 +27,14 @@ class Scaling:
     ----------
     mean, scale : ndarray, shape (k,)
         A column that does not vary becomes 0: its value is the mean, its scale 1.
+
+    Examples
+    --------
+    The second column does not vary and becomes 0:
+
+    >>> matrix = np.array([[1.0, 7.0], [3.0, 7.0]])
+    >>> Scaling.of(matrix).apply(matrix).tolist()
+    [[-1.0, 0.0], [1.0, 0.0]]
     """
 
     mean: FloatArray
@@ -69,7 +77,16 @@ def unresolved(standardised: FloatArray) -> FloatArray:
 
 
 def not_told_apart(matrix: FloatArray) -> tuple[str, ...]:
-    """Return the loads that vary in a matrix of shape (n, 5), yet follow from one another but for rounding."""
+    """Return the loads that vary in a matrix of shape (n, 5), yet follow from one another but for rounding.
+
+    Examples
+    --------
+    Speed and distance grow together, so that no fit can tell them apart:
+
+    >>> loads = np.array([[10, 20, 500, 1, 1], [20, 90, 500, 2, 1], [30, 20, 500, 3, 1], [40, 60, 500, 4, 1.0]])
+    >>> not_told_apart(loads)
+    ('v_rel', 'sd')
+    """
     columns = Scaling.of(matrix).apply(matrix)
     varies = columns.std(axis=0) > 0.5
     shares = np.linalg.norm(unresolved(columns[:, varies]), axis=1)

@@ -40,6 +40,22 @@ class TreeTable:
         Leaf values, tree after tree.
     features : int
         Number of features.
+
+    Examples
+    --------
+    One tree: 0.12 up to a feature of 25, 0.06 above.
+
+    >>> tree = TreeTable(
+    ...     nodes=np.array([1]),
+    ...     feature=np.array([0]),
+    ...     threshold=np.array([25.0]),
+    ...     left=np.array([-1]),
+    ...     right=np.array([-2]),
+    ...     leaf=np.array([0.12, 0.06]),
+    ...     features=1,
+    ... )
+    >>> tree.evaluate(np.array([[20.0], [25.0], [30.0]])).tolist()
+    [[0.12], [0.12], [0.06]]
     """
 
     nodes: IntArray

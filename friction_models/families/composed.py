@@ -51,6 +51,22 @@ class ComposedFriction(FrictionModel):
         Labels of metadata that is text, in the order of their numbers.
     noise_floor_ : dict
         Noise floor of the training data (empty where it could not be estimated).
+
+    Examples
+    --------
+    A constant level with friction that falls as the speed rises, mu = 0.05 + 0.04 exp(-v_rel / 20):
+
+    >>> import math
+    >>> from friction_models import ConstantFriction
+    >>> from friction_models.effects import Stribeck
+    >>> speeds = [0, 10, 20, 40, 80, 160]
+    >>> mu = [0.05 + 0.04 * math.exp(-v / 20) for v in speeds]
+    >>> model = ConstantFriction() + Stribeck(v_s=20.0, d=1.0)
+    >>> model = model.fit([[v, 20, 500, 0, 1] for v in speeds], mu)
+    >>> model.name
+    'constant + stribeck'
+    >>> round(model.base_.value, 4), round(model.amplitudes_[0]["delta_s"], 4)
+    (0.05, 0.04)
     """
 
     family: ClassVar[str] = "composed"

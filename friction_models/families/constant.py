@@ -27,6 +27,18 @@ class ConstantFriction(FrictionModel):
         The value; then the model predicts without a fit, and a fit changes only its domain. Common
         in simulation: 0.08 (median of 64 literature sources) and 0.04 (average of 13
         zinc-phosphate-free lubricants, ICFG 2023). None: the mean of the training data.
+
+    Examples
+    --------
+    >>> from friction_models import ConstantFriction
+    >>> ConstantFriction(0.08).predict([[50, 20, 500, 0, 1]]).tolist()
+    [0.08]
+
+    Without a value, the mean of the training data:
+
+    >>> loads = [[50, 20, 500, 0, 1], [50, 20, 900, 0, 1]]
+    >>> ConstantFriction().fit(loads, [0.25, 0.75]).formula_text()
+    'mu = 0.5'
     """
 
     family: ClassVar[str] = "constant"

@@ -69,6 +69,17 @@ class FeedForwardFriction(FrictionModel):
         Epochs until the weights that were kept.
     validation_tests_ : list of str
         Tests that at least one network held out.
+
+    Examples
+    --------
+    >>> from friction_models import FeedForwardFriction
+    >>> model = FeedForwardFriction(hidden=(8, 8), members=2, seed=1)
+    >>> model.get_params()["hidden"], model.is_fitted
+    ((8, 8), False)
+    >>> model.predict([[50, 20, 500, 0, 1]])
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: the ffnn model is not fitted; call fit or fit_frame first
     """
 
     family: ClassVar[str] = "ffnn"

@@ -45,6 +45,17 @@ class GradientBoostingFriction(FrictionModel):
     baseline_ : float
     validation_tests_ : list of str
         Tests held out to choose the number of trees.
+
+    Examples
+    --------
+    One tree with two leaves finds a step of the speed; its values are the means on both sides:
+
+    >>> from friction_models import GradientBoostingFriction
+    >>> loads = [[v, 20, 500, 0, 1] for v in (10, 20, 30, 40)]
+    >>> model = GradientBoostingFriction(trees=1, learning_rate=1, leaves=2, min_points=1, l2=0)
+    >>> model = model.fit(loads, [0.12, 0.12, 0.06, 0.06])
+    >>> model.predict([[15, 20, 500, 0, 1], [35, 20, 500, 0, 1]]).round(6).tolist()
+    [0.12, 0.06]
     """
 
     family: ClassVar[str] = "gradient_boosting"

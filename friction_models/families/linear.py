@@ -25,6 +25,16 @@ class LinearFriction(FrictionModel):
     coef_ : ndarray, shape (5,)
         Per mm/s, degC, MPa, mm, 1. A load that does not vary in the data gets 0; loads that follow from one
         another but for rounding share their influence (least norm of the coefficients of standardised loads).
+
+    Examples
+    --------
+    Friction that falls by 0.02 over 1000 MPa:
+
+    >>> from friction_models import LinearFriction
+    >>> loads = [[50, 20, 500, 0, 1], [50, 20, 1000, 0, 1], [50, 20, 1500, 0, 1]]
+    >>> model = LinearFriction().fit(loads, [0.10, 0.09, 0.08])
+    >>> round(float(model.coef_[2]), 9), round(model.intercept_, 9)
+    (-2e-05, 0.11)
     """
 
     family: ClassVar[str] = "linear"

@@ -32,6 +32,17 @@ def load_model(folder: str | os.PathLike[str]) -> FrictionModel:
     ------
     InputError
         A file is missing, too large or not what it should be, or its content does not make a model.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from friction_models import ConstantFriction, load_model
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     ConstantFriction(0.08).save(Path(folder) / "model").name
+    ...     model = load_model(Path(folder) / "model")
+    'model'
+    >>> model.value
+    0.08
     """
     source = Path(folder)
     if not source.is_dir():

@@ -34,6 +34,20 @@ class PolynomialFriction(FrictionModel):
     coef_ : ndarray, shape (terms,)
         Coefficients of `terms`, in standardised loads.
     intercept_ : float
+
+    Examples
+    --------
+    >>> from friction_models import PolynomialFriction
+    >>> len(PolynomialFriction().terms)
+    20
+
+    A parabola of the speed, which no straight line follows:
+
+    >>> loads = [[v, 20, 500, 0, 1] for v in (0, 10, 20, 30, 40)]
+    >>> mu = [0.05 + 0.0001 * (v - 20) ** 2 for v in (0, 10, 20, 30, 40)]
+    >>> model = PolynomialFriction(degree=2, ridge=0).fit(loads, mu)
+    >>> model.predict([[20, 20, 500, 0, 1], [35, 20, 500, 0, 1]]).round(6).tolist()
+    [0.05, 0.0725]
     """
 
     family: ClassVar[str] = "polynomial"

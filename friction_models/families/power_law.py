@@ -54,6 +54,18 @@ class PowerLawFriction(FrictionModel):
     Multiplicative power laws of pressure, speed and surface expansion with an exponential of
     temperature are common grey boxes of lubricated metal forming. mu is limited to 10, the physical
     limit of the contract.
+
+    Examples
+    --------
+    Friction that is halved whenever the surface doubles, mu = 0.2 / psi:
+
+    >>> from friction_models import PowerLawFriction
+    >>> loads = [[50, 20, 500, 0, psi] for psi in (1, 2, 4, 8)]
+    >>> model = PowerLawFriction().fit(loads, [0.2, 0.1, 0.05, 0.025])
+    >>> round(float(model.coef_[5]), 4)
+    -1.0
+    >>> model.predict([[50, 20, 500, 0, 5]]).round(5).tolist()
+    [0.04]
     """
 
     family: ClassVar[str] = "power_law"

@@ -35,6 +35,11 @@ def model_class(family: str) -> type[FrictionModel]:
     ------
     InputError
         Unknown family; the message names the nearest one.
+
+    Examples
+    --------
+    >>> model_class("power_law").__name__
+    'PowerLawFriction'
     """
     if family not in FAMILIES:
         raise unknown_name("model", family, FAMILIES)
@@ -48,6 +53,16 @@ def make_model(name: str, **params: Any) -> FrictionModel:
     ------
     InputError
         Unknown family or parameter; the message names the nearest one.
+
+    Examples
+    --------
+    >>> from friction_models import make_model
+    >>> make_model("polynomial", degree=3).degree
+    3
+    >>> make_model("linar")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: unknown model 'linar'; allowed: constant, ffnn, gradient_boosting, linear, polynomial, power_law; did you mean 'linear'?
     """
     kind = model_class(name)
     allowed = kind._get_param_names()

@@ -17,7 +17,13 @@ ALIKE = 0.8
 
 
 def missing_column(name: str, present: Sequence[str] | pd.Index, where: str = "data") -> InputError:
-    """Build the error for a column that is not there, with the nearest column that is."""
+    """Build the error for a column that is not there, with the nearest column that is.
+
+    Examples
+    --------
+    >>> print(missing_column("sigma_n", ["test_id", "sigma", "mu"], "points.csv"))
+    points.csv: column 'sigma_n' [MPa] is missing; present: test_id, sigma, mu; is it 'sigma'?
+    """
     hint = unknown_name("column", name, [str(p) for p in present])
     near = str(hint).rpartition("; did you mean ")[2] if "did you mean" in str(hint) else ""
     unit = POINT_UNITS.get(name)
@@ -33,6 +39,11 @@ def measured_loads(columns: Iterable[object], where: str = "data") -> tuple[str,
     ------
     InputError
         None of the loads is there, or one is not and a column has nearly its name.
+
+    Examples
+    --------
+    >>> measured_loads(["sigma_n", "mu", "v_rel"])
+    ('v_rel', 'sigma_n')
     """
     present = [str(c) for c in columns]
     found = tuple(n for n in LOAD_NAMES if n in present)
@@ -44,7 +55,14 @@ def measured_loads(columns: Iterable[object], where: str = "data") -> tuple[str,
 
 
 def not_measured(columns: Iterable[object]) -> tuple[str, ...]:
-    """Return the loads that are not among the columns of a table."""
+    """Return the loads that are not among the columns of a table.
+
+    Examples
+    --------
+    >>> from friction_models.loads import not_measured
+    >>> not_measured(["test_id", "v_rel", "T", "sigma_n", "mu"])
+    ('sd', 'psi')
+    """
     present = {str(c) for c in columns}
     return tuple(n for n in LOAD_NAMES if n not in present)
 

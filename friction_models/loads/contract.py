@@ -25,6 +25,14 @@ class Quantity:
         Physical limits (not the domain of any model).
     nominal : float
         A value inside every sensible model domain; start value of FMU inputs.
+
+    Examples
+    --------
+    >>> from friction_models.loads import LOADS, MU
+    >>> [f"{q.name} [{q.unit}]" for q in LOADS]
+    ['v_rel [mm/s]', 'T [degC]', 'sigma_n [MPa]', 'sd [mm]', 'psi [1]']
+    >>> MU.lower, MU.upper
+    (0.0, 10.0)
     """
 
     name: str

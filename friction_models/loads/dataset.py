@@ -44,6 +44,18 @@ class DataSet:
         Row of each point in that table.
     source : str
         The file of points, for messages.
+
+    Examples
+    --------
+    >>> from friction_models import DataSet
+    >>> points = pd.DataFrame({"test_id": ["a", "b"], "sigma_n": [500.0, 900.0], "mu": [0.08, 0.07]})
+    >>> tests = pd.DataFrame({"test_id": ["a", "b"], "role": ["train", "test"]})
+    >>> data = DataSet(points, tests, {"synthetic": True})
+    >>> training, held_out = data.frames()
+    >>> held_out["mu"].tolist()
+    [0.07]
+    >>> data.synthetic
+    True
     """
 
     points: pd.DataFrame
@@ -80,6 +92,17 @@ class DataSet:
         ------
         InputError
             Anything that `read_file` and `check_points` refuse; a test that the table names twice.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> points = pd.DataFrame({"test_id": ["a", "a"], "sd": [0.0, 1.0], "mu": [0.08, 0.07]})
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = Path(folder) / "points.csv"
+        ...     points.to_csv(file, index=False)
+        ...     data = DataSet.load(file)
+        >>> data.points["mu"].tolist()
+        [0.08, 0.07]
         """
         source = Path(path)
         file, table = source, Path(tests) if tests is not None else None
@@ -143,7 +166,15 @@ class DataSet:
         return bool(self.info.get("synthetic", False))
 
     def select(self, role: str | None) -> DataSet:
-        """Return the tests of one role (``train`` or ``test``); all of them where no role is recorded."""
+        """Return the tests of one role (``train`` or ``test``); all of them where no role is recorded.
+
+        Examples
+        --------
+        >>> points = pd.DataFrame({"test_id": ["a", "b"], "mu": [0.08, 0.07]})
+        >>> tests = pd.DataFrame({"test_id": ["a", "b"], "role": ["train", "test"]})
+        >>> DataSet(points, tests).select("train").points["mu"].tolist()
+        [0.08]
+        """
         if role is None or self.tests is None or "role" not in self.tests.columns:
             return self
         tests = self.tests[self.tests["role"] == role].reset_index(drop=True)
@@ -204,7 +235,13 @@ def missing_points(folder: Path) -> InputError:
 
 
 def says_synthetic(tests: pd.DataFrame) -> bool:
-    """Return whether a test table says of any of its tests that it is synthetic."""
+    """Return whether a test table says of any of its tests that it is synthetic.
+
+    Examples
+    --------
+    >>> says_synthetic(pd.DataFrame({"test_id": ["a", "b"], "synthetic": [False, True]}))
+    True
+    """
     if "synthetic" not in tests.columns:
         return False
     return bool(

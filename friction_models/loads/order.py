@@ -42,6 +42,13 @@ def order_of_tests(
     InputError
         Times that run backwards and do not order a test: the same one twice, or a distance that falls along them; for
         `memory` no time and a distance that falls, or a time that stands still.
+
+    Examples
+    --------
+    >>> order_of_tests(["a", "b", "a"], t=[0.0, 0.0, 0.1], sd=[0.0, 0.0, 5.0]).tolist()
+    [0, 2, 1]
+    >>> order_of_tests(["a", "a"], t=[0.0, 0.1], sd=[0.0, 5.0]) is None
+    True
     """
     # A distance that was not measured says nothing against any order.
     way = np.zeros(np.shape(np.asarray(test_id))) if sd is None else np.asarray(sd, dtype=np.float64)

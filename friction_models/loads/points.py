@@ -54,6 +54,15 @@ def check_points(frame: pd.DataFrame, where: str = "data", need_mu: bool = True)
     InputError
         `mu`, `test_id` or all loads are missing, a value is outside its physical limits, many numbers are missing, or the times do not order
         a test; the message names column, row and value.
+
+    Examples
+    --------
+    >>> table = pd.DataFrame({"test_id": ["a"] * 2, "t": [0.1, 0.0], "sigma_n": [800, 700], "mu": [0.07, 0.08]})
+    >>> points = check_points(table)
+    >>> points.frame["sigma_n"].tolist()
+    [700.0, 800.0]
+    >>> points.notes
+    ('data: the points of a test are not in order: each test is taken as one, by time',)
     """
     frame = frame.copy()
     if "test_id" not in frame.columns:

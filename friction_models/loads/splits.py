@@ -28,6 +28,13 @@ def hold_out(
         Share of the tests to hold out; at least one test (unless it is 0), never all.
     seed : int
         Chooses the tests; the same tests whatever the order of the points.
+
+    Examples
+    --------
+    >>> tests = np.repeat(["a", "b", "c", "d", "e"], 3)
+    >>> train, held = hold_out(tests, len(tests), 0.2, seed=0)
+    >>> int(held.sum()), len(set(tests[held]))
+    (3, 1)
     """
     held = np.zeros(points, dtype=bool)
     if groups is not None and fraction > 0:
@@ -55,6 +62,12 @@ def k_fold(groups: npt.NDArray[np.str_], folds: int = 5, seed: int = 0) -> Itera
     ------
     InputError
         More folds than tests, or fewer than two.
+
+    Examples
+    --------
+    >>> tests = np.repeat(["a", "b", "c", "d"], 2)
+    >>> [(int(train.sum()), int(held.sum())) for train, held in k_fold(tests, folds=4)]
+    [(6, 2), (6, 2), (6, 2), (6, 2)]
     """
     tests = np.unique(groups)
     if not 2 <= folds <= len(tests):

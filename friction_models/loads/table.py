@@ -99,7 +99,18 @@ class Table:
 
 
 def read_table(path: str | os.PathLike[str]) -> pd.DataFrame:
-    """Read a table in the units of the contract; see `read_file` and `Table.converted`."""
+    """Read a table in the units of the contract; see `read_file` and `Table.converted`.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "points.csv"
+    ...     pd.DataFrame({"test_id": ["a"], "T [K]": [293.15], "sigma_n [GPa]": [0.5]}).to_csv(file, index=False)
+    ...     table = read_table(file)
+    >>> table[["T", "sigma_n"]].values.tolist()
+    [[20.0, 500.0]]
+    """
     return read_file(path).converted()
 
 

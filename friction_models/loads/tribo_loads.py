@@ -39,6 +39,16 @@ def check_column(
     InputError
         Not numeric, not one-dimensional, not finite or outside the physical limits; the message
         names column, row (counted from 0), value and allowed range.
+
+    Examples
+    --------
+    >>> from friction_models.loads import MU, check_column
+    >>> check_column([0.05, 0.1], MU).tolist()
+    [0.05, 0.1]
+    >>> check_column([0.05, 50], MU, "points.csv")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: points.csv: column 'mu', row 1: value 50.0 is outside the allowed range 0 to 10 1
     """
     try:
         array = np.ascontiguousarray(values, dtype=np.float64)
@@ -85,6 +95,22 @@ class TriboLoads:
     InputError
         Unequal lengths, values that are not finite or outside the physical limits, time running
         backwards within a test where it does not sort its points.
+
+    Examples
+    --------
+    >>> from friction_models import TriboLoads
+    >>> loads = TriboLoads(v_rel=[50, 100], T=[20, 80], sigma_n=[500, 1000], sd=[0, 5], psi=[1, 1.2])
+    >>> len(loads)
+    2
+    >>> loads.as_array().tolist()
+    [[50.0, 20.0, 500.0, 0.0, 1.0], [100.0, 80.0, 1000.0, 5.0, 1.2]]
+
+    A value that cannot be is refused, with column and row:
+
+    >>> TriboLoads.from_array([[50, 20, -1, 0, 1]])
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: loads: column 'sigma_n', row 0: value -1.0 is outside the allowed range 0 to 100000 MPa
     """
 
     v_rel: FloatArray
@@ -149,6 +175,13 @@ class TriboLoads:
         ------
         InputError
             No load column, one with nearly the name of a load, or a value outside the physical limits.
+
+        Examples
+        --------
+        >>> import pandas as pd
+        >>> loads = TriboLoads.from_frame(pd.DataFrame({"v_rel": [50.0], "T": [20.0], "sigma_n": [800.0]}))
+        >>> loads.absent
+        ('sd', 'psi')
         """
         measured = measured_loads(data.columns)
         v_rel, T, sigma_n, sd, psi = (
@@ -167,7 +200,16 @@ class TriboLoads:
         return np.column_stack([getattr(self, n) for n in LOAD_NAMES])
 
     def take(self, rows: npt.ArrayLike) -> TriboLoads:
-        """Return the points selected by an index or Boolean array, with time, tests and context."""
+        """Return the points selected by an index or Boolean array, with time, tests and context.
+
+        Examples
+        --------
+        >>> loads = TriboLoads.from_array([[50, 20, 500, 0, 1], [50, 40, 500, 5, 1], [50, 60, 500, 10, 1]])
+        >>> loads.take([0, 2]).T.tolist()
+        [20.0, 60.0]
+        >>> loads.take(loads.sd > 1).T.tolist()
+        [40.0, 60.0]
+        """
         index = np.asarray(rows)
         return TriboLoads(
             self.v_rel[index],
@@ -193,6 +235,14 @@ class TriboLoads:
         ------
         InputError
             See `order_of_tests`.
+
+        Examples
+        --------
+        >>> one, two = [50, 20, 500, 0, 1], [50, 30, 500, 5, 1]
+        >>> loads = TriboLoads(*np.transpose([two, one]), t=[0.1, 0.0], test_id=["a", "a"])
+        >>> ordered, rows = loads.in_order(memory=True)
+        >>> ordered.t.tolist(), rows.tolist()
+        ([0.0, 0.1], [1, 0])
         """
         rows = order_of_tests(self.test_id, self.t, self.sd, memory=memory)
         return (self, np.arange(len(self))) if rows is None else (self.take(rows), rows)
@@ -204,6 +254,12 @@ class TriboLoads:
         ------
         ValueError
             The points of a test do not stand together; see `in_order`.
+
+        Examples
+        --------
+        >>> points = [[50, 20, 500, 0, 1]] * 3
+        >>> TriboLoads(*np.transpose(points), test_id=["a", "a", "b"]).segments()
+        [slice(0, 2, None), slice(2, 3, None)]
         """
         if self.test_id is None or len(self) == 0:
             return [slice(0, len(self))]
@@ -214,7 +270,17 @@ class TriboLoads:
         return [slice(a, b) for a, b in pairwise(bounds)]
 
     def context_column(self, name: str) -> FloatArray | npt.NDArray[np.object_] | None:
-        """Return the metadata `name` of each point's test, shape (n,), or None where it is not recorded."""
+        """Return the metadata `name` of each point's test, shape (n,), or None where it is not recorded.
+
+        Examples
+        --------
+        >>> import pandas as pd
+        >>> tests = pd.DataFrame({"test_id": ["a", "b"], "Ra": [0.01, 0.02]})
+        >>> points = [[50, 20, 500, 0, 1]] * 3
+        >>> loads = TriboLoads(*np.transpose(points), test_id=["a", "a", "b"], context=tests)
+        >>> loads.context_column("Ra").tolist()
+        [0.01, 0.01, 0.02]
+        """
         if self.context is None or self.test_id is None or name not in self.context.columns:
             return None
         return self.context[name].reindex(self.test_id).to_numpy()

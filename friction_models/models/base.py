@@ -45,6 +45,24 @@ class FrictionModel(FrictionLaw):
         What it was trained on: counts, tests, versions.
     errors_ : dict
         Error measures by the name of the split (``train``, ``test``, ...).
+
+    Examples
+    --------
+    Every family fits and predicts alike. Here mu falls by 0.01 from 500 to 1000 MPa:
+
+    >>> from friction_models import LinearFriction
+    >>> loads = [[50, 20, 500, 0, 1], [50, 20, 1000, 0, 1], [50, 20, 1500, 0, 1]]
+    >>> model = LinearFriction().fit(loads, [0.10, 0.09, 0.08])
+    >>> model.predict([[50, 20, 750, 0, 1]]).round(6).tolist()
+    [0.095]
+    >>> model.domain_.to_dict()["sigma_n"]
+    [500.0, 1500.0]
+
+    A physical effect is added with a plus sign; the sum is a new model, to be fitted:
+
+    >>> from friction_models.effects import Stribeck
+    >>> (model + Stribeck()).name
+    'linear + stribeck'
     """
 
     #: How the formula depends on the coefficients that a fit finds. `linear`: base and effects are solved in one step;
@@ -88,6 +106,13 @@ class FrictionModel(FrictionLaw):
         ------
         InputError
             No points, unequal lengths, values outside the physical limits, a bad parameter.
+
+        Examples
+        --------
+        >>> from friction_models import ConstantFriction
+        >>> model = ConstantFriction().fit([[50, 20, 500, 0, 1], [50, 20, 900, 0, 1]], [0.25, 0.75])
+        >>> model.value
+        0.5
         """
         points, target, tests = self._checked(loads, mu, groups)
         self._fit(points, target, tests)
@@ -127,6 +152,14 @@ class FrictionModel(FrictionLaw):
 
         `info` is the provenance of the data set (`DataSet.info`), by default ``data.attrs``; its
         ``synthetic`` flag labels the card.
+
+        Examples
+        --------
+        >>> from friction_models import ConstantFriction
+        >>> data = pd.DataFrame({"test_id": ["a", "b"], "sigma_n": [500.0, 900.0], "mu": [0.25, 0.75]})
+        >>> model = ConstantFriction().fit_frame(data)
+        >>> model.value, model.training_["data"]["tests"]
+        (0.5, 2)
         """
         if "mu" not in data.columns:
             raise missing_column("mu", data.columns)
@@ -171,6 +204,17 @@ class FrictionModel(FrictionLaw):
         ------
         InputError
             The model is not fitted, the tests are not known or too few, a fold cannot be fitted.
+
+        Examples
+        --------
+        >>> from friction_models import ConstantFriction
+        >>> loads = [[50, 20, 100 * k, 0, 1] for k in range(1, 9)]
+        >>> mu = [0.07, 0.09] * 4
+        >>> tests = [f"test{k}" for k in range(8)]
+        >>> model = ConstantFriction(0.08).fit(loads, mu, tests).calibrate(loads, mu, tests, level=0.8)
+        >>> low, high = model.predict_interval([[50, 20, 500, 0, 1]])
+        >>> round(float(low[0]), 6), round(float(high[0]), 6)
+        (0.07, 0.09)
         """
         from .calibration import calibrate
 

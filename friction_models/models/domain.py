@@ -23,6 +23,20 @@ class Domain:
         Limits in the order and units of the contract; the physical ones for a load in `absent`.
     absent: tuple of str
         Loads that were not measured: they have no domain, and no influence on the model.
+
+    Examples
+    --------
+    >>> from friction_models import Domain, TriboLoads
+    >>> domain = Domain.of(TriboLoads.from_array([[0, 20, 500, 0, 1], [100, 120, 1500, 10, 1.5]]))
+    >>> domain.to_dict()["T"]
+    [20.0, 120.0]
+
+    At 150 mm/s half a range lies between the speed and the trained ones:
+
+    >>> domain.distance([[50, 70, 1000, 5, 1.2], [150, 70, 1000, 5, 1.2]]).tolist()
+    [0.0, 0.5]
+    >>> domain.clamp([[150, 70, 1000, 5, 1.2]]).tolist()
+    [[100.0, 70.0, 1000.0, 5.0, 1.2]]
     """
 
     lower: tuple[float, ...]
@@ -120,7 +134,14 @@ class Domain:
 
 
 def known_domain(model: Any) -> Domain | None:
-    """Return the trained domain of a model, None where it has none (a constant, an FMU that does not say)."""
+    """Return the trained domain of a model, None where it has none (a constant, an FMU that does not say).
+
+    Examples
+    --------
+    >>> from friction_models import ConstantFriction
+    >>> known_domain(ConstantFriction(0.08)) is None
+    True
+    """
     domain = getattr(model, "domain", None)
     if not isinstance(domain, Domain) or domain == Domain.physical():
         return None

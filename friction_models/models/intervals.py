@@ -86,6 +86,25 @@ class PredictionInterval:
         Where the errors come from.
     coverage : dict
         Measured coverage by role of the tests; see `interval_coverage.coverage_measures`.
+
+    Examples
+    --------
+    Ten tests whose errors are spread evenly up to 0.02 (the scores, in units of a width of 1):
+
+    >>> interval = PredictionInterval(
+    ...     level=0.8,
+    ...     tests=10,
+    ...     points=100,
+    ...     constant=0.0,
+    ...     slopes=(0.0,) * 5,
+    ...     scores=tuple(0.02 * PROBABILITIES),
+    ...     source="an example",
+    ...     coverage={},
+    ... )
+    >>> interval.method(), interval.method(0.95)
+    ('conformal', 'student')
+    >>> round(interval.factor(), 4)
+    0.0176
     """
 
     level: float

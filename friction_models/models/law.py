@@ -24,7 +24,13 @@ LoadsLike: TypeAlias = TriboLoads | pd.DataFrame | npt.ArrayLike
 
 
 def as_loads(loads: LoadsLike) -> TriboLoads:
-    """Return checked loads from `TriboLoads`, a table (by column names) or an array of shape (n, 5)."""
+    """Return checked loads from `TriboLoads`, a table (by column names) or an array of shape (n, 5).
+
+    Examples
+    --------
+    >>> as_loads([[50, 20, 500, 0, 1]]).sigma_n.tolist()
+    [500.0]
+    """
     if isinstance(loads, TriboLoads):
         return loads
     return TriboLoads.from_frame(loads) if isinstance(loads, pd.DataFrame) else TriboLoads.from_array(loads)
@@ -34,6 +40,13 @@ class FrictionLaw(BaseEstimator):
     """Coefficient of friction as a function of the five tribological loads, with what predicting and saving need.
 
     `FrictionModel` is the class to derive from: it adds `fit`.
+
+    Examples
+    --------
+    >>> from friction_models import ConstantFriction
+    >>> law = ConstantFriction(0.08)
+    >>> law.name, law.is_fitted, law.formula_text()
+    ('constant', True, 'mu = 0.08')
     """
 
     family: ClassVar[str] = ""
@@ -137,6 +150,12 @@ class FrictionLaw(BaseEstimator):
         InputError
             The model is not fitted, loads are not finite or outside the physical limits, or one was not measured that the
             model needs.
+
+        Examples
+        --------
+        >>> from friction_models import ConstantFriction
+        >>> ConstantFriction(0.08).predict([[50, 20, 500, 0, 1], [50, 80, 900, 5, 1.2]]).tolist()
+        [0.08, 0.08]
         """
         points = self._evaluable(loads)
         x = NumpyOps()
@@ -151,7 +170,14 @@ class FrictionLaw(BaseEstimator):
         return points
 
     def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
-        """Return mu for a table with the columns of the contract (mu itself is not needed)."""
+        """Return mu for a table with the columns of the contract (mu itself is not needed).
+
+        Examples
+        --------
+        >>> from friction_models import ConstantFriction
+        >>> ConstantFriction(0.08).predict_frame(pd.DataFrame({"sigma_n": [500.0, 900.0]})).tolist()
+        [0.08, 0.08]
+        """
         return self.predict(TriboLoads.from_frame(data, tests))
 
     @property

@@ -18,6 +18,12 @@ def error_measures(
     dict
         ``mae``, ``rmse``, ``bias`` (mean of predicted - measured) and ``max_error`` over the points,
         ``points``; with `groups` also ``tests`` and ``mae_worst_test``, the largest MAE of one test.
+
+    Examples
+    --------
+    >>> measures = error_measures(np.array([0.5, 0.5]), np.array([0.75, 0.25]))
+    >>> measures["mae"], measures["bias"], measures["points"]
+    (0.25, 0.0, 2)
     """
     error = predicted - mu
     measures = {
@@ -36,6 +42,12 @@ def error_measures(
 
 
 def range_warning(predicted: FloatArray) -> str:
-    """Return a sentence where predicted mu leaves 0 to 1, or an empty text."""
+    """Return a sentence where predicted mu leaves 0 to 1, or an empty text.
+
+    Examples
+    --------
+    >>> range_warning(np.array([0.05, 1.5]))
+    'mu from 0.05 to 1.5, outside 0 to 1'
+    """
     low, high = float(predicted.min()), float(predicted.max())
     return "" if low >= 0.0 and high <= 1.0 else f"mu from {low:.3g} to {high:.3g}, outside 0 to 1"

@@ -51,6 +51,15 @@ class OnnxModel:
     ------
     InputError
         No such file, too large, not ONNX, external data, or inputs and outputs of another kind.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from friction_models import ConstantFriction, OnnxModel
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     model = OnnxModel(ConstantFriction(0.08).to_onnx(Path(folder) / "model.onnx"))
+    >>> model.predict([[50, 20, 500, 0, 1], [50, 80, 900, 5, 1.2]]).tolist()
+    [0.08, 0.08]
     """
 
     family = "onnx"

@@ -24,6 +24,14 @@ def predict_points(where: str, model: Any, loads: TriboLoads, tests: pd.DataFram
     ------
     InputError
         An object that cannot predict, or does not give one finite value a point; `where` names it.
+
+    Examples
+    --------
+    >>> class Own:
+    ...     def predict(self, loads):
+    ...         return 0.1 + 0.0 * loads[:, 0]
+    >>> predict_points("model 'own'", Own(), TriboLoads.from_array([[50, 20, 500, 0, 1]]), None).tolist()
+    [0.1]
     """
     if isinstance(model, type) or not (hasattr(model, "predict") or hasattr(model, "predict_frame")):
         what = f"the class {model.__name__}" if isinstance(model, type) else type(model).__name__

@@ -17,7 +17,16 @@ DIGITS = 9
 
 
 def test_digests(tests: npt.ArrayLike, mu: FloatArray) -> dict[str, str]:
-    """Return a short hash of the measured mu of each test, whatever the order of its points."""
+    """Return a short hash of the measured mu of each test, whatever the order of its points.
+
+    Examples
+    --------
+    The order of the points does not matter:
+
+    >>> one = test_digests(["a", "a", "b"], np.array([0.08, 0.07, 0.06]))
+    >>> one == test_digests(["b", "a", "a"], np.array([0.06, 0.07, 0.08]))
+    True
+    """
     names, test = np.unique(np.asarray(tests).astype(str), return_inverse=True)
     found = {}
     for k, name in enumerate(names.tolist()):
@@ -37,6 +46,11 @@ class Seen:
         Number of all tests that it is judged by.
     checked : bool
         Whether the values agree, too; cards of earlier versions hold the names only.
+
+    Examples
+    --------
+    >>> Seen(["a", "b"], judged=5, checked=True).sentence("linear")
+    'linear was trained on 2 of the 5 tests that it is judged by: errors there say little about new tests'
     """
 
     tests: list[str]

@@ -58,6 +58,15 @@ class Tangent:
         Whether the model is taken as it is; its column then is a shift that stands for what the model lacks.
     effects : tuple of str
         Effects that the model holds already.
+
+    Examples
+    --------
+    >>> from friction_models import ConstantFriction, TriboLoads
+    >>> loads = TriboLoads.from_array([[50, 20, 500, 0, 1], [50, 20, 900, 0, 1]])
+    >>> data = MeasuredPoints(loads, np.array([0.08, 0.07]), ["a", "b"], np.array([0, 1]), lambda *args: [])
+    >>> tangent = ConstantFriction().tangent(data)
+    >>> tangent.columns.tolist(), tangent.offset.tolist()
+    ([[1.0], [1.0]], [0.0, 0.0])
     """
 
     columns: FloatArray
@@ -67,7 +76,13 @@ class Tangent:
 
 
 def varying_loads(loads: TriboLoads) -> FloatArray:
-    """Return the loads that vary, centred and scaled to unit spread, shape (n, k)."""
+    """Return the loads that vary, centred and scaled to unit spread, shape (n, k).
+
+    Examples
+    --------
+    >>> varying_loads(TriboLoads.from_array([[50, 20, 500, 0, 1], [50, 20, 700, 0, 1]])).tolist()
+    [[-1.0], [1.0]]
+    """
     array = loads.as_array()
     varies = [bool(np.ptp(c) > 1e-9 * max(1.0, float(np.max(np.abs(c))))) for c in array.T]
     chosen = array[:, varies]

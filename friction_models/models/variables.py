@@ -26,6 +26,11 @@ class StateVariable:
         Value of fresh, never loaded contact.
     ode : bool
         Whether the state obeys an ODE whose derivative the model gives.
+
+    Examples
+    --------
+    >>> StateVariable("age", "s", start=1.0, ode=True).to_dict()
+    {'name': 'age', 'unit': 's', 'start': 1.0, 'ode': True}
     """
 
     name: str
@@ -52,6 +57,12 @@ class SystemVariable:
         Range seen in training.
     labels : tuple of str
         For metadata that is text: the labels of the numbers 0, 1, 2 ...; empty for a number.
+
+    Examples
+    --------
+    >>> batch = SystemVariable("batch", "1", start=0.0, min=0.0, max=1.0, labels=("A", "B"))
+    >>> SystemVariable.from_dict(batch.to_dict()) == batch
+    True
     """
 
     name: str
@@ -86,6 +97,13 @@ def as_numbers(
         them becomes `UNKNOWN_LABEL`.
     start : float
         Taken where a number is missing.
+
+    Examples
+    --------
+    >>> as_numbers(["B", "A", "C"], labels=["A", "B"], start=0.0).tolist()
+    [1.0, 0.0, -1.0]
+    >>> as_numbers([0.02, None], labels=[], start=0.01).tolist()
+    [0.02, 0.01]
     """
     if len(labels):
         codes = {str(label): float(k) for k, label in enumerate(labels)}

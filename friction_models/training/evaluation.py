@@ -46,6 +46,17 @@ class Evaluation:
         Whether the data is labelled synthetic.
     warning : str
         That predicted mu leaves 0 to 1; or empty.
+
+    Examples
+    --------
+    >>> from friction_models import ConstantFriction, evaluate
+    >>> data = pd.DataFrame({"test_id": ["a", "b"], "sigma_n": [500.0, 900.0], "mu": [0.5, 0.25]})
+    >>> tests = pd.DataFrame({"test_id": ["a", "b"], "role": ["train", "test"]})
+    >>> found = evaluate(ConstantFriction(0.5), data, tests)
+    >>> {role: measures["mae"] for role, measures in found.roles.items()}
+    {'train': 0.0, 'test': 0.25}
+    >>> found.per_test["test_id"].tolist()
+    ['b', 'a']
     """
 
     model: str
@@ -110,6 +121,14 @@ def evaluate(
     ------
     InputError
         mu is missing or outside its limits, there are no points, the model gives values that are not finite.
+
+    Examples
+    --------
+    >>> from friction_models import ConstantFriction, evaluate
+    >>> data = pd.DataFrame({"test_id": ["a", "a"], "sigma_n": [500.0, 900.0], "mu": [0.25, 0.5]})
+    >>> found = evaluate(ConstantFriction(0.5), data)
+    >>> found.overall["mae"], found.overall["bias"], found.overall["max_error"]
+    (0.125, 0.125, 0.25)
     """
     synthetic = None
     if isinstance(data, DataSet):
@@ -145,6 +164,17 @@ def train(model: FrictionModel, data: DataSet) -> Evaluation:
 
     Tests are the training tests where the table of tests has a column `role` with ``train``; without
     that column all are. The errors of each role stand in the card under its name.
+
+    Examples
+    --------
+    >>> from friction_models import ConstantFriction, DataSet
+    >>> points = pd.DataFrame({"test_id": ["a", "b"], "sigma_n": [500.0, 900.0], "mu": [0.5, 0.25]})
+    >>> tests = pd.DataFrame({"test_id": ["a", "b"], "role": ["train", "test"]})
+    >>> model = ConstantFriction()
+    >>> train(model, DataSet(points, tests)).roles["test"]["mae"]
+    0.25
+    >>> model.value
+    0.5
     """
     chosen = data.select("train")
     if chosen.points.empty and data.tests is not None:

@@ -36,6 +36,13 @@ class NeededTests:
         Interval by resampling repeats and held-out tests; None at the top where it is open.
     reached : float
         Share of the resamples that reach the accuracy at all.
+
+    Examples
+    --------
+    >>> NeededTests(0.01, 21.3, at_most=False, lower=17.2, upper=30.0, reached=1.0).text()
+    '22 (18 - 30)'
+    >>> NeededTests(0.01, None, at_most=False, lower=None, upper=None, reached=0.0).text()
+    'not reached'
     """
 
     accuracy: float
@@ -66,6 +73,12 @@ def growing_sets(tests: Sequence[str], repeats: int, seed: int) -> list[list[str
     """Return for each repeat all tests in a random order; its training set of n tests is the first n.
 
     So a training set grows by further tests, and every model and data collection sees the same sets.
+
+    Examples
+    --------
+    >>> sets = growing_sets(["a", "b", "c"], repeats=2, seed=0)
+    >>> [sorted(tests) for tests in sets]
+    [['a', 'b', 'c'], ['a', 'b', 'c']]
     """
     ordered = sorted(tests)
     return [np.random.default_rng([seed, k]).permutation(ordered).tolist() for k in range(repeats)]
@@ -81,6 +94,12 @@ def percentile_curve(errors: FloatArray, probability: float = PROBABILITY) -> Fl
     errors : ndarray, shape (repeats, sizes) or (repeats, sizes, tests)
         MAE, or what each held-out test contributes to it: the mean over the tests is the MAE.
     probability : float
+
+    Examples
+    --------
+    >>> errors = np.array([[0.5, 0.25], [0.25, 0.125], [0.0, 0.0]])
+    >>> percentile_curve(errors, probability=0.5).tolist()
+    [0.25, 0.125]
     """
     matrix = errors if errors.ndim == 2 else errors.mean(axis=2)
     return np.asarray(np.quantile(matrix, probability, axis=0), dtype=np.float64)
@@ -91,6 +110,16 @@ def needed_tests(sizes: Sequence[int], curve: FloatArray, accuracy: float) -> fl
 
     Between the sizes a power law, as learning curves fall; a curve that is below everywhere gives the
     smallest size.
+
+    Examples
+    --------
+    An error that is halved whenever the number of tests doubles has fallen to a third at three times as many:
+
+    >>> curve = np.array([0.04, 0.02, 0.01])
+    >>> round(needed_tests([10, 20, 40], curve, 0.04 / 3), 6)
+    30.0
+    >>> needed_tests([10, 20, 40], curve, 0.005) is None
+    True
     """
     above = np.flatnonzero(~(curve < accuracy))
     if len(above) == 0:
@@ -124,6 +153,13 @@ def needed_with_interval(
     ------
     InputError
         Sizes that do not grow, or errors of another shape.
+
+    Examples
+    --------
+    >>> errors = np.array([[0.04, 0.01], [0.04, 0.01]])
+    >>> found = needed_with_interval([10, 40], errors, accuracy=0.02)
+    >>> round(found.tests, 6), found.reached
+    (20.0, 1.0)
     """
     matrix = np.asarray(errors, dtype=np.float64)
     if matrix.ndim not in {2, 3} or matrix.shape[1] != len(sizes) or not matrix.size:

@@ -33,6 +33,16 @@ class CrossValidation:
         Errors over all points.
     folds : list of dict
         Errors of each fold.
+
+    Examples
+    --------
+    >>> from friction_models import ConstantFriction
+    >>> data = pd.DataFrame({"test_id": ["a", "b"], "sigma_n": [500.0, 900.0], "mu": [0.5, 0.25]})
+    >>> found = cross_validate(ConstantFriction(), data, folds=2)
+    >>> found.predicted.tolist()
+    [0.25, 0.5]
+    >>> found.measures["mae"]
+    0.25
     """
 
     predicted: FloatArray = field(repr=False)
@@ -51,6 +61,14 @@ class GridSearch:
         Fitted to all data with the best parameters.
     table : pandas.DataFrame
         One row a combination, best first: parameters, `mae`, `rmse`, `mae_std` (over folds).
+
+    Examples
+    --------
+    >>> from friction_models import ConstantFriction
+    >>> data = pd.DataFrame({"test_id": ["a", "b"], "sigma_n": [500.0, 900.0], "mu": [0.08, 0.07]})
+    >>> found = grid_search(ConstantFriction(), {"mu": [0.05, 0.075, 0.1]}, data, folds=2)
+    >>> found.model.formula_text()
+    'mu = 0.075'
     """
 
     best_params: dict[str, object]
@@ -71,6 +89,15 @@ def cross_validate(
     ------
     InputError
         `mu` or `test_id` is missing, or there are fewer tests than folds.
+
+    Examples
+    --------
+    The mean of one test predicts the other one:
+
+    >>> from friction_models import ConstantFriction
+    >>> data = pd.DataFrame({"test_id": ["a", "b"], "sigma_n": [500.0, 900.0], "mu": [0.5, 0.25]})
+    >>> cross_validate(ConstantFriction(), data, folds=2).predicted.tolist()
+    [0.25, 0.5]
     """
     return _cross_validate([model], data, tests, folds, seed)[0]
 
@@ -140,6 +167,16 @@ def grid_search(
     ------
     InputError
         A parameter is unknown, or has no value to try.
+
+    Examples
+    --------
+    >>> from friction_models import ConstantFriction
+    >>> data = pd.DataFrame({"test_id": ["a", "b"], "sigma_n": [500.0, 900.0], "mu": [0.08, 0.07]})
+    >>> found = grid_search(ConstantFriction(), {"mu": [0.05, 0.075, 0.1]}, data, folds=2)
+    >>> found.best_params
+    {'mu': 0.075}
+    >>> found.table["mae"].round(6).tolist()
+    [0.005, 0.025, 0.025]
     """
     best, table = best_parameters(model, grid, data, tests, folds, seed, progress)
     return GridSearch(best, clone(model).set_params(**best).fit_frame(data, tests), table)

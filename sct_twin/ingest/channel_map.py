@@ -34,6 +34,11 @@ class MappedColumn:
 
     `scale` (``5 kN/V``) or `sensitivity` (``200 mV/kN``) turn readings of a sensor into the quantity; `std`
     is the standard uncertainty of a force cell [N].
+
+    Examples
+    --------
+    >>> MappedColumn("F_n", unit="kN").factor("kN", "map")
+    (1000.0, 0.0)
     """
 
     quantity: str
@@ -59,6 +64,17 @@ class ChannelMap:
     `columns` None stands for canonical names, of which a file may lack those that can be done without.
     `phases` says when the phases are, `files` how the files of one test are called where there are two, `names` which
     part of a file's name is that of the test.
+
+    Examples
+    --------
+    Without a map the columns of a file have the names and units of a record:
+
+    >>> ChannelMap.load(None) == ChannelMap()
+    True
+    >>> ChannelMap.load({"channels": {"force": {"quantity": "F_m"}}})
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: ...unknown quantity 'F_m'; allowed: ...
     """
 
     columns: Mapping[str, MappedColumn] | None = None
@@ -80,6 +96,18 @@ class ChannelMap:
         ------
         InputError
             Unreadable YAML, unknown keys or quantities, a quantity mapped twice or not at all.
+
+        Examples
+        --------
+        >>> columns = {
+        ...     "time [s]": {"quantity": "t"},
+        ...     "force": {"quantity": "F_n", "unit": "kN"},
+        ...     "drive": {"quantity": "F_r", "unit": "kN", "sign": -1},
+        ...     "way": {"quantity": "s", "unit": "mm"},
+        ... }
+        >>> found = ChannelMap.load({"channels": columns, "moving_mass": 25})
+        >>> found.moving_mass, found.columns["drive"].sign
+        (25.0, -1.0)
         """
         if source is None:
             return cls()

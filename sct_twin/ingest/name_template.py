@@ -21,7 +21,13 @@ _ALLOWED = (
 
 @dataclass(frozen=True)
 class NameTemplate:
-    """A file name with ``{test_id}`` where the name of the test stands: ``*_SCT{test_id}_raw``."""
+    """A file name with ``{test_id}`` where the name of the test stands: ``*_SCT{test_id}_raw``.
+
+    Examples
+    --------
+    >>> NameTemplate("*_SCT{test_id}_raw").test_of("lab7_SCT042_raw")
+    '042'
+    """
 
     text: str
 
@@ -60,7 +66,13 @@ class NameTemplate:
 
 
 def proposed(tests: Iterable[str], files: Iterable[Path]) -> str | None:
-    """Return a template by which files get the names of a test table; None where their names do not hold them."""
+    """Return a template by which files get the names of a test table; None where their names do not hold them.
+
+    Examples
+    --------
+    >>> proposed(["042", "043"], [Path("lab_SCT042_raw.csv"), Path("lab_SCT043_raw.csv")])
+    'lab_SCT{test_id}_raw'
+    """
     names, stems = list(tests), [file.stem for file in files]
     # A name of its own first; then also a number behind letters, or letters behind a number.
     return _template(names, stems, glued=False) or _template(names, stems, glued=True)

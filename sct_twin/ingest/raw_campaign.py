@@ -34,6 +34,26 @@ class RawCampaign:
         One row a test: `test_id` and metadata.
     info : dict
         Content of `campaign.json`: ``synthetic``, ``moving_mass_kg``, specimen, plan.
+
+    Examples
+    --------
+    A folder with one test, written and opened again:
+
+    >>> import tempfile
+    >>> import numpy as np
+    >>> from sct_twin import RawCampaign, SctRecord
+    >>> t = np.arange(100) / 100
+    >>> record = SctRecord("sct001", t, F_n=90e3 + 100 * t, F_r=7e3 + 10 * t, s=20 * t)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     saved = record.save(Path(folder) / "raw" / "sct001.csv")
+    ...     tests = pd.DataFrame({"test_id": ["sct001"], "T_tool": [200.0]})
+    ...     write_tables(Path(folder), tests, {"moving_mass_kg": 25.0})
+    ...     campaign = RawCampaign.load(folder)
+    ...     again = campaign.record("sct001")
+    >>> campaign.moving_mass, campaign.synthetic
+    (25.0, False)
+    >>> again.number("T_tool"), len(again)
+    (200.0, 100)
     """
 
     folder: Path
@@ -126,6 +146,15 @@ def check_test_id(test_id: str, where: str) -> str:
     ------
     InputError
         Empty, hidden, or with characters that lead out of the folder.
+
+    Examples
+    --------
+    >>> check_test_id("sct001", "tests.csv")
+    'sct001'
+    >>> check_test_id("../sct001", "tests.csv")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: tests.csv: test_id '../sct001'; allowed: a name that can be a file name
     """
     if (
         not test_id

@@ -23,6 +23,20 @@ def read_file(path: str | os.PathLike[str]) -> RawTable:
     ------
     InputError
         No such file, no reader for it, or its content is damaged or not what the suffix says.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "test.csv"
+    ...     with file.open("w") as stream:
+    ...         for row in ["t,F_n", "s,kN", "0.0,1.5", "0.5,2.5", "1.0,3.5"]:
+    ...             print(row, file=stream)
+    ...     table = read_file(file)
+    >>> table.units
+    {'t': 's', 'F_n': 'kN'}
+    >>> table.frame["F_n"].tolist()
+    [1.5, 2.5, 3.5]
     """
     file = Path(path)
     try:

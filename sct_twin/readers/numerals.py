@@ -41,6 +41,11 @@ def decimal_mark(cells: Iterable[str], where: str) -> str:
     ------
     InputError
         Both marks occur as decimal marks, or it cannot be told which is.
+
+    Examples
+    --------
+    >>> decimal_mark(["1,5", "2,25"], "test.csv"), decimal_mark(["1,500.25"], "test.csv")
+    (',', '.')
     """
     shown: dict[str, str] = {}
     open_: dict[str, str] = {}

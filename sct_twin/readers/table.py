@@ -62,6 +62,13 @@ class RawTable:
         What the reader did or left out, for the user to see.
     first_line : int
         Line of the file that holds the first row, where every row has a line of its own; else 0.
+
+    Examples
+    --------
+    >>> table = RawTable(pd.DataFrame({"F": [1.0, "overload", 3.0]}), {"F": "kN"}, "test.csv", first_line=3)
+    >>> numbers, row = table.numbers("F")
+    >>> numbers.tolist(), row, table.place(row)
+    ([1.0, nan, 3.0], 1, 'line 4')
     """
 
     frame: pd.DataFrame
@@ -100,7 +107,13 @@ class Signal:
 
 
 def split_unit(name: str) -> tuple[str, str]:
-    """Return (name, unit) of a heading such as ``Force [kN]`` or ``Force (kN)``; '' without a unit."""
+    """Return (name, unit) of a heading such as ``Force [kN]`` or ``Force (kN)``; '' without a unit.
+
+    Examples
+    --------
+    >>> split_unit("Force [kN]"), split_unit("Force (kN)"), split_unit("Force")
+    (('Force', 'kN'), ('Force', 'kN'), ('Force', ''))
+    """
     match = _BRACKET.match(name.strip())
     if match is None:
         return name.strip(), ""
@@ -108,7 +121,13 @@ def split_unit(name: str) -> tuple[str, str]:
 
 
 def is_time(name: str) -> bool:
-    """Whether a channel of this name is the time base of its neighbours."""
+    """Whether a channel of this name is the time base of its neighbours.
+
+    Examples
+    --------
+    >>> is_time("Time [s]"), is_time("Zeit"), is_time("Force")
+    (True, True, False)
+    """
     return bool(_TIME.search(name.strip()))
 
 
@@ -137,6 +156,18 @@ def table_of_signals(signals: Sequence[Signal], where: str, kind: str, notes: Se
     ------
     InputError
         No channel, or more cells than allowed.
+
+    Examples
+    --------
+    A slow channel is interpolated to the times of the fast one:
+
+    >>> fast = Signal("F", "kN", np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 0.1, 0.2, 0.3]))
+    >>> slow = Signal("T", "degC", np.array([20.0, 50.0]), np.array([0.0, 0.3]))
+    >>> table = table_of_signals([fast, slow], "test.mf4", "MDF")
+    >>> table.frame["T"].round(6).tolist()
+    [20.0, 30.0, 40.0, 50.0]
+    >>> table.notes
+    ("channel 'T': 2 rows interpolated to 4",)
     """
     signals = [signal for signal in signals if len(signal.values)]
     if not signals:

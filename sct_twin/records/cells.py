@@ -11,12 +11,24 @@ from friction_models.common import unknown_name
 
 
 def is_given(value: Any) -> bool:
-    """Whether a cell of a test table holds something."""
+    """Whether a cell of a test table holds something.
+
+    Examples
+    --------
+    >>> [is_given(cell) for cell in (0.0, "A", "", None, float("nan"))]
+    [True, True, False, False, False]
+    """
     return value is not None and value != "" and not (isinstance(value, float) and math.isnan(value))
 
 
 def is_number(value: Any) -> bool:
-    """Whether an entry is a finite number that fits into a float; Booleans are none."""
+    """Whether an entry is a finite number that fits into a float; Booleans are none.
+
+    Examples
+    --------
+    >>> [is_number(entry) for entry in (1, 2.5, True, "3", float("inf"))]
+    [True, True, False, False, False]
+    """
     largest = sys.float_info.max
     return isinstance(value, int | float) and not isinstance(value, bool) and -largest <= value <= largest
 

@@ -10,7 +10,13 @@ from friction_models.common.units import units_like
 
 @dataclass(frozen=True)
 class Channel:
-    """A recorded quantity with its canonical unit and physical limits."""
+    """A recorded quantity with its canonical unit and physical limits.
+
+    Examples
+    --------
+    >>> CHANNELS["F_n"].unit, CHANNELS["F_n"].units
+    ('N', ['N', 'kN', 'MN'])
+    """
 
     name: str
     unit: str
@@ -49,6 +55,15 @@ def channel(name: str, where: str = "") -> Channel:
     ------
     InputError
         No such channel; names the nearest one.
+
+    Examples
+    --------
+    >>> channel("T_plate").unit
+    'degC'
+    >>> channel("T_plat")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: unknown quantity 'T_plat'; allowed: ...; did you mean 'T_plate'?
     """
     if name not in CHANNELS:
         raise unknown_name("quantity", name, CHANNELS, where)

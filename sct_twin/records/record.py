@@ -58,6 +58,24 @@ class SctRecord:
         Columns of different lengths, too few rows, values that are not finite or outside physical
         limits, time that does not increase, a force or a motion that never changes, neither position
         nor speed.
+
+    Examples
+    --------
+    One second at 100 samples a second, over which the plate moves by 20 mm:
+
+    >>> from sct_twin import SctRecord
+    >>> t = np.arange(100) / 100
+    >>> record = SctRecord("sct001", t, F_n=90e3 + 100 * t, F_r=7e3 + 10 * t, s=20 * t, metadata={"T_tool": 200})
+    >>> len(record), round(record.sampling_rate, 6)
+    (100, 100.0)
+    >>> record.channels
+    ('t', 'F_n', 'F_r', 's')
+    >>> record.number("T_tool")
+    200.0
+    >>> SctRecord("sct001", t[:10], F_n=90e3 + t[:10], F_r=7e3 + t[:10], s=t[:10])
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: test sct001: 10 rows; a record needs at least 50
     """
 
     test_id: str
@@ -120,6 +138,13 @@ class SctRecord:
         ------
         InputError
             A column is missing, or anything the constructor refuses.
+
+        Examples
+        --------
+        >>> t = np.arange(100) / 100
+        >>> table = pd.DataFrame({"t": t, "F_n": 90e3 + 100 * t, "F_r": 7e3 + 10 * t, "v": 20 + t})
+        >>> SctRecord.from_frame("sct001", table).channels
+        ('t', 'F_n', 'F_r', 'v')
         """
         where = source or f"test {test_id}"
         if len(frame) == 0:
@@ -187,7 +212,13 @@ class SctRecord:
 
 
 def usual_step(t: FloatArray) -> float:
-    """Return the median step of a time [s], of some 500 000 pairs of samples where there are more."""
+    """Return the median step of a time [s], of some 500 000 pairs of samples where there are more.
+
+    Examples
+    --------
+    >>> usual_step(np.array([0.0, 0.5, 1.0, 1.5, 60.0]))
+    0.5
+    """
     first = np.arange(0, len(t) - 1, max(1, len(t) // _PIECE))
     return float(np.median(t[first + 1] - t[first]))
 

@@ -25,6 +25,11 @@ def channel_conversion(quantity: str, unit: str, where: str = "") -> tuple[float
     ------
     InputError
         No such unit, or it measures something else.
+
+    Examples
+    --------
+    >>> channel_conversion("F_n", "kN")
+    (1000.0, 0.0)
     """
     try:
         return conversion(channel(quantity).unit, unit, quantity, where)
@@ -55,6 +60,15 @@ def scale_factor(quantity: str, unit: str, scale: str, inverse: bool, where: str
     ------
     InputError
         Not a number with a unit, zero, or units that do not give the quantity.
+
+    Examples
+    --------
+    A cell of 5 kN/V, read in V, and one of 200 mV/kN, read in mV:
+
+    >>> scale_factor("F_n", "V", "5 kN/V", inverse=False, where="map")
+    5000.0
+    >>> round(scale_factor("F_n", "mV", "200 mV/kN", inverse=True, where="map"), 9)
+    5.0
     """
     key, example = ("sensitivity", "200 mV/kN") if inverse else ("scale", "5 kN/V")
     match = _SCALE.match(scale.strip())

@@ -36,6 +36,15 @@ class Clock:
         Samples of the record that are averaged into one.
     uniform : bool
         Whether `source` is `t` already.
+
+    Examples
+    --------
+    >>> t = np.arange(100) / 100
+    >>> clock = Clock.of(SctRecord("sct001", 5.0 + t, F_n=90e3 + t, F_r=7e3 + t, s=20 * t))
+    >>> clock.uniform, clock.start, round(clock.dt, 6)
+    (True, 5.0, 0.01)
+    >>> clock.row(5.5)
+    50
     """
 
     t: FloatArray
@@ -82,7 +91,13 @@ class Clock:
 
 
 def block_means(values: FloatArray, stride: int) -> FloatArray:
-    """Return the means of `stride` samples each; an unfinished block at the end is left out."""
+    """Return the means of `stride` samples each; an unfinished block at the end is left out.
+
+    Examples
+    --------
+    >>> block_means(np.array([1.0, 3.0, 5.0, 7.0, 9.0]), 2).tolist()
+    [2.0, 6.0]
+    """
     if stride < 2:
         return values
     count = len(values) // stride

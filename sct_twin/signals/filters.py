@@ -23,7 +23,15 @@ _PIECE = 1_000_000
 
 
 def can_smooth(count: int, dt: float, corner: float) -> bool:
-    """Whether a signal is sampled fast enough, and long enough, for a low-pass with this corner [Hz]."""
+    """Whether a signal is sampled fast enough, and long enough, for a low-pass with this corner [Hz].
+
+    Examples
+    --------
+    A corner of 10 Hz needs more than 24 samples a second:
+
+    >>> can_smooth(100, dt=0.01, corner=10.0), can_smooth(100, dt=0.05, corner=10.0)
+    (True, False)
+    """
     return 1.0 / dt > RATE_OVER_CORNER * corner and count >= 16
 
 
@@ -50,18 +58,38 @@ def smooth(values: FloatArray, dt: float, corner: float = CORNER_HZ) -> FloatArr
 
 
 def running_mean(values: FloatArray, width: int) -> FloatArray:
-    """Return the mean over `width` samples around each, zeros beyond the ends; its cost is that of one pass."""
+    """Return the mean over `width` samples around each, zeros beyond the ends; its cost is that of one pass.
+
+    Examples
+    --------
+    >>> running_mean(np.array([3.0, 3.0, 6.0, 3.0, 3.0]), 3).round(6).tolist()[1:4]
+    [4.0, 4.0, 4.0]
+    """
     return np.asarray(uniform_filter1d(values, width, mode="constant"))
 
 
 def integral(values: FloatArray, dx: float | None = None, x: FloatArray | None = None) -> FloatArray:
-    """Return the cumulative trapezoidal integral, 0 at the first point."""
+    """Return the cumulative trapezoidal integral, 0 at the first point.
+
+    Examples
+    --------
+    >>> integral(np.array([1.0, 1.0, 3.0]), dx=0.5).tolist()
+    [0.0, 0.5, 1.5]
+    """
     steps = np.diff(x) if x is not None else np.full(len(values) - 1, 1.0 if dx is None else dx)
     return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * steps)])
 
 
 def noise_of(values: FloatArray) -> float:
-    """Return the standard deviation of white noise on a smooth signal, from its second differences."""
+    """Return the standard deviation of white noise on a smooth signal, from its second differences.
+
+    Examples
+    --------
+    A straight line has no noise:
+
+    >>> noise_of(np.arange(10.0))
+    0.0
+    """
     if len(values) < 5:
         return 0.0
     second = np.diff(values[: 4 * _PIECE], 2)
@@ -74,6 +102,13 @@ def spike_rows(values: FloatArray) -> np.ndarray:
     Hampel's rule: the distance to the median of the neighbourhood against the usual noise. A step or a
     ramp has no such samples, however steep; a break-away peak of two or three samples has, see
     `signals.process`.
+
+    Examples
+    --------
+    >>> values = np.tile([0.0, 0.1, 0.1, 0.0], 25)
+    >>> values[40] = 50.0
+    >>> spike_rows(values).tolist()
+    [40]
     """
     count = len(values)
     if count < 2 * _REACH + 2:
@@ -117,7 +152,13 @@ def _local_noise(values: FloatArray) -> FloatArray:
 
 
 def without(values: FloatArray, rows: np.ndarray) -> FloatArray:
-    """Return the signal with some samples replaced by a line between the ones around them."""
+    """Return the signal with some samples replaced by a line between the ones around them.
+
+    Examples
+    --------
+    >>> without(np.array([1.0, 2.0, 99.0, 4.0]), np.array([2])).tolist()
+    [1.0, 2.0, 3.0, 4.0]
+    """
     if not len(rows):
         return values
     good = np.ones(len(values), dtype=bool)

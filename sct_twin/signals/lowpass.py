@@ -31,6 +31,13 @@ def low_pass(values: FloatArray, dt: float, corner: float, padding: int) -> Floa
     Returns
     -------
     ndarray, shape (n,)
+
+    Examples
+    --------
+    A constant signal stays as it is:
+
+    >>> low_pass(np.full(50, 3.0), dt=0.001, corner=50.0, padding=20)[[0, 25, 49]].round(6).tolist()
+    [3.0, 3.0, 3.0]
     """
     k = math.tan(math.pi * corner * dt)
     scale = 1.0 / (1.0 + math.sqrt(2.0) * k + k * k)

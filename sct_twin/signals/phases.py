@@ -22,7 +22,15 @@ TIMES = ("t_upsetting", "t_sliding", "t_end")
 
 @dataclass(frozen=True)
 class PhaseTimes:
-    """When the phases of a test begin and end, on the clock of its record [s]; None: to be detected."""
+    """When the phases of a test begin and end, on the clock of its record [s]; None: to be detected.
+
+    Examples
+    --------
+    >>> t = np.arange(100) / 100
+    >>> said = {"t_upsetting": 0.25, "t_sliding": 0.5}
+    >>> PhaseTimes.of(SctRecord("sct001", t, F_n=90e3 + t, F_r=7e3 + t, s=20 * t, metadata=said))
+    PhaseTimes(upsetting=0.25, sliding=0.5, end=None)
+    """
 
     upsetting: float | None = None
     sliding: float | None = None
@@ -67,6 +75,11 @@ class Phases:
         First and last time [s]; with `channel` the value of that channel, twice.
     channel : str or None
         Column that holds the phase.
+
+    Examples
+    --------
+    >>> Phases(upsetting=(0.5, 1.0), sliding=(1.2, 2.0)).channel is None
+    True
     """
 
     upsetting: tuple[float, float]

@@ -39,6 +39,20 @@ class TwinResult:
         `test_id` and `reason` of tests that could not be evaluated.
     errors : pandas.DataFrame
         What `sct_twin.twin.error_study.check` found; empty without.
+
+    Examples
+    --------
+    Two tests; mu of a test as a whole is its mean force over its mean normal force:
+
+    >>> points = pd.DataFrame({"test_id": ["a", "a", "b"], "sd": [0.0, 1.0, 0.0], "mu": [0.05, 0.1, 0.2]})
+    >>> points = points.assign(F_r=[50.0, 300.0, 200.0], F_n=[1000.0, 3000.0, 1000.0])
+    >>> tests = pd.DataFrame({"test_id": ["a", "b"], "role": ["train", "test"]})
+    >>> result = TwinResult(points, tests, {"synthetic": True}, left_out=pd.DataFrame())
+    >>> result.averages().points["mu"].tolist()
+    [0.0875, 0.2]
+    >>> training, held_out = result.frames()
+    >>> len(training), len(held_out)
+    (2, 1)
     """
 
     points: pd.DataFrame

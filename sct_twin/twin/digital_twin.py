@@ -59,6 +59,19 @@ class SctTwin(TwinSettings):
     gives contact area, pressure and surface expansion. Sliding: the 3-D thermal model, driven by the
     measured speed, normal force and friction, gives the contact temperature. What is assumed stands
     in `sct_twin.twin.test_result.ASSUMPTIONS` and in every file.
+
+    Examples
+    --------
+    Settings first; `run` then takes a campaign.
+
+    >>> from sct_twin import SctTwin
+    >>> twin = SctTwin(spacing=0.5, upsetting_mu=None)
+    >>> twin.spacing, twin.material.name
+    (0.5, '16MnCr5')
+    >>> SctTwin(mesh_size=5.0)
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: SCT twin: mesh_size = 5.0; allowed: 0.2 to 1.5 mm
     """
 
     def run(

@@ -24,7 +24,14 @@ F_MAX_LIMITS = (1e3, 5e6)
 
 
 class ContactLoads(NamedTuple):
-    """Loads of the contact mean, in the order of the contract: mm/s, degC, MPa, mm, 1."""
+    """Loads of the contact mean, in the order of the contract: mm/s, degC, MPa, mm, 1.
+
+    Examples
+    --------
+    >>> loads = ContactLoads(v_rel=100.0, T=80.0, sigma_n=900.0, sd=5.0, psi=1.1)
+    >>> loads._fields
+    ('v_rel', 'T', 'sigma_n', 'sd', 'psi')
+    """
 
     v_rel: float
     T: float
@@ -88,6 +95,18 @@ class SctProcess:
     ------
     InputError
         A force the specimen cannot carry, or impossible geometry.
+
+    Examples
+    --------
+    A process upsets its specimen when it is made; what cannot be is refused before:
+
+    >>> from sct_twin import SctProcess
+    >>> SctProcess(F_max=500.0)
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: SCT process: F_max = 500.0 N; allowed: 1000 to 5e+06 N
+    >>> SctProcess.load_names
+    ('v_rel', 'T', 'sigma_n', 'sd', 'psi')
     """
 
     load_names = LOAD_NAMES

@@ -65,6 +65,12 @@ class TestResult:
         `t, v_rel, T, sigma_n, sd, psi, mu` and the columns of `EXTRA_UNITS`.
     summary : mapping
         One value a test: contact area, heights, zeros, masses, fingerprint of inputs and settings.
+
+    Examples
+    --------
+    >>> columns = {"sd": np.array([0.0, 0.1]), "mu": np.array([0.08, 0.07])}
+    >>> TestResult("sct001", columns).points().values.tolist()
+    [['sct001', 0.0, 0.08], ['sct001', 0.1, 0.07]]
     """
 
     test_id: str

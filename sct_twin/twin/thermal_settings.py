@@ -35,6 +35,16 @@ class ThermalBody:
     ------
     InputError
         A value that is not positive, or temperatures that do not rise.
+
+    Examples
+    --------
+    >>> body = ThermalBody(conductivity=((20.0, 40.0), (220.0, 30.0)), capacity=4.0)
+    >>> body.constant(120.0)
+    ThermalBody(conductivity=35.0, capacity=4.0)
+    >>> body.diffusivity(20.0)
+    10.0
+    >>> round(float(body.heat(20.0, 120.0)), 6)
+    400.0
     """
 
     conductivity: Property
@@ -122,6 +132,16 @@ class ThermalSettings:
     ------
     InputError
         A value outside its limits.
+
+    Examples
+    --------
+    >>> settings = ThermalSettings(cells=12, heat_transfer=20.0)
+    >>> settings.cells, settings.depth
+    (12, 12.0)
+    >>> ThermalSettings(cells=2)
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: thermal settings: cells = 2; allowed: 4 to 400
     """
 
     cells: int = 24

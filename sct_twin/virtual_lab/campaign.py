@@ -66,6 +66,17 @@ class Campaign:
     InputError
         Unknown plan, lubricant or hidden effect, rows that cannot be tested, or a seed that is not a whole
         number from 0 on.
+
+    Examples
+    --------
+    The plan and the law of a campaign are there before any test is run:
+
+    >>> from sct_twin.virtual_lab import Campaign
+    >>> campaign = Campaign("tiny-6+3", hidden="stribeck", seed=1)
+    >>> len(campaign.tests), bool(campaign.tests["synthetic"].all())
+    (9, True)
+    >>> [effect.name for effect, _ in campaign.true_law.hidden]
+    ['stribeck']
     """
 
     plan: str | os.PathLike[str] | pd.DataFrame = "reduced-27+10"

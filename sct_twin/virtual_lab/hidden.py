@@ -39,7 +39,17 @@ class LawInput:
 
 @dataclass(frozen=True)
 class HiddenEffect:
-    """Name of the mechanism, its formula in words, default parameters and the contribution to mu."""
+    """Name of the mechanism, its formula in words, default parameters and the contribution to mu.
+
+    Examples
+    --------
+    Half of the amplitude A is left at the speed v0:
+
+    >>> one = np.ones(1)
+    >>> at_v0 = LawInput(20 * one, 20 * one, 500 * one, 0 * one, one, 0 * one, {})
+    >>> HIDDEN["stribeck"].contribution(at_v0, {"A": 0.02, "v0": 20.0}).tolist()
+    [0.01]
+    """
 
     name: str
     formula: str
@@ -228,6 +238,11 @@ def hidden_effects(names: str | Sequence[str] | None) -> tuple[HiddenEffect, ...
     ------
     InputError
         An unknown name.
+
+    Examples
+    --------
+    >>> [effect.name for effect in hidden_effects("stribeck+wear_out")]
+    ['stribeck', 'wear_out']
     """
     if names is None:
         return ()

@@ -31,6 +31,19 @@ class TrueLaw:
         What is added to it.
     lubricant : str or None
         Whose law the base is; None: linear in the five loads.
+
+    Examples
+    --------
+    A law with a slope of the pressure only:
+
+    >>> base = {"constant": 0.1, "v_rel": 0.0, "T": 0.0, "sigma_n": -2e-5, "sd": 0.0, "psi": 0.0}
+    >>> law = TrueLaw(base)
+    >>> one = np.ones(2)
+    >>> load = LawInput(50 * one, 20 * one, np.array([0.0, 1000.0]), 0 * one, one, 0 * one, {})
+    >>> law.mu(load).round(6).tolist()
+    [0.1, 0.08]
+    >>> TrueLaw.from_dict(law.to_dict()) == law
+    True
     """
 
     base: Mapping[str, float]
@@ -102,6 +115,13 @@ class ContactLaw:
     Called as ``law(loads, t)`` with loads of shape (n, 5) in the order of the contract; the points must
     keep their order. Work grows with the sliding distance since the last call, once an instant; at time
     zero it starts anew.
+
+    Examples
+    --------
+    >>> base = {"constant": 0.1, "v_rel": 0.0, "T": 0.0, "sigma_n": -2e-5, "sd": 0.0, "psi": 0.0}
+    >>> friction = ContactLaw(TrueLaw(base))
+    >>> friction(np.array([[50.0, 20.0, 1000.0, 0.0, 1.0]]), t=0.0).round(6).tolist()
+    [0.08]
     """
 
     def __init__(self, law: TrueLaw, context: Mapping[str, float] | None = None) -> None:

@@ -35,6 +35,16 @@ class Lubricant:
         ``law(loads, parameters) -> mu``.
     upsetting_mu : float
         Friction while the specimen is upset.
+
+    Examples
+    --------
+    >>> sorted(LUBRICANTS)
+    ['mos2', 'polymer']
+    >>> one = np.ones(1)
+    >>> load = LawInput(50 * one, 20 * one, 500 * one, 0 * one, one, 0 * one, {})
+    >>> polymer = LUBRICANTS["polymer"]
+    >>> bool(0.02 < polymer.law(load, polymer.parameters)[0] < 0.1)
+    True
     """
 
     name: str
@@ -127,6 +137,11 @@ def lubricant_named(name: str) -> Lubricant:
     ------
     InputError
         Not one of `LUBRICANTS`.
+
+    Examples
+    --------
+    >>> lubricant_named("mos2").upsetting_mu
+    0.081
     """
     if name not in LUBRICANTS:
         raise unknown_name("lubricant", name, LUBRICANTS)

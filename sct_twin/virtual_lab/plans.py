@@ -66,6 +66,12 @@ def parse_plan(name: str) -> tuple[PlanFamily, int]:
     ------
     InputError
         Not such a name.
+
+    Examples
+    --------
+    >>> family, held_out = parse_plan("factorial-81+30")
+    >>> family.count, held_out
+    (81, 30)
     """
     match = re.fullmatch(r"([a-z]+)(?:-(\d+))?(?:\+(\d+))?", str(name))
     if match is None or match[1] not in FAMILIES:
@@ -82,7 +88,17 @@ def parse_plan(name: str) -> tuple[PlanFamily, int]:
 
 
 def tip_diameter(psi_set: float) -> float | None:
-    """Return the diameter of the reduced first contact [mm]; None where the whole end face touches."""
+    """Return the diameter of the reduced first contact [mm]; None where the whole end face touches.
+
+    Examples
+    --------
+    The contact grows fivefold, from 8.9 mm to the bore of 20 mm:
+
+    >>> tip_diameter(5.0)
+    8.9443
+    >>> tip_diameter(1.069) is None
+    True
+    """
     return None if psi_set < 1.5 else round(BORES[psi_set] / float(np.sqrt(psi_set)), 4)
 
 
@@ -94,6 +110,14 @@ def make_plan(name: str, seed: int, repeats: int = 1) -> pd.DataFrame:
     Held-out tests lie at random points inside the plan (area ratio: one of the specimen shapes). The
     normal force is the set pressure times the area of the bore, so that a specimen that does not fill
     it is pressed harder than the set value: the loads come from the twin, set values are metadata.
+
+    Examples
+    --------
+    >>> plan = make_plan("tiny-6+3", seed=0)
+    >>> len(plan), plan["role"].tolist().count("test")
+    (9, 3)
+    >>> plan["sigma_set"].head(3).tolist()
+    [500.0, 1750.0, 2750.0]
     """
     family, held_out = parse_plan(name)
     rng = np.random.default_rng([seed, 7002])
@@ -189,6 +213,13 @@ def complete_plan(rows: pd.DataFrame, seed: int, where: str) -> pd.DataFrame:
     ------
     InputError
         A column or value is missing or outside its limits; names the row, counted from 0.
+
+    Examples
+    --------
+    >>> rows = pd.DataFrame({"sigma_set": [1000.0], "v_set": [50.0], "T_tool": [100.0]})
+    >>> plan = complete_plan(rows, seed=0, where="plan")
+    >>> plan[["test_id", "T_specimen", "sd_set"]].values.tolist()
+    [['sct001', 100.0, 56.0]]
     """
     if not 1 <= len(rows) <= MOST_TESTS:
         raise InputError(f"{where}: {len(rows)} rows; allowed: 1 to {MOST_TESTS}")

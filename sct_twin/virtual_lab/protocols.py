@@ -60,6 +60,13 @@ class Schedule:
         Distance [mm] at which the plate stops, and how long it stands under load [s].
     zero_reading : float
         Time without load before and after the test [s].
+
+    Examples
+    --------
+    A force that falls to half over 40 mm:
+
+    >>> Schedule(speeds=(50.0,), forces=(1.0, 0.5), ramp=True).force(np.array([0.0, 20.0, 40.0]), 40.0, 50.0).tolist()
+    [1.0, 0.75, 0.5]
     """
 
     speeds: tuple[float, ...]
@@ -91,6 +98,12 @@ def schedule(row: Mapping[str, Any], where: str) -> Schedule:
     ------
     InputError
         An unknown protocol, a parameter that is missing or outside its limits.
+
+    Examples
+    --------
+    >>> row = {"sigma_set": 1000.0, "v_set": 50.0, "sd_set": 40.0, "protocol": "speed_step", "v_levels": "5;50;500"}
+    >>> schedule(row, "plan: row 0").speeds
+    (5.0, 50.0, 500.0)
     """
     name = row.get("protocol")
     protocol = str(name) if is_given(name) else "constant"

@@ -71,6 +71,16 @@ class Instruments:
         Of the diameter of the contact, measured after the test [mm]; 0: it is not measured.
     unloaded_after : float
         How long the rig goes on recording after the load is off [s]; not a standard deviation.
+
+    Examples
+    --------
+    >>> from sct_twin.virtual_lab import Instruments
+    >>> Instruments().stiffness, Instruments.realistic().stiffness
+    (0.0, 100000.0)
+    >>> Instruments(offset=-0.01)
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: instruments: offset = -0.01; allowed: a finite number from 0 on
     """
 
     moving_mass: float = 25.0

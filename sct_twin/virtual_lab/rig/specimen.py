@@ -55,6 +55,12 @@ class Rig:
         Standard deviations of the specimens [mm].
     thermal : ThermalSettings
         Finer grid, other conductivities, capacities and interface heat transfer.
+
+    Examples
+    --------
+    >>> from sct_twin.virtual_lab import Rig
+    >>> Rig(upsetting_mu=0.1).upsetting_mu
+    0.1
     """
 
     mesh_size: float = 0.45
