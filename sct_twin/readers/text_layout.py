@@ -116,6 +116,12 @@ def is_data(row: list[str]) -> bool:
     return numbers > text and (numbers > 1 or len(row) > 1)
 
 
+def _worth(row: list[str]) -> int:
+    """Return how much a row speaks for its delimiter: "0,5;1,5" split at commas leaves text between two numbers."""
+    text = sum(not is_number(cell) and not is_missing(cell) for cell in row)
+    return len(row) - 2 * text
+
+
 def decode(raw: bytes, file: Path) -> tuple[str, str]:
     """Return the text and its encoding: UTF-8, UTF-16 with a byte order mark, or Windows-1252.
 
@@ -162,7 +168,7 @@ def _table(lines: list[str], file: Path) -> _Block:
         raise InputError(
             f"{file}: no rows behind the header (first line {first[:60]!r}); allowed: rows of numbers below the names"
         )
-    best = max(found, key=lambda block: block.rows * block.width)
+    best = max(found, key=lambda block: block.rows * _worth(cells(lines[block.first], block.delimiter)))
     for other in found:
         if other.delimiter == best.delimiter and other.rows >= TABLE_ROWS and other.first != best.first:
             one, two = sorted((other, best), key=lambda block: block.first)

@@ -250,3 +250,15 @@ def test_a_sheet_with_lines_above_and_behind(tmp_path: Path) -> None:
         *([k, 2 * k, 3 * k] for k in range(20)),
     ]
     assert list(read_file(workbook(tmp_path / "c.xlsx", twice)).frame) == ["Zeit", "Kraft (1)", "Kraft (2)"]
+
+
+@pytest.mark.parametrize("tail", ["", ";ok", ";"])
+def test_two_columns_with_decimal_commas(tmp_path: Path, tail: str) -> None:
+    """Split at the commas, such rows would hold numbers, too: "0,5;1,5" is 0, "5;1", 5."""
+    rows = [";".join(map(german, row[:2])) + tail for row in numbers()]
+    (tmp_path / "two.csv").write_text("\n".join(["Zeit;Normalkraft", "s;kN", *rows]) + "\n", encoding="utf-8")
+    found = read_file(tmp_path / "two.csv")
+    assert tuple(found.frame.columns)[:2] == ("Zeit", "Normalkraft") and found.units["Normalkraft"] == "kN"
+    assert [tuple(row) for row in found.frame[["Zeit", "Normalkraft"]].to_numpy(float)] == [
+        row[:2] for row in numbers()
+    ]
