@@ -163,7 +163,9 @@ def survey(
                 progress(number + 1, len(work), test)
         tried.add(test)
     gone = sorted(set(listed) - tried)
-    result.left_out += [LeftOut("", f"test {shown(test, 100)!r} of the test table has no file") for test in gone]
+    result.left_out += [
+        LeftOut("", f"test {shown(test, 100)!r} of the test table has no file") for test in gone
+    ]
     if table is not None and names is None:
         result.proposal = proposed(gone, [file for name, _, file in work if name not in listed])
     result.left_out += passed_over(source)
