@@ -7,6 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from friction_models.common.one_blas_thread import one_blas_thread
+
 from .body import Body
 from .contact import SHEAR, SLIP
 from .energy import Loading
@@ -18,7 +20,6 @@ from .mesh.polyline import SizeField, first_crossing
 from .mesh.shape import FloatArray, gauss_volumes
 from .remesh import remesh
 from .state import SCALES, OldMesh, Record, RemeshPolicy, State, StepControl
-from .threads import one_blas_thread
 from .tooling import Tool
 from .tractions import bore_pressure, surface_loads
 from .workpiece_material import WorkpieceMaterial

@@ -1,23 +1,34 @@
-"""One thread for linear algebra: with small matrices more threads only wait for each other."""
+"""One thread for linear algebra: with small matrices more gain nothing, and lose much when cores are shared."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import ParamSpec, TypeVar
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
 
-from threadpoolctl import threadpool_limits
-
-_Parameters = ParamSpec("_Parameters")
-_Result = TypeVar("_Result")
+import scipy.linalg.lapack  # noqa: F401  (the library must be loaded before its threads can be limited)
+from threadpoolctl import ThreadpoolController
 
 
-def one_blas_thread(function: Callable[_Parameters, _Result]) -> Callable[_Parameters, _Result]:
-    """Return the function as it is called with one thread of BLAS; its types stay those of the function.
+@cache
+def _controller() -> ThreadpoolController:
+    return ThreadpoolController()
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Run BLAS and LAPACK on one thread, in a block or in a function; the results then depend on no setting.
 
     Examples
     --------
-    >>> one_blas_thread(max)(1.0, 2.0)
+    >>> with one_blas_thread():
+    ...     max(1.0, 2.0)
+    2.0
+    >>> @one_blas_thread()
+    ... def larger(a, b):
+    ...     return max(a, b)
+    >>> larger(1.0, 2.0)
     2.0
     """
-    limited: Callable[_Parameters, _Result] = threadpool_limits.wrap(limits=1, user_api="blas")(function)
-    return limited
+    with _controller().limit(limits=1, user_api="blas"):
+        yield

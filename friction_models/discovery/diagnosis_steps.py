@@ -54,7 +54,7 @@ BESIDE_A_SHIFT = (
 )
 
 
-@one_blas_thread
+@one_blas_thread()
 def diagnose(
     data: pd.DataFrame,
     tests: pd.DataFrame | None = None,

@@ -56,7 +56,7 @@ class Addition(TypedDict):
     after: dict[str, float]
 
 
-@one_blas_thread
+@one_blas_thread()
 def refine(
     data: pd.DataFrame,
     tests: pd.DataFrame | None = None,
