@@ -36,24 +36,24 @@ def read_yaml(file: Path) -> Any:
         text = file.read_text(encoding="utf-8-sig")
         _check_events(text, str(file))
         _check_keys(yaml.compose(text, Loader=yaml.SafeLoader), str(file))
-        return _bounded(yaml.safe_load(text), str(file))
+        content = yaml.safe_load(text)
+        _check_numbers(content, str(file))
+        return content
     except InputError:
         raise
     except (yaml.YAMLError, RecursionError, ValueError) as error:
         raise InputError(f"{file}: not YAML ({' '.join(str(error).split())[:200]})") from None
 
 
-def _bounded(value: Any, where: str) -> Any:
-    """Return the value, in which no number is longer than a float can be."""
-    for item in (
-        [*value, *value.values()] if isinstance(value, dict) else value if isinstance(value, list) else ()
-    ):
-        _bounded(item, where)
-    if isinstance(value, int) and abs(value) > sys.float_info.max:
+def _check_numbers(value: Any, where: str) -> None:
+    """Refuse whole numbers that no float holds."""
+    if isinstance(value, dict | list):
+        for item in (*value, *value.values()) if isinstance(value, dict) else value:
+            _check_numbers(item, where)
+    elif isinstance(value, int) and abs(value) > sys.float_info.max:
         raise InputError(
             f"{where}: a number of {len(str(value))} digits, allowed: up to {sys.float_info.max:.1e}"
         )
-    return value
 
 
 def _check_events(text: str, where: str) -> None:
