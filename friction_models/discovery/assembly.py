@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import norm
 
 from ..estimation.base_law import BaseLaw
 from ..estimation.binning import FEW_TESTS, Campaign
-from ..estimation.importance import weighted_rms
+from ..estimation.noise_floor import NoiseFloorNumbers
+from ..estimation.parameters import FittedTerm, fit_terms
 from ..estimation.scan import Fit
 from ..estimation.search_round import SearchRound
 from ..estimation.significance import stays_first
 from ..estimation.structure import StructurePlace
 from ..estimation.unseen_loads import EITHER, doubts
 from ..loads import LOAD_NAMES, FloatArray
+from .confirmation import NAMED, Confirmation
 from .diagnosis import Diagnosis
-from .findings import FittedEffect, ParameterValue
+from .findings import ErrorBudget, FittedEffect, ParameterValue
 from .further_tests.next_tests import propose
 from .identifiability import limits
 from .level_offset import LevelOffset, level_of
@@ -26,8 +29,6 @@ from .wording import sentence
 
 #: A noise floor above this share of mu hides everything else.
 BLURRED = 0.5
-#: Verdicts that name effects.
-NAMED = ("explained", "ambiguous", "data_problem")
 
 
 @dataclass
@@ -36,9 +37,18 @@ class Judged:
 
     found: SearchRound
     evidence: Evidence
-    verdict: str
-    chosen: list[Fit]
+    confirmed: Confirmation
     notes: list[str]
+
+    @property
+    def verdict(self) -> str:
+        """Verdict after the prediction of unseen tests."""
+        return self.confirmed.verdict
+
+    @property
+    def chosen(self) -> list[Fit]:
+        """What it names."""
+        return self.confirmed.chosen
 
 
 def _confidence(campaign: Campaign, judged: Judged, level: LevelOffset) -> float:
@@ -47,10 +57,13 @@ def _confidence(campaign: Campaign, judged: Judged, level: LevelOffset) -> float
     if verdict == "nothing_missing":
         sure = float(np.clip(0.5 + evidence.p_value, 0.5, 0.95))
     elif verdict in NAMED and judged.chosen:
-        sure = (1.0 - evidence.p_value) * stays_first(found.ranking, found.simulated)
+        sure = (1.0 - evidence.p_value) * stays_first(found.ranking, found.simulated) * judged.confirmed.sure
         sure /= len(evidence.confusion_set) if verdict == "ambiguous" else 1.0
     elif verdict == "unknown_structure":
         structure = evidence.structure.p_value if evidence.unexplained else 1.0
+        shares = judged.confirmed.shares
+        if shares is not None and shares.by_reference:
+            structure = min(structure, float(norm.sf(shares.certainty)))
         sure = float(np.clip(1.0 - min(structure, level.p_value if level.off else 1.0), 0.0, 0.99))
     else:
         sure = 0.9
@@ -67,11 +80,9 @@ def _blurred(campaign: Campaign, found: SearchRound) -> bool:
 def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) -> Diagnosis:
     """Return the diagnosis."""
     found, evidence, verdict, chosen = judged.found, judged.evidence, judged.verdict, judged.chosen
-    floor = found.floor
-    residual = base_residual(campaign, found)
-    named = verdict in NAMED
-    names = [f.name for f in chosen] if named else []
-    moved = np.sum([found.change(f) for f in chosen], axis=0) if names else np.zeros(len(residual))
+    named = verdict in NAMED and bool(chosen)
+    fitted = fit_terms(campaign, base, [f.prepared.candidate.effect for f in chosen] if named else [])
+    names = [term.name for term in fitted.terms]
     # a linear shift of the model, fitted beside it, contains its level
     level = (
         level_of(found, chosen if named else [])
@@ -79,27 +90,29 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
         else LevelOffset()
     )
     if level.off and verdict == "nothing_missing":
-        judged.verdict = verdict = "unknown_structure"
+        judged.confirmed = replace(judged.confirmed, verdict="unknown_structure")
+        verdict = "unknown_structure"
     # residual of the model as users have it: refitted by ordinary least squares, or fixed
     usual = found.y if base.fixed else found.beyond_base(found.y)
-    left = np.hypot(
-        evidence.structure.rms if evidence.unexplained else 0.0, level.value if level.off else 0.0
-    )
     most, doubted = doubts(campaign, verdict, chosen if named else [])
     confidence = min(_confidence(campaign, judged, level), most)
-    factor = unrecorded_factor(campaign, residual - moved)
+    factor = unrecorded_factor(campaign, fitted.residual if named else base_residual(campaign, found))
     if factor is not None and verdict == "nothing_missing":
         confidence = min(confidence, EITHER)  # what sets the two groups apart is missing
-    where = _places(campaign, evidence) if verdict == "unknown_structure" else []
+    where = _places(campaign, judged) if verdict in {"unknown_structure", "partly_explained"} else []
     warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
     if level.off:
         where += [level.entry(campaign)] if verdict == "unknown_structure" else []
         warnings.append(level.text(f"the {base.name} model"))
     if _blurred(campaign, found):
         warnings.append(
-            f"the noise floor ({floor.total:.3g}) is more than half of mu itself ({np.mean(campaign.mu):.3g}): look for outliers "
+            f"the noise floor ({found.floor.total:.3g}) is more than half of mu itself ({np.mean(campaign.mu):.3g}): look for outliers "
             "and faulty tests first, little else can be seen in such data"
         )
+    warnings += [
+        f"the data tie {first} to {second} (correlation {value:+.2f}): each alone is poorly known"
+        for first, second, value in fitted.correlations[:3]
+    ]
     rivals = [f for n in evidence.confusion_set for f in found.ranking if f.name == n]
     if not rivals and chosen:
         rivals = chosen[:1]
@@ -108,12 +121,13 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
     proposals, inseparable = propose(campaign, found, rivals, mu, base)
     if named and (len(evidence.confusion_set) > 1 or not proposals):
         warnings += inseparable
+    floor, budget = _budget(judged, level, usual, campaign)
     return Diagnosis(
         verdict=verdict,
         sentence=sentence(verdict, base, evidence, chosen, confidence, campaign, where, factor),
         effects=names,
         confidence=round(float(confidence), 3),
-        confusion_set=evidence.confusion_set if names else [],
+        confusion_set=_confusion(evidence, names),
         ranking=[
             {
                 "effect": f.name,
@@ -123,32 +137,59 @@ def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) 
             }
             for f in found.ranking
         ],
-        noise_floor=floor.to_dict(),
-        error_budget={
-            "floor": floor.total,
-            "explained": weighted_rms(moved, campaign.count),
-            "missing": float(left),
-        },
+        noise_floor=floor,
+        error_budget=budget,
         where=where,
         worst_tests=worst_tests(campaign, usual),
         unrecorded_factor=factor,
         next_tests=proposals,
         warnings=warnings,
         model=base.name,
-        bias=binned_bias(campaign, usual, usual - moved if names else None),
-        parameters={f.name: _parameters(f) for f in chosen} if named else {},
-        named={f.name: f.prepared.candidate.effect for f in chosen} if named else {},
+        bias=binned_bias(campaign, usual, fitted.residual if names else None),
+        parameters={term.name: _parameters(term) for term in fitted.terms},
+        named={term.name: term.effect for term in fitted.terms},
         threshold=float(np.quantile(found.null, 1.0 - LEVEL)),
-        averages=averages(campaign, usual, usual - moved, chosen if names else ()),
+        averages=averages(campaign, usual, fitted.residual if names else usual, fitted.terms),
     )
 
 
-def _places(campaign: Campaign, evidence: Evidence) -> list[StructurePlace]:
-    """Return where structure is left: significant blocks, else the loads of the winner if its form does not fit."""
-    if not evidence.unexplained:
+def _confusion(evidence: Evidence, names: list[str]) -> list[str]:
+    """Return what cannot be told from the first name, the name itself first."""
+    if not names:
         return []
-    if evidence.structure.where or evidence.winner is None or not evidence.misfit.excess > 0.0:
+    return evidence.confusion_set if names[0] in evidence.confusion_set else [names[0]]
+
+
+def _budget(
+    judged: Judged, level: LevelOffset, residual: FloatArray, campaign: Campaign
+) -> tuple[NoiseFloorNumbers, ErrorBudget]:
+    """Return noise floor and error budget: shares of what the base leaves in the averages, as unseen tests divide it."""
+    floor, shares = judged.found.floor.to_dict(), judged.confirmed.shares
+    whole = float(campaign.count @ residual**2 / campaign.count.sum())
+    if shares is None:
+        total = min(floor["total"], float(np.sqrt(whole)))
+        missing = judged.evidence.structure.rms if judged.evidence.unexplained else 0.0
+        explained = float(np.sqrt(max(whole - total**2 - missing**2, 0.0))) if judged.chosen else 0.0
+    else:
+        share = whole / max(shares.best + shares.explained + shares.missing, 1e-300)
+        total, missing, explained = (
+            float(np.sqrt(share * part)) for part in (shares.best, shares.missing, shares.explained)
+        )
+        floor = {**floor, "interval": [float(np.sqrt(share * edge)) for edge in shares.interval]}
+    missing = float(np.hypot(missing, level.value if level.off else 0.0))
+    return {**floor, "total": total}, {"floor": total, "explained": explained, "missing": missing}
+
+
+def _places(campaign: Campaign, judged: Judged) -> list[StructurePlace]:
+    """Return where structure is left: significant blocks, else what the reference predicts beyond the model, else the loads
+    of the winner if its form does not fit."""
+    evidence = judged.evidence
+    if judged.verdict == "unknown_structure" and evidence.unexplained and evidence.structure.where:
         return list(evidence.structure.where)
+    if judged.confirmed.where:
+        return judged.confirmed.where
+    if not evidence.unexplained or evidence.winner is None or not evidence.misfit.excess > 0.0:
+        return []
     winner, excess = evidence.winner, evidence.misfit.excess
     region = {}
     for name in winner.prepared.candidate.effect.driver:
@@ -165,12 +206,11 @@ def _places(campaign: Campaign, evidence: Evidence) -> list[StructurePlace]:
     ]
 
 
-def _parameters(fit: Fit) -> FittedEffect:
-    effect = fit.prepared.candidate.effect
-    values: dict[str, ParameterValue] = {
-        a.name: {"value": float(v), "unit": a.unit}
-        for a, v in zip(effect.amplitudes, fit.amplitudes, strict=True)
-    }
-    shape = fit.shape
-    values |= {s.name: {"value": shape[s.name], "unit": s.unit} for s in effect.shapes}
-    return {"equation": effect.equation, "values": values}
+def _parameters(term: FittedTerm) -> FittedEffect:
+    effect, values = term.effect, {**term.amplitudes, **term.shape}
+    found: dict[str, ParameterValue] = {}
+    for known in (*effect.amplitudes, *effect.shapes):
+        found[known.name] = {"value": values[known.name], "unit": known.unit}
+        if known.name in term.intervals:
+            found[known.name]["interval"] = list(term.intervals[known.name])
+    return {"equation": effect.equation, "values": found}

@@ -7,7 +7,15 @@ from dataclasses import dataclass
 from .findings import Findings
 from .report import text_report
 
-VERDICTS = ("explained", "ambiguous", "unknown_structure", "nothing_missing", "data_problem", "out_of_domain")
+VERDICTS = (
+    "explained",
+    "partly_explained",
+    "ambiguous",
+    "unknown_structure",
+    "nothing_missing",
+    "data_problem",
+    "out_of_domain",
+)
 
 
 @dataclass(kw_only=True)

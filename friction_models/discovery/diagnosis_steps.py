@@ -7,7 +7,7 @@ look for rivals, for a second effect, and for structure that no effect explains.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -34,8 +34,10 @@ from ..families.registry import make_model
 from ..loads import LOAD_NAMES, FloatArray, require_loads
 from ..models.base import FrictionModel
 from ..models.domain import Domain
-from .assembly import NAMED, Judged, assemble
+from .assembly import Judged, assemble
+from .confirmation import NAMED, Confirm, Confirmation
 from .diagnosis import Diagnosis
+from .unseen_tests import UnseenTests
 from .verdict import LEVEL, SECOND_LEVEL, Evidence, decide
 
 #: Averages that must be left beside the numbers of the base.
@@ -110,7 +112,7 @@ def diagnose(
         if _spare(campaign, shifted) >= SPARE:
             beside = _judge(campaign, shifted, candidates, seed, floor)
             if beside.verdict in NAMED:
-                judged = beside
+                judged, base = beside, shifted
                 judged.notes.append(BESIDE_A_SHIFT.format(base=base.name))
     judged.notes[:0] = notes
     answer = assemble(campaign, base, judged, mu)
@@ -127,8 +129,14 @@ def _judge(
     evidence, chosen = _weigh(campaign, base, found, candidates, seed)
     verdict = decide(evidence, {c.effect.name: c.effect.kind for c in candidates})
     if campaign.spikes > MOST_SPIKES and verdict != "out_of_domain":
-        verdict, chosen = "data_problem", []
-    return Judged(found, evidence, verdict, chosen, list(notes))
+        return Judged(found, evidence, Confirmation("data_problem", [], None, 1.0, []), list(notes))
+    if verdict == "out_of_domain":
+        return Judged(found, evidence, Confirmation(verdict, [], None, 1.0, []), list(notes))
+    confirm = Confirm(campaign, UnseenTests(campaign, base, seed), found)
+    confirmed = confirm(
+        verdict, chosen, lambda kept: _further_effect(campaign, base, kept, found, candidates, seed)
+    )
+    return Judged(found, evidence, confirmed, list(notes))
 
 
 def _check_enough(campaign: Campaign, base: BaseLaw) -> None:
@@ -207,7 +215,7 @@ def _weigh(
     if len(confusion) == 1 and len(found.ranking) > 1 and stays_first(found.ranking, found.simulated) < SURE:
         confusion.append(found.ranking[1].name)
     chosen = [winner]
-    second = _second_effect(campaign, base, winner, found, candidates, seed)
+    second = _further_effect(campaign, base, [winner], found, candidates, seed)
     if second is not None:
         chosen.append(second)
     signal = np.column_stack([found.whiten(_columns(f)) for f in chosen])
@@ -238,23 +246,30 @@ def _part(structure: Structure, found: SearchRound) -> float:
     return error_share(structure.rms, found.floor.total)
 
 
-def _second_effect(
-    campaign: Campaign, base: BaseLaw, first: Fit, found: SearchRound, candidates: list[Candidate], seed: int
+def _further_effect(
+    campaign: Campaign,
+    base: BaseLaw,
+    known: Sequence[Fit],
+    found: SearchRound,
+    candidates: list[Candidate],
+    seed: int,
 ) -> Fit | None:
-    """Return a second effect with another driver, judged with the driver of the first one freed as a spline."""
-    drivers = first.prepared.candidate.effect.driver
-    others = [c for c in candidates if c.effect.driver[0] != drivers[0] and c.effect.name != first.name]
+    """Return one more effect with another driver, judged with the drivers of the known ones freed as curves."""
+    drivers = tuple(dict.fromkeys(d for f in known for d in f.prepared.candidate.effect.driver))
+    first = {f.prepared.candidate.effect.driver[0] for f in known}
+    names = {f.name for f in known}
+    others = [c for c in candidates if c.effect.driver[0] not in first and c.effect.name not in names]
     if not others:
         return None
-    freed = np.column_stack([_columns(first), spline_columns(campaign, drivers, FREED)])
+    freed = np.column_stack([*(_columns(f) for f in known), spline_columns(campaign, drivers, FREED)])
     again = search(campaign, base, freed, others, seed, found.floor)
     # the gain counts what varies within tests many times over: the sizes are compared in mu
-    size = weighted_rms(found.change(first), campaign.count) ** 2
-    for second in again.ranking:
-        own = weighted_rms(again.change(second), campaign.count) ** 2
-        large = own > SECOND_SHARE * (size + own) and _share(campaign, again, second) > LEAST_SHARE
-        if large and again.p_value(second) < SECOND_LEVEL:
-            return second
+    size = sum(weighted_rms(found.change(f), campaign.count) ** 2 for f in known)
+    for more in again.ranking:
+        own = weighted_rms(again.change(more), campaign.count) ** 2
+        large = own > SECOND_SHARE * (size + own) and _share(campaign, again, more) > LEAST_SHARE
+        if large and again.p_value(more) < SECOND_LEVEL:
+            return more
     return None
 
 

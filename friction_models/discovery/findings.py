@@ -27,7 +27,11 @@ class RankedEffect(TypedDict):
 
 
 class ErrorBudget(TypedDict):
-    """RMS in mu: the noise floor, what the named effects explain, and what is missing beyond both."""
+    """RMS in mu on whole tests that the fits did not see; the squares add up to the error of the model.
+
+    ``floor`` is what no model predicts, ``explained`` what the named effects explain, ``missing`` what can be predicted and
+    is not.
+    """
 
     floor: float
     explained: float
@@ -64,10 +68,11 @@ class TestGroups(TypedDict):
 
 
 class ParameterValue(TypedDict):
-    """A fitted parameter."""
+    """A fitted parameter, with its 95 % interval where it was fitted."""
 
     value: float
     unit: str
+    interval: NotRequired[list[float]]
 
 
 class FittedEffect(TypedDict):

@@ -13,17 +13,15 @@ from ..common import InputError
 from ..common.one_blas_thread import one_blas_thread
 from ..effects import make_effect
 from ..effects.base import Effect
-from ..estimation.binning import campaign_of, prepare
-from ..estimation.candidates import evaluate_points
+from ..estimation.binning import prepare
 from ..estimation.metadata import with_all_metadata
 from ..families.composed import ComposedFriction
 from ..families.registry import make_model
 from ..loads import FloatArray, TriboLoads
 from ..models.base import FrictionModel
 from ..models.measures import error_measures
-from ..models.variables import as_numbers
+from .unseen_tests import folds_of_tests, names_of, predicted_unseen
 
-FOLDS = 4
 #: An addition is refused when the held-out error rises by more than this, and clearly so (paired over tests).
 WORSE = 1.01
 
@@ -115,22 +113,19 @@ def refine(
     held = _held_out(loads)
     if not added:
         rows = ~held if held is not None else np.ones(len(mu), dtype=bool)
-        plain = clone(base).fit(loads.take(rows), mu[rows], _names(loads, rows))
+        plain = clone(base).fit(loads.take(rows), mu[rows], names_of(loads, rows))
         return plain.record_data(data.attrs).record_tests(data)
     refined = ComposedFriction(clone(inner), [*present, *added])
     history = list(getattr(base, "error_history_", []))
-    folds = [held] if held is not None else _folds(campaign.point_test, len(campaign.tests), seed)
+    fold = folds_of_tests(len(campaign.tests), seed)[campaign.point_test]
+    folds = [held] if held is not None else [fold == k for k in range(fold.max() + 1) if fold.max()]
     before, after = np.full(len(mu), np.nan), np.full(len(mu), np.nan)
     fitted: Any = None
-    for fold in folds:
-        train = ~fold
-        names = _names(loads, train)
-        ordinary = clone(base).fit(loads.take(train), mu[train], names)
-        fitted = clone(refined).fit(loads.take(train), mu[train], names)
-        before[fold] = ordinary.predict(loads.take(fold)) + _faults_share(ordinary, loads.take(fold))
-        after[fold] = fitted.predict(loads.take(fold)) + _faults_share(fitted, loads.take(fold))
+    for unseen in folds:
+        _, before[unseen] = predicted_unseen(base, loads, mu, unseen)
+        fitted, after[unseen] = predicted_unseen(refined, loads, mu, unseen)
     if held is None:
-        fitted = clone(refined).fit(loads, mu, _names(loads, np.ones(len(mu), dtype=bool)))
+        fitted = clone(refined).fit(loads, mu, names_of(loads, np.ones(len(mu), dtype=bool)))
     by = (
         f"{len(np.unique(campaign.point_test[held]))} held-out tests"
         if held is not None
@@ -138,7 +133,7 @@ def refine(
     )
     if folds:
         seen = np.isfinite(after)
-        groups = _names(loads, seen)
+        groups = names_of(loads, seen)
         error_before, error_after = (before - mu)[seen], (after - mu)[seen]
         entry: Addition = {
             "added": [e.name for e in added],
@@ -179,31 +174,6 @@ def history_text(history: Sequence[Mapping[str, Any]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _faults_share(model: Any, loads: TriboLoads) -> FloatArray:
-    """Return what the faults of the data that a fitted model knows add to measured mu, shape (n,)."""
-    share = np.zeros(len(loads))
-    known = zip(
-        getattr(model, "effects_", []), getattr(model, "shapes_", []), getattr(model, "amplitudes_", [])
-    )
-    for effect, shape, amplitudes in known:
-        if effect.kind != "fault":
-            continue
-        campaign = campaign_of(loads, share, loads.test_id)
-        for name in effect.metadata:
-            values = loads.context_column(name)
-            if values is not None:
-                campaign.system[name] = as_numbers(values, model.levels_.get(name, ()), np.nan)[:, None]
-        columns = evaluate_points(effect, campaign, model.predict(loads), shape)
-        share = share + sum(
-            a * np.broadcast_to(c, (len(loads), 1))[:, 0] for a, c in zip(amplitudes.values(), columns)
-        )
-    return share
-
-
-def _names(loads: TriboLoads, rows: np.ndarray) -> Any:
-    return None if loads.test_id is None else loads.test_id[rows]
-
-
 def _held_out(loads: TriboLoads) -> np.ndarray | None:
     """Return which points belong to tests of another role than ``train``, or None without such tests."""
     roles = loads.context_column("role")
@@ -211,13 +181,6 @@ def _held_out(loads: TriboLoads) -> np.ndarray | None:
         return None
     held = np.asarray(roles).astype(str) != "train"
     return held if held.any() and not held.all() else None
-
-
-def _folds(point_test: np.ndarray, tests: int, seed: int) -> list[np.ndarray]:
-    if tests < 4:
-        return []
-    fold_of_test = np.random.default_rng(seed).permutation(tests) % FOLDS
-    return [fold_of_test[point_test] == k for k in range(FOLDS)]
 
 
 def _worse(before: FloatArray, after: FloatArray, group: np.ndarray) -> bool:

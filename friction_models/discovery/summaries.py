@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from ..estimation.binning import Campaign
-from ..estimation.scan import Fit
+from ..estimation.parameters import FittedTerm
 from ..estimation.search_round import SearchRound
 from ..loads import LOAD_NAMES, FloatArray
 from .findings import BinnedBias, TestGroups, WorstTest
@@ -34,7 +34,7 @@ def worst_tests(campaign: Campaign, residual: FloatArray, most: int = 10) -> lis
 
 
 def averages(
-    campaign: Campaign, before: FloatArray, after: FloatArray, chosen: Sequence[Fit] = ()
+    campaign: Campaign, before: FloatArray, after: FloatArray, chosen: Sequence[FittedTerm] = ()
 ) -> pd.DataFrame:
     """Return the bins as a table: what `Diagnosis.averages` holds."""
     columns: dict[str, npt.NDArray[Any]] = {
@@ -43,10 +43,10 @@ def averages(
     }
     loads = {n: getattr(campaign.loads, n) for n in LOAD_NAMES if n not in campaign.absent}
     columns |= {n: campaign.average(v) for n, v in loads.items()}
-    needed = dict.fromkeys(n for fit in chosen for n in fit.prepared.candidate.effect.metadata)
+    needed = dict.fromkeys(n for term in chosen for n in term.effect.metadata)
     columns |= {n: campaign.average(campaign.system[n][:, 0]) for n in needed if n not in columns}
     columns |= {"mu": campaign.average(campaign.mu), "before": before, "after": after}
-    columns |= {f"effect {fit.name}": fit.binned for fit in chosen}
+    columns |= {f"effect {term.name}": term.binned for term in chosen}
     return pd.DataFrame(columns)
 
 

@@ -48,6 +48,13 @@ def sentence(
     if verdict == "explained":
         verb = "is" if len(effects) == 1 else "are"
         return f"{labels} {verb} missing from {model}: {what} {sure}, p = {p:.3f}."
+    if verdict == "partly_explained":
+        verb = "is" if len(effects) == 1 else "are"
+        rest = f", along {_along(where)}" if _along(where) else ""
+        return (
+            f"{labels} {verb} missing from {model}: {what}; with it the error on unseen tests falls, but something else that can be "
+            f"predicted is left{rest} {sure}."
+        )
     if verdict == "ambiguous":
         known = {f.name: f.prepared.candidate.effect.label for f in evidence.found.ranking}
         rivals = ", ".join(known.get(name, name) for name in evidence.confusion_set)
@@ -65,13 +72,11 @@ def sentence(
             f"the residual of {model} looks like a fault of the data: {labels}, {what} {sure}, p = {p:.3f}."
         )
     if verdict == "unknown_structure":
-        joints = {"interaction": " x "}
-        places = "; ".join(
-            joints.get(w["shape"], " and ").join(w["variables"]) for w in where[:2] if w["variables"]
-        )
-        if not places:
+        places = _along(where)
+        if where and not places:
             return f"{model} is off by the same amount everywhere ({where[0]['shape']}), which no effect of a load explains {sure}."
-        return f"something systematic is missing from {model} that no effect in the catalogue explains, along {places} {sure}."
+        along = f", along {places}" if places else ""
+        return f"something systematic is missing from {model} that no effect in the catalogue explains{along} {sure}."
     if verdict == "out_of_domain":
         return f"{100 * evidence.outside:.0f} % of the points lie outside the loads that {model} was trained on; no effect can be judged there."
     tests = len(campaign.tests)
@@ -87,3 +92,11 @@ def sentence(
             f"({len(factor['group'])} and {factor['others']} tests): a factor that is not recorded may set them apart {sure}."
         )
     return f"nothing is missing from {model}: its residual is at the noise floor {sure}."
+
+
+def _along(where: Sequence[StructurePlace]) -> str:
+    """Return the loads along which structure is left."""
+    joints = {"interaction": " x "}
+    return "; ".join(
+        joints.get(w["shape"], " and ").join(w["variables"]) for w in where[:2] if w["variables"]
+    )

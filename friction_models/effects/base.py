@@ -133,7 +133,7 @@ class EffectContext:
     Attributes
     ----------
     mu : Value, shape [n, 1], or None
-        The model's own friction coefficient without the terms that need it.
+        The friction coefficient of the whole model.
     state : mapping
         Internal states by name, each [n, 1].
     system : mapping

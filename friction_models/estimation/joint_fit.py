@@ -67,14 +67,7 @@ def fit_jointly(
     campaign = campaign_of(loads, mu, groups)
     campaign.system = dict(system)
     law = _surrogate(base, campaign)
-    problem = _Problem(campaign, law, list(effects))
-    problem.weigh()
-    problem.optimise()
-    for _ in range(ROUNDS if any(e.needs_mu for e in effects) else 1):
-        problem.weigh()
-        problem.update_own_mu()
-        problem.optimise()
-    problem.choose_weights()
+    problem = solve_jointly(campaign, law, effects)
     coefficients, amplitudes = problem.solve(problem.shapes)
     fitted = clone(base)
     if base.form == "linear" and not law.fixed:
@@ -93,6 +86,19 @@ def fit_jointly(
     return JointFit(fitted, problem.shapes, named, noise_floor)
 
 
+def solve_jointly(campaign: Campaign, law: BaseLaw, effects: Sequence[Effect]) -> JointProblem:
+    """Return the least-squares problem of a law and effects with the best shape parameters in it."""
+    problem = JointProblem(campaign, law, list(effects))
+    problem.weigh()
+    problem.optimise()
+    for _ in range(ROUNDS if any(e.needs_mu for e in effects) else 1):
+        problem.weigh()
+        problem.update_own_mu()
+        problem.optimise()
+    problem.choose_weights()
+    return problem
+
+
 def _surrogate(base: FrictionModel, campaign: Campaign) -> BaseLaw:
     """Return columns that stand for the base while the effects are identified."""
     if base.form != "flexible":
@@ -101,7 +107,7 @@ def _surrogate(base: FrictionModel, campaign: Campaign) -> BaseLaw:
     return BaseLaw(base.family, polynomial_columns(campaign, 2), np.zeros(len(campaign.mu)), model=base)
 
 
-class _Problem:
+class JointProblem:
     """The least-squares problem of one fit."""
 
     def __init__(self, campaign: Campaign, law: BaseLaw, effects: list[Effect]) -> None:
@@ -261,7 +267,7 @@ class _Problem:
         for _ in range(2):
             own = self.law.columns @ coefficients + self.law.offset
             keep = [
-                np.zeros_like(a) if e.kind == "fault" or (e.needs_mu and not e.states) else a
+                np.zeros_like(a) if e.kind == "fault" else a
                 for e, a in zip(self.effects, amplitudes, strict=True)
             ]
             self.mu = np.maximum(own + self.contribution(keep), 0.0)

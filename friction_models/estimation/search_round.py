@@ -12,6 +12,7 @@ from .base_law import BaseLaw, polynomial_columns
 from .binning import Campaign
 from .candidates import Candidate
 from .form_error import FormErrors
+from .law_signs import physical_sets
 from .metadata import recorded
 from .noise_floor import Layout, NoiseFloor, Whitener, estimate, independent_columns
 from .scan import Fit, Prepared, Projector, prepare_candidate, rank
@@ -21,6 +22,8 @@ from .unseen_loads import varied_first
 #: Standard deviations from the rest of its test beyond which a bin is an outlier.
 OUTLYING = 8.0
 MOST_OUTLIERS = 0.02
+#: Share of a column that must differ from test to test.
+DIFFERS = 0.02
 
 
 @dataclass
@@ -73,7 +76,11 @@ class SearchRound:
 
     def p_value(self, fit: Fit) -> float:
         """Family-wise p-value of a fit."""
-        return max(p_value(fit.gain, self.null), self.least_p)
+        return max(self.own_p_value(fit), self.least_p)
+
+    def own_p_value(self, fit: Fit) -> float:
+        """The same by this search alone."""
+        return p_value(fit.gain, self.null)
 
     def confusion_set(self) -> list[str]:
         """Effects that cannot be told from the winner."""
@@ -182,6 +189,8 @@ def search(
     project = Projector(whiten(columns))
     residual = project(whiten(y))
     prepared = [prepare_candidate(c, whiten, project) for c in candidates]
+    for p in prepared:
+        p.usable &= physical_sets(campaign, p, residual, whiten, columns, y)[:, None]
     prepared = [p for p in prepared if p.usable.any()]
     simulated = simulate(prepared, project, len(y), freedom, np.random.default_rng(seed))
     null = maximum_gains(prepared, simulated) if prepared else np.zeros(1)
@@ -209,7 +218,8 @@ def _freedom(campaign: Campaign, mean: FloatArray) -> float:
         np.column_stack([np.bincount(campaign.test, campaign.count * column) for column in mean.T])
         / np.bincount(campaign.test, campaign.count)[:, None]
     )
-    return float(max(len(levels) - independent_columns(levels).shape[1], 2))
+    # columns that hardly differ from test to test, as those of the distance, say nothing about the level of a test
+    return float(max(len(levels) - independent_columns(levels, DIFFERS).shape[1], 2))
 
 
 def testable(

@@ -20,6 +20,8 @@ from .scan import Fit, Projector
 from .search_round import SearchRound
 
 REPLICATES = 399
+#: A surface over two loads must follow this much more of a difference than a curve along one of them.
+INTERACTION = 0.15
 
 
 class StructurePlace(TypedDict):
@@ -156,11 +158,54 @@ def _rms(campaign: Campaign, found: SearchRound, q: FloatArray, residual: FloatA
     return float(np.sqrt(max(mean_square * max(excess, 0.0) / max(power, 1e-300), 0.0)))
 
 
+def places_of(campaign: Campaign, difference: FloatArray, most: int = 2) -> list[StructurePlace]:
+    """Return along which loads a difference of two predictions runs, the strongest first.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    difference : ndarray, shape (m,)
+        In the bins.
+    most : int
+        Places to return.
+    """
+    names = [n for n in LOAD_NAMES if campaign.varies(n)]
+    root = np.sqrt(campaign.count)
+    mean = float(campaign.count @ difference / campaign.count.sum())
+    target = root * (difference - mean)
+    whole = max(float(target @ target), 1e-300)
+    curves = {n: curve(transformed(campaign, n), 3) for n in names}
+    shares: dict[tuple[str, ...], tuple[float, FloatArray]] = {}
+
+    def add(key: tuple[str, ...], columns: FloatArray) -> None:
+        q = Projector(root[:, None] * (columns - np.average(columns, axis=0, weights=campaign.count))).q
+        fit = q @ (q.T @ target)
+        shares[key] = (float(fit @ fit) / whole, fit)
+
+    for n in names:
+        add((n,), curves[n])
+    for a, b in combinations(names, 2):
+        products = [curves[a][:, [i]] * curves[b][:, [j]] for i in range(3) for j in range(3)]
+        add((a, b), np.column_stack([curves[a], curves[b], *products]))
+        alone = max(shares[(a,)][0], shares[(b,)][0], 0.0)
+        if shares[(a, b)][0] < alone + INTERACTION:
+            del shares[(a, b)]
+    best = sorted(shares, key=lambda key: -shares[key][0])
+    return [
+        _described(campaign, key, shares[key][1], shares[key][0])
+        for key in best[:most]
+        if shares[key][0] > 0.1
+    ]
+
+
 def _describe(
     campaign: Campaign, key: tuple[str, ...], q: FloatArray, residual: FloatArray, share: float
 ) -> StructurePlace:
     """Return in which part of the range a block is strong, and its shape."""
-    fit = q @ (q.T @ residual)
+    return _described(campaign, key, q @ (q.T @ residual), share)
+
+
+def _described(campaign: Campaign, key: tuple[str, ...], fit: FloatArray, share: float) -> StructurePlace:
     weight = np.abs(fit)
     strong = weight >= np.quantile(weight, 0.8)
     region = {}

@@ -24,6 +24,9 @@ from ..models.variables import StateVariable, SystemVariable, as_numbers
 from .metadata import check_loads, levels_of, system_variables_of
 from .registry import make_model
 
+#: Steps to a friction coefficient that agrees with an effect of itself; each halves what is left, or does better.
+SUBSTITUTIONS = 8
+
 
 class ComposedFriction(FrictionModel):
     """mu = base(loads) + sum of effects (loads, memory, metadata), fitted together.
@@ -161,14 +164,18 @@ class ComposedFriction(FrictionModel):
         held = self._held(x, L, S)
         known = {v.name: v.start for v in self.system_variables} | dict(system or {})
         mu = self.base_.formula(x, L)
-        # effects that need the model's own friction coefficient see the sum of those that do not
-        for effect, shape, amplitudes in sorted(
-            self._terms(), key=lambda t: t[0].needs_mu and not t[0].states
-        ):
-            basis = effect.basis(x, L, shape, EffectContext(mu, held, known))
-            for amplitude, column in zip(amplitudes, basis, strict=True):
-                if amplitude != 0.0:
-                    mu = mu + amplitude * column
+        own = [t for t in self._terms() if t[0].needs_mu and not t[0].states]
+        for term in [t for t in self._terms() if not t[0].needs_mu or t[0].states]:
+            mu = _added(mu, term, x, L, EffectContext(mu, held, known))
+        if not own:
+            return mu
+        # what depends on the friction coefficient itself: mu = rest + effect(mu), by damped substitution
+        rest = mu
+        for _ in range(SUBSTITUTIONS):
+            whole = rest
+            for term in own:
+                whole = _added(whole, term, x, L, EffectContext(mu, held, known))
+            mu = 0.5 * (mu + whole)
         return mu
 
     def _held(self, x: Ops, L: LoadColumns, S: Sequence[Value] | None) -> dict[str, Value]:
@@ -312,6 +319,21 @@ class ComposedFriction(FrictionModel):
             effects.append(type(effect)(**{str(k): float(v) for k, v in entry["fixed"].items()}))
         model = cls(base, effects)
         return model._restored(content, arrays)
+
+
+def _added(
+    mu: Value,
+    term: tuple[Effect, dict[str, float], list[float]],
+    x: Ops,
+    L: LoadColumns,
+    context: EffectContext,
+) -> Value:
+    """Return mu with one effect added."""
+    effect, shape, amplitudes = term
+    for amplitude, column in zip(amplitudes, effect.basis(x, L, shape, context), strict=True):
+        if amplitude != 0.0:
+            mu = mu + amplitude * column
+    return mu
 
 
 def _sum(base: FrictionModel, effects: list[Any]) -> FrictionModel:

@@ -1,0 +1,182 @@
+"""What whole tests that no fit has seen say of a verdict: which names stay, what is predictable beyond them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import norm
+
+from ..effects.base import Effect
+from ..estimation.binning import Campaign
+from ..estimation.reference import Reference
+from ..estimation.scan import Fit
+from ..estimation.search_round import SearchRound
+from ..estimation.structure import StructurePlace, places_of
+from ..loads import FloatArray
+from .error_budget import ErrorShares, error_shares, helps, lead
+from .unseen_tests import UnseenTests
+from .verdict import LEVEL
+
+#: Verdicts that name effects.
+NAMED = ("explained", "partly_explained", "ambiguous", "data_problem")
+#: Less than this share of what can be predicted is left: the names explain it.
+EXPLAINED = 0.15
+#: More than this share is left: what is named is not the answer.
+NOT_THE_ANSWER = 0.6
+#: What the reference finds where no effect is seen must be this share of the squared error at least, and this certain.
+ALONE_SHARE, ALONE_CERTAIN = 0.05, 3.0
+#: An effect that the scan sees at this level has to lower the error, but not by a full standard error.
+CLEAR = 0.01
+#: The first search, whose noise holds the effect, must say at least this; unseen tests must then be this certain, and fall
+#: by this share.
+MAYBE, CONFIRMED, CONFIRMED_SHARE = 0.2, 1.7, 0.15
+#: Most effects that are named together.
+MOST_NAMED = 4
+#: Rivals that are tried in place of an effect that does not help.
+RIVALS = 4
+
+#: Searches for a further effect beside those given.
+Further = Callable[[Sequence[Fit]], Fit | None]
+
+
+@dataclass(frozen=True)
+class Confirmation:
+    """Verdict after the prediction of unseen tests.
+
+    Attributes
+    ----------
+    verdict : str
+    chosen : list of Fit
+        Effects that lower the error on unseen tests.
+    shares : ErrorShares or None
+        None where there are too few tests to leave some out.
+    sure : float
+        Probability, by the scatter over the tests, that the error falls with what is named; 1 where nothing is.
+    where : list of StructurePlace
+        Where something predictable is left.
+    """
+
+    verdict: str
+    chosen: list[Fit]
+    shares: ErrorShares | None
+    sure: float
+    where: list[StructurePlace]
+
+
+class Confirm:
+    """The judge of one diagnosis.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    unseen : UnseenTests
+    found : SearchRound
+        Gives the noise by which bins are weighed.
+    """
+
+    def __init__(self, campaign: Campaign, unseen: UnseenTests, found: SearchRound) -> None:
+        self.campaign, self.unseen, self.found = campaign, unseen, found
+        self._reference: Reference | None = None
+
+    def __call__(self, verdict: str, chosen: list[Fit], further: Further) -> Confirmation:
+        """Return a verdict whose names lower the error on unseen tests.
+
+        Parameters
+        ----------
+        verdict : str
+            By the scan.
+        chosen : list of Fit
+            What it names.
+        further : callable
+        """
+        if not self.unseen.possible:
+            return Confirmation(verdict, chosen, None, 1.0, [])
+        if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
+            verdict, chosen = "explained", [seen]
+        kept = self._that_help(chosen) if verdict in NAMED else []
+        shares = self._shares(kept)
+        while kept and shares.left > EXPLAINED and len(kept) < MOST_NAMED:
+            more = further(kept)
+            if more is None or not self._helps(kept, more):
+                break
+            kept = [*kept, more]
+            shares = self._shares(kept)
+        verdict = self._verdict(verdict, kept, shares)
+        if verdict not in NAMED and kept:
+            kept, shares = [], self._shares([])
+        where = self._places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
+        return Confirmation(verdict, kept, shares, self._sure(kept), where)
+
+    def _verdict(self, verdict: str, kept: list[Fit], shares: ErrorShares) -> str:
+        if verdict in NAMED and kept:
+            if shares.left > NOT_THE_ANSWER:
+                return "unknown_structure"
+            physical = any(f.prepared.candidate.effect.kind != "fault" for f in kept)
+            return "partly_explained" if shares.left > EXPLAINED and physical else verdict
+        if verdict in NAMED or verdict == "nothing_missing":
+            alone = shares.missing > ALONE_SHARE * shares.base and shares.certainty > ALONE_CERTAIN
+            return "unknown_structure" if alone else "nothing_missing"
+        return verdict
+
+    def _that_help(self, chosen: list[Fit]) -> list[Fit]:
+        """Return the effects that lower the error on unseen tests, one after the other; a rival where the first does not."""
+        kept: list[Fit] = []
+        for fit in chosen:
+            if self._helps(kept, fit):
+                kept.append(fit)
+        if kept:
+            return kept
+        rivals = [f for f in self.found.ranking[: RIVALS + 1] if self.found.p_value(f) < LEVEL]
+        return next(([f] for f in rivals if f.name != chosen[0].name and self._helps([], f)), [])
+
+    def _overlooked(self) -> Fit | None:
+        """Return an effect that is significant once the noise is judged beside it, and that unseen tests confirm clearly."""
+        before = self.unseen.errors()
+        for fit in self.found.ranking[:2]:
+            if self.found.least_p < MAYBE and self.found.own_p_value(fit) < CLEAR:
+                after = self.unseen.errors(_effects([fit]))
+                gain, certain = lead(before.total, after.total)
+                if certain > CONFIRMED and gain > CONFIRMED_SHARE * before.rms**2:
+                    return fit
+        return None
+
+    def _helps(self, kept: Sequence[Fit], fit: Fit) -> bool:
+        before = self.unseen.errors(_effects(kept))
+        needed = 0.0 if not kept and self.found.p_value(fit) < CLEAR else 1.0
+        return helps(before, self.unseen.errors(_effects([*kept, fit])), needed)
+
+    def _sure(self, kept: Sequence[Fit]) -> float:
+        if not kept:
+            return 1.0
+        before, after = self.unseen.errors(), self.unseen.errors(_effects(kept))
+        certain = max(lead(before.total, after.total)[1], lead(before.within, after.within)[1])
+        return float(norm.cdf(certain))
+
+    def _shares(self, kept: Sequence[Fit]) -> ErrorShares:
+        return error_shares(self.unseen, self.reference, _effects(kept), _terms(kept))
+
+    @property
+    def reference(self) -> Reference:
+        """Flexible prediction of the tests from one another."""
+        if self._reference is None:
+            y = self.campaign.average(self.campaign.mu - self.unseen.base.offset)
+            self._reference = Reference(self.campaign, self.found.floor, y)
+        return self._reference
+
+    def _places(self, kept: Sequence[Fit]) -> list[StructurePlace]:
+        """Return where the reference predicts something else than the model with what is named."""
+        columns = self.campaign.average(self.unseen.base.columns)
+        columns = np.column_stack([columns, _terms(kept)]) if kept else columns
+        flexible = self.reference.out_of_fold(columns, self.unseen.fold_of_test)
+        model = self.reference.y - self.unseen.residual(_effects(kept))
+        return places_of(self.campaign, flexible - model)
+
+
+def _effects(fits: Sequence[Fit]) -> list[Effect]:
+    return [f.prepared.candidate.effect for f in fits]
+
+
+def _terms(fits: Sequence[Fit]) -> FloatArray:
+    return np.column_stack([f.binned for f in fits]) if fits else np.empty((0, 0))
