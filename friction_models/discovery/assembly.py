@@ -77,16 +77,18 @@ def _blurred(campaign: Campaign, found: SearchRound) -> bool:
     return found.floor.total > BLURRED * float(np.mean(campaign.mu))
 
 
-def assemble(campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray) -> Diagnosis:
-    """Return the diagnosis."""
+def assemble(
+    campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray, whole: tuple[Campaign, BaseLaw]
+) -> Diagnosis:
+    """Return the diagnosis; `whole` holds the points as measured, and the base there."""
     found, evidence, verdict, chosen = judged.found, judged.evidence, judged.verdict, judged.chosen
     named = verdict in NAMED and bool(chosen)
-    fitted = fit_terms(campaign, base, [f.prepared.candidate.effect for f in chosen] if named else [])
+    fitted = fit_terms(*whole, [f.prepared.candidate.effect for f in chosen] if named else [])
     names = [term.name for term in fitted.terms]
     # a linear shift of the model, fitted beside it, contains its level
     level = (
         level_of(found, chosen if named else [])
-        if base.fixed and found.columns.shape[1] == 1
+        if base.fixed and base.columns.shape[1] == 1
         else LevelOffset()
     )
     if level.off and verdict == "nothing_missing":
@@ -175,21 +177,22 @@ def _budget(
         total, missing, explained = (
             float(np.sqrt(share * part)) for part in (shares.best, shares.missing, shares.explained)
         )
+        if judged.verdict == "nothing_missing":  # what the reference does better is within chance
+            total, missing = float(np.hypot(total, missing)), 0.0
         floor = {**floor, "interval": [float(np.sqrt(share * edge)) for edge in shares.interval]}
     missing = float(np.hypot(missing, level.value if level.off else 0.0))
     return {**floor, "total": total}, {"floor": total, "explained": explained, "missing": missing}
 
 
 def _places(campaign: Campaign, judged: Judged) -> list[StructurePlace]:
-    """Return where structure is left: significant blocks, else what the reference predicts beyond the model, else the loads
-    of the winner if its form does not fit."""
+    """Return where structure is left: blocks that stand out, or the loads of a winner whose form does not fit, else what
+    the reference predicts beyond the model."""
     evidence = judged.evidence
     if judged.verdict == "unknown_structure" and evidence.unexplained and evidence.structure.where:
         return list(evidence.structure.where)
-    if judged.confirmed.where:
+    bent = evidence.unexplained and evidence.winner is not None and evidence.misfit.excess > 0.0
+    if evidence.winner is None or not bent or judged.verdict != "unknown_structure":
         return judged.confirmed.where
-    if not evidence.unexplained or evidence.winner is None or not evidence.misfit.excess > 0.0:
-        return []
     winner, excess = evidence.winner, evidence.misfit.excess
     region = {}
     for name in winner.prepared.candidate.effect.driver:

@@ -155,19 +155,18 @@ class Confirm:
         return float(norm.cdf(certain))
 
     def _shares(self, kept: Sequence[Fit]) -> ErrorShares:
-        return error_shares(self.unseen, self.reference, _effects(kept), _terms(kept))
+        return error_shares(self.unseen, self.reference, _effects(kept), self.found.columns, _terms(kept))
 
     @property
     def reference(self) -> Reference:
         """Flexible prediction of the tests from one another."""
         if self._reference is None:
-            y = self.campaign.average(self.campaign.mu - self.unseen.base.offset)
-            self._reference = Reference(self.campaign, self.found.floor, y)
+            self._reference = Reference(self.campaign, self.found.floor, self.found.y)
         return self._reference
 
     def _places(self, kept: Sequence[Fit]) -> list[StructurePlace]:
         """Return where the reference predicts something else than the model with what is named."""
-        columns = self.campaign.average(self.unseen.base.columns)
+        columns = self.found.columns
         columns = np.column_stack([columns, _terms(kept)]) if kept else columns
         flexible = self.reference.out_of_fold(columns, self.unseen.fold_of_test)
         model = self.reference.y - self.unseen.residual(_effects(kept))

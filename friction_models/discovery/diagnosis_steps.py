@@ -24,6 +24,7 @@ from ..estimation.candidates import Candidate, evaluate_all, spans_of
 from ..estimation.curves import spline_columns
 from ..estimation.importance import LEAST_SHARE, error_share, weighted_rms
 from ..estimation.noise_floor import NoiseFloor, independent_columns
+from ..estimation.own_heat import without_own_heat
 from ..estimation.scan import Fit
 from ..estimation.search_round import SearchRound, distrust_outliers, search, testable
 from ..estimation.significance import stays_first
@@ -37,7 +38,7 @@ from ..models.domain import Domain
 from .assembly import Judged, assemble
 from .confirmation import NAMED, Confirm, Confirmation
 from .diagnosis import Diagnosis
-from .unseen_tests import UnseenTests
+from .unseen_tests import UnseenTests, refitted
 from .verdict import LEVEL, SECOND_LEVEL, Evidence, decide
 
 #: Averages that must be left beside the numbers of the base.
@@ -90,7 +91,8 @@ def diagnose(
         Data without points or columns, or without a load that a trained model was given; values outside physical limits,
         an unknown model or effect.
     """
-    campaign = prepare(data, tests)
+    measured = prepare(data, tests)
+    campaign = without_own_heat(measured)
     if isinstance(model, FrictionModel) and model.is_fitted:
         require_loads(campaign.loads, model.needed_loads, f"the {model.name} model")
     if len(campaign.tests) > 1:
@@ -105,25 +107,31 @@ def diagnose(
     spans = spans_of(campaign, mu)
     candidates, said = evaluate_all(usable, campaign, mu, spans)
     notes += said
-    judged = _judge(campaign, base, candidates, seed, floor)
+    whole = (measured, base_law(base.model, measured, seed)) if refitted(base) else (campaign, base)
+    judged = _judge(campaign, base, candidates, seed, floor, whole)
     if base.fixed and judged.verdict == "unknown_structure":
         # a model fitted to data that contain the effect has absorbed the linear part of it
         shifted = replace(base, columns=polynomial_columns(campaign, 1))
         if _spare(campaign, shifted) >= SPARE:
-            beside = _judge(campaign, shifted, candidates, seed, floor)
+            beside = _judge(campaign, shifted, candidates, seed, floor, (campaign, shifted))
             if beside.verdict in NAMED:
-                judged, base = beside, shifted
+                judged, base, whole = beside, shifted, (campaign, shifted)
                 judged.notes.append(BESIDE_A_SHIFT.format(base=base.name))
     judged.notes[:0] = notes
-    answer = assemble(campaign, base, judged, mu)
+    answer = assemble(campaign, base, judged, mu, whole)
     answer.synthetic = bool(data.attrs.get("synthetic", False))
     return answer
 
 
 def _judge(
-    campaign: Campaign, base: BaseLaw, candidates: list[Candidate], seed: int, floor: NoiseFloor | None
+    campaign: Campaign,
+    base: BaseLaw,
+    candidates: list[Candidate],
+    seed: int,
+    floor: NoiseFloor | None,
+    whole: tuple[Campaign, BaseLaw],
 ) -> Judged:
-    """Search, weigh and decide, for a base with given columns."""
+    """Search, weigh and decide, for a base with given columns; `whole` is what is refitted to predict unseen tests."""
     found = _search_twice(campaign, base, candidates, seed, floor)
     candidates, notes = judge_zero(campaign, found, candidates)
     evidence, chosen = _weigh(campaign, base, found, candidates, seed)
@@ -132,7 +140,7 @@ def _judge(
         return Judged(found, evidence, Confirmation("data_problem", [], None, 1.0, []), list(notes))
     if verdict == "out_of_domain":
         return Judged(found, evidence, Confirmation(verdict, [], None, 1.0, []), list(notes))
-    confirm = Confirm(campaign, UnseenTests(campaign, base, seed), found)
+    confirm = Confirm(campaign, UnseenTests(*whole, seed), found)
     confirmed = confirm(
         verdict, chosen, lambda kept: _further_effect(campaign, base, kept, found, candidates, seed)
     )

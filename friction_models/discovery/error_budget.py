@@ -87,7 +87,11 @@ def helps(before: TestErrors, after: TestErrors, needed: float = 1.0) -> bool:
 
 
 def error_shares(
-    unseen: UnseenTests, reference: Reference, effects: Sequence[Effect], terms: FloatArray
+    unseen: UnseenTests,
+    reference: Reference,
+    effects: Sequence[Effect],
+    columns: FloatArray,
+    terms: FloatArray,
 ) -> ErrorShares:
     """Return the error budget of a model with effects.
 
@@ -97,16 +101,14 @@ def error_shares(
     reference : Reference
     effects : sequence of Effect
         What is named.
-    terms : ndarray, shape (m, k)
-        Columns of these effects in the bins.
+    columns, terms : ndarray, shape (m, p), (m, k)
+        Base, and these effects, in the bins.
     """
     campaign = unseen.campaign
     base, named = unseen.errors(), unseen.errors(effects)
-    columns = campaign.average(unseen.base.columns)
     fold = unseen.fold_of_test
-    y = campaign.average(campaign.mu - unseen.base.offset)
     flexible = [columns, np.column_stack([columns, terms])] if effects else [columns]
-    known = [errors_of_tests(campaign, y - reference.out_of_fold(c, fold)) for c in flexible]
+    known = [errors_of_tests(campaign, reference.y - reference.out_of_fold(c, fold)) for c in flexible]
     best, certainty = np.zeros(len(campaign.tests)), 0.0
     for part in ("between", "within"):
         least = own = getattr(named, part)

@@ -118,6 +118,12 @@ def errors_of_tests(campaign: Campaign, residual: FloatArray) -> TestErrors:
     return TestErrors(mean**2, np.maximum(square - mean**2, 0.0))
 
 
+def refitted(base: BaseLaw) -> bool:
+    """Return whether the model itself is fitted anew for every judgement, as `refine` does, and not taken as it is."""
+    law = base.model.base if isinstance(base.model, ComposedFriction) else base.model
+    return isinstance(law, FrictionModel) and law.form != "flexible" and not base.fixed
+
+
 @dataclass
 class UnseenTests:
     """Residuals of a model, with and without effects, on tests that each fit did not see.
@@ -163,16 +169,15 @@ class UnseenTests:
         campaign, model = self.campaign, self.base.model
         fold = self.fold_of_test[campaign.point_test]
         predicted = np.empty(len(campaign.mu))
-        law = model.base if isinstance(model, ComposedFriction) else model
-        refitted = isinstance(law, FrictionModel) and law.form != "flexible" and not self.base.fixed
-        if refitted:
+        if refitted(self.base):
+            law = model.base if isinstance(model, ComposedFriction) else model
             held = list(model.effects) if isinstance(model, ComposedFriction) else []
             changed = ComposedFriction(clone(law), [*held, *effects]) if effects else model
             known = changed.effects if isinstance(changed, ComposedFriction) else []
             loads = with_all_metadata(campaign.loads, [m for e in known for m in getattr(e, "metadata", ())])
         for k in np.unique(fold):
             unseen = fold == k
-            if refitted:
+            if refitted(self.base):
                 predicted[unseen] = predicted_unseen(changed, loads, campaign.mu, unseen)[1]
             else:
                 predicted[unseen] = _beside(campaign, self.base, effects, unseen)

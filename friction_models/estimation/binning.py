@@ -140,9 +140,9 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> Campaign:
         raise InputError(f"data: column 'test_id', row {int(np.argmax(blank))}: no value; allowed: any name")
     frame = frame.assign(test_id=frame["test_id"].astype(str))
     _, rows = TriboLoads.from_frame(frame, tests).in_order(memory=False)
+    frame = _without_copies(frame.iloc[rows].reset_index(drop=True), warnings)
     # the order of the table says nothing: by name, so that every choice and every random number falls on the same test
-    frame = frame.iloc[rows].sort_values("test_id", kind="stable").reset_index(drop=True)
-    frame = _without_copies(frame, warnings)
+    frame = frame.sort_values("test_id", kind="stable").reset_index(drop=True)
     frame = _thinned(frame, warnings)
     loads = TriboLoads.from_frame(frame, tests)
     warnings += [*_about_order(loads), *about_table(loads)]
