@@ -58,7 +58,7 @@ def _confidence(campaign: Campaign, judged: Judged, level: LevelOffset) -> float
         sure = float(np.clip(0.5 + evidence.p_value, 0.5, 0.95))
     elif verdict in NAMED and judged.chosen:
         sure = (1.0 - evidence.p_value) * stays_first(found.ranking, found.simulated) * judged.confirmed.sure
-        sure /= len(evidence.confusion_set) if verdict == "ambiguous" else 1.0
+        sure /= max(len(_confusion(judged)), 1)
     elif verdict == "unknown_structure":
         structure = evidence.structure.p_value if evidence.unexplained else 1.0
         shares = judged.confirmed.shares
@@ -84,7 +84,7 @@ def assemble(
     found, evidence, verdict, chosen = judged.found, judged.evidence, judged.verdict, judged.chosen
     named = verdict in NAMED and bool(chosen)
     fitted = fit_terms(*whole, [f.prepared.candidate.effect for f in chosen] if named else [])
-    names = [term.name for term in fitted.terms]
+    names, confusion = [term.name for term in fitted.terms], _confusion(judged)
     # a linear shift of the model, fitted beside it, contains its level
     level = (
         level_of(found, chosen if named else [])
@@ -115,21 +115,21 @@ def assemble(
         f"the data tie {first} to {second} (correlation {value:+.2f}): each alone is poorly known"
         for first, second, value in fitted.correlations[:3]
     ]
-    rivals = [f for n in evidence.confusion_set for f in found.ranking if f.name == n]
+    rivals = [f for n in confusion or evidence.confusion_set for f in found.ranking if f.name == n]
     if not rivals and chosen:
         rivals = chosen[:1]
     if len(rivals) == 1:
         rivals += [f for f in found.ranking if f.name != rivals[0].name and f.gain > 0][:1]
     proposals, inseparable = propose(campaign, found, rivals, mu, base)
-    if named and (len(evidence.confusion_set) > 1 or not proposals):
+    if named and (len(confusion) > 1 or not proposals):
         warnings += inseparable
     floor, budget = _budget(judged, level, usual, campaign)
     return Diagnosis(
         verdict=verdict,
-        sentence=sentence(verdict, base, evidence, chosen, confidence, campaign, where, factor),
+        sentence=sentence(verdict, base, evidence, chosen, confusion, confidence, campaign, where, factor),
         effects=names,
         confidence=round(float(confidence), 3),
-        confusion_set=_confusion(evidence, names),
+        confusion_set=confusion,
         ranking=[
             {
                 "effect": f.name,
@@ -155,11 +155,13 @@ def assemble(
     )
 
 
-def _confusion(evidence: Evidence, names: list[str]) -> list[str]:
+def _confusion(judged: Judged) -> list[str]:
     """Return what cannot be told from the first name, the name itself first."""
-    if not names:
+    if judged.verdict not in NAMED or not judged.chosen:
         return []
-    return evidence.confusion_set if names[0] in evidence.confusion_set else [names[0]]
+    first, known = judged.chosen[0].name, judged.evidence.confusion_set
+    alike = known if first in known else []
+    return list(dict.fromkeys([first, *alike, *judged.confirmed.rivals]))
 
 
 def _budget(

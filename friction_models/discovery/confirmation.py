@@ -16,7 +16,7 @@ from ..estimation.search_round import SearchRound
 from ..estimation.structure import StructurePlace, places_of
 from ..loads import FloatArray
 from .error_budget import ErrorShares, error_shares, helps, lead
-from .unseen_tests import UnseenTests
+from .unseen_tests import UnseenTests, errors_of_tests
 from .verdict import LEVEL
 
 #: Verdicts that name effects.
@@ -34,6 +34,8 @@ CLEAR = 0.01
 MAYBE, CONFIRMED, CONFIRMED_SHARE = 0.2, 1.7, 0.15
 #: Most effects that are named together.
 MOST_NAMED = 4
+#: Share of the gain of the first effect below which another one is no rival.
+WORTH = 0.25
 #: Rivals that are tried in place of an effect that does not help.
 RIVALS = 4
 
@@ -56,6 +58,8 @@ class Confirmation:
         Probability, by the scatter over the tests, that the error falls with what is named; 1 where nothing is.
     where : list of StructurePlace
         Where something predictable is left.
+    rivals : tuple of str
+        Effects whose lead the first one owes to no more than what it leaves itself: it may be a matter of formulas.
     """
 
     verdict: str
@@ -63,6 +67,7 @@ class Confirmation:
     shares: ErrorShares | None
     sure: float
     where: list[StructurePlace]
+    rivals: tuple[str, ...] = ()
 
 
 class Confirm:
@@ -106,8 +111,11 @@ class Confirm:
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
             kept, shares = [], self._shares([])
+        rivals = self._rivals(kept, shares) if kept else ()
+        if verdict == "explained" and rivals:
+            verdict = "ambiguous"
         where = self._places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
-        return Confirmation(verdict, kept, shares, self._sure(kept), where)
+        return Confirmation(verdict, kept, shares, self._sure(kept), where, rivals)
 
     def _verdict(self, verdict: str, kept: list[Fit], shares: ErrorShares) -> str:
         if verdict in NAMED and kept:
@@ -146,6 +154,28 @@ class Confirm:
         before = self.unseen.errors(_effects(kept))
         needed = 0.0 if not kept and self.found.p_value(fit) < CLEAR else 1.0
         return helps(before, self.unseen.errors(_effects([*kept, fit])), needed)
+
+    def _rivals(self, kept: Sequence[Fit], shares: ErrorShares) -> tuple[str, ...]:
+        """Return effects that would leave hardly more than the first one in its place."""
+        if not shares.missing > 0.0:
+            return ()
+        first, *others = kept
+        own = self._straight([first, *others])
+        names = {f.name for f in kept}
+        tried = [f for f in self.found.ranking if f.gain > WORTH * first.gain and f.name not in names]
+        return tuple(f.name for f in tried if self._straight([f, *others]) - own < shares.missing)
+
+    def _straight(self, fits: Sequence[Fit]) -> float:
+        """Return the mean squared error on unseen tests with the shapes of the scan and amplitudes of the other tests."""
+        campaign, columns = self.campaign, np.column_stack([self.found.columns, _terms(fits)])
+        root = np.sqrt(campaign.count)
+        fold = self.unseen.fold_of_test[campaign.test]
+        residual = np.empty(len(self.found.y))
+        for k in np.unique(fold):
+            seen = fold != k
+            b = np.linalg.lstsq(root[seen, None] * columns[seen], (root * self.found.y)[seen], rcond=1e-9)[0]
+            residual[~seen] = self.found.y[~seen] - columns[~seen] @ b
+        return float(np.mean(errors_of_tests(campaign, residual).total))
 
     def _sure(self, kept: Sequence[Fit]) -> float:
         if not kept:

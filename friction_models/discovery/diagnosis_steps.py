@@ -36,7 +36,7 @@ from ..loads import LOAD_NAMES, FloatArray, require_loads
 from ..models.base import FrictionModel
 from ..models.domain import Domain
 from .assembly import Judged, assemble
-from .confirmation import NAMED, Confirm, Confirmation
+from .confirmation import MOST_NAMED, NAMED, Confirm, Confirmation
 from .diagnosis import Diagnosis
 from .unseen_tests import UnseenTests, refitted
 from .verdict import LEVEL, SECOND_LEVEL, Evidence, decide
@@ -222,16 +222,19 @@ def _weigh(
     confusion = found.confusion_set()
     if len(confusion) == 1 and len(found.ranking) > 1 and stays_first(found.ranking, found.simulated) < SURE:
         confusion.append(found.ranking[1].name)
-    chosen = [winner]
-    second = _further_effect(campaign, base, [winner], found, candidates, seed)
-    if second is not None:
-        chosen.append(second)
-    signal = np.column_stack([found.whiten(_columns(f)) for f in chosen])
-    structure = find_structure(campaign, found, signal, seed)
-    misfit = own_misfit(campaign, found, winner, signal)
-    part = _part(structure, found)
-    evidence = Evidence(found, winner, p, share, confusion, misfit, structure, part, outside)
-    return evidence, chosen
+    chosen: list[Fit] = [winner]
+    while True:
+        signal = np.column_stack([found.whiten(_columns(f)) for f in chosen])
+        structure = find_structure(campaign, found, signal, seed)
+        misfit = own_misfit(campaign, found, winner, signal)
+        part = _part(structure, found)
+        evidence = Evidence(found, winner, p, share, confusion, misfit, structure, part, outside)
+        if len(chosen) == MOST_NAMED or (len(chosen) > 1 and not evidence.unexplained):
+            return evidence, chosen
+        more = _further_effect(campaign, base, chosen, found, candidates, seed)
+        if more is None:
+            return evidence, chosen
+        chosen.append(more)
 
 
 def _large_ones_first(campaign: Campaign, found: SearchRound) -> None:

@@ -12,7 +12,7 @@ from ..effects.base import Effect
 from ..estimation.importance import LEAST_SHARE
 from ..estimation.reference import Reference
 from ..loads import FloatArray
-from .unseen_tests import TestErrors, UnseenTests, errors_of_tests
+from .unseen_tests import ErrorsByTest, UnseenTests, errors_of_tests
 
 #: Standard errors over the tests by which the reference must predict better than the model to be believed.
 BELIEVED = 2.3
@@ -77,7 +77,7 @@ def lead(worse: FloatArray, better: FloatArray) -> tuple[float, float]:
     return mean, float(mean / max(spread, 1e-300))
 
 
-def helps(before: TestErrors, after: TestErrors, needed: float = 1.0) -> bool:
+def helps(before: ErrorsByTest, after: ErrorsByTest, needed: float = 1.0) -> bool:
     """Return whether an addition lowers the error on unseen tests, in all (by `needed` standard errors) or along them."""
     gain, certain = lead(before.total, after.total)
     if gain > LEAST_SHARE * before.rms**2 and certain > needed:

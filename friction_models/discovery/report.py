@@ -51,7 +51,7 @@ def _budget(d: Findings) -> list[str]:
     low, high = floor["interval"]
     after = math.hypot(budget["floor"], budget["missing"])
     lines = [
-        f"Error budget of the {d.model} model (rms of mu)",
+        f"Error budget of the {d.model} model (rms of mu in the averages, divided as whole unseen tests show it)",
         f"  before        {math.hypot(after, budget['explained']):.5f}",
         f"  noise floor   {budget['floor']:.5f}   (95 %: {low:.5f} to {high:.5f}; test scatter {floor['test']:.5f}, "
         f"drift {floor['drift']:.5f}, sensor {floor['sensor']:.5f})",
@@ -157,7 +157,7 @@ def _response(d: Findings) -> list[str]:
         effect = d.named[name]
         values = entry["values"]
         lines.append(f"{name}: {entry['equation']}")
-        lines.append("  " + ", ".join(f"{k} = {_with(v)}" for k, v in values.items()))
+        lines.append("  " + ", ".join(f"{k} = {_with(v)}" for k, v in values.items()) + "   (95 % intervals)")
         numbers = {k: v["value"] for k, v in values.items()}
         for driver in effect.driver:
             curve = effect_curve(effect, numbers, d.averages, driver)
@@ -170,4 +170,8 @@ def _response(d: Findings) -> list[str]:
 
 
 def _with(value: ParameterValue) -> str:
-    return f"{value['value']:.4g}" + (f" {value['unit']}" if value["unit"] != "1" else "")
+    unit = f" {value['unit']}" if value["unit"] != "1" else ""
+    if "interval" not in value:
+        return f"{value['value']:.4g}{unit}"
+    low, high = value["interval"]
+    return f"{value['value']:.4g} ({low:.3g} to {high:.3g}){unit}"

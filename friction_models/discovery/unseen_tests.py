@@ -85,7 +85,7 @@ def _faults_share(model: Any, loads: TriboLoads) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class TestErrors:
+class ErrorsByTest:
     """Mean squared error of each test, split in two.
 
     Attributes
@@ -110,12 +110,12 @@ class TestErrors:
         return float(np.sqrt(np.mean(self.total)))
 
 
-def errors_of_tests(campaign: Campaign, residual: FloatArray) -> TestErrors:
+def errors_of_tests(campaign: Campaign, residual: FloatArray) -> ErrorsByTest:
     """Return the errors of the tests from residuals in the bins, shape (m,)."""
     weight = np.bincount(campaign.test, campaign.count)
     mean = np.bincount(campaign.test, campaign.count * residual) / weight
     square = np.bincount(campaign.test, campaign.count * residual**2) / weight
-    return TestErrors(mean**2, np.maximum(square - mean**2, 0.0))
+    return ErrorsByTest(mean**2, np.maximum(square - mean**2, 0.0))
 
 
 def refitted(base: BaseLaw) -> bool:
@@ -155,7 +155,7 @@ class UnseenTests:
         """Return measured minus predicted mu in the bins, shape (m,), of the model with `effects`."""
         return self.campaign.average(self._at_points(effects))
 
-    def errors(self, effects: Sequence[Effect] = ()) -> TestErrors:
+    def errors(self, effects: Sequence[Effect] = ()) -> ErrorsByTest:
         """Return the errors of the model with `effects`, of averages over the bins."""
         return errors_of_tests(self.campaign, self.residual(effects))
 

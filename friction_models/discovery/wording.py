@@ -30,12 +30,16 @@ def sentence(
     base: BaseLaw,
     evidence: Evidence,
     chosen: list[Fit],
+    confusion: Sequence[str],
     confidence: float,
     campaign: Campaign,
     where: Sequence[StructurePlace] = (),
     factor: TestGroups | None = None,
 ) -> str:
-    """Return the verdict as a user reads it; `where` holds the structure that is left, `factor` two groups of tests."""
+    """Return the verdict as a user reads it.
+
+    `confusion` names what cannot be told apart, `where` holds the structure that is left, `factor` two groups of tests.
+    """
     model = f"the {base.name} model"
     sure = f"(confidence {confidence:.2f}"
     if not evidence.found.floor.known:
@@ -57,7 +61,7 @@ def sentence(
         )
     if verdict == "ambiguous":
         known = {f.name: f.prepared.candidate.effect.label for f in evidence.found.ranking}
-        rivals = ", ".join(known.get(name, name) for name in evidence.confusion_set)
+        rivals = ", ".join(known.get(name, name) for name in confusion)
         return (
             f"an effect is missing from {model}, but these data cannot tell {rivals} apart; {effects[0].label} fits best: "
             f"{effects[0].sentence} {sure}."

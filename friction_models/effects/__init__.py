@@ -11,9 +11,12 @@ from .batch import Batch
 from .declaration import declaration_fault
 from .flash_temperature import FlashTemperature
 from .force_zero import ForceZero
+from .hersey import Hersey
+from .hot_pressure_breakdown import HotPressureBreakdown
 from .pressure_power import PressurePower
 from .pressure_saturation import PressureSaturation
 from .rate_state import RateState
+from .rising_speed import RisingSpeed
 from .running_in import RunningIn
 from .sensor_drift import SensorDrift
 from .static_peak import StaticPeak
@@ -31,9 +34,12 @@ ENTRY_POINT_GROUP = "tribofmu.effects"
 
 _OWN: tuple[type[Effect], ...] = (
     Stribeck,
+    RisingSpeed,
+    Hersey,
     Viscous,
     ThermalSoftening,
     ThermalBreakdown,
+    HotPressureBreakdown,
     PressureSaturation,
     PressurePower,
     SurfaceExpansion,
@@ -128,10 +134,13 @@ __all__ = [
     "EffectContext",
     "FlashTemperature",
     "ForceZero",
+    "Hersey",
+    "HotPressureBreakdown",
     "Memory",
     "PressurePower",
     "PressureSaturation",
     "RateState",
+    "RisingSpeed",
     "RunningIn",
     "SensorDrift",
     "Shape",

@@ -68,6 +68,8 @@ class Campaign:
         Share of the points that lay far off their neighbours and were replaced.
     integrated : dict
         States of effects whose evolution does not depend on shape parameters, with the mu that drove them.
+    smooth : ndarray, shape (m, k), or None
+        Curves along the loads, once they have been computed.
     """
 
     loads: TriboLoads
@@ -85,6 +87,7 @@ class Campaign:
     distrusted: npt.NDArray[np.bool_] | None = None
     spikes: float = 0.0
     integrated: dict[str, tuple[FloatArray, dict[str, FloatArray]]] = field(default_factory=dict, repr=False)
+    smooth: FloatArray | None = field(default=None, repr=False)
 
     def average(self, values: FloatArray) -> FloatArray:
         """Return bin means of `values`, shape (n,) or (n, k)."""

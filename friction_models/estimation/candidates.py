@@ -64,6 +64,8 @@ def spans_of(campaign: Campaign, mu: FloatArray) -> dict[str, tuple[float, ...]]
         "sigma_n": _span(loads.sigma_n),
         "sd": _span(loads.sd),
         "psi": _span(loads.psi),
+        "hersey": _span(loads.v_rel / np.maximum(loads.sigma_n, 1e-9)),
+        "sigma_n_hot": _span(loads.sigma_n * np.exp(0.005 * np.clip(loads.T - 20.0, 0.0, 1000.0))),
         "flash": _span(np.maximum(mu, 1e-6) * loads.sigma_n * np.sqrt(loads.v_rel)),
     }
     lasts = np.r_[campaign.point_starts[1:], len(loads)] - 1

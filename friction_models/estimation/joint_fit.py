@@ -128,8 +128,7 @@ class JointProblem:
         """Estimate the noise floor around base and effects, and weigh by it."""
         if self.layout is None:
             return
-        columns = [flexible_mean(self.campaign, self.base_points), *self.columns(self.shapes, points=True)]
-        mean = self.campaign.average(np.column_stack(columns))
+        mean = np.column_stack([flexible_mean(self.campaign, self.law.columns), *self.columns(self.shapes)])
         self.estimated = estimate(self.campaign, self.layout, self.y, mean, self.estimated)
         self.whiten = Whitener(self.layout, self.estimated, float(np.std(self.y)) or 1e-6)
 
@@ -161,10 +160,6 @@ class JointProblem:
             x = np.linalg.lstsq(white[~held], target[~held], rcond=1e-9)[0]
             error[held] = self.y[held] - matrix[held] @ x
         return float(self.campaign.count @ error**2 / self.campaign.count.sum())
-
-    @property
-    def base_points(self) -> FloatArray:
-        return self.law.columns
 
     def columns(self, shapes: Sequence[Mapping[str, float]], points: bool = False) -> list[FloatArray]:
         """Return the basis of every effect, [m, amplitudes] in the bins or [n, amplitudes] on the points."""

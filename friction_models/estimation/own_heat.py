@@ -39,7 +39,7 @@ def without_own_heat(campaign: Campaign) -> Campaign:
         return campaign
     start, scale = (np.repeat(v, np.bincount(campaign.point_test)) for v in factor)
     T = start + (campaign.loads.T - start) * scale
-    return replace(campaign, loads=replace(campaign.loads, T=T), integrated={})
+    return replace(campaign, loads=replace(campaign.loads, T=T), integrated={}, smooth=None)
 
 
 def _factors(campaign: Campaign) -> tuple[FloatArray, FloatArray] | None:

@@ -102,7 +102,7 @@ def fit_terms(campaign: Campaign, law: BaseLaw, effects: list[Effect]) -> Fitted
                 bounds = next(s for s in effect.shapes if s.name == name)
                 value = shape[name]
                 low, high = (
-                    (value * np.exp(-half), value * np.exp(half))
+                    (value * np.exp(-min(half, 50.0)), value * np.exp(min(half, 50.0)))
                     if bounds.lower > 0
                     else (value - half, value + half)
                 )

@@ -98,13 +98,19 @@ class SearchRound:
 
 
 def flexible_mean(campaign: Campaign, base: FloatArray) -> FloatArray:
-    """Return columns of a mean that follows more than the base: second order and curves along each load.
+    """Return bin means of columns that follow more than the base [n, p]: second order and curves along each load.
 
     With few tests the interactions, then the curves are left out, so that scatter between tests stays visible.
     """
+    if campaign.smooth is None:
+        campaign.smooth = campaign.average(_smooth_columns(campaign))
+    return np.column_stack([campaign.average(base), campaign.smooth])
+
+
+def _smooth_columns(campaign: Campaign) -> FloatArray:
     tests = len(campaign.tests)
     z = polynomial_columns(campaign, 1)
-    columns = [base]
+    columns = []
     if tests >= 8:
         columns.append(np.column_stack([z, z**2]))
     if tests >= 30:
@@ -127,7 +133,7 @@ def distrust_outliers(campaign: Campaign, base: BaseLaw) -> NoiseFloor | None:
         A first estimate; None where there are too few bins to judge.
     """
     y = campaign.average(campaign.mu - base.offset)
-    mean = independent_columns(campaign.average(flexible_mean(campaign, base.columns)))
+    mean = independent_columns(flexible_mean(campaign, base.columns))
     if len(y) < 3 * len(campaign.tests) or len(y) < 2 * mean.shape[1]:
         return None
     floor = None
@@ -179,7 +185,7 @@ def search(
     columns = campaign.average(base.columns)
     if terms is not None:
         columns = np.column_stack([columns, terms])
-    mean = campaign.average(flexible_mean(campaign, base.columns))
+    mean = flexible_mean(campaign, base.columns)
     extra = [e for e in (terms, also_in_mean) if e is not None]
     mean = np.column_stack([mean, *extra])
     floor = estimate(campaign, layout, y, mean, start)

@@ -88,10 +88,10 @@ def with_effect(
     ]
     base = 0.2 + made.loads.as_array() @ BASE
     mu = base
-    for _ in range(20):  # effects that see the model's own friction: iterate to agreement
-        seen = base if effect.needs_mu and not effect.states else mu
-        columns = evaluate_points(effect, made, seen, shape)
-        mu = base + sum(a * np.broadcast_to(c, (len(mu), 1))[:, 0] for a, c in zip(strength, columns))
+    for _ in range(40):  # effects that see the model's own friction: iterate to agreement
+        columns = evaluate_points(effect, made, mu, shape)
+        new = base + sum(a * np.broadcast_to(c, (len(mu), 1))[:, 0] for a, c in zip(strength, columns))
+        mu = 0.5 * (mu + new) if effect.needs_mu else new
     return data.assign(mu=mu), shape, strength
 
 

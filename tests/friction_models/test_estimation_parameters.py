@@ -1,0 +1,74 @@
+"""Intervals of fitted parameters hold the true ones about as often as they say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from friction_models import ConstantFriction
+from friction_models.effects import make_effect
+from friction_models.estimation.base_law import base_law
+from friction_models.estimation.binning import Campaign, prepare
+from friction_models.estimation.parameters import fit_terms
+
+DELTA, LENGTH = 0.03, 6.0
+
+
+def running_in(seed: int, tests: int = 30) -> Campaign:
+    """Return tests whose friction falls over the first millimetres, each with an offset and noise of its own."""
+    rng = np.random.default_rng([seed, 8])
+    frames = []
+    for k in range(tests):
+        sd = np.linspace(0.2, 50.0, 60)
+        own = DELTA * (1.0 + 0.1 * rng.normal())  # tests differ in the size of the effect, too
+        mu = 0.08 + own * np.exp(-sd / LENGTH) + rng.normal(0.0, 0.003) + rng.normal(0.0, 0.001, 60)
+        frames.append(pd.DataFrame({"test_id": f"t{k:02d}", "sd": sd, "v_rel": 50.0, "mu": mu}))
+    return prepare(pd.concat(frames, ignore_index=True))
+
+
+def test_intervals_hold_the_truth() -> None:
+    inside = {"delta_r": 0, "s_r": 0}
+    seeds = 30
+    for seed in range(seeds):
+        campaign = running_in(seed)
+        (term,) = fit_terms(
+            campaign, base_law(ConstantFriction(), campaign), [make_effect("running_in")]
+        ).terms
+        for name, truth in (("delta_r", DELTA), ("s_r", LENGTH)):
+            low, high = term.intervals[name]
+            value = {**term.amplitudes, **term.shape}[name]
+            assert low < value < high
+            inside[name] += low <= truth <= high
+    assert all(n >= 0.83 * seeds for n in inside.values()), inside
+
+
+def test_more_tests_narrow_an_interval() -> None:
+    def width(tests: int) -> float:
+        campaign = running_in(1, tests)
+        (term,) = fit_terms(
+            campaign, base_law(ConstantFriction(), campaign), [make_effect("running_in")]
+        ).terms
+        low, high = term.intervals["delta_r"]
+        return high - low
+
+    assert width(80) == pytest.approx(width(20) / 2.0, rel=0.35)
+
+
+def test_no_effects_no_terms() -> None:
+    campaign = running_in(0, 8)
+    assert fit_terms(campaign, base_law(ConstantFriction(), campaign), []).terms == []
+
+
+def test_what_the_data_tie_is_said() -> None:
+    rng = np.random.default_rng(2)
+    frames = []
+    for k in range(20):  # the record ends before the curve bends: size and length act as one
+        sd = np.linspace(0.1, 1.0, 30)
+        mu = 0.08 + DELTA * np.exp(-sd / LENGTH) + rng.normal(0.0, 0.001) + rng.normal(0.0, 1e-4, 30)
+        frames.append(pd.DataFrame({"test_id": f"t{k:02d}", "sd": sd, "v_rel": 50.0, "mu": mu}))
+    campaign = prepare(pd.concat(frames, ignore_index=True))
+    found = fit_terms(campaign, base_law(ConstantFriction(), campaign), [make_effect("running_in")])
+    assert [p[:2] for p in found.correlations] == [("running_in.delta_r", "running_in.s_r")]
+    low, high = found.terms[0].intervals["s_r"]
+    assert high / low > 1.5

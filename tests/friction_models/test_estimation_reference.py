@@ -1,0 +1,99 @@
+"""The flexible reference: it predicts what is there to be predicted, and nothing where there is nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from friction_models import LinearFriction
+from friction_models.estimation import reference as module
+from friction_models.estimation.base_law import base_law
+from friction_models.estimation.binning import Campaign, prepare
+from friction_models.estimation.noise_floor import NoiseFloor
+from friction_models.estimation.reference import Reference
+
+from .estimation_cases import measured
+
+SCATTER = 0.002
+
+
+def campaign_of(seed: int, size: float) -> tuple[Campaign, np.ndarray]:
+    """Return tests with a product of speed and pressure hidden in mu, and that part in the bins."""
+    data = measured(np.random.default_rng(seed), tests=60, points=12, between=SCATTER)
+    z = {n: (data[n] - data[n].mean()) / data[n].std() for n in ("v_rel", "sigma_n")}
+    hidden = size * (z["v_rel"] * z["sigma_n"]).to_numpy()
+    campaign = prepare(data.assign(mu=data["mu"] + hidden))
+    return campaign, campaign.average(hidden)
+
+
+def reference_of(campaign: Campaign) -> tuple[Reference, np.ndarray, np.ndarray]:
+    """Return reference, base columns and folds."""
+    y = campaign.average(campaign.mu)
+    floor = NoiseFloor(0.001, SCATTER, 1e-5, 3.0, (0.0, 0.0), 0.001)
+    base = campaign.average(base_law(LinearFriction(), campaign).columns)
+    return Reference(campaign, floor, y), base, np.arange(len(campaign.tests)) % 4
+
+
+def plain(campaign: Campaign, columns: np.ndarray, folds: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return out-of-fold predictions of ordinary least squares."""
+    fold, predicted = folds[campaign.test], np.empty(len(y))
+    for k in np.unique(fold):
+        seen = fold != k
+        predicted[~seen] = columns[~seen] @ np.linalg.lstsq(columns[seen], y[seen], rcond=None)[0]
+    return predicted
+
+
+def test_a_hidden_product_is_predicted_on_unseen_tests() -> None:
+    removed = []
+    for seed in range(4):
+        campaign, hidden = campaign_of(seed, 0.006)
+        reference, base, folds = reference_of(campaign)
+        law = reference.y - plain(campaign, base, folds, reference.y)
+        error = reference.y - reference.out_of_fold(base, folds)
+        # a perfect model would leave scatter and noise: what it could remove is the variance of the hidden part
+        removed.append(1.0 - (np.var(error) - SCATTER**2) / (np.var(law) - SCATTER**2))
+    assert np.median(removed) > 0.8
+
+
+def test_where_nothing_is_hidden_it_is_no_better_than_the_line() -> None:
+    worse = 0
+    for seed in range(8):
+        campaign, _ = campaign_of(100 + seed, 0.0)
+        reference, base, folds = reference_of(campaign)
+        law = reference.y - plain(campaign, base, folds, reference.y)
+        error = reference.y - reference.out_of_fold(base, folds)
+        assert np.mean(error**2) > 0.9 * np.mean(law**2)
+        assert np.mean(error**2) < 1.15 * np.mean(law**2)
+        worse += np.mean(error**2) > np.mean(law**2)
+    assert worse >= 3
+
+
+def test_metadata_in_words_is_followed() -> None:
+    data = measured(np.random.default_rng(5), tests=48, points=12, between=SCATTER)
+    ids = data["test_id"].unique()
+    tests = pd.DataFrame({"test_id": ids, "operator": [f"O{k % 3}" for k in range(len(ids))]})
+    shift = dict(zip(ids, [0.02 * (k % 3 == 1) for k in range(len(ids))], strict=True))
+    campaign = prepare(data.assign(mu=data["mu"] + data["test_id"].map(shift)), tests)
+    reference, base, folds = reference_of(campaign)
+    assert "operator" in reference.names
+    error = reference.y - reference.out_of_fold(base, folds)
+    law = reference.y - plain(campaign, base, folds, reference.y)
+    assert np.var(error) < 0.15 * np.var(law)
+
+
+def test_the_gradient_of_the_criterion_is_that_of_its_values(monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign, _ = campaign_of(9, 0.004)
+    seen = []
+
+    def look(criterion, start, **_):  # type: ignore[no-untyped-def]
+        theta = start + np.random.default_rng(0).normal(0.0, 0.7, len(start))
+        step = 1e-5 * np.eye(len(theta))
+        numbers = [(criterion(theta + e)[0] - criterion(theta - e)[0]) / 2e-5 for e in step]
+        seen.append((criterion(theta)[1], np.array(numbers)))
+        return type("Result", (), {"x": start})()
+
+    monkeypatch.setattr(module, "minimize", look)
+    reference, base, folds = reference_of(campaign)
+    reference.out_of_fold(base, folds)
+    assert seen[0][0] == pytest.approx(seen[0][1], rel=1e-4, abs=1e-3)
