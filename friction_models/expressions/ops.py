@@ -76,17 +76,17 @@ class Ops(Protocol):
     [[0.1]]
     """
 
-    def exp(self, a: Value) -> Value: ...
-    def log(self, a: Value) -> Value: ...
-    def sqrt(self, a: Value) -> Value: ...
-    def tanh(self, a: Value) -> Value: ...
-    def sigmoid(self, a: Value) -> Value: ...
-    def abs(self, a: Value) -> Value: ...
-    def relu(self, a: Value) -> Value: ...
-    def maximum(self, a: Value, b: Value) -> Value: ...
-    def minimum(self, a: Value, b: Value) -> Value: ...
-    def power(self, a: Value, b: Value) -> Value: ...
-    def where(self, condition: Value, a: Value, b: Value) -> Value:
+    def exp(self, a: Value, /) -> Value: ...
+    def log(self, a: Value, /) -> Value: ...
+    def sqrt(self, a: Value, /) -> Value: ...
+    def tanh(self, a: Value, /) -> Value: ...
+    def sigmoid(self, a: Value, /) -> Value: ...
+    def abs(self, a: Value, /) -> Value: ...
+    def relu(self, a: Value, /) -> Value: ...
+    def maximum(self, a: Value, b: Value, /) -> Value: ...
+    def minimum(self, a: Value, b: Value, /) -> Value: ...
+    def power(self, a: Value, b: Value, /) -> Value: ...
+    def where(self, condition: Value, a: Value, b: Value, /) -> Value:
         """Choose `a` where `condition` holds, else `b`; both must be finite everywhere."""
         ...
 
@@ -130,38 +130,21 @@ class NumpyOps:
     [[-2.0], [13.0]]
     """
 
-    def exp(self, a: Value) -> Value:
-        return np.exp(a)
-
-    def log(self, a: Value) -> Value:
-        return np.log(a)
-
-    def sqrt(self, a: Value) -> Value:
-        return np.sqrt(a)
-
-    def tanh(self, a: Value) -> Value:
-        return np.tanh(a)
+    exp = staticmethod(np.exp)
+    log = staticmethod(np.log)
+    sqrt = staticmethod(np.sqrt)
+    tanh = staticmethod(np.tanh)
+    abs = staticmethod(np.abs)
+    maximum = staticmethod(np.maximum)
+    minimum = staticmethod(np.minimum)
+    power = staticmethod(np.power)
+    where = staticmethod(np.where)
 
     def sigmoid(self, a: Value) -> Value:
         return 0.5 + 0.5 * np.tanh(0.5 * np.asarray(a))
 
-    def abs(self, a: Value) -> Value:
-        return np.abs(a)
-
     def relu(self, a: Value) -> Value:
         return np.maximum(a, 0.0)
-
-    def maximum(self, a: Value, b: Value) -> Value:
-        return np.maximum(a, b)
-
-    def minimum(self, a: Value, b: Value) -> Value:
-        return np.minimum(a, b)
-
-    def power(self, a: Value, b: Value) -> Value:
-        return np.power(a, b)
-
-    def where(self, condition: Value, a: Value, b: Value) -> Value:
-        return np.where(condition, a, b)
 
     def matmul(self, a: Value, weights: npt.ArrayLike, bias: npt.ArrayLike | None = None) -> Value:
         product = np.asarray(a) @ np.asarray(weights, dtype=np.float64)

@@ -200,7 +200,7 @@ class ComposedFriction(FrictionModel):
         matrix = np.column_stack(LoadColumns(*points.as_array().T).without(x, self.domain.absent).columns())
         system = self._metadata(points)
         if not self.states or (points.test_id is None and points.t is None):
-            L = LoadColumns(*(c[:, None] for c in matrix.T))
+            L = LoadColumns.from_matrix(x, matrix)
             return x.relu(self.formula(x, L, None, system))[:, 0]
         points, order = points.in_order(memory=True)
         matrix, system = matrix[order], {k: v[order] for k, v in system.items()}
@@ -214,7 +214,7 @@ class ComposedFriction(FrictionModel):
         for step in range(int(lengths.max(initial=0))):
             running = lengths > step
             rows = starts[running] + step
-            L = LoadColumns(*(matrix[rows, j : j + 1] for j in range(matrix.shape[1])))
+            L = LoadColumns.from_matrix(x, matrix[rows])
             inside = {k: v[rows] for k, v in system.items()}
             held = [s[running] for s in S]
             if step:

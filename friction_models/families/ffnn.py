@@ -136,7 +136,7 @@ class FeedForwardFriction(FrictionModel):
     def _lesson(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> Lesson:
         """Return what the networks learn from; notes the scaling and the tests held out."""
         x = NumpyOps()
-        features = x.concat(_inputs(x, LoadColumns(*(c[:, None] for c in loads.as_array().T))))
+        features = x.concat(_inputs(x, LoadColumns.from_matrix(x, loads.as_array())))
         self.scaling_ = Scaling.of(features)
         held = [
             hold_out(groups, len(mu), self.validation_fraction, self.seed + k)[1] for k in range(self.members)
@@ -198,7 +198,7 @@ class FeedForwardFriction(FrictionModel):
             return super().left_out(loads, mu, groups, folds, seed)
         x = NumpyOps()
         total = np.zeros(len(mu))
-        for own, value in zip(held, self._each(x, LoadColumns(*(c[:, None] for c in loads.as_array().T)))):
+        for own, value in zip(held, self._each(x, LoadColumns.from_matrix(x, loads.as_array()))):
             total[own] += np.maximum(value[own, 0], 0.0)
         predicted = np.where(count > 0, total / np.maximum(count, 1), np.nan)
         return predicted, "tests that networks held out to stop their training"

@@ -102,7 +102,7 @@ class PowerLawFriction(FrictionModel):
 
         self.sigma_offset_ = offset_for(loads.sigma_n) if self.sigma_offset is None else self.sigma_offset
         x = NumpyOps()
-        features = self._features(x, LoadColumns(*(c[:, None] for c in loads.as_array().T)))
+        features = self._features(x, LoadColumns.from_matrix(x, loads.as_array()))
         design = np.concatenate([np.ones((len(mu), 1)), *features], axis=1)
         varies = np.ptp(design, axis=0) > 1e-9
         varies[0] = True

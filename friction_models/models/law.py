@@ -159,7 +159,7 @@ class FrictionLaw(BaseEstimator):
         """
         points = self._evaluable(loads)
         x = NumpyOps()
-        columns = LoadColumns(*(c[:, None] for c in points.as_array().T)).without(x, self.domain.absent)
+        columns = LoadColumns.from_matrix(x, points.as_array()).without(x, self.domain.absent)
         return x.relu(self.formula(x, columns))[:, 0]
 
     def _evaluable(self, loads: LoadsLike) -> TriboLoads:
