@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Self
 
 import numpy as np
-import numpy.typing as npt
 from sklearn.base import clone
 
 from ..common import InputError, shown
@@ -18,7 +17,8 @@ from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..loads import FloatArray, TriboLoads
 from ..loads.order import order_of_tests
 from ..loads.time_steps import rests, time_steps
-from ..models.base import FrictionModel, Groups, LoadsLike
+from ..models.base import FrictionModel, LoadsLike
+from ..models.law import Arrays, Groups, JsonObject, Learned, States, System
 from ..models.tangent import MeasuredPoints, Tangent
 from ..models.variables import StateVariable, SystemVariable, as_numbers
 from .metadata import check_loads, levels_of, system_variables_of
@@ -151,13 +151,7 @@ class ComposedFriction(FrictionModel):
     def system_variables(self) -> tuple[SystemVariable, ...]:
         return tuple(getattr(self, "system_", ()))
 
-    def formula(
-        self,
-        x: Ops,
-        L: LoadColumns,
-        S: Sequence[Value] | None = None,
-        system: Mapping[str, Value] | None = None,
-    ) -> Value:
+    def formula(self, x: Ops, L: LoadColumns, S: States = None, system: System = None) -> Value:
         held = self._held(x, L, S)
         known = {v.name: v.start for v in self.system_variables} | dict(system or {})
         mu = self.base_.formula(x, L)
@@ -261,7 +255,7 @@ class ComposedFriction(FrictionModel):
             "effects": [{"name": e.name, "fixed": e.fixed} for e in effects],
         }
 
-    def _learned(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
+    def _learned(self) -> Learned:
         content, arrays = self.base_.parts()
         values = {
             "base": content,
@@ -274,7 +268,7 @@ class ComposedFriction(FrictionModel):
         }
         return values, {f"base.{k}": v for k, v in arrays.items()}
 
-    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+    def _restore(self, values: JsonObject, arrays: Arrays) -> None:
         self.effects_ = [make_effect(e) for e in self.effects]
         inner = {k.removeprefix("base."): v for k, v in arrays.items() if k.startswith("base.")}
         self.base_ = type(self.base).from_parts(values["base"], inner)
@@ -297,7 +291,7 @@ class ComposedFriction(FrictionModel):
         self.error_history_ = [_checked_round(entry) for entry in values.get("error_history", [])]
 
     @classmethod
-    def from_parts(cls, content: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Self:
+    def from_parts(cls, content: JsonObject, arrays: Arrays) -> Self:
         """Build a model from `parts`; see `FrictionModel.from_parts`."""
         params = content["params"]
         base = make_model(str(params["base"]["family"]), **params["base"]["params"])

@@ -17,11 +17,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, TypedDict
+from typing import TypedDict
 
 import numpy as np
 
 from ..common import InputError
+from ..common.json_values import JsonObject
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..expressions.parameters import check_integer, check_number
 from ..loads import LOAD_NAMES, FloatArray
@@ -158,8 +159,8 @@ class PredictionInterval:
         """Return `margin` at loads of shape (n, 5) as an array of shape (n,)."""
         if len(loads) == 0:
             return np.empty(0)
-        columns = LoadColumns(*(c[:, None] for c in loads.T))
-        return np.asarray(self.margin(NumpyOps(), columns, domain, level))[:, 0]
+        x = NumpyOps()
+        return np.asarray(self.margin(x, LoadColumns.from_matrix(x, loads), domain, level))[:, 0]
 
     def with_coverage(self, role: str, measures: Mapping[str, float]) -> PredictionInterval:
         """Return the interval with a further measured coverage."""
@@ -184,7 +185,7 @@ class PredictionInterval:
         return self.summary() | {"scores": list(self.scores)}
 
     @classmethod
-    def from_dict(cls, content: Mapping[str, Any], domain: Domain) -> PredictionInterval:
+    def from_dict(cls, content: JsonObject, domain: Domain) -> PredictionInterval:
         """Build from `to_dict`, for a model trained on `domain`.
 
         Raises

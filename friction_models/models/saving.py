@@ -10,7 +10,7 @@ import numpy as np
 from ..common import atomic_folder, check_folder, write_json, write_text
 from ..common.folders import MODEL
 from .law import FrictionLaw
-from .model_card import build_card, card_text
+from .model_card import card_text
 
 CARD, TEXT, ARRAYS, ONNX = "card.json", "card.md", "parameters.npz", "model.onnx"
 
@@ -28,7 +28,7 @@ def save_model(model: FrictionLaw, folder: str | os.PathLike[str]) -> Path:
     target = Path(folder)
     check_folder(target, MODEL)
     content, arrays = model.parts()
-    card = build_card(model)
+    card = model.card
     with atomic_folder(target, MODEL) as temporary:
         write_json(
             temporary / CARD, {"format": "tribofmu-model", "format_version": 1, **card, "model": content}

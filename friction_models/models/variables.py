@@ -2,16 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, Self
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NotRequired, Self, TypedDict
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from ..common.json_values import JsonObject
+
 #: Number of a label that was not there in training: it is none of those that were.
 UNKNOWN_LABEL = -1.0
+
+
+class StateEntry(TypedDict):
+    """A `StateVariable` as JSON holds it."""
+
+    name: str
+    unit: str
+    start: float
+    ode: bool
+
+
+class SystemEntry(TypedDict):
+    """A `SystemVariable` as JSON holds it; `labels` only where there are some."""
+
+    name: str
+    unit: str
+    start: float
+    min: float
+    max: float
+    labels: NotRequired[list[str]]
 
 
 @dataclass(frozen=True)
@@ -38,9 +60,9 @@ class StateVariable:
     start: float
     ode: bool = False
 
-    def to_dict(self) -> dict[str, object]:
+    def to_dict(self) -> StateEntry:
         """Return the entry of `tribofmu.state`."""
-        return asdict(self)
+        return {"name": self.name, "unit": self.unit, "start": self.start, "ode": self.ode}
 
 
 @dataclass(frozen=True)
@@ -72,13 +94,19 @@ class SystemVariable:
     max: float
     labels: tuple[str, ...] = ()
 
-    def to_dict(self) -> dict[str, object]:
-        """Return the entry of `tribofmu.system`; `labels` only where there are some."""
-        entry = asdict(self) | {"labels": list(self.labels)}
-        return entry if self.labels else {k: v for k, v in entry.items() if k != "labels"}
+    def to_dict(self) -> SystemEntry:
+        """Return the entry of `tribofmu.system`."""
+        entry: SystemEntry = {
+            "name": self.name,
+            "unit": self.unit,
+            "start": self.start,
+            "min": self.min,
+            "max": self.max,
+        }
+        return {**entry, "labels": list(self.labels)} if self.labels else entry
 
     @classmethod
-    def from_dict(cls, entry: Mapping[str, Any]) -> Self:
+    def from_dict(cls, entry: JsonObject) -> Self:
         """Build from what `to_dict` returned."""
         return cls(**{**entry, "labels": tuple(str(x) for x in entry.get("labels", ()))})
 

@@ -11,7 +11,7 @@ import pandas as pd
 from ..common import InputError
 from ..loads import MEASURED_MU, DataSet, FloatArray, TriboLoads, check_column, missing_column
 from ..models.domain import known_domain
-from ..models.measures import error_measures, range_warning
+from ..models.measures import Measures, error_measures, range_warning
 
 if TYPE_CHECKING:
     from ..models.base import FrictionModel
@@ -60,13 +60,13 @@ class Evaluation:
     """
 
     model: str
-    overall: dict[str, Any]
-    roles: dict[str, dict[str, Any]]
+    overall: Measures
+    roles: dict[str, Measures]
     per_test: pd.DataFrame = field(repr=False)
     synthetic: bool | None = None
     warning: str = ""
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return a JSON-able dict: `model, synthetic, overall, roles, per_test`."""
         return {
             "model": self.model,
@@ -198,7 +198,7 @@ def _roles(tests: pd.DataFrame | None) -> dict[str, str]:
 
 def _measures(
     mu: FloatArray, predicted: FloatArray, outside: np.ndarray | None, ids: np.ndarray, table: pd.DataFrame
-) -> dict[str, Any]:
+) -> Measures:
     own = table[table["test_id"].isin(np.unique(ids))]
     return error_measures(mu, predicted, ids) | {
         "outside_domain": None if outside is None else float(np.mean(outside)),
