@@ -240,10 +240,7 @@ def _integer(digits: str) -> int | float:
 def read_json(path: Path) -> dict[str, Any]:
     """Read a JSON object.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, is not JSON, or holds something else.
+    Raises InputError: the file cannot be read, is not JSON, or holds something else.
 
     Examples
     --------

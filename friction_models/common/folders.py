@@ -34,19 +34,6 @@ def _nothing_more(folder: Path) -> Lists:
 class FolderKind:
     """What is in a folder that is written as a whole, and replaced as a whole.
 
-    Attributes
-    ----------
-    what : str
-        What it holds, for messages.
-    marks : tuple of str
-        Files that every such folder has.
-    others : tuple of str
-        Files that it may have, by their path in it; ``*`` stands for any characters.
-    listed : callable
-        Returns for a folder which further files it lists itself.
-    says : tuple of str
-        A file of JSON among the marks, and a key that it holds when it was written here.
-
     Examples
     --------
     >>> kind = FolderKind("a study of wear", marks=("wear.json",), others=("runs/*.csv",))
@@ -55,10 +42,15 @@ class FolderKind:
     (True, True, False)
     """
 
+    #: What it holds, for messages.
     what: str
+    #: Files that every such folder has.
     marks: tuple[str, ...]
+    #: Files that it may have, by their path in it; ``*`` stands for any characters.
     others: tuple[str, ...] = ()
+    #: Returns for a folder which further files it lists itself.
     listed: Callable[[Path], Lists] = _nothing_more
+    #: A file of JSON among the marks, and a key that it holds when it was written here.
     says: tuple[str, str] | None = None
 
     def foreign(self, folder: Path) -> str:
@@ -98,13 +90,6 @@ class FolderKind:
 class GrowingKind:
     """What is in a folder that one run after another writes into; files that it does not know stay.
 
-    Attributes
-    ----------
-    what : str
-        What it holds, for messages; it stands in its mark file.
-    signs : tuple of str
-        Patterns; a folder with one of them is of this kind, even without a mark file.
-
     Examples
     --------
     >>> from tempfile import TemporaryDirectory
@@ -117,7 +102,9 @@ class GrowingKind:
     False
     """
 
+    #: What it holds, for messages; it stands in its mark file.
     what: str
+    #: Patterns; a folder with one of them is of this kind, even without a mark file.
     signs: tuple[str, ...]
 
     def foreign(self, folder: Path) -> str:

@@ -29,11 +29,6 @@ FloatArray = npt.NDArray[np.float64]
 class LoadColumns:
     """The five loads as columns of shape [n, 1]: what a formula sees as ``L``.
 
-    Attributes
-    ----------
-    v_rel, T, sigma_n, sd, psi : Value, shape [n, 1]
-        Loads in mm/s, degC, MPa, mm, 1.
-
     Examples
     --------
     >>> loads = np.array([[50.0, 20.0, 500.0, 0.0, 1.0], [100.0, 80.0, 900.0, 5.0, 1.2]])
@@ -42,6 +37,7 @@ class LoadColumns:
     [[5.0], [9.0]]
     """
 
+    #: Loads in mm/s, degC, MPa, mm, 1; shape [n, 1].
     v_rel: Value
     T: Value
     sigma_n: Value

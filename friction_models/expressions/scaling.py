@@ -21,11 +21,6 @@ RESOLUTION = 1e-6
 class Scaling:
     """z = (x - mean) / scale, column by column.
 
-    Attributes
-    ----------
-    mean, scale : ndarray, shape (k,)
-        A column that does not vary becomes 0: its value is the mean, its scale 1.
-
     Examples
     --------
     The second column does not vary and becomes 0:
@@ -35,6 +30,7 @@ class Scaling:
     [[-1.0, 0.0], [1.0, 0.0]]
     """
 
+    #: A column that does not vary becomes 0: its value is the mean, its scale 1; shape (k,).
     mean: FloatArray
     scale: FloatArray
 

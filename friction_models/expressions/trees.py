@@ -28,18 +28,6 @@ class TreeTable:
     Inner nodes of all trees stand one after the other, parents before children; a point goes to
     `left` where its feature is <= the threshold. Every tree has at least one inner node.
 
-    Attributes
-    ----------
-    nodes : ndarray of int, shape (trees,)
-        Inner nodes a tree; its leaves are one more.
-    feature, threshold : ndarray, shape (sum of nodes,)
-    left, right : ndarray of int, shape (sum of nodes,)
-        Child within the same tree: ``i >= 0`` inner node i, ``-1 - k`` leaf k. Leaves count from left to right.
-    leaf : ndarray, shape (sum of nodes + trees,)
-        Leaf values, tree after tree.
-    features : int
-        Number of features.
-
     Examples
     --------
     One tree: 0.12 up to a feature of 25, 0.06 above.
@@ -57,12 +45,18 @@ class TreeTable:
     [[0.12], [0.12], [0.06]]
     """
 
+    #: Inner nodes a tree; its leaves are one more; shape (trees,).
     nodes: IntArray
+    #: Shape (sum of nodes,).
     feature: IntArray
     threshold: FloatArray
+    #: Child within the same tree: ``i >= 0`` inner node i, ``-1 - k`` leaf k. Leaves count from left to
+    #: right; shape (sum of nodes,).
     left: IntArray
     right: IntArray
+    #: Leaf values, tree after tree; shape (sum of nodes + trees,).
     leaf: FloatArray
+    #: Number of features.
     features: int
 
     def evaluate(self, matrix: FloatArray) -> FloatArray:
@@ -128,10 +122,8 @@ class TreeTable:
     def restore(cls, family: str, arrays: Arrays, features: int) -> Self:
         """Take back what `arrays` returned.
 
-        Raises
-        ------
-        InputError
-            The arrays do not describe trees: a node is reached twice or never, an index is out of range.
+        Raises InputError: the arrays do not describe trees: a node is reached twice or never, an index is out
+        of range.
         """
         nodes = stored_integers(family, arrays, "nodes", (None,))
         if len(nodes) > MAX_TREES or (len(nodes) and not 1 <= nodes.min() <= nodes.max() < MAX_LEAVES):

@@ -227,16 +227,7 @@ def fit_together(
 
     Lessons of equal length give the networks that `fit` gives, to rounding; see `families.network.train_networks`.
 
-    Parameters
-    ----------
-    models : sequence of FeedForwardFriction
-    data : sequence of (loads, mu, groups)
-        One entry a model, as the arguments of `fit`.
-
-    Raises
-    ------
-    InputError
-        What `fit` refuses.
+    `data` has the arguments of `fit` (loads, mu, groups) of each model; what `fit` refuses is refused here, too.
     """
     checked = [model._checked(*own) for model, own in zip(models, data, strict=True)]
     batches: dict[TrainingOptions, list[int]] = {}

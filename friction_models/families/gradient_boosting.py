@@ -122,10 +122,7 @@ class GradientBoostingFriction(FrictionModel):
 def table_of(trees: list[npt.NDArray[Any]]) -> tuple[TreeTable, float]:
     """Return the trees of scikit-learn's predictors as a `TreeTable`, and the sum of those that are one leaf.
 
-    Parameters
-    ----------
-    trees : list of structured ndarray
-        Fields ``is_leaf``, ``value``, ``feature_idx``, ``num_threshold``, ``left``, ``right``.
+    The predictors have the fields ``is_leaf``, ``value``, ``feature_idx``, ``num_threshold``, ``left``, ``right``.
     """
     constant = 0.0
     counts: list[int] = []

@@ -181,15 +181,7 @@ def refine_exponential(
 ) -> FloatArray:
     """Minimise ``sum (exp(design @ coef) - mu)^2`` within ``|coef| <= limit`` (Levenberg-Marquardt).
 
-    Parameters
-    ----------
-    design : ndarray, shape (n, k)
-    mu : ndarray, shape (n,)
-    start, limit : ndarray, shape (k,)
-
-    Returns
-    -------
-    ndarray, shape (k,)
+    `design` has the shape (n, k); `start`, `limit` and what is returned have the shape (k,).
     """
 
     def predicted(coef: FloatArray) -> FloatArray:

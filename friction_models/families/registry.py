@@ -57,10 +57,7 @@ FAMILIES = load_families()
 def model_class(family: str) -> type[FrictionModel]:
     """Return the class of a family that can be trained by name.
 
-    Raises
-    ------
-    InputError
-        Unknown family; the message names the nearest one.
+    Raises InputError: unknown family; the message names the nearest one.
 
     Examples
     --------

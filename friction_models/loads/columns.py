@@ -35,10 +35,7 @@ def missing_column(name: str, present: Sequence[str] | pd.Index, where: str = "d
 def measured_loads(columns: Iterable[object], where: str = "data") -> tuple[str, ...]:
     """Return the loads among the columns of a table, in the order of the contract.
 
-    Raises
-    ------
-    InputError
-        None of the loads is there, or one is not and a column has nearly its name.
+    Raises InputError: none of the loads is there, or one is not and a column has nearly its name.
 
     Examples
     --------

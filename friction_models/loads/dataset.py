@@ -82,7 +82,6 @@ class DataSet:
 
         Parameters
         ----------
-        path, tests : path-like
         need_mu : bool
             Whether measured friction must be there.
         keep_given : bool
@@ -193,10 +192,7 @@ class DataSet:
 def points_file(folder: Path) -> Path:
     """Return the table of points in a data-set folder.
 
-    Raises
-    ------
-    InputError
-        There is none.
+    Raises InputError: there is none.
     """
     for name in ("points.csv", "points.parquet"):
         if (folder / name).is_file():
@@ -207,10 +203,7 @@ def points_file(folder: Path) -> Path:
 def read_tests(path: Path) -> pd.DataFrame:
     """Read a table of tests: one row a test, `test_id` and any metadata.
 
-    Raises
-    ------
-    InputError
-        No `test_id`, a row without one, or one in two rows.
+    Raises InputError: no `test_id`, a row without one, or one in two rows.
     """
     frame = read_table(path)
     if "test_id" not in frame.columns:
@@ -252,10 +245,7 @@ def says_synthetic(tests: pd.DataFrame) -> bool:
 def read_info(folder: Path) -> dict[str, Any]:
     """Return the content of `dataset.json` in a folder, empty where there is none.
 
-    Raises
-    ------
-    InputError
-        Not JSON, or no JSON object.
+    Raises InputError: not JSON, or no JSON object.
     """
     file = folder / "dataset.json"
     return read_json(file) if file.is_file() else {}

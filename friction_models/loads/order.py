@@ -26,22 +26,12 @@ def order_of_tests(
 
     The points of a test come together where the test begins; where their time runs backwards they are sorted by it.
 
-    Parameters
-    ----------
-    test_id, t, sd : array_like, shape (n,), or None
-        Test, time [s] and sliding distance [mm] of each point; without `test_id` all are of one test.
-    where : str
-        For messages.
-    memory : bool
-        Whether what follows depends on the order: without `t` the distance must then not fall within a test.
-    row_numbers : array_like of int, shape (n,), optional
-        Row of each point in its file, for messages.
+    `test_id`, `t` [s] and `sd` [mm], each of shape (n,), are test, time and sliding distance of each point; without
+    `test_id` all are of one test. `memory` says whether what follows depends on the order: without `t` the distance
+    must then not fall within a test. `row_numbers` are the rows of the points in their file, for messages.
 
-    Raises
-    ------
-    InputError
-        Times that run backwards and do not order a test: the same one twice, or a distance that falls along them; for
-        `memory` no time and a distance that falls, or a time that stands still.
+    Raises InputError: times that run backwards and do not order a test: the same one twice, or a distance
+    that falls along them; for `memory` no time and a distance that falls, or a time that stands still.
 
     Examples
     --------

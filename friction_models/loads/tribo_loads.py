@@ -226,10 +226,7 @@ class TriboLoads:
     def in_order(self, memory: bool) -> tuple[TriboLoads, npt.NDArray[np.intp]]:
         """Return the points with those of each test together, sorted by time, and the row from which each of them comes.
 
-        Parameters
-        ----------
-        memory : bool
-            Whether the order matters for what follows: without `t` the distance must then not fall within a test.
+        `memory` says whether the order matters for what follows: without `t` the distance must then not fall in a test.
 
         Raises
         ------

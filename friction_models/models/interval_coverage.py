@@ -84,25 +84,10 @@ def add_interval(
 ) -> PredictionInterval:
     """Calibrate a model that was fitted to the training tests of `data`, and measure the coverage on the others.
 
-    Parameters
-    ----------
-    model : FrictionModel
-        Fitted to the tests of the role ``train`` (to all where no role is recorded).
-    data : DataSet
-    level : float
-        0.5 to 0.999.
-    seed : int
-        Of the folds.
+    Where no role is recorded, all tests are training tests. The model keeps the interval, whose `coverage` has an entry
+    for each role but ``train``.
 
-    Returns
-    -------
-    PredictionInterval
-        Also kept by the model; its `coverage` has an entry for each role but ``train``.
-
-    Raises
-    ------
-    InputError
-        As `FrictionModel.calibrate`.
+    Raises InputError: as `FrictionModel.calibrate`.
     """
     chosen = data.select("train")
     points = chosen.points

@@ -265,10 +265,7 @@ class FrictionLaw(BaseEstimator):
     def from_parts(cls, content: JsonObject, arrays: Arrays) -> Self:
         """Build a model from `parts`.
 
-        Raises
-        ------
-        InputError
-            A parameter is unknown, or shapes and values do not fit.
+        Raises InputError: a parameter is unknown, or shapes and values do not fit.
         """
         params = dict(content["params"])
         for name in params:

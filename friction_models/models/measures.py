@@ -69,10 +69,8 @@ def range_warning(predicted: FloatArray) -> str:
 def predict_points(where: str, model: Any, loads: TriboLoads, tests: pd.DataFrame | None) -> FloatArray:
     """Return mu of a model at loads, shape (n,): with time and metadata where it takes them, for its memory.
 
-    Raises
-    ------
-    InputError
-        An object that cannot predict, or does not give one finite value a point; `where` names it.
+    Raises InputError: an object that cannot predict, or does not give one finite value a point; `where` names
+    it.
 
     Examples
     --------

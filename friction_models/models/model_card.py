@@ -235,14 +235,6 @@ def test_digests(tests: npt.ArrayLike, mu: FloatArray) -> dict[str, str]:
 class Seen:
     """Tests that a model is judged by and was trained on.
 
-    Attributes
-    ----------
-    tests : list of str
-    judged : int
-        Number of all tests that it is judged by.
-    checked : bool
-        Whether the values agree, too; cards of earlier versions hold the names only.
-
     Examples
     --------
     >>> Seen(["a", "b"], judged=5, checked=True).sentence("linear")
@@ -250,7 +242,9 @@ class Seen:
     """
 
     tests: list[str]
+    #: Number of all tests that it is judged by.
     judged: int
+    #: Whether the values agree, too; cards of earlier versions hold the names only.
     checked: bool
 
     def sentence(self, model: str) -> str:
@@ -262,16 +256,9 @@ class Seen:
 
 
 def seen_in_training(model: Any, tests: npt.ArrayLike, mu: FloatArray) -> Seen | None:
-    """Return which of these tests a model was trained on, as its card says; None where it names none of them.
+    """Return which of these tests a model was trained on, as its card says; None where it has none, or names none of them.
 
-    Parameters
-    ----------
-    model : object
-        Its ``card`` is asked, where it has one.
-    tests : array_like of str, shape (n,)
-        Test of each point.
-    mu : ndarray, shape (n,)
-        Measured, as it stands in the data.
+    `tests` is the test of each point, `mu` what was measured there, as it stands in the data; both of shape (n,).
     """
     card = getattr(model, "card", None)
     splits = card.get("splits") if isinstance(card, Mapping) else None

@@ -25,10 +25,7 @@ def export(model: FrictionLaw, path: str | os.PathLike[str]) -> Path:
     has one output more, last: `mu_margin` [n, 1]; at the interval's level mu of a new test lies between
     ``max(mu - mu_margin, 0)`` and ``mu + mu_margin``.
 
-    Raises
-    ------
-    InputError
-        The model is not fitted.
+    Raises InputError: the model is not fitted.
     """
     content = build_onnx(model).SerializeToString(deterministic=True)
     with atomic_path(path) as temporary:

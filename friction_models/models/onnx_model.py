@@ -311,10 +311,7 @@ def family_of(metadata: JsonObject) -> str:
 def read_onnx(path: Path) -> bytes:
     """Return the bytes of a checked ONNX file.
 
-    Raises
-    ------
-    InputError
-        No such file, too large, not valid ONNX, or weights in other files.
+    Raises InputError: no such file, too large, not valid ONNX, or weights in other files.
     """
     import onnx
     from google.protobuf.message import DecodeError

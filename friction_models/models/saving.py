@@ -18,10 +18,7 @@ CARD, TEXT, ARRAYS, ONNX = "card.json", "card.md", "parameters.npz", "model.onnx
 def save_model(model: FrictionLaw, folder: str | os.PathLike[str]) -> Path:
     """Write a fitted model into `folder` (replaced as a whole); return its path.
 
-    Raises
-    ------
-    InputError
-        The model is not fitted, or `folder` is a file or holds something else than a model.
+    Raises InputError: the model is not fitted, or `folder` is a file or holds something else than a model.
     """
     from .onnx_export import export
 

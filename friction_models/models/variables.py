@@ -40,24 +40,18 @@ class SystemEntry(TypedDict):
 class StateVariable:
     """One internal state, kept once per material contact point.
 
-    Attributes
-    ----------
-    name, unit : str
-        Identifier and unit (``"1"`` for a number).
-    start : float
-        Value of fresh, never loaded contact.
-    ode : bool
-        Whether the state obeys an ODE whose derivative the model gives.
-
     Examples
     --------
     >>> StateVariable("age", "s", start=1.0, ode=True).to_dict()
     {'name': 'age', 'unit': 's', 'start': 1.0, 'ode': True}
     """
 
+    #: Identifier and unit (``"1"`` for a number).
     name: str
     unit: str
+    #: Value of fresh, never loaded contact.
     start: float
+    #: Whether the state obeys an ODE whose derivative the model gives.
     ode: bool = False
 
     def to_dict(self) -> StateEntry:
@@ -69,17 +63,6 @@ class StateVariable:
 class SystemVariable:
     """One property of the tribological system that test metadata may hold (tool roughness, batch).
 
-    Attributes
-    ----------
-    name, unit : str
-        Identifier and unit.
-    start : float
-        Value used where the metadata lacks it.
-    min, max : float
-        Range seen in training.
-    labels : tuple of str
-        For metadata that is text: the labels of the numbers 0, 1, 2 ...; empty for a number.
-
     Examples
     --------
     >>> batch = SystemVariable("batch", "1", start=0.0, min=0.0, max=1.0, labels=("A", "B"))
@@ -87,11 +70,15 @@ class SystemVariable:
     True
     """
 
+    #: Identifier and unit.
     name: str
     unit: str
+    #: Value used where the metadata lacks it.
     start: float
+    #: Range seen in training.
     min: float
     max: float
+    #: For metadata that is text: the labels of the numbers 0, 1, 2 ...; empty for a number.
     labels: tuple[str, ...] = ()
 
     def to_dict(self) -> SystemEntry:
@@ -114,17 +101,10 @@ class SystemVariable:
 def as_numbers(
     values: Sequence[Any] | npt.NDArray[Any], labels: Sequence[str], start: float
 ) -> npt.NDArray[Any]:
-    """Return metadata as the numbers that a model takes, shape (n,).
+    """Return metadata, one entry a point as the table of tests has it, as the numbers that a model takes, shape (n,).
 
-    Parameters
-    ----------
-    values : sequence
-        One entry a point, as it stands in the table of tests.
-    labels : sequence of str
-        Labels of the numbers 0, 1, 2 ...; empty where the metadata is a number. A label that is not among
-        them becomes `UNKNOWN_LABEL`.
-    start : float
-        Taken where a number is missing.
+    `labels` are those of the numbers 0, 1, 2 ..., empty where the metadata is a number. A label that is not among
+    them becomes `UNKNOWN_LABEL`; `start` is taken where a number is missing.
 
     Examples
     --------

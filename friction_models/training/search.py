@@ -26,14 +26,6 @@ Progress = Callable[[int, int], None]
 class CrossValidation:
     """Out-of-fold predictions: every test predicted by a model that has not seen it.
 
-    Attributes
-    ----------
-    predicted : ndarray, shape (n,)
-    measures : dict
-        Errors over all points.
-    folds : list of dict
-        Errors of each fold.
-
     Examples
     --------
     >>> from friction_models import ConstantFriction
@@ -45,8 +37,11 @@ class CrossValidation:
     0.25
     """
 
+    #: Shape (n,).
     predicted: FloatArray = field(repr=False)
+    #: Errors over all points.
     measures: dict[str, float]
+    #: Errors of each fold.
     folds: list[dict[str, float]]
 
 
