@@ -62,7 +62,9 @@ UNITS: dict[str, Unit] = {
     "%": Unit("number", 1e-2),
 }
 #: Other spellings, without blanks and brackets.
-_SPELLINGS = {"C": "degC", "°C": "degC", "℃": "degC", "F": "degF", "°F": "degF"} | {
+_SPELLINGS = {
+    **dict.fromkeys(("C", "°C", "℃"), "degC"),
+    **dict.fromkeys(("F", "°F"), "degF"),
     "kelvin": "K",
     "-": "1",
     "sec": "s",

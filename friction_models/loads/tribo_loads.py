@@ -211,17 +211,10 @@ class TriboLoads:
         [40.0, 60.0]
         """
         index = np.asarray(rows)
-        return TriboLoads(
-            self.v_rel[index],
-            self.T[index],
-            self.sigma_n[index],
-            self.sd[index],
-            self.psi[index],
-            t=None if self.t is None else self.t[index],
-            test_id=None if self.test_id is None else self.test_id[index],
-            context=self.context,
-            absent=self.absent,
-        )
+        v_rel, T, sigma_n, sd, psi = self.as_array()[index].T
+        t = None if self.t is None else self.t[index]
+        test_id = None if self.test_id is None else self.test_id[index]
+        return TriboLoads(v_rel, T, sigma_n, sd, psi, t, test_id, self.context, self.absent)
 
     def in_order(self, memory: bool) -> tuple[TriboLoads, npt.NDArray[np.intp]]:
         """Return the points with those of each test together, sorted by time, and the row from which each of them comes.
