@@ -221,10 +221,7 @@ def check_folder(target: str | os.PathLike[str], kind: FolderKind | GrowingKind)
 
     Nothing is changed.
 
-    Raises
-    ------
-    InputError
-        A file or a link; a folder that holds something else, or in which this process stands.
+    Raises InputError: a file or a link; a folder that holds something else, or in which this process stands.
 
     Examples
     --------
@@ -290,10 +287,7 @@ def check_parents(target: Path) -> None:
 def grown(target: str | os.PathLike[str], kind: GrowingKind) -> Path:
     """Make or take a folder that one run after another writes into, and mark it; return it as it was given.
 
-    Raises
-    ------
-    InputError
-        What `check_folder` refuses.
+    Raises InputError: what `check_folder` refuses.
 
     Examples
     --------
@@ -317,10 +311,7 @@ def check_outputs(
 ) -> None:
     """Refuse an output that would replace an input: one that is it, or holds it, or is a part of its folder.
 
-    Raises
-    ------
-    InputError
-        Names the first such output.
+    Raises InputError, which names the first such output.
 
     Examples
     --------

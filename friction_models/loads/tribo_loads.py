@@ -34,11 +34,8 @@ def check_column(
     may_lack : bool
         Whether NaN may stand for a value that is missing.
 
-    Raises
-    ------
-    InputError
-        Not numeric, not one-dimensional, not finite or outside the physical limits; the message
-        names column, row (counted from 0), value and allowed range.
+    Raises InputError: not numeric, not one-dimensional, not finite or outside the physical limits; the
+    message names column, row (counted from 0), value and allowed range.
 
     Examples
     --------

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from ..common import InputError
@@ -148,13 +149,19 @@ def evaluate(
     domain = known_domain(model)
     outside = None if domain is None else ~domain.without(loads.absent).contains(loads.as_array())
     table = _per_test(mu, predicted, outside, ids, _roles(tests))
-    roles = {}
-    for role in sorted({r for r in table["role"] if r}, key=lambda r: (r != "train", r)):
-        own = np.isin(ids, table.loc[table["role"] == role, "test_id"].to_numpy().astype(str))
-        roles[role] = _measures(
-            mu[own], predicted[own], None if outside is None else outside[own], ids[own], table
-        )
-    overall = _measures(mu, predicted, outside, ids, table)
+
+    def measures(own: npt.NDArray[np.bool_]) -> Measures:
+        mae = table.loc[table["test_id"].isin(ids[own]), "mae"].to_numpy()
+        return error_measures(mu[own], predicted[own], ids[own]) | {
+            "outside_domain": None if outside is None else float(np.mean(outside[own])),
+            "tests_within_accuracy": float(np.mean(mae < TRIBOMETER_ACCURACY)),
+        }
+
+    roles = {
+        role: measures(np.isin(ids, table.loc[table["role"] == role, "test_id"].to_numpy().astype(str)))
+        for role in sorted({r for r in table["role"] if r}, key=lambda r: (r != "train", r))
+    }
+    overall = measures(np.full(len(ids), True))
     label = name or str(getattr(model, "name", "model"))
     return Evaluation(label, overall, roles, table, synthetic, range_warning(predicted))
 
@@ -194,16 +201,6 @@ def _roles(tests: pd.DataFrame | None) -> dict[str, str]:
         return {}
     known = tests[tests["role"].notna()]
     return dict(zip(known["test_id"].astype(str), known["role"].astype(str)))
-
-
-def _measures(
-    mu: FloatArray, predicted: FloatArray, outside: np.ndarray | None, ids: np.ndarray, table: pd.DataFrame
-) -> Measures:
-    own = table[table["test_id"].isin(np.unique(ids))]
-    return error_measures(mu, predicted, ids) | {
-        "outside_domain": None if outside is None else float(np.mean(outside)),
-        "tests_within_accuracy": float(np.mean(own["mae"].to_numpy() < TRIBOMETER_ACCURACY)),
-    }
 
 
 def _per_test(
