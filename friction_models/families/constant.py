@@ -12,7 +12,6 @@ from ..expressions.ops import LoadColumns, Ops, Value
 from ..expressions.parameters import check_number
 from ..loads import MU, FloatArray, TriboLoads
 from ..models.base import FrictionModel
-from ..models.domain import Domain
 from ..models.law import Arrays, Groups, JsonObject, Learned, States, System
 from ..models.tangent import MeasuredPoints, Tangent
 
@@ -71,12 +70,6 @@ class ConstantFriction(FrictionModel):
     def needed_loads(self) -> tuple[str, ...]:
         """None: the value is the same at all loads."""
         return ()
-
-    @property
-    def domain(self) -> Domain:
-        """The physical limits for a given value, else the range of the training data."""
-        self.require_fitted()
-        return getattr(self, "domain_", Domain.physical())
 
     def tangent(self, data: MeasuredPoints) -> Tangent:
         """Return a column of ones; a given value stays as it is."""

@@ -12,6 +12,8 @@ from ..common.errors import InputError
 FALL = 0.01
 
 Rows = npt.NDArray[np.intp]
+Names = npt.NDArray[np.str_]
+Numbers = npt.NDArray[np.float64]
 
 
 def order_of_tests(
@@ -81,13 +83,7 @@ def order_of_tests(
     return by_time
 
 
-def _refuse_no_time(
-    names: npt.NDArray[np.str_],
-    time: npt.NDArray[np.float64],
-    way: npt.NDArray[np.float64],
-    shown: npt.NDArray[np.intp],
-    where: str,
-) -> None:
+def _refuse_no_time(names: Names, time: Numbers, way: Numbers, shown: Rows, where: str) -> None:
     """Refuse a test that slides while its time stands still."""
     tests = pd.DataFrame({"t": time, "sd": way}).groupby(names)
     span = tests.max() - tests.min()
@@ -100,7 +96,7 @@ def _refuse_no_time(
         )
 
 
-def _numbered(names: npt.NDArray[np.str_]) -> npt.NDArray[np.intp] | None:
+def _numbered(names: Names) -> Rows | None:
     """Return the number of each point's test in the order of appearance, None where every test is in one piece."""
     starts = np.r_[True, names[1:] != names[:-1]] if len(names) else np.zeros(0, dtype=bool)
     runs = names[starts]
@@ -110,7 +106,7 @@ def _numbered(names: npt.NDArray[np.str_]) -> npt.NDArray[np.intp] | None:
     return np.asarray(number[np.cumsum(starts) - 1], dtype=np.intp)
 
 
-def _falls(way: npt.NDArray[np.float64], names: npt.NDArray[np.str_]) -> int | None:
+def _falls(way: Numbers, names: Names) -> int | None:
     """Return where the distance first falls within a test, None where it does not."""
     if len(way) < 2:
         return None
@@ -122,5 +118,5 @@ def _falls(way: npt.NDArray[np.float64], names: npt.NDArray[np.str_]) -> int | N
     return int(np.argmax(falls)) if falls.any() else None
 
 
-def _named(names: npt.NDArray[np.str_], row: int) -> str:
+def _named(names: Names, row: int) -> str:
     return f"test {str(names[row])!r}, " if names[row] else ""

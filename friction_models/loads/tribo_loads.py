@@ -21,18 +21,9 @@ FloatArray = npt.NDArray[np.float64]
 def check_column(
     values: npt.ArrayLike, quantity: Quantity, where: str = "loads", may_lack: bool = False
 ) -> FloatArray:
-    """Return `values` as a contiguous float64 vector, or say which row breaks which limit.
+    """Return `values`, shape (n,), in the unit of a quantity as a contiguous float64 vector, or say which row breaks which limit.
 
-    Parameters
-    ----------
-    values : array_like, shape (n,)
-        Values in the unit of `quantity`.
-    quantity : Quantity
-        Name, unit and physical limits.
-    where : str
-        File or place, for the message.
-    may_lack : bool
-        Whether NaN may stand for a value that is missing.
+    `where` is the file or place, for the message; `may_lack` says whether NaN may stand for a value that is missing.
 
     Raises InputError: not numeric, not one-dimensional, not finite or outside the physical limits; the
     message names column, row (counted from 0), value and allowed range.

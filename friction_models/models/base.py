@@ -38,15 +38,6 @@ class FrictionModel(FrictionLaw):
     `sklearn.base.clone` gives an unfitted copy. A family implements `_fit`, `formula`, `formula_text`,
     `_learned` and `_restore`; a model with memory also `states` and `state_update`.
 
-    Attributes
-    ----------
-    domain_ : Domain
-        Range of each load in the training data.
-    training_ : dict
-        What it was trained on: counts, tests, versions.
-    errors_ : dict
-        Error measures by the name of the split (``train``, ``test``, ...).
-
     Examples
     --------
     Every family fits and predicts alike. Here mu falls by 0.01 from 500 to 1000 MPa:

@@ -22,13 +22,10 @@ def coverage_measures(
 ) -> dict[str, float]:
     """Return how much of the measured `mu` lies within `low` and `high`, each test counted alike.
 
-    Returns
-    -------
-    dict
-        `expected` (the level); `share` (mean over tests of the share of points within), with its own interval of 95 %
-        `share_low`, `share_high`: Wilson's, for as many independent observations as the scatter
-        between the tests speaks for, at least one and at most `MOST_A_TEST` a test; `points` (share of all points), `worst_test` (smallest share of
-        a test), `tests`, `mean_width`.
+    The measures are `expected` (the level); `share` (mean over tests of the share of points within), with its own
+    interval of 95 % `share_low`, `share_high`: Wilson's, for as many independent observations as the scatter between the
+    tests speaks for, at least one and at most `MOST_A_TEST` a test; `points` (share of all points), `worst_test`
+    (smallest share of a test), `tests`, `mean_width`.
     """
     inside = ((mu >= low) & (mu <= high)).astype(np.float64)
     _, test = np.unique(groups, return_inverse=True)

@@ -61,8 +61,11 @@ class FrictionLaw(BaseEstimator):
     family: ClassVar[str] = ""
 
     # What a fit leaves; not there before it.
+    #: Range of each load in the training data.
     domain_: Domain
+    #: What the model was trained on: counts, tests, versions.
     training_: Training
+    #: Error measures by the name of the split (``train``, ``test``, ...).
     errors_: dict[str, Measures]
     interval_: PredictionInterval
 
@@ -147,9 +150,9 @@ class FrictionLaw(BaseEstimator):
 
     @property
     def domain(self) -> Domain:
-        """Range of each load that the model was trained on."""
+        """Range of each load that the model was trained on; the physical limits for a law that was not."""
         self.require_fitted()
-        return getattr(self, "domain_", None) or Domain.physical()
+        return getattr(self, "domain_", Domain.physical())
 
     def predict(self, loads: LoadsLike) -> FloatArray:
         """Return mu at `loads`, shape (n,): finite, never negative, also outside the domain.

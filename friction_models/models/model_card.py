@@ -18,7 +18,6 @@ from ..common.json_values import JsonObject
 from ..loads import LOADS, FloatArray
 from .intervals import SD_OFFSET, SIGMA_OFFSET, V_OFFSET, IntervalNumbers
 from .measures import Measures
-from .variables import StateEntry, SystemEntry
 
 PACKAGES = ("numpy", "scikit-learn", "torch", "onnx")
 #: Significant digits of mu that count in a hash of a test: a CSV file may change the last ones.
@@ -67,8 +66,8 @@ class ModelCard(TypedDict):
     splits: Splits
     errors: dict[str, Measures]
     domain: dict[str, list[float] | None]
-    states: list[StateEntry]
-    system_variables: list[SystemEntry]
+    states: list[JsonObject]
+    system_variables: list[JsonObject]
     versions: dict[str, str]
     interval: NotRequired[IntervalNumbers]
 

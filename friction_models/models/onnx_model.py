@@ -128,7 +128,8 @@ class OnnxModel:
     @property
     def needed_loads(self) -> tuple[str, ...]:
         """The loads without which the model cannot be evaluated: those it was given in training, all where it does not say."""
-        if family_of(self.metadata) == "constant":
+        identity = self.metadata.get("model")
+        if isinstance(identity, dict) and identity.get("family") == "constant":
             return ()
         return LOAD_NAMES if self.domain is None else self.domain.measured
 
@@ -300,12 +301,6 @@ class OnnxModel:
                 f"start value for each column of {kind!r}"
             )
         return entries
-
-
-def family_of(metadata: JsonObject) -> str:
-    """Return the family of the model that an ONNX file says it is, empty where it does not."""
-    identity = metadata.get("model")
-    return str(identity.get("family", "")) if isinstance(identity, dict) else ""
 
 
 def read_onnx(path: Path) -> bytes:

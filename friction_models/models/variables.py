@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, NotRequired, Self, TypedDict
+from dataclasses import asdict, dataclass
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -14,26 +14,6 @@ from ..common.json_values import JsonObject
 
 #: Number of a label that was not there in training: it is none of those that were.
 UNKNOWN_LABEL = -1.0
-
-
-class StateEntry(TypedDict):
-    """A `StateVariable` as JSON holds it."""
-
-    name: str
-    unit: str
-    start: float
-    ode: bool
-
-
-class SystemEntry(TypedDict):
-    """A `SystemVariable` as JSON holds it; `labels` only where there are some."""
-
-    name: str
-    unit: str
-    start: float
-    min: float
-    max: float
-    labels: NotRequired[list[str]]
 
 
 @dataclass(frozen=True)
@@ -54,9 +34,9 @@ class StateVariable:
     #: Whether the state obeys an ODE whose derivative the model gives.
     ode: bool = False
 
-    def to_dict(self) -> StateEntry:
+    def to_dict(self) -> JsonObject:
         """Return the entry of `tribofmu.state`."""
-        return {"name": self.name, "unit": self.unit, "start": self.start, "ode": self.ode}
+        return asdict(self)
 
 
 @dataclass(frozen=True)
@@ -81,16 +61,10 @@ class SystemVariable:
     #: For metadata that is text: the labels of the numbers 0, 1, 2 ...; empty for a number.
     labels: tuple[str, ...] = ()
 
-    def to_dict(self) -> SystemEntry:
-        """Return the entry of `tribofmu.system`."""
-        entry: SystemEntry = {
-            "name": self.name,
-            "unit": self.unit,
-            "start": self.start,
-            "min": self.min,
-            "max": self.max,
-        }
-        return {**entry, "labels": list(self.labels)} if self.labels else entry
+    def to_dict(self) -> JsonObject:
+        """Return the entry of `tribofmu.system`; `labels` only where there are some."""
+        entry = asdict(self) | {"labels": list(self.labels)}
+        return entry if self.labels else {k: v for k, v in entry.items() if k != "labels"}
 
     @classmethod
     def from_dict(cls, entry: JsonObject) -> Self:
