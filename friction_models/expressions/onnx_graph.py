@@ -1,4 +1,4 @@
-"""ONNX graphs in float64 from formulas: `OnnxOps` draws what `NumpyOps` computes.
+"""ONNX graphs in float64 from formulas: `OnnxOps` draws what `Ops` computes.
 
 `Node` stands for a tensor of the graph and overloads the operators, so that a law written against
 `Ops` appends nodes while it runs. Equal expressions become one node and equal constants one
@@ -16,7 +16,7 @@ import numpy.typing as npt
 import onnx
 from onnx import TensorProto, helper, numpy_helper
 
-from .ops import NumpyOps, Value
+from .ops import Ops, Value
 
 if TYPE_CHECKING:
     from .trees import TreeTable
@@ -142,22 +142,21 @@ class GraphBuilder:
 
 
 def _elementwise(op_type: str, plain: str) -> Callable[..., Value]:
-    """Return the method that draws an operator, or computes the function of `NumpyOps` where there is no node."""
+    """Return the method that draws an operator, or computes the function of `Ops` where there is no node."""
 
     def call(x: OnnxOps, *operands: Value) -> Value:
         if any(isinstance(v, Node) for v in operands):
             return x.graph.op(op_type, *operands)
-        return getattr(x._numbers, plain)(*operands)
+        return getattr(super(OnnxOps, x), plain)(*operands)
 
     return call
 
 
-class OnnxOps:
+class OnnxOps(Ops):
     """`Ops` that appends to a `GraphBuilder`; values without a node in them are computed at once."""
 
     def __init__(self, graph: GraphBuilder) -> None:
         self.graph = graph
-        self._numbers = NumpyOps()
 
     exp = _elementwise("Exp", "exp")
     log = _elementwise("Log", "log")
@@ -174,40 +173,40 @@ class OnnxOps:
         if isinstance(condition, Node):
             return self.graph.op("Where", condition, a, b)
         if not any(isinstance(v, Node) for v in (a, b)):
-            return self._numbers.where(condition, a, b)
+            return super().where(condition, a, b)
         return self.graph.op("Where", self.graph.constant(condition, bool), a, b)
 
     def matmul(self, a: Value, weights: npt.ArrayLike, bias: npt.ArrayLike | None = None) -> Value:
         if not isinstance(a, Node):
-            return self._numbers.matmul(a, weights, bias)
+            return super().matmul(a, weights, bias)
         if bias is None:
             return self.graph.op("MatMul", a, weights)
         return self.graph.op("Gemm", a, weights, np.ravel(np.asarray(bias, dtype=np.float64)))
 
     def column(self, a: Value, j: int) -> Value:
         if not isinstance(a, Node):
-            return self._numbers.column(a, j)
+            return super().column(a, j)
         return self.graph.op("Gather", a, self.graph.constant([j], np.int64), axis=1)
 
     def concat(self, columns: Sequence[Value]) -> Value:
         if not any(isinstance(v, Node) for v in columns):
-            return self._numbers.concat(columns)
+            return super().concat(columns)
         return self.graph.op("Concat", *columns, axis=1)
 
     def reduce_sum(self, a: Value) -> Value:
         if not isinstance(a, Node):
-            return self._numbers.reduce_sum(a)
+            return super().reduce_sum(a)
         return self.graph.op("ReduceSum", a, self.graph.constant([1], np.int64), keepdims=1)
 
     def constant(self, value: float, like: Value) -> Value:
         if not isinstance(like, Node):
-            return self._numbers.constant(value, like)
+            return super().constant(value, like)
         # The first column of `like`, times zero, carries the number of rows.
         return self.column(like, 0) * 0.0 + float(value)
 
     def tree_ensemble(self, a: Value, trees: TreeTable) -> Value:
         if not isinstance(a, Node):
-            return self._numbers.tree_ensemble(a, trees)
+            return super().tree_ensemble(a, trees)
         return self.graph.op("TreeEnsemble", a, domain="ai.onnx.ml", **_tree_attributes(trees))
 
 
