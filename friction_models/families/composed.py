@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -345,7 +345,7 @@ def _are_measures(values: Any) -> bool:
     )
 
 
-def _checked(effect: Effect, values: Mapping[str, Any], names: list[str]) -> dict[str, float]:
+def _checked(effect: Effect, values: JsonObject, names: list[str]) -> dict[str, float]:
     """Return stored parameters of an effect, complete and finite."""
     if sorted(values) != sorted(names) or not all(np.isfinite(float(v)) for v in values.values()):
         raise InputError(

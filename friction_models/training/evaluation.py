@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -206,19 +206,16 @@ def _roles(tests: pd.DataFrame | None) -> dict[str, str]:
 def _per_test(
     mu: FloatArray, predicted: FloatArray, outside: np.ndarray | None, ids: np.ndarray, roles: dict[str, str]
 ) -> pd.DataFrame:
-    rows: list[dict[str, Any]] = []
-    for test in dict.fromkeys(ids.tolist()):
-        own = ids == test
-        m = error_measures(mu[own], predicted[own])
-        facts = {k: m[k] for k in ("points", "mae", "rmse", "bias", "max_error")}
-        share = None if outside is None else float(np.mean(outside[own]))
-        rows.append({"test_id": test, "role": roles.get(test), **facts, "outside_domain": share})
-    rows.sort(key=lambda row: (-row["mae"], row["test_id"]))
-    table = pd.DataFrame(rows)
+    tests = list(dict.fromkeys(ids.tolist()))
+    points = [ids == test for test in tests]
+    measures = [error_measures(mu[own], predicted[own]) for own in points]
+    shares = [None if outside is None else float(np.mean(outside[own])) for own in points]
+    table = pd.DataFrame(measures, columns=["points", "mae", "rmse", "bias", "max_error"])
+    table.insert(0, "test_id", tests)
     # As objects, so that a test without a role or a known domain has None and not NaN, which JSON lacks.
-    for column in ("role", "outside_domain"):
-        table[column] = pd.Series([row[column] for row in rows], dtype=object)
-    return table
+    table.insert(1, "role", pd.Series([roles.get(test) for test in tests], dtype=object))
+    table["outside_domain"] = pd.Series(shares, dtype=object)
+    return table.sort_values(["mae", "test_id"], ascending=[False, True], ignore_index=True)
 
 
 def _share(value: float | None) -> str:
