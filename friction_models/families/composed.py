@@ -133,9 +133,10 @@ class ComposedFriction(FrictionModel):
         effects = getattr(self, "effects_", None) or [make_effect(e) for e in self.effects]
         return [e for e in effects if e.kind != "fault"]
 
-    def _terms(self) -> list[tuple[Effect, dict[str, float], list[float]]]:
-        zipped = zip(self.effects_, self.shapes_, self.amplitudes_, strict=True)
-        return [(e, s, list(a.values())) for e, s, a in zipped if e.kind != "fault"]
+    def _terms(self) -> list[tuple[Effect, dict[str, float], dict[str, float]]]:
+        """Return the exported effects with their shapes and amplitudes."""
+        terms = zip(self.effects_, self.shapes_, self.amplitudes_, strict=True)
+        return [term for term in terms if term[0].kind != "fault"]
 
     # --- law ------------------------------------------------------------------------------------------
 
@@ -160,7 +161,7 @@ class ComposedFriction(FrictionModel):
             self._terms(), key=lambda t: t[0].needs_mu and not t[0].states
         ):
             basis = effect.basis(x, L, shape, EffectContext(mu, held, known))
-            for amplitude, column in zip(amplitudes, basis, strict=True):
+            for amplitude, column in zip(amplitudes.values(), basis, strict=True):
                 if amplitude != 0.0:
                     mu = mu + amplitude * column
         return mu
@@ -203,6 +204,13 @@ class ComposedFriction(FrictionModel):
         lengths = np.array([s.stop - s.start for s in slices])
         dt = time_steps(points, starts)
         pause = rests(points, dt)
+
+        def after(
+            L: LoadColumns, held: list[Value], inside: dict[str, FloatArray], dt: FloatArray
+        ) -> list[Value]:
+            mu = x.relu(self.formula(x, L, held, inside))
+            return self.state_update(x, L, held, mu, dt[:, None])[0]
+
         mu = np.empty(len(points))
         S = [np.full((len(starts), 1), v.start) for v in self.states]
         for step in range(int(lengths.max(initial=0))):
@@ -214,11 +222,8 @@ class ComposedFriction(FrictionModel):
             if step:
                 if pause[rows].any():  # the contact stood still first, then slid up to here
                     still = LoadColumns(0.0 * L.v_rel, L.T, L.sigma_n, L.sd, L.psi)
-                    still = still.without(x, self.domain.absent)
-                    before = x.relu(self.formula(x, still, held, inside))
-                    held, _ = self.state_update(x, still, held, before, pause[rows, None])
-                before = x.relu(self.formula(x, L, held, inside))
-                held, _ = self.state_update(x, L, held, before, (dt - pause)[rows, None])
+                    held = after(still.without(x, self.domain.absent), held, inside, pause[rows])
+                held = after(L, held, inside, (dt - pause)[rows])
                 for s, new in zip(S, held, strict=True):
                     s[running] = new
             mu[order[rows]] = x.relu(self.formula(x, L, held, inside))[:, 0]
@@ -242,9 +247,7 @@ class ComposedFriction(FrictionModel):
     def formula_text(self) -> str:
         parts = [self.base_.formula_text()]
         for effect, shape, amplitudes in self._terms():
-            names = [a.name for a in effect.amplitudes]
-            values = dict(zip(names, amplitudes, strict=True)) | shape
-            shown = ", ".join(f"{k} = {v:.4g}" for k, v in values.items())
+            shown = ", ".join(f"{k} = {v:.4g}" for k, v in (amplitudes | shape).items())
             parts.append(f"{effect.equation} [{shown}]")
         return "; ".join(parts)
 
