@@ -5,8 +5,9 @@ Attributes are imported on first use: `friction_models.loads` alone costs no sci
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from .common.lazy_names import lazily
 
 if TYPE_CHECKING:
     from . import discovery as discovery
@@ -31,34 +32,21 @@ if TYPE_CHECKING:
     from .training import Evaluation as Evaluation
     from .training import evaluate as evaluate
 
-_EXPORTS = {
-    "FAMILIES": "families.registry",
-    "ComposedFriction": "families.composed",
-    "ConstantFriction": "families.constant",
-    "DataSet": "loads",
-    "Domain": "models.domain",
-    "Evaluation": "training.evaluation",
-    "FeedForwardFriction": "families.ffnn",
-    "FrictionModel": "families",
-    "GradientBoostingFriction": "families.gradient_boosting",
-    "InputError": "common",
-    "LinearFriction": "families.linear",
-    "OnnxModel": "models.onnx_model",
-    "PolynomialFriction": "families.polynomial",
-    "PowerLawFriction": "families.power_law",
-    "TriboLoads": "loads",
-    "evaluate": "training.evaluation",
-    "load_model": "families.loading",
-    "make_model": "families.registry",
-}
-_SUBPACKAGES = ("discovery", "effects", "training")
-
-__all__ = sorted([*_EXPORTS, *_SUBPACKAGES])
-
-
-def __getattr__(name: str) -> Any:
-    if name in _EXPORTS:
-        return getattr(importlib.import_module(f".{_EXPORTS[name]}", __name__), name)
-    if name in _SUBPACKAGES:
-        return importlib.import_module(f".{name}", __name__)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__, __all__ = lazily(
+    __name__,
+    {
+        ".": ["discovery", "effects", "training"],
+        ".common": ["InputError"],
+        ".families": ["FAMILIES", "ComposedFriction", "FrictionModel", "load_model", "make_model"],
+        ".families.constant": ["ConstantFriction"],
+        ".families.ffnn": ["FeedForwardFriction"],
+        ".families.gradient_boosting": ["GradientBoostingFriction"],
+        ".families.linear": ["LinearFriction"],
+        ".families.polynomial": ["PolynomialFriction"],
+        ".families.power_law": ["PowerLawFriction"],
+        ".loads": ["DataSet", "TriboLoads"],
+        ".models.domain": ["Domain"],
+        ".models.onnx_model": ["OnnxModel"],
+        ".training": ["Evaluation", "evaluate"],
+    },
+)

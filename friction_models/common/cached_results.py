@@ -25,10 +25,7 @@ _SOURCES = (".py", ".yaml", ".c", ".h")
 def path_digest(path: str | os.PathLike[str]) -> str:
     """Return the hash of a file's content, or of the names and contents of all files in a folder.
 
-    Raises
-    ------
-    InputError
-        Nothing is there, or it cannot be read.
+    Raises InputError: nothing is there, or it cannot be read.
 
     Examples
     --------
@@ -92,10 +89,7 @@ def digest(content: Any) -> str:
 def code_digest(names: Iterable[str]) -> str:
     """Return the hash of the sources of packages and modules, as they lie on the disk now.
 
-    Raises
-    ------
-    InputError
-        No such package.
+    Raises InputError: no such package.
 
     Examples
     --------
@@ -115,10 +109,7 @@ def _sources(name: str) -> list[list[str]]:
 def source_files(name: str) -> list[Path]:
     """Return the sources of a package or module.
 
-    Raises
-    ------
-    InputError
-        No such package.
+    Raises InputError: no such package.
 
     Examples
     --------

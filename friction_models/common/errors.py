@@ -37,23 +37,9 @@ def nearest(name: str, allowed: Iterable[str]) -> str | None:
 
 
 def unknown_name(kind: str, name: object, allowed: Iterable[str], where: str = "") -> InputError:
-    """Build the error for a name outside a closed set.
+    """Build the error for a name that is none of those allowed; the caller raises it.
 
-    Parameters
-    ----------
-    kind : str
-        What the name stands for, for example ``"effect"``.
-    name : object
-        The name that was given.
-    allowed : iterable of str
-        The closed set.
-    where : str
-        File or place where the name stood, or empty.
-
-    Returns
-    -------
-    InputError
-        To be raised by the caller.
+    `kind` says what the name stands for, for example ``"effect"``, and `where` in which file or place it stood.
 
     Examples
     --------

@@ -34,10 +34,7 @@ def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
 
     On an error, or an interrupt, the temporary file is removed and `target` stays as it was.
 
-    Raises
-    ------
-    InputError
-        `target` is a folder, or cannot be: see `check_file`.
+    Raises InputError: `target` is a folder, or cannot be: see `check_file`.
 
     Examples
     --------
@@ -81,10 +78,8 @@ def atomic_folder(target: str | os.PathLike[str], kind: FolderKind) -> Iterator[
 
     On an error, or an interrupt, the temporary folder is removed and `target` stays as it was.
 
-    Raises
-    ------
-    InputError
-        `target` is something else than a new or empty folder, or one of this kind; see `check_folder`.
+    Raises InputError: `target` is something else than a new or empty folder, or one of this kind; see
+    `check_folder`.
 
     Examples
     --------
@@ -143,10 +138,7 @@ def _put_in_place(folder: Path, final: Path) -> None:
 def check_file(target: str | os.PathLike[str]) -> Path:
     """Return the path of a file to be written, when it can be; nothing is changed.
 
-    Raises
-    ------
-    InputError
-        A folder, a name without an end, too long, below a file or where one may not write.
+    Raises InputError: a folder, a name without an end, too long, below a file or where one may not write.
 
     Examples
     --------
@@ -240,10 +232,7 @@ def _integer(digits: str) -> int | float:
 def read_json(path: Path) -> dict[str, Any]:
     """Read a JSON object.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, is not JSON, or holds something else.
+    Raises InputError: the file cannot be read, is not JSON, or holds something else.
 
     Examples
     --------

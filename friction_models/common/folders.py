@@ -34,19 +34,6 @@ def _nothing_more(folder: Path) -> Lists:
 class FolderKind:
     """What is in a folder that is written as a whole, and replaced as a whole.
 
-    Attributes
-    ----------
-    what : str
-        What it holds, for messages.
-    marks : tuple of str
-        Files that every such folder has.
-    others : tuple of str
-        Files that it may have, by their path in it; ``*`` stands for any characters.
-    listed : callable
-        Returns for a folder which further files it lists itself.
-    says : tuple of str
-        A file of JSON among the marks, and a key that it holds when it was written here.
-
     Examples
     --------
     >>> kind = FolderKind("a study of wear", marks=("wear.json",), others=("runs/*.csv",))
@@ -55,10 +42,15 @@ class FolderKind:
     (True, True, False)
     """
 
+    #: What it holds, for messages.
     what: str
+    #: Files that every such folder has.
     marks: tuple[str, ...]
+    #: Files that it may have, by their path in it; ``*`` stands for any characters.
     others: tuple[str, ...] = ()
+    #: Returns for a folder which further files it lists itself.
     listed: Callable[[Path], Lists] = _nothing_more
+    #: A file of JSON among the marks, and a key that it holds when it was written here.
     says: tuple[str, str] | None = None
 
     def foreign(self, folder: Path) -> str:
@@ -98,13 +90,6 @@ class FolderKind:
 class GrowingKind:
     """What is in a folder that one run after another writes into; files that it does not know stay.
 
-    Attributes
-    ----------
-    what : str
-        What it holds, for messages; it stands in its mark file.
-    signs : tuple of str
-        Patterns; a folder with one of them is of this kind, even without a mark file.
-
     Examples
     --------
     >>> from tempfile import TemporaryDirectory
@@ -117,7 +102,9 @@ class GrowingKind:
     False
     """
 
+    #: What it holds, for messages; it stands in its mark file.
     what: str
+    #: Patterns; a folder with one of them is of this kind, even without a mark file.
     signs: tuple[str, ...]
 
     def foreign(self, folder: Path) -> str:
@@ -234,10 +221,7 @@ def check_folder(target: str | os.PathLike[str], kind: FolderKind | GrowingKind)
 
     Nothing is changed.
 
-    Raises
-    ------
-    InputError
-        A file or a link; a folder that holds something else, or in which this process stands.
+    Raises InputError: a file or a link; a folder that holds something else, or in which this process stands.
 
     Examples
     --------
@@ -303,10 +287,7 @@ def check_parents(target: Path) -> None:
 def grown(target: str | os.PathLike[str], kind: GrowingKind) -> Path:
     """Make or take a folder that one run after another writes into, and mark it; return it as it was given.
 
-    Raises
-    ------
-    InputError
-        What `check_folder` refuses.
+    Raises InputError: what `check_folder` refuses.
 
     Examples
     --------
@@ -330,10 +311,7 @@ def check_outputs(
 ) -> None:
     """Refuse an output that would replace an input: one that is it, or holds it, or is a part of its folder.
 
-    Raises
-    ------
-    InputError
-        Names the first such output.
+    Raises InputError, which names the first such output.
 
     Examples
     --------

@@ -1,11 +1,14 @@
-"""Results as JSON holds them."""
+"""Objects read from JSON, and results as JSON holds them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
+
+#: An object as it was read from JSON: what is in it, whoever takes it has to check.
+JsonObject: TypeAlias = Mapping[str, Any]
 
 
 def plain(value: Any) -> Any:

@@ -15,10 +15,7 @@ from .errors import InputError
 def locked(file: Path, busy: str) -> Iterator[None]:
     """Keep other processes out of a block by a lock on `file`; it ends with this process, however that ends.
 
-    Raises
-    ------
-    InputError
-        Another process is in such a block; the text is `busy`.
+    Raises InputError: another process is in such a block; the text is `busy`.
 
     Examples
     --------

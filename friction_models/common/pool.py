@@ -32,10 +32,7 @@ def default_jobs() -> int:
 def process_count(jobs: int | None) -> int:
     """Return how many processes `jobs` asks for; all cores for None.
 
-    Raises
-    ------
-    InputError
-        Less than one.
+    Raises InputError: less than one.
 
     Examples
     --------
@@ -54,10 +51,7 @@ def process_count(jobs: int | None) -> int:
 class Workers:
     """Spawned processes that take calls; they end with `close`, and when the process that started them dies.
 
-    Parameters
-    ----------
-    count : int
-        Largest number of processes; they start when calls come.
+    At most `count` of them start, when calls come.
     """
 
     def __init__(self, count: int) -> None:
@@ -89,10 +83,7 @@ def map_unordered(
     One job runs in this process. More run in spawned processes, so `function` must be importable. An
     error or an interrupt ends the pool and is raised here.
 
-    Raises
-    ------
-    InputError
-        Less than one job.
+    Raises InputError: less than one job.
 
     Examples
     --------

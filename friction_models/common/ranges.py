@@ -10,10 +10,7 @@ from . import InputError
 def check_range(where: str, name: str, value: float, low: float, high: float, unit: str) -> None:
     """Raise when a parameter is not a finite number in its range.
 
-    Raises
-    ------
-    InputError
-        Names process, parameter, value and allowed range.
+    Raises InputError, which names process, parameter, value and allowed range.
 
     Examples
     --------
@@ -31,10 +28,7 @@ def check_range(where: str, name: str, value: float, low: float, high: float, un
 def check_flag(where: str, name: str, value: object) -> bool:
     """Return a flag; 0 and 1 count, because co-simulation and tables have numbers only.
 
-    Raises
-    ------
-    InputError
-        Something else: text like ``"no"`` would otherwise count as True.
+    Raises InputError for anything else: text like ``"no"`` would otherwise count as True.
 
     Examples
     --------

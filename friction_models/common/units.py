@@ -63,29 +63,14 @@ UNITS: dict[str, Unit] = {
 }
 #: Other spellings, without blanks and brackets.
 _SPELLINGS = {
-    "C": "degC",
-    "°C": "degC",
-    "℃": "degC",
-    "F": "degF",
-    "°F": "degF",
+    **dict.fromkeys(("C", "°C", "℃"), "degC"),
+    **dict.fromkeys(("F", "°F"), "degF"),
     "kelvin": "K",
     "-": "1",
-    "N/mm^2": "N/mm2",
-    "N/mm²": "N/mm2",
-    "kN/mm^2": "kN/mm2",
-    "kN/mm²": "kN/mm2",
-    "mm/s^2": "mm/s2",
-    "mm/s²": "mm/s2",
-    "m/s^2": "m/s2",
-    "m/s²": "m/s2",
     "sec": "s",
-    "µs": "us",
-    "μs": "us",
-    "µm": "um",
-    "μm": "um",
-    "µm/s": "um/s",
-    "μm/s": "um/s",
 }
+#: Signs that stand in spellings of several units, and what the table has in their place.
+_SIGNS = {"µ": "u", "μ": "u", "²": "2", "^2": "2"}
 
 
 def spelling(unit: str) -> str:
@@ -97,7 +82,10 @@ def spelling(unit: str) -> str:
     ('N/mm2', 'furlong')
     """
     text = unit.strip().strip("[]()").strip()
-    return _SPELLINGS.get(text, text)
+    plain = _SPELLINGS.get(text, text)
+    for sign, instead in _SIGNS.items():
+        plain = plain.replace(sign, instead)
+    return plain if plain in UNITS else text
 
 
 def units_like(canonical: str) -> list[str]:
@@ -112,21 +100,9 @@ def units_like(canonical: str) -> list[str]:
 
 
 def conversion(canonical: str, unit: str, column: str, where: str = "") -> tuple[float, float]:
-    """Return (factor, offset) that turn a value in `unit` into `canonical`.
+    """Return (factor, offset) that turn a value in `unit`, as a file writes it, into the unit `canonical` of the table.
 
-    Parameters
-    ----------
-    canonical : str
-        Unit of the table that is wanted.
-    unit : str
-        Unit as a file writes it.
-    column, where : str
-        For the message.
-
-    Raises
-    ------
-    InputError
-        No such unit, or it measures something else; names those that fit and the nearest.
+    Raises InputError: no such unit, or it measures something else; names those that fit and the nearest.
 
     Examples
     --------

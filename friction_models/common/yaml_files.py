@@ -17,11 +17,8 @@ MAX_DEPTH = 8
 def read_yaml(file: Path) -> Any:
     """Return what a YAML file holds, which the caller found to be there and small enough.
 
-    Raises
-    ------
-    InputError
-        Not UTF-8, not YAML, nested deeper than `MAX_DEPTH`, a key that stands twice, an alias (aliases may grow
-        without bound), or a number that no float holds.
+    Raises InputError: not UTF-8, not YAML, nested deeper than `MAX_DEPTH`, a key that stands twice, an alias
+    (aliases may grow without bound), or a number that no float holds.
 
     Examples
     --------

@@ -13,8 +13,8 @@ import pandas as pd
 from ..common import InputError
 from ..estimation.binning import Campaign, prepare
 from ..loads import FloatArray
-from ..models.predicted import predict_points
-from ..models.seen import Seen, seen_in_training
+from ..models.measures import predict_points
+from ..models.model_card import Seen, seen_in_training
 
 REPLICATES = 1000
 #: With fewer tests resampling is not reliable, and no model counts as clearly ahead.

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..loads.labels import with_unit
+from ..loads.contract import with_unit
 from .figures_data import (
     LoadMap,
     effect_curve,

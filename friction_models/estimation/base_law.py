@@ -12,7 +12,7 @@ from ..common import InputError
 from ..loads import FloatArray
 from ..models import tangent
 from ..models.base import FrictionModel
-from ..models.predicted import ALLOWED, predict_points
+from ..models.measures import ALLOWED, predict_points
 from .binning import Campaign
 from .candidates import evaluate_points
 

@@ -9,21 +9,9 @@ _SILENT = 4
 
 
 def onnx_session(content: bytes) -> Any:
-    """Return a session of ONNX Runtime on one thread of the processor.
+    """Return an `onnxruntime.InferenceSession` of the content of an ONNX file, on one thread of the processor.
 
-    Parameters
-    ----------
-    content : bytes
-        An ONNX file.
-
-    Returns
-    -------
-    onnxruntime.InferenceSession
-
-    Raises
-    ------
-    Exception
-        What ONNX Runtime raises where it refuses the graph; its classes are not public.
+    Raises what ONNX Runtime raises where it refuses the graph; its classes are not public.
     """
     import onnxruntime
 

@@ -8,9 +8,9 @@ Values are columns of shape [n, 1] (or [n, k]); Python floats and arrays of shap
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -22,17 +22,13 @@ if TYPE_CHECKING:
 
 #: A float64 array, a number, or a node of a graph: whatever the back end at hand computes with.
 Value: TypeAlias = Any
+Function: TypeAlias = Callable[..., Value]
 FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class LoadColumns:
     """The five loads as columns of shape [n, 1]: what a formula sees as ``L``.
-
-    Attributes
-    ----------
-    v_rel, T, sigma_n, sd, psi : Value, shape [n, 1]
-        Loads in mm/s, degC, MPa, mm, 1.
 
     Examples
     --------
@@ -42,6 +38,7 @@ class LoadColumns:
     [[5.0], [9.0]]
     """
 
+    #: Loads in mm/s, degC, MPa, mm, 1; shape [n, 1].
     v_rel: Value
     T: Value
     sigma_n: Value
@@ -62,8 +59,8 @@ class LoadColumns:
         return [self.v_rel, self.T, self.sigma_n, self.sd, self.psi]
 
 
-class Ops(Protocol):
-    """The functions that a formula may use; every one has a float64 kernel in ONNX Runtime.
+class Ops:
+    """The functions that a formula may use, on float64 arrays; every one has a float64 kernel in ONNX Runtime.
 
     Examples
     --------
@@ -74,52 +71,9 @@ class Ops(Protocol):
     >>> L = LoadColumns.from_matrix(NumpyOps(), np.array([[0.0, 20.0, 500.0, 0.0, 1.0]]))
     >>> law(NumpyOps(), L).tolist()
     [[0.1]]
-    """
 
-    def exp(self, a: Value) -> Value: ...
-    def log(self, a: Value) -> Value: ...
-    def sqrt(self, a: Value) -> Value: ...
-    def tanh(self, a: Value) -> Value: ...
-    def sigmoid(self, a: Value) -> Value: ...
-    def abs(self, a: Value) -> Value: ...
-    def relu(self, a: Value) -> Value: ...
-    def maximum(self, a: Value, b: Value) -> Value: ...
-    def minimum(self, a: Value, b: Value) -> Value: ...
-    def power(self, a: Value, b: Value) -> Value: ...
-    def where(self, condition: Value, a: Value, b: Value) -> Value:
-        """Choose `a` where `condition` holds, else `b`; both must be finite everywhere."""
-        ...
+    The functions:
 
-    def matmul(self, a: Value, weights: npt.ArrayLike, bias: npt.ArrayLike | None = None) -> Value:
-        """Return ``a @ weights + bias`` for `a` [n, k], constant `weights` [k, m] and `bias` [m]."""
-        ...
-
-    def column(self, a: Value, j: int) -> Value:
-        """Return column `j` of `a` as [n, 1]."""
-        ...
-
-    def concat(self, columns: Sequence[Value]) -> Value:
-        """Put columns side by side."""
-        ...
-
-    def reduce_sum(self, a: Value) -> Value:
-        """Sum over the columns of `a` (axis 1); the result is [n, 1]."""
-        ...
-
-    def constant(self, value: float, like: Value) -> Value:
-        """Return a column of `value` with as many rows as `like`."""
-        ...
-
-    def tree_ensemble(self, a: Value, trees: TreeTable) -> Value:
-        """Return the sum of all trees at the rows of `a` [n, features], as [n, 1]."""
-        ...
-
-
-class NumpyOps:
-    """`Ops` on float64 arrays: what `predict` runs.
-
-    Examples
-    --------
     >>> x = NumpyOps()
     >>> a = np.array([[-1.0], [4.0]])
     >>> x.relu(a).tolist()
@@ -130,55 +84,51 @@ class NumpyOps:
     [[-2.0], [13.0]]
     """
 
-    def exp(self, a: Value) -> Value:
-        return np.exp(a)
+    exp: Function = staticmethod(np.exp)
+    log: Function = staticmethod(np.log)
+    sqrt: Function = staticmethod(np.sqrt)
+    tanh: Function = staticmethod(np.tanh)
+    abs: Function = staticmethod(np.abs)
+    maximum: Function = staticmethod(np.maximum)
+    minimum: Function = staticmethod(np.minimum)
+    power: Function = staticmethod(np.power)
 
-    def log(self, a: Value) -> Value:
-        return np.log(a)
-
-    def sqrt(self, a: Value) -> Value:
-        return np.sqrt(a)
-
-    def tanh(self, a: Value) -> Value:
-        return np.tanh(a)
-
-    def sigmoid(self, a: Value) -> Value:
+    def sigmoid(self, a: Value, /) -> Value:
         return 0.5 + 0.5 * np.tanh(0.5 * np.asarray(a))
 
-    def abs(self, a: Value) -> Value:
-        return np.abs(a)
-
-    def relu(self, a: Value) -> Value:
+    def relu(self, a: Value, /) -> Value:
         return np.maximum(a, 0.0)
 
-    def maximum(self, a: Value, b: Value) -> Value:
-        return np.maximum(a, b)
-
-    def minimum(self, a: Value, b: Value) -> Value:
-        return np.minimum(a, b)
-
-    def power(self, a: Value, b: Value) -> Value:
-        return np.power(a, b)
-
     def where(self, condition: Value, a: Value, b: Value) -> Value:
+        """Choose `a` where `condition` holds, else `b`; both must be finite everywhere."""
         return np.where(condition, a, b)
 
     def matmul(self, a: Value, weights: npt.ArrayLike, bias: npt.ArrayLike | None = None) -> Value:
+        """Return ``a @ weights + bias`` for `a` [n, k], constant `weights` [k, m] and `bias` [m]."""
         product = np.asarray(a) @ np.asarray(weights, dtype=np.float64)
         return product if bias is None else product + np.asarray(bias, dtype=np.float64)
 
     def column(self, a: Value, j: int) -> Value:
+        """Return column `j` of `a` as [n, 1]."""
         return np.asarray(a)[:, j : j + 1]
 
     def concat(self, columns: Sequence[Value]) -> Value:
+        """Put columns side by side."""
         rows = max(np.shape(c)[0] for c in columns)
         return np.concatenate([np.broadcast_to(c, (rows, np.shape(c)[1])) for c in columns], axis=1)
 
     def reduce_sum(self, a: Value) -> Value:
+        """Sum over the columns of `a` (axis 1); the result is [n, 1]."""
         return np.sum(a, axis=1, keepdims=True)
 
     def constant(self, value: float, like: Value) -> Value:
+        """Return a column of `value` with as many rows as `like`."""
         return np.full((np.shape(like)[0], 1), float(value))
 
     def tree_ensemble(self, a: Value, trees: TreeTable) -> Value:
+        """Return the sum of all trees at the rows of `a` [n, features], as [n, 1]."""
         return trees.evaluate(np.asarray(a))
+
+
+#: The back end that computes; `friction_models.expressions.onnx_graph.OnnxOps` draws.
+NumpyOps = Ops

@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from numbers import Integral, Real
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ..common import InputError
 from ..loads import FloatArray
+
+#: What a model stores beside its card, by name.
+Arrays: TypeAlias = Mapping[str, npt.NDArray[Any]]
 
 
 def first_line(error: BaseException) -> str:
@@ -54,11 +57,9 @@ def check_integer(family: str, name: str, value: Any, lower: int, upper: int) ->
     return int(value)
 
 
-def stored_floats(
-    family: str, arrays: Mapping[str, npt.NDArray[Any]], name: str, shape: tuple[int | None, ...]
-) -> FloatArray:
+def stored_floats(family: str, arrays: Arrays, name: str, shape: tuple[int | None, ...]) -> FloatArray:
     """Return a stored array as float64 of the given shape (None: any length), all values finite."""
-    array = stored_array(family, arrays, name, shape, "f")
+    array = _stored(family, arrays, name, shape, "f")
     if not np.isfinite(array).all():
         raise InputError(
             f"{family}: array {name!r} holds values that are not finite; allowed: finite numbers"
@@ -67,18 +68,14 @@ def stored_floats(
 
 
 def stored_integers(
-    family: str, arrays: Mapping[str, npt.NDArray[Any]], name: str, shape: tuple[int | None, ...]
+    family: str, arrays: Arrays, name: str, shape: tuple[int | None, ...]
 ) -> npt.NDArray[np.int64]:
     """Return a stored array as int64 of the given shape (None: any length)."""
-    return np.ascontiguousarray(stored_array(family, arrays, name, shape, "iu"), dtype=np.int64)
+    return np.ascontiguousarray(_stored(family, arrays, name, shape, "iu"), dtype=np.int64)
 
 
-def stored_array(
-    family: str,
-    arrays: Mapping[str, npt.NDArray[Any]],
-    name: str,
-    shape: tuple[int | None, ...],
-    kinds: str,
+def _stored(
+    family: str, arrays: Arrays, name: str, shape: tuple[int | None, ...], kinds: str
 ) -> npt.NDArray[Any]:
     """Return a stored array after a look at its kind and shape."""
     if name not in arrays:

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
 from ..common import InputError
 from ..loads import LOAD_NAMES, FloatArray
 from .ops import Ops, Value
-from .parameters import stored_floats
+from .parameters import Arrays, stored_floats
 
 #: Directions in standardised columns that vary less than this, relative to the widest one, are rounding of the data:
 #: what lies along them is not told apart, and gets the solution of least norm.
@@ -23,11 +21,6 @@ RESOLUTION = 1e-6
 class Scaling:
     """z = (x - mean) / scale, column by column.
 
-    Attributes
-    ----------
-    mean, scale : ndarray, shape (k,)
-        A column that does not vary becomes 0: its value is the mean, its scale 1.
-
     Examples
     --------
     The second column does not vary and becomes 0:
@@ -37,6 +30,7 @@ class Scaling:
     [[-1.0, 0.0], [1.0, 0.0]]
     """
 
+    #: A column that does not vary becomes 0: its value is the mean, its scale 1; shape (k,).
     mean: FloatArray
     scale: FloatArray
 
@@ -56,12 +50,12 @@ class Scaling:
         """Return standardised columns, with either back end."""
         return [(c - m) * (1.0 / s) for c, m, s in zip(columns, self.mean.tolist(), self.scale.tolist())]
 
-    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+    def arrays(self) -> dict[str, FloatArray]:
         """Return the arrays to store."""
         return {"mean": self.mean, "scale": self.scale}
 
     @classmethod
-    def restore(cls, family: str, arrays: Mapping[str, npt.NDArray[Any]], k: int) -> Self:
+    def restore(cls, family: str, arrays: Arrays, k: int) -> Self:
         """Restore what `arrays` returned."""
         mean = stored_floats(family, arrays, "mean", (k,))
         scale = stored_floats(family, arrays, "scale", (k,))

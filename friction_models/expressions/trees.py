@@ -1,18 +1,17 @@
-"""Regression trees as plain arrays: fast evaluation in NumPy, and the attributes of an ONNX TreeEnsemble."""
+"""Regression trees as plain arrays, and their fast evaluation in NumPy."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 
 from ..common import InputError
 from ..loads import FloatArray
-from .parameters import stored_floats, stored_integers
+from .parameters import Arrays, stored_floats, stored_integers
 
 IntArray = npt.NDArray[np.int64]
 #: One bit of a 64-bit word a leaf.
@@ -28,18 +27,6 @@ class TreeTable:
 
     Inner nodes of all trees stand one after the other, parents before children; a point goes to
     `left` where its feature is <= the threshold. Every tree has at least one inner node.
-
-    Attributes
-    ----------
-    nodes : ndarray of int, shape (trees,)
-        Inner nodes a tree; its leaves are one more.
-    feature, threshold : ndarray, shape (sum of nodes,)
-    left, right : ndarray of int, shape (sum of nodes,)
-        Child within the same tree: ``i >= 0`` inner node i, ``-1 - k`` leaf k. Leaves count from left to right.
-    leaf : ndarray, shape (sum of nodes + trees,)
-        Leaf values, tree after tree.
-    features : int
-        Number of features.
 
     Examples
     --------
@@ -58,12 +45,18 @@ class TreeTable:
     [[0.12], [0.12], [0.06]]
     """
 
+    #: Inner nodes a tree; its leaves are one more; shape (trees,).
     nodes: IntArray
+    #: Shape (sum of nodes,).
     feature: IntArray
     threshold: FloatArray
+    #: Child within the same tree: ``i >= 0`` inner node i, ``-1 - k`` leaf k. Leaves count from left to
+    #: right; shape (sum of nodes,).
     left: IntArray
     right: IntArray
+    #: Leaf values, tree after tree; shape (sum of nodes + trees,).
     leaf: FloatArray
+    #: Number of features.
     features: int
 
     def evaluate(self, matrix: FloatArray) -> FloatArray:
@@ -121,44 +114,16 @@ class TreeTable:
             below[i] = sides[0] | sides[1]
         return mask
 
-    def onnx_attributes(self) -> dict[str, Any]:
-        """Return the attributes of an `ai.onnx.ml` TreeEnsemble (opset 5), float64."""
-        from onnx import TensorProto, helper
-
-        first = np.repeat(np.cumsum(self.nodes) - self.nodes, self.nodes)
-        first_leaf = first + np.repeat(np.arange(len(self.nodes)), self.nodes)
-        sides = {}
-        for name, child in (("true", self.left), ("false", self.right)):
-            is_leaf = child < 0
-            sides[f"nodes_{name}leafs"] = is_leaf.astype(int).tolist()
-            sides[f"nodes_{name}nodeids"] = np.where(is_leaf, first_leaf - 1 - child, first + child).tolist()
-        count = len(self.feature)
-        tensor = helper.make_tensor
-        return {
-            **sides,
-            "aggregate_function": 1,
-            "leaf_targetids": [0] * len(self.leaf),
-            "leaf_weights": tensor("leaf_weights", TensorProto.DOUBLE, (len(self.leaf),), self.leaf.tolist()),
-            "n_targets": 1,
-            "nodes_featureids": self.feature.tolist(),
-            "nodes_modes": tensor("nodes_modes", TensorProto.UINT8, (count,), [0] * count),
-            "nodes_splits": tensor("nodes_splits", TensorProto.DOUBLE, (count,), self.threshold.tolist()),
-            "post_transform": 0,
-            "tree_roots": (np.cumsum(self.nodes) - self.nodes).tolist(),
-        }
-
-    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+    def arrays(self) -> dict[str, IntArray | FloatArray]:
         """Return the arrays to store."""
         return {n: getattr(self, n) for n in ("nodes", "feature", "threshold", "left", "right", "leaf")}
 
     @classmethod
-    def restore(cls, family: str, arrays: Mapping[str, npt.NDArray[Any]], features: int) -> Self:
+    def restore(cls, family: str, arrays: Arrays, features: int) -> Self:
         """Take back what `arrays` returned.
 
-        Raises
-        ------
-        InputError
-            The arrays do not describe trees: a node is reached twice or never, an index is out of range.
+        Raises InputError: the arrays do not describe trees: a node is reached twice or never, an index is out
+        of range.
         """
         nodes = stored_integers(family, arrays, "nodes", (None,))
         if len(nodes) > MAX_TREES or (len(nodes) and not 1 <= nodes.min() <= nodes.max() < MAX_LEAVES):

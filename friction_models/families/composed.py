@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, ClassVar, Self
 
 import numpy as np
-import numpy.typing as npt
 from sklearn.base import clone
 
 from ..common import InputError, shown
@@ -18,7 +17,8 @@ from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..loads import FloatArray, TriboLoads
 from ..loads.order import order_of_tests
 from ..loads.time_steps import rests, time_steps
-from ..models.base import FrictionModel, Groups, LoadsLike
+from ..models.base import FrictionModel, LoadsLike
+from ..models.law import Arrays, Groups, JsonObject, Learned, States, System
 from ..models.tangent import MeasuredPoints, Tangent
 from ..models.variables import StateVariable, SystemVariable, as_numbers
 from .metadata import check_loads, levels_of, system_variables_of
@@ -136,9 +136,10 @@ class ComposedFriction(FrictionModel):
         effects = getattr(self, "effects_", None) or [make_effect(e) for e in self.effects]
         return [e for e in effects if e.kind != "fault"]
 
-    def _terms(self) -> list[tuple[Effect, dict[str, float], list[float]]]:
-        zipped = zip(self.effects_, self.shapes_, self.amplitudes_, strict=True)
-        return [(e, s, list(a.values())) for e, s, a in zipped if e.kind != "fault"]
+    def _terms(self) -> list[tuple[Effect, dict[str, float], dict[str, float]]]:
+        """Return the exported effects with their shapes and amplitudes."""
+        terms = zip(self.effects_, self.shapes_, self.amplitudes_, strict=True)
+        return [term for term in terms if term[0].kind != "fault"]
 
     # --- law ------------------------------------------------------------------------------------------
 
@@ -154,13 +155,7 @@ class ComposedFriction(FrictionModel):
     def system_variables(self) -> tuple[SystemVariable, ...]:
         return tuple(getattr(self, "system_", ()))
 
-    def formula(
-        self,
-        x: Ops,
-        L: LoadColumns,
-        S: Sequence[Value] | None = None,
-        system: Mapping[str, Value] | None = None,
-    ) -> Value:
+    def formula(self, x: Ops, L: LoadColumns, S: States = None, system: System = None) -> Value:
         held = self._held(x, L, S)
         known = {v.name: v.start for v in self.system_variables} | dict(system or {})
         mu = self.base_.formula(x, L)
@@ -207,7 +202,7 @@ class ComposedFriction(FrictionModel):
         matrix = np.column_stack(LoadColumns(*points.as_array().T).without(x, self.domain.absent).columns())
         system = self._metadata(points)
         if not self.states or (points.test_id is None and points.t is None):
-            L = LoadColumns(*(c[:, None] for c in matrix.T))
+            L = LoadColumns.from_matrix(x, matrix)
             return x.relu(self.formula(x, L, None, system))[:, 0]
         points, order = points.in_order(memory=True)
         matrix, system = matrix[order], {k: v[order] for k, v in system.items()}
@@ -216,22 +211,26 @@ class ComposedFriction(FrictionModel):
         lengths = np.array([s.stop - s.start for s in slices])
         dt = time_steps(points, starts)
         pause = rests(points, dt)
+
+        def after(
+            L: LoadColumns, held: list[Value], inside: dict[str, FloatArray], dt: FloatArray
+        ) -> list[Value]:
+            mu = x.relu(self.formula(x, L, held, inside))
+            return self.state_update(x, L, held, mu, dt[:, None])[0]
+
         mu = np.empty(len(points))
         S = [np.full((len(starts), 1), v.start) for v in self.states]
         for step in range(int(lengths.max(initial=0))):
             running = lengths > step
             rows = starts[running] + step
-            L = LoadColumns(*(matrix[rows, j : j + 1] for j in range(matrix.shape[1])))
+            L = LoadColumns.from_matrix(x, matrix[rows])
             inside = {k: v[rows] for k, v in system.items()}
             held = [s[running] for s in S]
             if step:
                 if pause[rows].any():  # the contact stood still first, then slid up to here
                     still = LoadColumns(0.0 * L.v_rel, L.T, L.sigma_n, L.sd, L.psi)
-                    still = still.without(x, self.domain.absent)
-                    before = x.relu(self.formula(x, still, held, inside))
-                    held, _ = self.state_update(x, still, held, before, pause[rows, None])
-                before = x.relu(self.formula(x, L, held, inside))
-                held, _ = self.state_update(x, L, held, before, (dt - pause)[rows, None])
+                    held = after(still.without(x, self.domain.absent), held, inside, pause[rows])
+                held = after(L, held, inside, (dt - pause)[rows])
                 for s, new in zip(S, held, strict=True):
                     s[running] = new
             mu[order[rows]] = x.relu(self.formula(x, L, held, inside))[:, 0]
@@ -255,9 +254,7 @@ class ComposedFriction(FrictionModel):
     def formula_text(self) -> str:
         parts = [self.base_.formula_text()]
         for effect, shape, amplitudes in self._terms():
-            names = [a.name for a in effect.amplitudes]
-            values = dict(zip(names, amplitudes, strict=True)) | shape
-            shown = ", ".join(f"{k} = {v:.4g}" for k, v in values.items())
+            shown = ", ".join(f"{k} = {v:.4g}" for k, v in (amplitudes | shape).items())
             parts.append(f"{effect.equation} [{shown}]")
         return "; ".join(parts)
 
@@ -268,7 +265,7 @@ class ComposedFriction(FrictionModel):
             "effects": [{"name": e.name, "fixed": e.fixed} for e in effects],
         }
 
-    def _learned(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
+    def _learned(self) -> Learned:
         content, arrays = self.base_.parts()
         values = {
             "base": content,
@@ -281,7 +278,7 @@ class ComposedFriction(FrictionModel):
         }
         return values, {f"base.{k}": v for k, v in arrays.items()}
 
-    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+    def _restore(self, values: JsonObject, arrays: Arrays) -> None:
         self.effects_ = [make_effect(e) for e in self.effects]
         inner = {k.removeprefix("base."): v for k, v in arrays.items() if k.startswith("base.")}
         self.base_ = type(self.base).from_parts(values["base"], inner)
@@ -304,7 +301,7 @@ class ComposedFriction(FrictionModel):
         self.error_history_ = [_checked_round(entry) for entry in values.get("error_history", [])]
 
     @classmethod
-    def from_parts(cls, content: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Self:
+    def from_parts(cls, content: JsonObject, arrays: Arrays) -> Self:
         """Build a model from `parts`; see `FrictionModel.from_parts`."""
         params = content["params"]
         base = make_model(str(params["base"]["family"]), **params["base"]["params"])
@@ -323,14 +320,14 @@ class ComposedFriction(FrictionModel):
 
 def _added(
     mu: Value,
-    term: tuple[Effect, dict[str, float], list[float]],
+    term: tuple[Effect, dict[str, float], dict[str, float]],
     x: Ops,
     L: LoadColumns,
     context: EffectContext,
 ) -> Value:
     """Return mu with one effect added."""
     effect, shape, amplitudes = term
-    for amplitude, column in zip(amplitudes, effect.basis(x, L, shape, context), strict=True):
+    for amplitude, column in zip(amplitudes.values(), effect.basis(x, L, shape, context), strict=True):
         if amplitude != 0.0:
             mu = mu + amplitude * column
     return mu
@@ -373,7 +370,7 @@ def _are_measures(values: Any) -> bool:
     )
 
 
-def _checked(effect: Effect, values: Mapping[str, Any], names: list[str]) -> dict[str, float]:
+def _checked(effect: Effect, values: JsonObject, names: list[str]) -> dict[str, float]:
     """Return stored parameters of an effect, complete and finite."""
     if sorted(values) != sorted(names) or not all(np.isfinite(float(v)) for v in values.values()):
         raise InputError(

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
 from ..common import InputError
 from ..expressions.ops import LoadColumns, Ops, Value
 from ..expressions.parameters import check_number
 from ..loads import MU, FloatArray, TriboLoads
-from ..models.base import FrictionModel, Groups
-from ..models.domain import Domain
+from ..models.base import FrictionModel
+from ..models.law import Arrays, Groups, JsonObject, Learned, States, System
 from ..models.tangent import MeasuredPoints, Tangent
 
 
@@ -73,12 +71,6 @@ class ConstantFriction(FrictionModel):
         """None: the value is the same at all loads."""
         return ()
 
-    @property
-    def domain(self) -> Domain:
-        """The physical limits for a given value, else the range of the training data."""
-        self.require_fitted()
-        return getattr(self, "domain_", Domain.physical())
-
     def tangent(self, data: MeasuredPoints) -> Tangent:
         """Return a column of ones; a given value stays as it is."""
         level = np.ones((len(data.mu), 1))
@@ -86,22 +78,16 @@ class ConstantFriction(FrictionModel):
             return Tangent(level, np.zeros(len(data.mu)))
         return Tangent(level, self.predict(data.loads), fixed=True)
 
-    def formula(
-        self,
-        x: Ops,
-        L: LoadColumns,
-        S: Sequence[Value] | None = None,
-        system: Mapping[str, Value] | None = None,
-    ) -> Value:
+    def formula(self, x: Ops, L: LoadColumns, S: States = None, system: System = None) -> Value:
         return x.constant(self.value, L.v_rel)
 
     def formula_text(self) -> str:
         return f"mu = {self.value:.6g}"
 
-    def _learned(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
+    def _learned(self) -> Learned:
         return {"mu": self.value}, {}
 
-    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+    def _restore(self, values: JsonObject, arrays: Arrays) -> None:
         # As the base of a sum it may be negative: effects carry the level then. Alone it may not, see `check_alone`.
         value = check_number(self.family, "mu", values["mu"], -math.inf, math.inf)
         if self.mu is not None and self.value != value:

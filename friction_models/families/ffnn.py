@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,8 +16,9 @@ from ..expressions.parameters import check_integer, check_number, stored_floats
 from ..expressions.scaling import Scaling
 from ..loads import LOAD_NAMES, FloatArray, TriboLoads
 from ..loads.splits import hold_out
-from ..models.base import FrictionModel, Groups, LoadsLike
-from .network import Lesson, TrainingOptions, train_networks
+from ..models.base import FrictionModel, LoadsLike
+from ..models.law import Arrays, Groups, JsonObject, Learned, States, System
+from .network import Lesson, Masks, TrainingOptions, train_networks
 
 ACTIVATIONS = ("tanh", "relu", "sigmoid")
 #: Fewest tests held out by the networks from which a prediction interval is taken without training again.
@@ -26,6 +28,7 @@ MAX_LAYERS, MAX_WIDTH, MAX_MEMBERS = 8, 1024, 64
 V_OFFSET, SIGMA_OFFSET, SD_OFFSET = 10.0, 200.0, 2.0
 
 
+@dataclass(eq=False, repr=False)
 class FeedForwardFriction(FrictionModel):
     """mu = mean of a few feed-forward networks of the five loads.
 
@@ -84,31 +87,17 @@ class FeedForwardFriction(FrictionModel):
 
     family: ClassVar[str] = "ffnn"
 
-    def __init__(
-        self,
-        hidden: Sequence[int] = (16, 16),
-        members: int = 4,
-        activation: str = "tanh",
-        learning_rate: float = 5e-3,
-        batch_size: int = 512,
-        epochs: int = 80,
-        patience: int = 20,
-        weight_decay: float = 1.0,
-        validation_fraction: float = 0.2,
-        seed: int = 0,
-        threads: int = 1,
-    ) -> None:
-        self.hidden = hidden
-        self.members = members
-        self.activation = activation
-        self.learning_rate = learning_rate
-        self.batch_size = batch_size
-        self.epochs = epochs
-        self.patience = patience
-        self.weight_decay = weight_decay
-        self.validation_fraction = validation_fraction
-        self.seed = seed
-        self.threads = threads
+    hidden: Sequence[int] = (16, 16)
+    members: int = 4
+    activation: str = "tanh"
+    learning_rate: float = 5e-3
+    batch_size: int = 512
+    epochs: int = 80
+    patience: int = 20
+    weight_decay: float = 1.0
+    validation_fraction: float = 0.2
+    seed: int = 0
+    threads: int = 1
 
     def _check_params(self) -> list[int]:
         """Check all parameters; return the widths of all layers, input and output included."""
@@ -136,16 +125,19 @@ class FeedForwardFriction(FrictionModel):
     def _lesson(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> Lesson:
         """Return what the networks learn from; notes the scaling and the tests held out."""
         x = NumpyOps()
-        features = x.concat(_inputs(x, LoadColumns(*(c[:, None] for c in loads.as_array().T))))
+        features = x.concat(_inputs(x, LoadColumns.from_matrix(x, loads.as_array())))
         self.scaling_ = Scaling.of(features)
-        held = [
-            hold_out(groups, len(mu), self.validation_fraction, self.seed + k)[1] for k in range(self.members)
-        ]
+        held = self._held_out(groups, len(mu))
         self.validation_tests_ = (
             [] if groups is None else sorted(set(groups[np.logical_or.reduce(held)].tolist()))
         )
         outputs = Scaling.of(mu[:, None]).apply(mu[:, None])
         return Lesson(self.scaling_.apply(features), outputs, held, self.seed, self.weight_decay)
+
+    def _held_out(self, groups: Groups, points: int) -> Masks:
+        """Return which points each network holds out."""
+        seeds = range(self.seed, self.seed + self.members)
+        return [hold_out(groups, points, self.validation_fraction, seed)[1] for seed in seeds]
 
     @property
     def _options(self) -> TrainingOptions:
@@ -160,13 +152,7 @@ class FeedForwardFriction(FrictionModel):
             self.threads,
         )
 
-    def formula(
-        self,
-        x: Ops,
-        L: LoadColumns,
-        S: Sequence[Value] | None = None,
-        system: Mapping[str, Value] | None = None,
-    ) -> Value:
+    def formula(self, x: Ops, L: LoadColumns, S: States = None, system: System = None) -> Value:
         total: Value = 0.0
         for value in self._each(x, L):
             total = total + value
@@ -190,15 +176,13 @@ class FeedForwardFriction(FrictionModel):
         Nothing is trained again. The mean of fewer networks scatters more than the model itself, which errs on the safe
         side. Where too few tests were held out, there are folds as for any other model.
         """
-        held = [
-            hold_out(groups, len(mu), self.validation_fraction, self.seed + k)[1] for k in range(self.members)
-        ]
+        held = self._held_out(groups, len(mu))
         count = np.sum(held, axis=0)
         if len(np.unique(groups[count > 0])) < ENOUGH_LEFT_OUT:
             return super().left_out(loads, mu, groups, folds, seed)
         x = NumpyOps()
         total = np.zeros(len(mu))
-        for own, value in zip(held, self._each(x, LoadColumns(*(c[:, None] for c in loads.as_array().T)))):
+        for own, value in zip(held, self._each(x, LoadColumns.from_matrix(x, loads.as_array()))):
             total[own] += np.maximum(value[own, 0], 0.0)
         predicted = np.where(count > 0, total / np.maximum(count, 1), np.nan)
         return predicted, "tests that networks held out to stop their training"
@@ -210,14 +194,14 @@ class FeedForwardFriction(FrictionModel):
         what = "network" if many == 1 else f"mean of {many} networks"
         return f"mu = {what} {layers} ({self.activation}, {count} weights) of the loads"
 
-    def _learned(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
+    def _learned(self) -> Learned:
         arrays = self.scaling_.arrays()
         for k, network in enumerate(self.networks_):
             for i, (weights, bias) in enumerate(network):
                 arrays |= {f"weights{k}_{i}": weights, f"biases{k}_{i}": bias}
         return {"epochs": self.epochs_, "validation_tests": self.validation_tests_}, arrays
 
-    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+    def _restore(self, values: JsonObject, arrays: Arrays) -> None:
         self.hidden = tuple(self.hidden) if isinstance(self.hidden, list) else self.hidden
         shapes = list(pairwise(self._check_params()))
         self.networks_ = [
@@ -243,16 +227,7 @@ def fit_together(
 
     Lessons of equal length give the networks that `fit` gives, to rounding; see `families.network.train_networks`.
 
-    Parameters
-    ----------
-    models : sequence of FeedForwardFriction
-    data : sequence of (loads, mu, groups)
-        One entry a model, as the arguments of `fit`.
-
-    Raises
-    ------
-    InputError
-        What `fit` refuses.
+    `data` has the arguments of `fit` (loads, mu, groups) of each model; what `fit` refuses is refused here, too.
     """
     checked = [model._checked(*own) for model, own in zip(models, data, strict=True)]
     batches: dict[TrainingOptions, list[int]] = {}

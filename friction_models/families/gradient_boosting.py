@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,9 +14,11 @@ from ..expressions.parameters import check_integer, check_number
 from ..expressions.trees import MAX_LEAVES, MAX_TREES, IntArray, TreeTable
 from ..loads import LOAD_NAMES, FloatArray, TriboLoads
 from ..loads.splits import hold_out
-from ..models.base import FrictionModel, Groups
+from ..models.base import FrictionModel
+from ..models.law import Arrays, Groups, JsonObject, Learned, States, System
 
 
+@dataclass(eq=False, repr=False)
 class GradientBoostingFriction(FrictionModel):
     """mu = sum of small regression trees, trained by scikit-learn's histogram gradient boosting.
 
@@ -60,23 +62,13 @@ class GradientBoostingFriction(FrictionModel):
 
     family: ClassVar[str] = "gradient_boosting"
 
-    def __init__(
-        self,
-        trees: int = 200,
-        learning_rate: float = 0.08,
-        leaves: int = 24,
-        min_points: int = 60,
-        l2: float = 1.0,
-        validation_fraction: float = 0.2,
-        seed: int = 0,
-    ) -> None:
-        self.trees = trees
-        self.learning_rate = learning_rate
-        self.leaves = leaves
-        self.min_points = min_points
-        self.l2 = l2
-        self.validation_fraction = validation_fraction
-        self.seed = seed
+    trees: int = 200
+    learning_rate: float = 0.08
+    leaves: int = 24
+    min_points: int = 60
+    l2: float = 1.0
+    validation_fraction: float = 0.2
+    seed: int = 0
 
     def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> None:
         from sklearn.ensemble import HistGradientBoostingRegressor
@@ -107,13 +99,7 @@ class GradientBoostingFriction(FrictionModel):
             "early_stopping": False,
         }
 
-    def formula(
-        self,
-        x: Ops,
-        L: LoadColumns,
-        S: Sequence[Value] | None = None,
-        system: Mapping[str, Value] | None = None,
-    ) -> Value:
+    def formula(self, x: Ops, L: LoadColumns, S: States = None, system: System = None) -> Value:
         if len(self.trees_.nodes) == 0:
             return x.constant(self.baseline_, L.v_rel)
         return x.tree_ensemble(x.concat(L.columns()), self.trees_) + self.baseline_
@@ -122,11 +108,11 @@ class GradientBoostingFriction(FrictionModel):
         leaves = len(self.trees_.leaf)
         return f"mu = {self.baseline_:.6g} + {len(self.trees_.nodes)} trees with {leaves} leaves"
 
-    def _learned(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
+    def _learned(self) -> Learned:
         values = {"baseline": self.baseline_, "validation_tests": self.validation_tests_}
         return values, self.trees_.arrays()
 
-    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+    def _restore(self, values: JsonObject, arrays: Arrays) -> None:
         self._checked_params()
         self.baseline_ = check_number(self.family, "baseline", values["baseline"], -math.inf, math.inf)
         self.validation_tests_ = [str(t) for t in values.get("validation_tests", [])]
@@ -136,10 +122,7 @@ class GradientBoostingFriction(FrictionModel):
 def table_of(trees: list[npt.NDArray[Any]]) -> tuple[TreeTable, float]:
     """Return the trees of scikit-learn's predictors as a `TreeTable`, and the sum of those that are one leaf.
 
-    Parameters
-    ----------
-    trees : list of structured ndarray
-        Fields ``is_leaf``, ``value``, ``feature_idx``, ``num_threshold``, ``left``, ``right``.
+    The predictors have the fields ``is_leaf``, ``value``, ``feature_idx``, ``num_threshold``, ``left``, ``right``.
     """
     constant = 0.0
     counts: list[int] = []

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
 from ..expressions.ops import LoadColumns, Ops, Value
 from ..expressions.parameters import stored_floats
 from ..expressions.scaling import RESOLUTION, Scaling
 from ..loads import LOADS, FloatArray, TriboLoads
-from ..models.base import FrictionModel, Groups
+from ..models.base import FrictionModel
+from ..models.law import Arrays, Groups, JsonObject, Learned, States, System
 from ..models.tangent import MeasuredPoints, Tangent, polynomial_columns
 
 
@@ -40,9 +39,6 @@ class LinearFriction(FrictionModel):
     family: ClassVar[str] = "linear"
     form = "linear"
 
-    def __init__(self) -> None:
-        """Nothing to choose."""
-
     def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> None:
         matrix = loads.as_array()
         scaling = Scaling.of(matrix)
@@ -56,22 +52,16 @@ class LinearFriction(FrictionModel):
         """Return a column of ones and the loads that vary."""
         return Tangent(polynomial_columns(data.loads, 1), np.zeros(len(data.mu)))
 
-    def formula(
-        self,
-        x: Ops,
-        L: LoadColumns,
-        S: Sequence[Value] | None = None,
-        system: Mapping[str, Value] | None = None,
-    ) -> Value:
+    def formula(self, x: Ops, L: LoadColumns, S: States = None, system: System = None) -> Value:
         return x.matmul(x.concat(L.columns()), self.coef_[:, None], [self.intercept_])
 
     def formula_text(self) -> str:
         terms = (f"{b:+.4g} {q.name}/({q.unit})" for b, q in zip(self.coef_, LOADS))
         return f"mu = {self.intercept_:.5g} " + " ".join(terms)
 
-    def _learned(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
+    def _learned(self) -> Learned:
         return {}, {"coef": self.coef_, "intercept": np.array([self.intercept_])}
 
-    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+    def _restore(self, values: JsonObject, arrays: Arrays) -> None:
         self.coef_ = stored_floats(self.family, arrays, "coef", (len(LOADS),))
         self.intercept_ = float(stored_floats(self.family, arrays, "intercept", (1,))[0])

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from ..common import InputError
 from ..common.files import DAMAGED
+from ..common.json_values import JsonObject
 from ..expressions.parameters import first_line
 from ..models.base import FrictionModel
 from ..models.saving import ARRAYS, CARD, ONNX, TEXT
@@ -63,7 +64,7 @@ def load_model(folder: str | os.PathLike[str]) -> FrictionModel:
         ) from None
 
 
-def read_card(file: Path) -> dict[str, Any]:
+def read_card(file: Path) -> JsonObject:
     """Return the part of `card.json` that makes the model."""
     _check_file(file, MAX_CARD_BYTES)
     try:

@@ -42,22 +42,15 @@ class TrainingOptions:
 
 @dataclass(frozen=True)
 class Lesson:
-    """What the networks of one model learn from.
+    """What the networks of one model learn from."""
 
-    Attributes
-    ----------
-    inputs, outputs : ndarray, shapes (n, inputs) and (n, 1)
-        Standardised.
-    held : list of ndarray of bool, shape (n,)
-        Points that each network does not learn from. Where there is none, the last weights are kept.
-    seed : int
-        Of the first weights and the order of the points.
-    weight_decay : float
-    """
-
+    #: Standardised; shapes (n, inputs) and (n, 1).
     inputs: FloatArray
     outputs: FloatArray
+    #: Points that each network does not learn from. Where there is none, the last weights are kept; shape
+    #: (n,).
     held: Masks
+    #: Of the first weights and the order of the points.
     seed: int
     weight_decay: float
 
@@ -65,25 +58,13 @@ class Lesson:
 def train_networks(lessons: Sequence[Lesson], options: TrainingOptions) -> list[Trained]:
     """Train one network for each mask of held-out points of each lesson; keep its weights that are best on those.
 
+    Returns for each lesson its networks, and for each network the epochs until the weights that were kept.
+
     The networks share nothing but the arithmetic: one batched product a layer serves all of them. Lessons of
     equal length come out, to rounding, as they do one by one; a shorter one repeats some of its points in an
     epoch, so that all take the same steps.
 
-    Parameters
-    ----------
-    lessons : sequence of Lesson
-        One a model.
-    options : TrainingOptions
-
-    Returns
-    -------
-    list of (networks, epochs)
-        One a lesson; for each network the epochs until the weights that were kept.
-
-    Raises
-    ------
-    InputError
-        torch is not installed.
+    Raises InputError: torch is not installed.
     """
     try:
         import torch

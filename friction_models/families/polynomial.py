@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations_with_replacement
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..expressions.parameters import check_integer, check_number, stored_floats
 from ..expressions.scaling import RESOLUTION, Scaling
 from ..loads import LOAD_NAMES, FloatArray, TriboLoads
-from ..models.base import FrictionModel, Groups
+from ..models.base import FrictionModel
+from ..models.law import Arrays, Groups, JsonObject, Learned, States, System
 from ..models.tangent import MeasuredPoints, Tangent, polynomial_columns
 
 MAX_DEGREE = 4
 
 
+@dataclass(eq=False, repr=False)
 class PolynomialFriction(FrictionModel):
     """mu = polynomial of the five standardised loads, all products up to `degree`.
 
@@ -53,9 +54,8 @@ class PolynomialFriction(FrictionModel):
     family: ClassVar[str] = "polynomial"
     form = "linear"
 
-    def __init__(self, degree: int = 2, ridge: float = 1e-6) -> None:
-        self.degree = degree
-        self.ridge = ridge
+    degree: int = 2
+    ridge: float = 1e-6
 
     @property
     def terms(self) -> list[tuple[int, ...]]:
@@ -88,13 +88,7 @@ class PolynomialFriction(FrictionModel):
         """Return the products of the loads that vary."""
         return Tangent(polynomial_columns(data.loads, int(self.degree)), np.zeros(len(data.mu)))
 
-    def formula(
-        self,
-        x: Ops,
-        L: LoadColumns,
-        S: Sequence[Value] | None = None,
-        system: Mapping[str, Value] | None = None,
-    ) -> Value:
+    def formula(self, x: Ops, L: LoadColumns, S: States = None, system: System = None) -> Value:
         return x.matmul(self._features(x, L.columns()), self.coef_[:, None], [self.intercept_])
 
     def formula_text(self) -> str:
@@ -108,14 +102,14 @@ class PolynomialFriction(FrictionModel):
             + (", loads standardised")
         )
 
-    def _learned(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
+    def _learned(self) -> Learned:
         return {}, {
             "coef": self.coef_,
             "intercept": np.array([self.intercept_]),
             **self.scaling_.arrays(),
         }
 
-    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+    def _restore(self, values: JsonObject, arrays: Arrays) -> None:
         check_number(self.family, "ridge", self.ridge, 0.0, 1e6)
         self.coef_ = stored_floats(self.family, arrays, "coef", (len(self.terms),))
         self.intercept_ = float(stored_floats(self.family, arrays, "intercept", (1,))[0])

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
-import numpy.typing as npt
 from sklearn.base import clone
 
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..expressions.parameters import check_number, stored_floats
 from ..expressions.scaling import Scaling, unresolved
 from ..loads import MU, FloatArray, TriboLoads
-from ..models.base import FrictionModel, Groups
+from ..models.base import FrictionModel
+from ..models.law import Arrays, Groups, JsonObject, Learned, States, System
 from ..models.tangent import MeasuredPoints, Tangent
 
 #: References that make the factors numbers of order one: mm/s, K, MPa, mm.
@@ -27,6 +27,7 @@ OFFSETS = (1e-6, 1e6)
 USUAL_OFFSET, SHARE = 100.0, 0.2
 
 
+@dataclass(eq=False, repr=False)
 class PowerLawFriction(FrictionModel):
     """mu = C (sigma_n + s0)^a (v_rel + v0)^b (sd + d0)^d psi^c exp(e T), in reference units.
 
@@ -71,12 +72,9 @@ class PowerLawFriction(FrictionModel):
     family: ClassVar[str] = "power_law"
     form = "smooth"
 
-    def __init__(
-        self, sigma_offset: float | None = None, v_offset: float = 1.0, sd_offset: float = 1.0
-    ) -> None:
-        self.sigma_offset = sigma_offset
-        self.v_offset = v_offset
-        self.sd_offset = sd_offset
+    sigma_offset: float | None = None
+    v_offset: float = 1.0
+    sd_offset: float = 1.0
 
     def _features(self, x: Ops, L: LoadColumns) -> list[Value]:
         """Return the columns that the exponents multiply in the logarithm of mu."""
@@ -102,7 +100,7 @@ class PowerLawFriction(FrictionModel):
 
         self.sigma_offset_ = offset_for(loads.sigma_n) if self.sigma_offset is None else self.sigma_offset
         x = NumpyOps()
-        features = self._features(x, LoadColumns(*(c[:, None] for c in loads.as_array().T)))
+        features = self._features(x, LoadColumns.from_matrix(x, loads.as_array()))
         design = np.concatenate([np.ones((len(mu), 1)), *features], axis=1)
         varies = np.ptp(design, axis=0) > 1e-9
         varies[0] = True
@@ -135,13 +133,7 @@ class PowerLawFriction(FrictionModel):
         columns = [mu, *(mu * (f - f.mean()) / max(float(f.std()), 1e-12) for f in logs)]
         return Tangent(np.column_stack(columns), mu)
 
-    def formula(
-        self,
-        x: Ops,
-        L: LoadColumns,
-        S: Sequence[Value] | None = None,
-        system: Mapping[str, Value] | None = None,
-    ) -> Value:
+    def formula(self, x: Ops, L: LoadColumns, S: States = None, system: System = None) -> Value:
         total = x.matmul(x.concat(self._features(x, L)), self.coef_[1:, None], self.coef_[:1])
         return x.exp(x.minimum(total, float(np.log(MU.upper))))
 
@@ -153,10 +145,10 @@ class PowerLawFriction(FrictionModel):
             f"((sd + {self.sd_offset:g})/{SD_REF:g})^{d:.4g} psi^{c:.4g}"
         )
 
-    def _learned(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
+    def _learned(self) -> Learned:
         return {"sigma_offset": self.sigma_offset_}, {"coef": self.coef_}
 
-    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+    def _restore(self, values: JsonObject, arrays: Arrays) -> None:
         # Models of before have it as a parameter only.
         self.sigma_offset_ = values.get("sigma_offset", self.sigma_offset)
         self.offsets()
@@ -189,15 +181,7 @@ def refine_exponential(
 ) -> FloatArray:
     """Minimise ``sum (exp(design @ coef) - mu)^2`` within ``|coef| <= limit`` (Levenberg-Marquardt).
 
-    Parameters
-    ----------
-    design : ndarray, shape (n, k)
-    mu : ndarray, shape (n,)
-    start, limit : ndarray, shape (k,)
-
-    Returns
-    -------
-    ndarray, shape (k,)
+    `design` has the shape (n, k); `start`, `limit` and what is returned have the shape (k,).
     """
 
     def predicted(coef: FloatArray) -> FloatArray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..common import unknown_name
+from ..common.plugins import offered
 from ..models.base import FrictionModel
 from .constant import ConstantFriction
 from .ffnn import FeedForwardFriction
@@ -13,28 +14,50 @@ from .linear import LinearFriction
 from .polynomial import PolynomialFriction
 from .power_law import PowerLawFriction
 
-#: Families that can be trained by name. `linear`, `polynomial` and `ffnn` are the ones that the work
-#: this project builds on names; `power_law` (grey box) and `gradient_boosting` (black box) are our choice.
-FAMILIES: dict[str, type[FrictionModel]] = {
-    c.family: c
-    for c in (
-        ConstantFriction,
-        LinearFriction,
-        PolynomialFriction,
-        PowerLawFriction,
-        GradientBoostingFriction,
-        FeedForwardFriction,
-    )
-}
+ENTRY_POINT_GROUP = "tribofmu.families"
+
+#: `linear`, `polynomial` and `ffnn` are the families that the work this project builds on names; `power_law` (grey box)
+#: and `gradient_boosting` (black box) are our choice.
+_OWN: tuple[type[FrictionModel], ...] = (
+    ConstantFriction,
+    LinearFriction,
+    PolynomialFriction,
+    PowerLawFriction,
+    GradientBoostingFriction,
+    FeedForwardFriction,
+)
+
+
+def load_families() -> dict[str, type[FrictionModel]]:
+    """Return the own families and those of installed packages by the name that each declares as `family`.
+
+    Examples
+    --------
+    >>> load_families()["linear"].__name__
+    'LinearFriction'
+    """
+    families = {kind.family: kind for kind in _OWN}
+
+    def fault(kind: Any) -> str | None:
+        if not (isinstance(kind, type) and issubclass(kind, FrictionModel)):
+            return "not a FrictionModel class"
+        if not isinstance(kind.family, str) or not kind.family:
+            return f"family = {kind.family!r:.40}; allowed: a text"
+        return f"the name {kind.family!r} is taken" if kind.family in families else None
+
+    for kind in offered(ENTRY_POINT_GROUP, "family", fault):
+        families[kind.family] = kind
+    return families
+
+
+#: Families that can be trained by name.
+FAMILIES = load_families()
 
 
 def model_class(family: str) -> type[FrictionModel]:
     """Return the class of a family that can be trained by name.
 
-    Raises
-    ------
-    InputError
-        Unknown family; the message names the nearest one.
+    Raises InputError: unknown family; the message names the nearest one.
 
     Examples
     --------

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import pandas as pd
 
-from ..common.errors import InputError, unknown_name
+from ..common.errors import InputError, nearest
 from .contract import LOAD_NAMES, LOADS, POINT_COLUMNS, POINT_UNITS
 
 #: What stands for a load that was not measured; without forming nothing expands.
@@ -24,21 +24,17 @@ def missing_column(name: str, present: Sequence[str] | pd.Index, where: str = "d
     >>> print(missing_column("sigma_n", ["test_id", "sigma", "mu"], "points.csv"))
     points.csv: column 'sigma_n' [MPa] is missing; present: test_id, sigma, mu; is it 'sigma'?
     """
-    hint = unknown_name("column", name, [str(p) for p in present])
-    near = str(hint).rpartition("; did you mean ")[2] if "did you mean" in str(hint) else ""
+    near = nearest(name, sorted(map(str, present)))
     unit = POINT_UNITS.get(name)
     what = f"{name!r}" + (f" [{unit}]" if unit else "")
-    guess = f"; is it {near}" if near else ""
+    guess = f"; is it {near!r}?" if near else ""
     return InputError(f"{where}: column {what} is missing; present: {', '.join(map(str, present))}{guess}")
 
 
 def measured_loads(columns: Iterable[object], where: str = "data") -> tuple[str, ...]:
     """Return the loads among the columns of a table, in the order of the contract.
 
-    Raises
-    ------
-    InputError
-        None of the loads is there, or one is not and a column has nearly its name.
+    Raises InputError: none of the loads is there, or one is not and a column has nearly its name.
 
     Examples
     --------

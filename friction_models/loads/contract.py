@@ -73,3 +73,15 @@ SETTING_UNITS: dict[str, str] = {
     **dict.fromkeys(("psi_set",), "1"),
 }
 QUANTITIES: dict[str, Quantity] = {q.name: q for q in (TIME, *LOADS, MU)}
+
+
+def with_unit(name: str) -> str:
+    """Return the name of a load with its unit, ``v_rel [mm/s]``; other names unchanged.
+
+    Examples
+    --------
+    >>> with_unit("v_rel"), with_unit("psi"), with_unit("batch")
+    ('v_rel [mm/s]', 'psi', 'batch')
+    """
+    unit = next((q.unit for q in LOADS if q.name == name), "1")
+    return name if unit == "1" else f"{name} [{unit}]"

@@ -82,7 +82,6 @@ class DataSet:
 
         Parameters
         ----------
-        path, tests : path-like
         need_mu : bool
             Whether measured friction must be there.
         keep_given : bool
@@ -113,7 +112,8 @@ class DataSet:
         given = read_file(file)
         frame = given.converted()
         points = check_points(frame, str(file), need_mu)
-        info = read_info(source) if source.is_dir() else {}
+        about = source / "dataset.json"
+        info = read_json(about) if about.is_file() else {}
         listed = None if table is None else read_tests(table)
         if listed is not None and says_synthetic(listed):
             info["synthetic"] = True
@@ -193,24 +193,22 @@ class DataSet:
 def points_file(folder: Path) -> Path:
     """Return the table of points in a data-set folder.
 
-    Raises
-    ------
-    InputError
-        There is none.
+    Raises InputError for a folder that is none; of raw records it says what makes a data set of them.
     """
     for name in ("points.csv", "points.parquet"):
         if (folder / name).is_file():
             return folder / name
-    raise missing_points(folder)
+    if (folder / "raw").is_dir():
+        raise InputError(
+            f"{folder}: raw records and no points.csv; 'tribofmu twin {folder} -o DATA' makes a data set of them"
+        )
+    raise InputError(f"{folder}: no points.csv in this folder; a data set holds points.csv and tests.csv")
 
 
 def read_tests(path: Path) -> pd.DataFrame:
     """Read a table of tests: one row a test, `test_id` and any metadata.
 
-    Raises
-    ------
-    InputError
-        No `test_id`, a row without one, or one in two rows.
+    Raises InputError: no `test_id`, a row without one, or one in two rows.
     """
     frame = read_table(path)
     if "test_id" not in frame.columns:
@@ -223,15 +221,6 @@ def read_tests(path: Path) -> pd.DataFrame:
         twice = frame["test_id"][frame["test_id"].duplicated()].iloc[0]
         raise InputError(f"{path}: test_id {twice!r} stands in two rows; allowed: one row a test")
     return frame
-
-
-def missing_points(folder: Path) -> InputError:
-    """Build the error for a folder that is no data set; of raw records it says what makes one of them."""
-    if (folder / "raw").is_dir():
-        return InputError(
-            f"{folder}: raw records and no points.csv; 'tribofmu twin {folder} -o DATA' makes a data set of them"
-        )
-    return InputError(f"{folder}: no points.csv in this folder; a data set holds points.csv and tests.csv")
 
 
 def says_synthetic(tests: pd.DataFrame) -> bool:
@@ -247,15 +236,3 @@ def says_synthetic(tests: pd.DataFrame) -> bool:
     return bool(
         tests["synthetic"].astype(str).str.strip().str.lower().isin(["true", "1", "1.0", "yes"]).any()
     )
-
-
-def read_info(folder: Path) -> dict[str, Any]:
-    """Return the content of `dataset.json` in a folder, empty where there is none.
-
-    Raises
-    ------
-    InputError
-        Not JSON, or no JSON object.
-    """
-    file = folder / "dataset.json"
-    return read_json(file) if file.is_file() else {}

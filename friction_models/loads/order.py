@@ -12,6 +12,8 @@ from ..common.errors import InputError
 FALL = 0.01
 
 Rows = npt.NDArray[np.intp]
+Names = npt.NDArray[np.str_]
+Numbers = npt.NDArray[np.float64]
 
 
 def order_of_tests(
@@ -26,22 +28,12 @@ def order_of_tests(
 
     The points of a test come together where the test begins; where their time runs backwards they are sorted by it.
 
-    Parameters
-    ----------
-    test_id, t, sd : array_like, shape (n,), or None
-        Test, time [s] and sliding distance [mm] of each point; without `test_id` all are of one test.
-    where : str
-        For messages.
-    memory : bool
-        Whether what follows depends on the order: without `t` the distance must then not fall within a test.
-    row_numbers : array_like of int, shape (n,), optional
-        Row of each point in its file, for messages.
+    `test_id`, `t` [s] and `sd` [mm], each of shape (n,), are test, time and sliding distance of each point; without
+    `test_id` all are of one test. `memory` says whether what follows depends on the order: without `t` the distance
+    must then not fall within a test. `row_numbers` are the rows of the points in their file, for messages.
 
-    Raises
-    ------
-    InputError
-        Times that run backwards and do not order a test: the same one twice, or a distance that falls along them; for
-        `memory` no time and a distance that falls, or a time that stands still.
+    Raises InputError: times that run backwards and do not order a test: the same one twice, or a distance
+    that falls along them; for `memory` no time and a distance that falls, or a time that stands still.
 
     Examples
     --------
@@ -91,13 +83,7 @@ def order_of_tests(
     return by_time
 
 
-def _refuse_no_time(
-    names: npt.NDArray[np.str_],
-    time: npt.NDArray[np.float64],
-    way: npt.NDArray[np.float64],
-    shown: npt.NDArray[np.intp],
-    where: str,
-) -> None:
+def _refuse_no_time(names: Names, time: Numbers, way: Numbers, shown: Rows, where: str) -> None:
     """Refuse a test that slides while its time stands still."""
     tests = pd.DataFrame({"t": time, "sd": way}).groupby(names)
     span = tests.max() - tests.min()
@@ -110,7 +96,7 @@ def _refuse_no_time(
         )
 
 
-def _numbered(names: npt.NDArray[np.str_]) -> npt.NDArray[np.intp] | None:
+def _numbered(names: Names) -> Rows | None:
     """Return the number of each point's test in the order of appearance, None where every test is in one piece."""
     starts = np.r_[True, names[1:] != names[:-1]] if len(names) else np.zeros(0, dtype=bool)
     runs = names[starts]
@@ -120,7 +106,7 @@ def _numbered(names: npt.NDArray[np.str_]) -> npt.NDArray[np.intp] | None:
     return np.asarray(number[np.cumsum(starts) - 1], dtype=np.intp)
 
 
-def _falls(way: npt.NDArray[np.float64], names: npt.NDArray[np.str_]) -> int | None:
+def _falls(way: Numbers, names: Names) -> int | None:
     """Return where the distance first falls within a test, None where it does not."""
     if len(way) < 2:
         return None
@@ -132,5 +118,5 @@ def _falls(way: npt.NDArray[np.float64], names: npt.NDArray[np.str_]) -> int | N
     return int(np.argmax(falls)) if falls.any() else None
 
 
-def _named(names: npt.NDArray[np.str_], row: int) -> str:
+def _named(names: Names, row: int) -> str:
     return f"test {str(names[row])!r}, " if names[row] else ""

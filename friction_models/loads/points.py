@@ -24,20 +24,13 @@ MOST_NEGATIVE = 0.5
 
 @dataclass(frozen=True)
 class Points:
-    """Points that can be used.
+    """Points that can be used."""
 
-    Attributes
-    ----------
-    frame : pandas.DataFrame
-        The contract's columns first, others behind; the points of a test stand together, ordered by time.
-    rows : ndarray of int
-        Row of each point in the table.
-    notes : tuple of str
-        What was left out, moved or accepted, one sentence each.
-    """
-
+    #: The contract's columns first, others behind; the points of a test stand together, ordered by time.
     frame: pd.DataFrame
+    #: Row of each point in the table.
     rows: npt.NDArray[np.intp]
+    #: What was left out, moved or accepted, one sentence each.
     notes: tuple[str, ...] = ()
 
 
@@ -49,11 +42,8 @@ def read_points(path: str | os.PathLike[str], need_mu: bool = True) -> pd.DataFr
 def check_points(frame: pd.DataFrame, where: str = "data", need_mu: bool = True) -> Points:
     """Check the columns of the contract; leave out points that lack a number, and put the tests in order.
 
-    Raises
-    ------
-    InputError
-        `mu`, `test_id` or all loads are missing, a value is outside its physical limits, many numbers are missing, or the times do not order
-        a test; the message names column, row and value.
+    Raises InputError: `mu`, `test_id` or all loads are missing, a value is outside its physical limits, many
+    numbers are missing, or the times do not order a test; the message names column, row and value.
 
     Examples
     --------
@@ -114,10 +104,7 @@ def _with_numbers(
 ) -> tuple[npt.NDArray[np.intp], list[str]]:
     """Return the rows with a number in every column, and what to say of the others.
 
-    Raises
-    ------
-    InputError
-        More than `MOST_LACKING` of the points lack a number, or all points of a test.
+    Raises InputError: more than `MOST_LACKING` of the points lack a number, or all points of a test.
     """
     bad = np.any(list(lacking.values()), axis=0)
     if not bad.any():
@@ -143,10 +130,7 @@ def _with_numbers(
 def _about_negative(mu: npt.NDArray[np.float64], where: str) -> list[str]:
     """Return what to say of slightly negative friction.
 
-    Raises
-    ------
-    InputError
-        So many values are negative that no zero error explains them.
+    Raises InputError: so many values are negative that no zero error explains them.
     """
     negative = int((mu < 0.0).sum())
     if not negative:

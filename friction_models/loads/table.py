@@ -37,32 +37,21 @@ _ROUND = re.compile(r"^(.*\S)\s*\(([^()]*)\)$")
 
 @dataclass(frozen=True)
 class Table:
-    """A table as it stands in its file.
+    """A table as it stands in its file."""
 
-    Attributes
-    ----------
-    frame : pandas.DataFrame
-        Cells as they stand in the file, under bare column names.
-    units : dict
-        Unit of each column for which the file names one.
-    headings : list of str
-        How the file names each column.
-    where : str
-        The file, for messages.
-    """
-
+    #: Cells as they stand in the file, under bare column names.
     frame: pd.DataFrame
+    #: Unit of each column for which the file names one.
     units: dict[str, str]
+    #: How the file names each column.
     headings: list[str]
+    #: The file, for messages.
     where: str
 
     def converted(self, known: Mapping[str, str] = KNOWN_UNITS) -> pd.DataFrame:
         """Return the columns with those of known quantities in the units that `known` gives.
 
-        Raises
-        ------
-        InputError
-            A unit that does not measure the quantity, or text that would have to be converted.
+        Raises InputError: a unit that does not measure the quantity, or text that would have to be converted.
         """
         frame = self.frame.copy(deep=False)
         for name, unit in self.units.items():
@@ -122,19 +111,10 @@ def read_file(
     CSV: comma, semicolon or tab, decimal point or comma; lines above a row of names with `test_id` are passed over; UTF-8, UTF-16 with a byte order mark, or Windows-1252. Units
     stand in the header (``T [K]``, ``T (K)``) or in a row below it.
 
-    Parameters
-    ----------
-    path : path-like
-        By its suffix a Parquet file or text.
-    known : mapping
-        Unit of each column that measures a known quantity: by them a row of units is told from numbers.
-    max_bytes : int
-        Largest file that is read.
+    `known` has the unit of each column that measures a known quantity: by them a row of units is told from numbers.
 
-    Raises
-    ------
-    InputError
-        No such file, empty, too large, not a table, a column that stands twice, values without a column.
+    Raises InputError: no such file, empty, too large, not a table, a column that stands twice, values without
+    a column.
     """
     file = Path(path)
     if not file.is_file():
@@ -245,10 +225,8 @@ def _without_blanks(
 def _names(headings: list[str], where: str, known: Mapping[str, str]) -> tuple[list[str], dict[str, str]]:
     """Return the bare name of every column (``"T [K]"`` is ``"T"``), and the units by name.
 
-    Raises
-    ------
-    InputError
-        A column stands twice, or differs from one that decides what the table says in capitals or blanks only.
+    Raises InputError: a column stands twice, or differs from one that decides what the table says in capitals
+    or blanks only.
     """
     names: list[str] = []
     units: dict[str, str] = {}

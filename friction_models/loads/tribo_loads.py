@@ -21,24 +21,12 @@ FloatArray = npt.NDArray[np.float64]
 def check_column(
     values: npt.ArrayLike, quantity: Quantity, where: str = "loads", may_lack: bool = False
 ) -> FloatArray:
-    """Return `values` as a contiguous float64 vector, or say which row breaks which limit.
+    """Return `values`, shape (n,), in the unit of a quantity as a contiguous float64 vector, or say which row breaks which limit.
 
-    Parameters
-    ----------
-    values : array_like, shape (n,)
-        Values in the unit of `quantity`.
-    quantity : Quantity
-        Name, unit and physical limits.
-    where : str
-        File or place, for the message.
-    may_lack : bool
-        Whether NaN may stand for a value that is missing.
+    `where` is the file or place, for the message; `may_lack` says whether NaN may stand for a value that is missing.
 
-    Raises
-    ------
-    InputError
-        Not numeric, not one-dimensional, not finite or outside the physical limits; the message
-        names column, row (counted from 0), value and allowed range.
+    Raises InputError: not numeric, not one-dimensional, not finite or outside the physical limits; the
+    message names column, row (counted from 0), value and allowed range.
 
     Examples
     --------
@@ -211,25 +199,15 @@ class TriboLoads:
         [40.0, 60.0]
         """
         index = np.asarray(rows)
-        return TriboLoads(
-            self.v_rel[index],
-            self.T[index],
-            self.sigma_n[index],
-            self.sd[index],
-            self.psi[index],
-            t=None if self.t is None else self.t[index],
-            test_id=None if self.test_id is None else self.test_id[index],
-            context=self.context,
-            absent=self.absent,
-        )
+        v_rel, T, sigma_n, sd, psi = self.as_array()[index].T
+        t = None if self.t is None else self.t[index]
+        test_id = None if self.test_id is None else self.test_id[index]
+        return TriboLoads(v_rel, T, sigma_n, sd, psi, t, test_id, self.context, self.absent)
 
     def in_order(self, memory: bool) -> tuple[TriboLoads, npt.NDArray[np.intp]]:
         """Return the points with those of each test together, sorted by time, and the row from which each of them comes.
 
-        Parameters
-        ----------
-        memory : bool
-            Whether the order matters for what follows: without `t` the distance must then not fall within a test.
+        `memory` says whether the order matters for what follows: without `t` the distance must then not fall in a test.
 
         Raises
         ------

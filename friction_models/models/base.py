@@ -16,11 +16,12 @@ from sklearn.base import clone
 from ..common import InputError
 from ..expressions.scaling import not_told_apart
 from ..loads import MEASURED_MU, FloatArray, TriboLoads, check_column, missing_column
+from .calibration import FOLDS, calibrated, folds_of
 from .domain import Domain
-from .intervals import LEVEL
+from .intervals import LEAST_TESTS, LEVEL, check_level
 from .law import FrictionLaw, Groups, LoadsLike, as_loads
 from .measures import error_measures
-from .seen import test_digests
+from .model_card import UNTRAINED, DataFacts, Splits, Training, test_digests, versions
 from .tangent import MeasuredPoints, Tangent, out_of_fold, polynomial_columns
 
 if TYPE_CHECKING:
@@ -36,15 +37,6 @@ class FrictionModel(FrictionLaw):
     Follows scikit-learn: `__init__` only stores, `fit` returns self, learned attributes end in ``_``,
     `sklearn.base.clone` gives an unfitted copy. A family implements `_fit`, `formula`, `formula_text`,
     `_learned` and `_restore`; a model with memory also `states` and `state_update`.
-
-    Attributes
-    ----------
-    domain_ : Domain
-        Range of each load in the training data.
-    training_ : dict
-        What it was trained on: counts, tests, versions.
-    errors_ : dict
-        Error measures by the name of the split (``train``, ``test``, ...).
 
     Examples
     --------
@@ -135,18 +127,18 @@ class FrictionModel(FrictionLaw):
 
     def _record_fit(self, points: TriboLoads, mu: FloatArray, tests: Groups) -> Self:
         """Record what the model was fitted to: facts, domain, training error. An earlier interval is dropped."""
-        self.training_: dict[str, Any] = self._training_facts(mu, tests)
+        self.training_ = self._training_facts(mu, tests)
         self.domain_ = Domain.of(points)
         tied = not_told_apart(points.as_array()) if self.needed_loads else ()
         if tied:
             self.training_["data"]["not_told_apart"] = list(tied)
-        self.errors_: dict[str, dict[str, float]] = {}
+        self.errors_ = {}
         self.__dict__.pop("interval_", None)
         self.record_errors("train", error_measures(mu, self.predict(points), tests))
         return self
 
     def fit_frame(
-        self, data: pd.DataFrame, tests: pd.DataFrame | None = None, info: Mapping[str, Any] | None = None
+        self, data: pd.DataFrame, tests: pd.DataFrame | None = None, info: Mapping[Any, Any] | None = None
     ) -> Self:
         """Learn from a table of points (columns of the contract and mu) and an optional table of tests.
 
@@ -168,7 +160,13 @@ class FrictionModel(FrictionLaw):
 
     def record_data(self, info: Mapping[Any, Any]) -> Self:
         """Record in the card where the training data come from; `info` as for `fit_frame`."""
-        self.training_["data"] |= data_facts(info)
+        synthetic = info.get("synthetic")
+        self.training_["data"]["synthetic"] = None if synthetic is None else bool(synthetic)
+        self.training_["data"]["provenance"] = {
+            str(k): v
+            for k, v in info.items()
+            if k != "synthetic" and (isinstance(v, (str, int)) or (isinstance(v, float) and np.isfinite(v)))
+        }
         return self
 
     def record_tests(self, data: pd.DataFrame) -> Self:
@@ -216,11 +214,16 @@ class FrictionModel(FrictionLaw):
         >>> round(float(low[0]), 6), round(float(high[0]), 6)
         (0.07, 0.09)
         """
-        from .calibration import calibrate
-
         self.require_fitted()
         points, target, tests = self._checked(loads, mu, groups)
-        self.interval_ = calibrate(self, points, target, tests, level, seed=seed)
+        check_level(level)
+        count = 0 if tests is None else len(np.unique(tests))
+        if tests is None or count < LEAST_TESTS:
+            raise InputError(
+                f"interval: {count} tests, allowed: at least {LEAST_TESTS} (points of one test are not independent)"
+            )
+        predicted, source = self.left_out(points, target, tests, FOLDS, seed)
+        self.interval_ = calibrated(predicted, source, points, target, tests, self.domain, level)
         return self
 
     def left_out(
@@ -230,20 +233,11 @@ class FrictionModel(FrictionLaw):
 
         The points are those the model was fitted to. A family that leaves tests out while it trains overrides this.
         """
-        from .calibration import folds_of
-
         return folds_of(self, loads, mu, groups, folds, seed)
 
     # --- words and files ------------------------------------------------------------------------------
 
-    @property
-    def card(self) -> dict[str, Any]:
-        """The model card: law, data, splits, errors, domain, versions."""
-        from .model_card import build_card
-
-        return build_card(self)
-
-    def record_errors(self, split: str, measures: Mapping[str, float]) -> None:
+    def record_errors(self, split: str, measures: Mapping[str, float | None]) -> None:
         """Keep error measures of a split (``train``, ``test``, ...) for the card."""
         self.errors_ = getattr(self, "errors_", {}) | {split: dict(measures)}
 
@@ -273,28 +267,10 @@ class FrictionModel(FrictionLaw):
             )
         return FrictionModel._compose(clone(self), [effect])
 
-    def _training_facts(self, mu: FloatArray, groups: Groups) -> dict[str, Any]:
-        from .model_card import versions
-
+    def _training_facts(self, mu: FloatArray, groups: Groups) -> Training:
         digests = {} if groups is None else test_digests(groups, mu)
-        splits: dict[str, object] = {"by": "whole tests", "train": len(digests)}
+        splits: Splits = {"by": "whole tests", "train": len(digests)}
         if len(digests) <= LISTED_TESTS:
             splits |= {"train": list(digests), "digests": digests}
-        facts: dict[str, object] = {
-            "points": len(mu),
-            "tests": len(digests) or None,
-            "synthetic": None,
-            "provenance": {},
-        }
+        facts: DataFacts = {**UNTRAINED, "points": len(mu), "tests": len(digests) or None, "provenance": {}}
         return {"data": facts, "splits": splits, "versions": versions()}
-
-
-def data_facts(info: Mapping[Any, Any]) -> dict[str, object]:
-    """Return what a card says of a data set: the synthetic label and plain provenance."""
-    synthetic = info.get("synthetic")
-    plain = {
-        str(k): v
-        for k, v in info.items()
-        if k != "synthetic" and (isinstance(v, (str, int)) or (isinstance(v, float) and np.isfinite(v)))
-    }
-    return {"synthetic": None if synthetic is None else bool(synthetic), "provenance": plain}

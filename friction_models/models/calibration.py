@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,11 +16,9 @@ from ..loads.splits import k_fold
 from .domain import Domain
 from .intervals import (
     LEAST_TESTS,
-    LEVEL,
     PROBABILITIES,
     SMALLEST_ERROR,
     PredictionInterval,
-    check_level,
     feature,
     feature_ranges,
 )
@@ -38,51 +36,19 @@ STEEPEST = 3.0
 LEAST_HALF = 1e-4
 
 
-class Calibratable(Protocol):
-    """A fitted model that predicts the tests of its data as if it had not seen them."""
-
-    @property
-    def domain(self) -> Domain: ...
-
-    def left_out(
-        self, loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_], folds: int, seed: int
-    ) -> tuple[FloatArray, str]: ...
-
-
-def calibrate(
-    model: Calibratable,
+def calibrated(
+    predicted: FloatArray,
+    source: str,
     loads: TriboLoads,
     mu: FloatArray,
-    groups: npt.NDArray[np.str_] | None,
-    level: float = LEVEL,
-    folds: int = FOLDS,
-    seed: int = 0,
+    groups: npt.NDArray[np.str_],
+    domain: Domain,
+    level: float,
 ) -> PredictionInterval:
-    """Return the interval of a fitted model from its errors on tests left out.
+    """Return the interval that follows from predictions of tests left out, NaN where there is none.
 
-    Parameters
-    ----------
-    model : FrictionModel
-        Fitted to these points.
-    loads, mu, groups : TriboLoads, ndarray (n,), ndarray of str (n,)
-        The training data; `groups` is the test of each point.
-    level : float
-        0.5 to 0.999.
-    folds, seed : int
-        Of the folds of whole tests, for families that have none of their own.
-
-    Raises
-    ------
-    InputError
-        The tests are not known or fewer than four; a fold cannot be fitted.
+    Raises InputError where fewer than four tests were left out.
     """
-    check_level(level)
-    names = np.unique(groups) if groups is not None else np.empty(0)
-    if groups is None or len(names) < LEAST_TESTS:
-        raise InputError(
-            f"interval: {len(names)} tests, allowed: at least {LEAST_TESTS} (points of one test are not independent)"
-        )
-    predicted, source = model.left_out(loads, mu, groups, folds, seed)
     rows = np.flatnonzero(np.isfinite(predicted))
     tests = np.unique(groups[rows])
     if len(tests) < LEAST_TESTS:
@@ -90,38 +56,25 @@ def calibrate(
     error = np.maximum(np.abs(predicted[rows] - mu[rows]), SMALLEST_ERROR)
     _, test = np.unique(groups[rows], return_inverse=True)
     weight = 1.0 / (np.bincount(test)[test] * len(tests))
-    domain = model.domain
-    matrix = loads.as_array()[rows]
-    beta, scale = _width(matrix, error, test, weight, domain)
-    scores = _quantiles(error / scale, weight)
+    beta, scale = _width(loads.as_array()[rows], error, test, weight, domain)
     return PredictionInterval(
         level=float(level),
         tests=len(tests),
         points=len(rows),
         constant=float(beta[0]),
         slopes=tuple(beta[1:].tolist()),
-        scores=tuple(scores.tolist()),
+        scores=tuple(_quantiles(error / scale, weight).tolist()),
         source=source,
         coverage={},
     )
 
 
 def folds_of(
-    model: Any,
-    loads: TriboLoads,
-    mu: FloatArray,
-    groups: npt.NDArray[np.str_],
-    folds: int,
-    seed: int,
+    model: Any, loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_], folds: int, seed: int
 ) -> tuple[FloatArray, str]:
-    """Predict every test by a clone of `model` that has not seen it; `FrictionModel.left_out` for most families.
+    """Predict every test by a clone of `model` that has not seen it; see `FrictionModel.left_out`.
 
-    Returns
-    -------
-    predicted : ndarray, shape (n,)
-        NaN at the points that did not take part (`POINTS_A_TEST`).
-    source : str
-        In words.
+    NaN stands at the points that did not take part (`POINTS_A_TEST`).
     """
     rows = thinned(groups)
     own, target, tests = loads.take(rows), mu[rows], groups[rows]

@@ -108,16 +108,9 @@ class Domain:
         return 0.5 * (np.array(self.lower) + np.array(self.upper))
 
     def distance(self, loads: npt.ArrayLike) -> FloatArray:
-        """Return how far points lie outside, relative to the range: the largest exceedance of any load.
+        """Return how far points of shape (n, 5) lie outside, relative to the range: the largest exceedance of any load.
 
-        Parameters
-        ----------
-        loads : array_like, shape (n, 5)
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            0 inside; 1 means one whole range beyond a limit.
+        The shape is (n,). 0 is inside; 1 means one whole range beyond a limit.
         """
         points = np.atleast_2d(np.asarray(loads, dtype=np.float64))
         outside = np.maximum(np.array(self.lower) - points, points - np.array(self.upper))

@@ -22,13 +22,10 @@ def coverage_measures(
 ) -> dict[str, float]:
     """Return how much of the measured `mu` lies within `low` and `high`, each test counted alike.
 
-    Returns
-    -------
-    dict
-        `expected` (the level); `share` (mean over tests of the share of points within), with its own interval of 95 %
-        `share_low`, `share_high`: Wilson's, for as many independent observations as the scatter
-        between the tests speaks for, at least one and at most `MOST_A_TEST` a test; `points` (share of all points), `worst_test` (smallest share of
-        a test), `tests`, `mean_width`.
+    The measures are `expected` (the level); `share` (mean over tests of the share of points within), with its own
+    interval of 95 % `share_low`, `share_high`: Wilson's, for as many independent observations as the scatter between the
+    tests speaks for, at least one and at most `MOST_A_TEST` a test; `points` (share of all points), `worst_test`
+    (smallest share of a test), `tests`, `mean_width`.
     """
     inside = ((mu >= low) & (mu <= high)).astype(np.float64)
     _, test = np.unique(groups, return_inverse=True)
@@ -84,25 +81,10 @@ def add_interval(
 ) -> PredictionInterval:
     """Calibrate a model that was fitted to the training tests of `data`, and measure the coverage on the others.
 
-    Parameters
-    ----------
-    model : FrictionModel
-        Fitted to the tests of the role ``train`` (to all where no role is recorded).
-    data : DataSet
-    level : float
-        0.5 to 0.999.
-    seed : int
-        Of the folds.
+    Where no role is recorded, all tests are training tests. The model keeps the interval, whose `coverage` has an entry
+    for each role but ``train``.
 
-    Returns
-    -------
-    PredictionInterval
-        Also kept by the model; its `coverage` has an entry for each role but ``train``.
-
-    Raises
-    ------
-    InputError
-        As `FrictionModel.calibrate`.
+    Raises InputError: as `FrictionModel.calibrate`.
     """
     chosen = data.select("train")
     points = chosen.points

@@ -17,11 +17,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, TypedDict
+from typing import TypedDict
 
 import numpy as np
 
 from ..common import InputError
+from ..common.json_values import JsonObject
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..expressions.parameters import check_integer, check_number
 from ..loads import LOAD_NAMES, FloatArray
@@ -71,22 +72,6 @@ class PredictionInterval:
     `feature` at the nearest point of the trained domain, and `distance` is how far the loads lie outside
     of it. Outside the domain nothing was measured: there the growth is a convention and no coverage is promised.
 
-    Attributes
-    ----------
-    level : float
-        Share of the points of new tests that the interval is to hold, unless another one is asked for.
-    tests, points : int
-        Whole tests, and points of them, whose errors were measured.
-    constant : float
-    slopes : tuple of 5 float
-        Of the logarithm of the width; all 0 where the data does not support a dependence.
-    scores : tuple of float
-        Distribution of the errors in units of the width, each test counted alike, at `PROBABILITIES`.
-    source : str
-        Where the errors come from.
-    coverage : dict
-        Measured coverage by role of the tests; see `interval_coverage.coverage_measures`.
-
     Examples
     --------
     Ten tests whose errors are spread evenly up to 0.02 (the scores, in units of a width of 1):
@@ -107,13 +92,19 @@ class PredictionInterval:
     0.0176
     """
 
+    #: Share of the points of new tests that the interval is to hold, unless another one is asked for.
     level: float
+    #: Whole tests, and points of them, whose errors were measured.
     tests: int
     points: int
     constant: float
+    #: Of the logarithm of the width; all 0 where the data does not support a dependence.
     slopes: tuple[float, ...]
+    #: Distribution of the errors in units of the width, each test counted alike, at `PROBABILITIES`.
     scores: tuple[float, ...]
+    #: Where the errors come from.
     source: str
+    #: Measured coverage by role of the tests; see `interval_coverage.coverage_measures`.
     coverage: Mapping[str, Mapping[str, float]]
 
     def method(self, level: float | None = None) -> str:
@@ -158,8 +149,8 @@ class PredictionInterval:
         """Return `margin` at loads of shape (n, 5) as an array of shape (n,)."""
         if len(loads) == 0:
             return np.empty(0)
-        columns = LoadColumns(*(c[:, None] for c in loads.T))
-        return np.asarray(self.margin(NumpyOps(), columns, domain, level))[:, 0]
+        x = NumpyOps()
+        return np.asarray(self.margin(x, LoadColumns.from_matrix(x, loads), domain, level))[:, 0]
 
     def with_coverage(self, role: str, measures: Mapping[str, float]) -> PredictionInterval:
         """Return the interval with a further measured coverage."""
@@ -184,13 +175,11 @@ class PredictionInterval:
         return self.summary() | {"scores": list(self.scores)}
 
     @classmethod
-    def from_dict(cls, content: Mapping[str, Any], domain: Domain) -> PredictionInterval:
+    def from_dict(cls, content: JsonObject, domain: Domain) -> PredictionInterval:
         """Build from `to_dict`, for a model trained on `domain`.
 
-        Raises
-        ------
-        InputError
-            A value is missing, not a finite number or outside its limits; the width overflows in the domain.
+        Raises InputError: a value is missing, not a finite number or outside its limits; the width overflows
+        in the domain.
         """
         try:
             slopes = tuple(float(content["slopes"][n]) for n in LOAD_NAMES)

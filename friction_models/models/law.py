@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Self, TypeAlias
+from typing import Any, ClassVar, Self, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -12,13 +12,22 @@ import pandas as pd
 from sklearn.base import BaseEstimator
 
 from ..common import InputError, unknown_name
+from ..common.json_values import JsonObject
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
+from ..expressions.parameters import Arrays
 from ..loads import FloatArray, TriboLoads, require_loads
 from .domain import Domain
 from .intervals import PredictionInterval
+from .measures import Measures
+from .model_card import UNTRAINED, ModelCard, Splits, Training, versions
 from .variables import StateVariable, SystemVariable
 
 Groups: TypeAlias = npt.NDArray[np.str_] | None
+#: Columns of the states of a model, and of its system variables by name; None means their start values.
+States: TypeAlias = Sequence[Value] | None
+System: TypeAlias = Mapping[str, Value] | None
+#: What a model has learned: values as JSON holds them, and arrays.
+Learned: TypeAlias = tuple[dict[str, object], dict[str, npt.NDArray[Any]]]
 #: What `predict` takes: `TriboLoads`, a table with the contract's columns, or an array of shape (n, 5).
 LoadsLike: TypeAlias = TriboLoads | pd.DataFrame | npt.ArrayLike
 
@@ -51,16 +60,19 @@ class FrictionLaw(BaseEstimator):
 
     family: ClassVar[str] = ""
 
+    # What a fit leaves; not there before it.
+    #: Range of each load in the training data.
+    domain_: Domain
+    #: What the model was trained on: counts, tests, versions.
+    training_: Training
+    #: Error measures by the name of the split (``train``, ``test``, ...).
+    errors_: dict[str, Measures]
+    interval_: PredictionInterval
+
     # --- what a family implements ---------------------------------------------------------------------
 
     @abstractmethod
-    def formula(
-        self,
-        x: Ops,
-        L: LoadColumns,
-        S: Sequence[Value] | None = None,
-        system: Mapping[str, Value] | None = None,
-    ) -> Value:
+    def formula(self, x: Ops, L: LoadColumns, S: States = None, system: System = None) -> Value:
         """Return raw mu [n, 1], before the clip at 0, with either back end.
 
         Parameters
@@ -80,11 +92,11 @@ class FrictionLaw(BaseEstimator):
         """Return the law in one line of plain text (with numbers where they are few)."""
 
     @abstractmethod
-    def _learned(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
+    def _learned(self) -> Learned:
         """Return what was learned: JSON-able values and arrays."""
 
     @abstractmethod
-    def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+    def _restore(self, values: JsonObject, arrays: Arrays) -> None:
         """Restore what `_learned` returned; raise `InputError` if values or shapes do not fit."""
 
     @property
@@ -138,9 +150,9 @@ class FrictionLaw(BaseEstimator):
 
     @property
     def domain(self) -> Domain:
-        """Range of each load that the model was trained on."""
+        """Range of each load that the model was trained on; the physical limits for a law that was not."""
         self.require_fitted()
-        return getattr(self, "domain_", None) or Domain.physical()
+        return getattr(self, "domain_", Domain.physical())
 
     def predict(self, loads: LoadsLike) -> FloatArray:
         """Return mu at `loads`, shape (n,): finite, never negative, also outside the domain.
@@ -159,7 +171,7 @@ class FrictionLaw(BaseEstimator):
         """
         points = self._evaluable(loads)
         x = NumpyOps()
-        columns = LoadColumns(*(c[:, None] for c in points.as_array().T)).without(x, self.domain.absent)
+        columns = LoadColumns.from_matrix(x, points.as_array()).without(x, self.domain.absent)
         return x.relu(self.formula(x, columns))[:, 0]
 
     def _evaluable(self, loads: LoadsLike) -> TriboLoads:
@@ -213,7 +225,30 @@ class FrictionLaw(BaseEstimator):
         """Return the bounds of `predict_interval` for a table with the columns of the contract."""
         return self.predict_interval(TriboLoads.from_frame(data, tests), level)
 
-    def parts(self) -> tuple[dict[str, object], dict[str, npt.NDArray[Any]]]:
+    @property
+    def card(self) -> ModelCard:
+        """The model card: law, data, splits, errors, domain, versions."""
+        self.require_fitted()
+        training = getattr(self, "training_", Training())
+        splits: Splits = {**training.get("splits", {})}
+        if hasattr(self, "validation_tests_"):
+            splits["validation"] = list(self.validation_tests_)
+        card: ModelCard = {
+            "name": self.name,
+            "family": self.family,
+            "formula": self.formula_text(),
+            "parameters": self._plain_params(),
+            "data": {**training.get("data", UNTRAINED)},
+            "splits": splits,
+            "errors": dict(getattr(self, "errors_", {})),
+            "domain": self.domain.to_dict(),
+            "states": [s.to_dict() for s in self.states],
+            "system_variables": [v.to_dict() for v in self.system_variables],
+            "versions": training.get("versions", versions()),
+        }
+        return card if self.interval is None else {**card, "interval": self.interval.summary()}
+
+    def parts(self) -> Learned:
         """Return everything that makes the model: a JSON-able dict and arrays."""
         self.require_fitted()
         values, arrays = self._learned()
@@ -223,20 +258,17 @@ class FrictionLaw(BaseEstimator):
             "learned": values,
             "domain": self.domain.to_dict(),
             "training": getattr(self, "training_", {}),
-            "errors": getattr(self, "errors_", {}),
+            "errors": dict(getattr(self, "errors_", {})),
         }
         if self.interval is not None:
             content["interval"] = self.interval.to_dict()
         return content, arrays
 
     @classmethod
-    def from_parts(cls, content: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Self:
+    def from_parts(cls, content: JsonObject, arrays: Arrays) -> Self:
         """Build a model from `parts`.
 
-        Raises
-        ------
-        InputError
-            A parameter is unknown, or shapes and values do not fit.
+        Raises InputError: a parameter is unknown, or shapes and values do not fit.
         """
         params = dict(content["params"])
         for name in params:
@@ -245,11 +277,11 @@ class FrictionLaw(BaseEstimator):
         model = cls(**params)
         return model._restored(content, arrays)
 
-    def _restored(self, content: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Self:
+    def _restored(self, content: JsonObject, arrays: Arrays) -> Self:
         """Restore what `parts` returned."""
         self._restore(content["learned"], arrays)
         self.domain_ = Domain.from_dict(content["domain"])
-        self.training_ = dict(content.get("training", {}))
+        self.training_ = cast(Training, dict(content.get("training", {})))
         self.errors_ = {str(k): dict(v) for k, v in content.get("errors", {}).items()}
         if content.get("interval") is not None:
             self.interval_ = PredictionInterval.from_dict(content["interval"], self.domain_)

@@ -1,21 +1,75 @@
-"""The model card: law, training data, errors and trained domain of a model, as JSON and as Markdown."""
+"""The model card: law, training data, errors and trained domain of a model; which tests it has seen in training."""
 
 from __future__ import annotations
 
+import hashlib
 import math
 import platform
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
-from typing import TYPE_CHECKING, Any
+from typing import Any, NotRequired, TypedDict
 
-from ..loads import LOADS
-from .intervals import SD_OFFSET, SIGMA_OFFSET, V_OFFSET
+import numpy as np
+import numpy.typing as npt
 
-if TYPE_CHECKING:
-    from .law import FrictionLaw
+from ..common.json_values import JsonObject
+from ..loads import LOADS, FloatArray
+from .intervals import SD_OFFSET, SIGMA_OFFSET, V_OFFSET, IntervalNumbers
+from .measures import Measures
 
 PACKAGES = ("numpy", "scikit-learn", "torch", "onnx")
+#: Significant digits of mu that count in a hash of a test: a CSV file may change the last ones.
+DIGITS = 9
+
+
+class DataFacts(TypedDict):
+    """What a card says of the training data; None where it is not recorded."""
+
+    points: int
+    tests: int | None
+    synthetic: bool | None
+    provenance: dict[str, str | int | float]
+    not_told_apart: NotRequired[list[str]]
+
+
+#: Of a law that was never fitted to data.
+UNTRAINED: DataFacts = {"points": 0, "tests": None, "synthetic": None, "provenance": {}}
+
+
+class Splits(TypedDict, total=False):
+    """Names of the tests, or their number where they are many; hashes by test, see `test_digests`."""
+
+    by: str
+    train: int | list[str]
+    digests: dict[str, str]
+    validation: list[str]
+
+
+class Training(TypedDict, total=False):
+    """What a model was trained on."""
+
+    data: DataFacts
+    splits: Splits
+    versions: dict[str, str]
+
+
+class ModelCard(TypedDict):
+    """The card of a fitted model, as `card.json` and the ONNX file hold it."""
+
+    name: str
+    family: str
+    formula: str
+    parameters: dict[str, object]
+    data: DataFacts
+    splits: Splits
+    errors: dict[str, Measures]
+    domain: dict[str, list[float] | None]
+    states: list[JsonObject]
+    system_variables: list[JsonObject]
+    versions: dict[str, str]
+    interval: NotRequired[IntervalNumbers]
 
 
 @cache
@@ -39,30 +93,7 @@ def trained_on_synthetic(card: Any) -> bool:
     return isinstance(data, Mapping) and bool(data.get("synthetic"))
 
 
-def build_card(model: FrictionLaw) -> dict[str, Any]:
-    """Return the card of a fitted model as a JSON-able dict."""
-    model.require_fitted()
-    training: Mapping[str, Any] = getattr(model, "training_", {})
-    untrained: dict[str, Any] = {"points": 0, "tests": None, "synthetic": None, "provenance": {}}
-    splits = dict(training.get("splits", {}))
-    if hasattr(model, "validation_tests_"):
-        splits["validation"] = list(model.validation_tests_)
-    return {
-        "name": model.name,
-        "family": model.family,
-        "formula": model.formula_text(),
-        "parameters": model._plain_params(),
-        "data": dict(training.get("data", untrained)),
-        "splits": splits,
-        "errors": dict(getattr(model, "errors_", {})),
-        "domain": model.domain.to_dict(),
-        "states": [s.to_dict() for s in model.states],
-        "system_variables": [s.to_dict() for s in model.system_variables],
-        "versions": dict(training.get("versions", versions())),
-    } | ({} if model.interval is None else {"interval": model.interval.summary()})
-
-
-def tied_loads(data: Mapping[str, Any]) -> str:
+def tied_loads(data: DataFacts) -> str:
     """Say which loads the training data, the part `data` of a card, do not tell apart; empty where there are none."""
     names = data.get("not_told_apart", ())
     if not names:
@@ -73,13 +104,13 @@ def tied_loads(data: Mapping[str, Any]) -> str:
     )
 
 
-def _labels(variable: Mapping[str, Any]) -> str:
+def _labels(variable: JsonObject) -> str:
     """Say which number stands for which label; empty for a number."""
     shown = ", ".join(f"{k} = {label}" for k, label in enumerate(variable.get("labels", ())))
     return f"; {shown}, any other number: none of these" if shown else ""
 
 
-def _interval_lines(interval: Mapping[str, Any]) -> list[str]:
+def _interval_lines(interval: IntervalNumbers) -> list[str]:
     """Return the section on the prediction interval."""
     how = {
         "conformal": "quantile of the errors, every test counted alike, corrected for one test more",
@@ -118,7 +149,7 @@ def _interval_lines(interval: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def card_text(card: Mapping[str, Any]) -> str:
+def card_text(card: ModelCard) -> str:
     """Return the card as Markdown."""
     data, splits = card["data"], card["splits"]
     label = {True: "SYNTHETIC (virtual laboratory)", False: "measured", None: "not recorded"}
@@ -163,10 +194,13 @@ def card_text(card: Mapping[str, Any]) -> str:
         shown = ("not measured", "no influence") if limits is None else (f"{x:.6g}" for x in limits)
         lines.append(f"| {q.name} | {q.meaning} | {' | '.join(shown)} | {q.unit} |")
     lines += ["", "Outside this range the model extrapolates; mu is never negative."]
-    for title, key in (("Internal states", "states"), ("System variables", "system_variables")):
-        if card[key]:
+    for title, variables in (
+        ("Internal states", card["states"]),
+        ("System variables", card["system_variables"]),
+    ):
+        if variables:
             lines += ["", f"## {title}", ""]
-            lines += [f"- {v['name']} [{v['unit']}], start {v['start']:g}{_labels(v)}" for v in card[key]]
+            lines += [f"- {v['name']} [{v['unit']}], start {v['start']:g}{_labels(v)}" for v in variables]
     train = splits.get("train")
     if train:
         listed = ", ".join(train) if isinstance(train, list) else f"{train} tests"
@@ -175,3 +209,65 @@ def card_text(card: Mapping[str, Any]) -> str:
             lines.append(f"Of these, held out to stop the training: {', '.join(splits['validation'])}")
     lines += ["", "## Versions", ""] + [f"- {k} {v}" for k, v in card["versions"].items()]
     return "\n".join(lines) + "\n"
+
+
+def test_digests(tests: npt.ArrayLike, mu: FloatArray) -> dict[str, str]:
+    """Return a short hash of the measured mu of each test, whatever the order of its points.
+
+    Examples
+    --------
+    The order of the points does not matter:
+
+    >>> one = test_digests(["a", "a", "b"], np.array([0.08, 0.07, 0.06]))
+    >>> one == test_digests(["b", "a", "a"], np.array([0.06, 0.07, 0.08]))
+    True
+    """
+    names, test = np.unique(np.asarray(tests).astype(str), return_inverse=True)
+    found = {}
+    for k, name in enumerate(names.tolist()):
+        values = ",".join(f"{x:.{DIGITS}g}" for x in np.sort(mu[test == k]).tolist())
+        found[name] = hashlib.sha256(values.encode()).hexdigest()[:12]
+    return found
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Tests that a model is judged by and was trained on.
+
+    Examples
+    --------
+    >>> Seen(["a", "b"], judged=5, checked=True).sentence("linear")
+    'linear was trained on 2 of the 5 tests that it is judged by: errors there say little about new tests'
+    """
+
+    tests: list[str]
+    #: Number of all tests that it is judged by.
+    judged: int
+    #: Whether the values agree, too; cards of earlier versions hold the names only.
+    checked: bool
+
+    def sentence(self, model: str) -> str:
+        """Return what to know about the errors of the model."""
+        count = len(self.tests)
+        how_many = f"{'all' if count == self.judged else f'{count} of the'} {self.judged} tests"
+        what = how_many if self.checked else f"tests with the names of {how_many}"
+        return f"{model} was trained on {what} that it is judged by: errors there say little about new tests"
+
+
+def seen_in_training(model: Any, tests: npt.ArrayLike, mu: FloatArray) -> Seen | None:
+    """Return which of these tests a model was trained on, as its card says; None where it has none, or names none of them.
+
+    `tests` is the test of each point, `mu` what was measured there, as it stands in the data; both of shape (n,).
+    """
+    card = getattr(model, "card", None)
+    splits = card.get("splits") if isinstance(card, Mapping) else None
+    trained = splits.get("train") if isinstance(splits, Mapping) else None
+    if not isinstance(splits, Mapping) or not isinstance(trained, list):
+        return None
+    digests = test_digests(tests, mu)
+    known = splits.get("digests")
+    checked = isinstance(known, Mapping)
+    names = {str(t) for t in trained} & set(digests)
+    if isinstance(known, Mapping):
+        names = {t for t in names if known.get(t) == digests[t]}
+    return Seen(sorted(names), len(digests), checked) if names else None

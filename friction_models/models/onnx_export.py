@@ -4,22 +4,16 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import onnx
 
 from ..common import atomic_path
 from ..expressions.onnx_graph import GraphBuilder, OnnxOps
-from ..expressions.ops import LoadColumns, Value
+from ..expressions.ops import LoadColumns
 from ..loads import LOAD_NAMES, MU
 from .intervals import MARGIN
-from .model_card import build_card, package_version
-from .onnx_model import OnnxModel
-
-if TYPE_CHECKING:
-    import onnx
-
-    from .law import FrictionLaw
-
-__all__ = ["OnnxModel", "build_onnx", "export", "model_metadata"]
+from .law import FrictionLaw, System
+from .model_card import package_version
 
 
 def export(model: FrictionLaw, path: str | os.PathLike[str]) -> Path:
@@ -31,10 +25,7 @@ def export(model: FrictionLaw, path: str | os.PathLike[str]) -> Path:
     has one output more, last: `mu_margin` [n, 1]; at the interval's level mu of a new test lies between
     ``max(mu - mu_margin, 0)`` and ``mu + mu_margin``.
 
-    Raises
-    ------
-    InputError
-        The model is not fitted.
+    Raises InputError: the model is not fitted.
     """
     content = build_onnx(model).SerializeToString(deterministic=True)
     with atomic_path(path) as temporary:
@@ -50,27 +41,22 @@ def build_onnx(model: FrictionLaw) -> onnx.ModelProto:
     states, variables = model.states, model.system_variables
     loads = graph.input("loads", ["n", len(LOAD_NAMES)])
     columns = LoadColumns.from_matrix(x, loads).without(x, model.domain.absent)
-    system: dict[str, Value] | None = None
+    system: System = None
     if variables:
         values = graph.input("system", [1, len(variables)])
         system = {v.name: x.column(values, j) for j, v in enumerate(variables)}
-    if not states:
+    if states:
+        state = graph.input("state", ["n", len(states)])
+        dt = graph.input("dt", [1])
+        held = [x.column(state, j) for j in range(len(states))]
+        mu = x.relu(model.formula(x, columns, held, system))
+        following, derivative = model.state_update(x, columns, held, mu, dt)
+        graph.output(MU.name, mu, ["n", 1])
+        graph.output("state_next", x.concat(following), ["n", len(states)])
+        if derivative is not None:
+            graph.output("state_der", x.concat(derivative), ["n", len(states)])
+    else:
         graph.output(MU.name, x.relu(model.formula(x, columns, None, system)), ["n", 1])
-        return _finished(graph, x, columns, model)
-    state = graph.input("state", ["n", len(states)])
-    dt = graph.input("dt", [1])
-    held = [x.column(state, j) for j in range(len(states))]
-    mu = x.relu(model.formula(x, columns, held, system))
-    following, derivative = model.state_update(x, columns, held, mu, dt)
-    graph.output(MU.name, mu, ["n", 1])
-    graph.output("state_next", x.concat(following), ["n", len(states)])
-    if derivative is not None:
-        graph.output("state_der", x.concat(derivative), ["n", len(states)])
-    return _finished(graph, x, columns, model)
-
-
-def _finished(graph: GraphBuilder, x: OnnxOps, columns: LoadColumns, model: FrictionLaw) -> onnx.ModelProto:
-    """Add the margin of the prediction interval, where the model has one, and the metadata."""
     if model.interval is not None:
         graph.output(MARGIN, model.interval.margin(x, columns, model.domain), ["n", 1])
     return graph.build(model_metadata(model))
@@ -86,7 +72,7 @@ def model_metadata(model: FrictionLaw) -> dict[str, object]:
             "version": package_version("tribofmu") or "0",
         },
         "tribofmu.domain": model.domain.to_dict(),
-        "tribofmu.card": build_card(model),
+        "tribofmu.card": model.card,
     }
     if model.interval is not None:
         metadata["tribofmu.interval"] = {"level": model.interval.level, "method": model.interval.method()}

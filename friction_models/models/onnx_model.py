@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from ..common import InputError
+from ..common.json_values import JsonObject
 from ..expressions.onnx_session import onnx_session
 from ..expressions.parameters import first_line
 from ..loads import LOAD_NAMES, LOADS, FloatArray, TriboLoads, require_loads
@@ -28,6 +29,9 @@ REFUSED_OPERATORS = frozenset(
     | {"RandomNormalLike", "RandomUniform", "RandomUniformLike", "Range", "Resize", "Scan", "SequenceMap"}
     | {"Tile", "Upsample"}
 )
+#: Loads of shape (n, 5); and the states, shape (n, k), or system variables, shape (m,): None means their start values.
+Loads: TypeAlias = TriboLoads | npt.ArrayLike
+Given: TypeAlias = npt.ArrayLike | None
 
 
 class OnnxModel:
@@ -71,8 +75,8 @@ class OnnxModel:
             self._session = onnx_session(content)
             self._check_signature()
             self.metadata = self._read_metadata()
-            self.states: list[dict[str, Any]] = self._entries("state")
-            self.system_variables: list[dict[str, Any]] = self._entries("system")
+            self.states: list[JsonObject] = self._entries("state")
+            self.system_variables: list[JsonObject] = self._entries("system")
             self.domain = self._read_domain()
             self._try()
         except InputError:
@@ -94,12 +98,7 @@ class OnnxModel:
                     f"nominal loads; allowed: finite numbers of shape (2, {columns})"
                 )
 
-    def predict(
-        self,
-        loads: TriboLoads | npt.ArrayLike,
-        state: npt.ArrayLike | None = None,
-        system: npt.ArrayLike | None = None,
-    ) -> FloatArray:
+    def predict(self, loads: Loads, state: Given = None, system: Given = None) -> FloatArray:
         """Return mu, shape (n,), at loads of shape (n, 5).
 
         `state` of shape (n, k) is by default its start value, `system` of shape (m,) likewise.
@@ -108,10 +107,7 @@ class OnnxModel:
         return mu
 
     def predict_interval(
-        self,
-        loads: TriboLoads | npt.ArrayLike,
-        state: npt.ArrayLike | None = None,
-        system: npt.ArrayLike | None = None,
+        self, loads: Loads, state: Given = None, system: Given = None
     ) -> tuple[FloatArray, FloatArray]:
         """Return the lower and upper bound of mu of a new test, each of shape (n,), at the level of the file.
 
@@ -124,7 +120,7 @@ class OnnxModel:
         return np.maximum(mu - margin, 0.0), mu + margin
 
     @property
-    def card(self) -> dict[str, Any]:
+    def card(self) -> JsonObject:
         """The model card in the file; empty without one."""
         card = self.metadata.get("card")
         return card if isinstance(card, dict) else {}
@@ -132,7 +128,8 @@ class OnnxModel:
     @property
     def needed_loads(self) -> tuple[str, ...]:
         """The loads without which the model cannot be evaluated: those it was given in training, all where it does not say."""
-        if family_of(self.metadata) == "constant":
+        identity = self.metadata.get("model")
+        if isinstance(identity, dict) and identity.get("family") == "constant":
             return ()
         return LOAD_NAMES if self.domain is None else self.domain.measured
 
@@ -141,30 +138,13 @@ class OnnxModel:
         """Whether the file holds a prediction interval."""
         return MARGIN in self._session_outputs
 
-    def margin(
-        self,
-        loads: TriboLoads | npt.ArrayLike,
-        state: npt.ArrayLike | None = None,
-        system: npt.ArrayLike | None = None,
-    ) -> FloatArray:
+    def margin(self, loads: Loads, state: Given = None, system: Given = None) -> FloatArray:
         """Return half the width of the prediction interval before the cut at 0, shape (n,)."""
         (margin,) = self._outputs([MARGIN], loads, state, system)
         return margin
 
-    def _outputs(
-        self,
-        names: list[str],
-        loads: TriboLoads | npt.ArrayLike,
-        state: npt.ArrayLike | None,
-        system: npt.ArrayLike | None,
-    ) -> list[FloatArray]:
-        """Return outputs of the graph at one moment, each of shape (n,).
-
-        Raises
-        ------
-        InputError
-            The margin is asked for and the file holds none, or shapes do not fit.
-        """
+    def _outputs(self, names: list[str], loads: Loads, state: Given, system: Given) -> list[FloatArray]:
+        """Return outputs of the graph at one moment, each of shape (n,)."""
         if MARGIN in names and not self.has_interval:
             raise InputError(
                 f"{self.path}: no prediction interval; allowed: a model with the output {MARGIN!r}"
@@ -175,11 +155,7 @@ class OnnxModel:
         return [values[:, 0] for values in self._session.run(names, feed)]
 
     def step(
-        self,
-        loads: TriboLoads | npt.ArrayLike,
-        state: npt.ArrayLike | None,
-        dt: float,
-        system: npt.ArrayLike | None = None,
+        self, loads: Loads, state: Given, dt: float, system: Given = None
     ) -> tuple[FloatArray, FloatArray]:
         """Return mu, shape (n,), before the step and the states, shape (n, k), after `dt` seconds.
 
@@ -252,12 +228,7 @@ class OnnxModel:
         """Return the states of fresh contact points, shape (points, k)."""
         return np.tile(np.array([s["start"] for s in self.states], dtype=np.float64), (points, 1))
 
-    def _feed(
-        self,
-        loads: TriboLoads | npt.ArrayLike,
-        state: npt.ArrayLike | None,
-        system: npt.ArrayLike | None,
-    ) -> dict[str, FloatArray]:
+    def _feed(self, loads: Loads, state: Given, system: Given) -> dict[str, FloatArray]:
         points = loads if isinstance(loads, TriboLoads) else TriboLoads.from_array(loads)
         require_loads(points, self.needed_loads, str(self.path))
         feed = {"loads": points.as_array()}
@@ -298,7 +269,7 @@ class OnnxModel:
                 "[n, 5] (state, dt, system) to mu double [n, 1] (state_next, state_der)"
             )
 
-    def _read_metadata(self) -> dict[str, Any]:
+    def _read_metadata(self) -> JsonObject:
         stored = self._session.get_modelmeta().custom_metadata_map
         decoded = {}
         for key, text in sorted(stored.items()):
@@ -316,7 +287,7 @@ class OnnxModel:
         except InputError as error:
             raise InputError(f"{self.path}: metadata {error}") from None
 
-    def _entries(self, kind: str) -> list[dict[str, Any]]:
+    def _entries(self, kind: str) -> list[JsonObject]:
         entries = self.metadata.get(kind, [])
         good = isinstance(entries, list) and all(
             isinstance(e, dict)
@@ -332,19 +303,10 @@ class OnnxModel:
         return entries
 
 
-def family_of(metadata: dict[str, object]) -> str:
-    """Return the family of the model that an ONNX file says it is, empty where it does not."""
-    identity = metadata.get("model")
-    return str(identity.get("family", "")) if isinstance(identity, dict) else ""
-
-
 def read_onnx(path: Path) -> bytes:
     """Return the bytes of a checked ONNX file.
 
-    Raises
-    ------
-    InputError
-        No such file, too large, not valid ONNX, or weights in other files.
+    Raises InputError: no such file, too large, not valid ONNX, or weights in other files.
     """
     import onnx
     from google.protobuf.message import DecodeError

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,45 +44,34 @@ def response_curves(model: FrictionLaw) -> go.Figure:
         margin = MARGIN * (high[j] - low[j]) if model.domain.upper[j] < quantity.upper else 0.0
         x = np.linspace(max(low[j] - margin, quantity.lower), min(high[j] + margin, quantity.upper), POINTS)
         place = {"row": row + 1, "col": col + 1}
+        draw = partial(figure.add_scatter, x=x, mode="lines", **place)
         bottom, top = band(model, others, j, x)
-        figure.add_scatter(
-            x=x, y=bottom, mode="lines", line_width=0, hoverinfo="skip", showlegend=False, **place
-        )
-        figure.add_scatter(
-            x=x,
+        draw(y=bottom, line_width=0, hoverinfo="skip", showlegend=False)
+        draw(
             y=top,
-            mode="lines",
             line_width=0,
             fill="tonexty",
             fillcolor=BAND,
             hoverinfo="skip",
             name="other loads anywhere in the domain (5 to 95 %)",
             showlegend=j == 0,
-            **place,
         )
         if model.interval is not None:
-            low_mu, high_mu = model.predict_interval(along(centre, j, x))
-            for k, bound in enumerate((low_mu, high_mu)):
-                figure.add_scatter(
-                    x=x,
+            for side, bound in zip(("lower", "upper"), model.predict_interval(along(centre, j, x))):
+                draw(
                     y=bound,
-                    mode="lines",
                     line={"color": LINE, "width": 1.2, "dash": "dot"},
                     name=f"{100.0 * model.interval.level:g} % of the points of new tests, at the centre",
                     legendgroup="interval",
-                    showlegend=j == 0 and k == 0,
-                    hovertemplate=f"{('lower', 'upper')[k]} bound %{{y:.4f}}<extra></extra>",
-                    **place,
+                    showlegend=j == 0 and side == "lower",
+                    hovertemplate=f"{side} bound %{{y:.4f}}<extra></extra>",
                 )
-        figure.add_scatter(
-            x=x,
+        draw(
             y=model.predict(along(centre, j, x)),
-            mode="lines",
             line={"color": LINE, "width": 2.5},
             name="other loads at the centre of the domain",
             showlegend=j == 0,
             hovertemplate=f"{quantity.name} = %{{x:.4g}} {quantity.unit}<br>mu = %{{y:.4f}}<extra></extra>",
-            **place,
         )
         for a, b in ((x[0], low[j]), (high[j], x[-1])):
             if b > a:

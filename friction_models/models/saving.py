@@ -10,7 +10,7 @@ import numpy as np
 from ..common import atomic_folder, check_folder, write_json, write_text
 from ..common.folders import MODEL
 from .law import FrictionLaw
-from .model_card import build_card, card_text
+from .model_card import card_text
 
 CARD, TEXT, ARRAYS, ONNX = "card.json", "card.md", "parameters.npz", "model.onnx"
 
@@ -18,17 +18,14 @@ CARD, TEXT, ARRAYS, ONNX = "card.json", "card.md", "parameters.npz", "model.onnx
 def save_model(model: FrictionLaw, folder: str | os.PathLike[str]) -> Path:
     """Write a fitted model into `folder` (replaced as a whole); return its path.
 
-    Raises
-    ------
-    InputError
-        The model is not fitted, or `folder` is a file or holds something else than a model.
+    Raises InputError: the model is not fitted, or `folder` is a file or holds something else than a model.
     """
     from .onnx_export import export
 
     target = Path(folder)
     check_folder(target, MODEL)
     content, arrays = model.parts()
-    card = build_card(model)
+    card = model.card
     with atomic_folder(target, MODEL) as temporary:
         write_json(
             temporary / CARD, {"format": "tribofmu-model", "format_version": 1, **card, "model": content}

@@ -18,46 +18,25 @@ FOLDS = 5
 
 @dataclass(frozen=True)
 class MeasuredPoints:
-    """Measured points at which a model is asked for its `tangent`.
-
-    Attributes
-    ----------
-    loads : TriboLoads
-    mu : ndarray, shape (n,)
-        Measured coefficient of friction.
-    tests : list of str
-        Names of the tests.
-    point_test : ndarray of int, shape (n,)
-        Test of each point, as its place in `tests`.
-    effect_columns : callable
-        Returns the columns of an effect, one an amplitude, each of shape (n, 1) or (1, 1), from the effect, the
-        friction coefficient that it sees, shape (n,), and its shape parameters.
-    seed : int
-        Of the folds.
-    """
+    """Measured points at which a model is asked for its `tangent`."""
 
     loads: TriboLoads
+    #: Measured coefficient of friction; shape (n,).
     mu: FloatArray
+    #: Names of the tests.
     tests: Sequence[str]
+    #: Test of each point, as its place in `tests`; shape (n,).
     point_test: npt.NDArray[np.intp]
+    #: Returns the columns of an effect, one an amplitude, each of shape (n, 1) or (1, 1), from the effect,
+    #: the friction coefficient that it sees, shape (n,), and its shape parameters.
     effect_columns: Callable[[Any, FloatArray, Mapping[str, float]], Sequence[FloatArray]] = field(repr=False)
+    #: Of the folds.
     seed: int = 0
 
 
 @dataclass(frozen=True)
 class Tangent:
     """A model at measured points: ``mu = offset + columns @ coefficients``.
-
-    Attributes
-    ----------
-    columns : ndarray, shape (n, p)
-        Terms whose coefficients are fitted together with effects.
-    offset : ndarray, shape (n,)
-        Part of mu that stays.
-    fixed : bool
-        Whether the model is taken as it is; its column then is a shift that stands for what the model lacks.
-    effects : tuple of str
-        Effects that the model holds already.
 
     Examples
     --------
@@ -69,9 +48,13 @@ class Tangent:
     ([[1.0], [1.0]], [0.0, 0.0])
     """
 
+    #: Terms whose coefficients are fitted together with effects; shape (n, p).
     columns: FloatArray
+    #: Part of mu that stays; shape (n,).
     offset: FloatArray
+    #: Whether the model is taken as it is; its column then is a shift that stands for what the model lacks.
     fixed: bool = False
+    #: Effects that the model holds already.
     effects: tuple[str, ...] = ()
 
 

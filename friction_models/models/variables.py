@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
+
+from ..common.json_values import JsonObject
 
 #: Number of a label that was not there in training: it is none of those that were.
 UNKNOWN_LABEL = -1.0
@@ -18,27 +20,21 @@ UNKNOWN_LABEL = -1.0
 class StateVariable:
     """One internal state, kept once per material contact point.
 
-    Attributes
-    ----------
-    name, unit : str
-        Identifier and unit (``"1"`` for a number).
-    start : float
-        Value of fresh, never loaded contact.
-    ode : bool
-        Whether the state obeys an ODE whose derivative the model gives.
-
     Examples
     --------
     >>> StateVariable("age", "s", start=1.0, ode=True).to_dict()
     {'name': 'age', 'unit': 's', 'start': 1.0, 'ode': True}
     """
 
+    #: Identifier and unit (``"1"`` for a number).
     name: str
     unit: str
+    #: Value of fresh, never loaded contact.
     start: float
+    #: Whether the state obeys an ODE whose derivative the model gives.
     ode: bool = False
 
-    def to_dict(self) -> dict[str, object]:
+    def to_dict(self) -> JsonObject:
         """Return the entry of `tribofmu.state`."""
         return asdict(self)
 
@@ -47,17 +43,6 @@ class StateVariable:
 class SystemVariable:
     """One property of the tribological system that test metadata may hold (tool roughness, batch).
 
-    Attributes
-    ----------
-    name, unit : str
-        Identifier and unit.
-    start : float
-        Value used where the metadata lacks it.
-    min, max : float
-        Range seen in training.
-    labels : tuple of str
-        For metadata that is text: the labels of the numbers 0, 1, 2 ...; empty for a number.
-
     Examples
     --------
     >>> batch = SystemVariable("batch", "1", start=0.0, min=0.0, max=1.0, labels=("A", "B"))
@@ -65,20 +50,24 @@ class SystemVariable:
     True
     """
 
+    #: Identifier and unit.
     name: str
     unit: str
+    #: Value used where the metadata lacks it.
     start: float
+    #: Range seen in training.
     min: float
     max: float
+    #: For metadata that is text: the labels of the numbers 0, 1, 2 ...; empty for a number.
     labels: tuple[str, ...] = ()
 
-    def to_dict(self) -> dict[str, object]:
+    def to_dict(self) -> JsonObject:
         """Return the entry of `tribofmu.system`; `labels` only where there are some."""
         entry = asdict(self) | {"labels": list(self.labels)}
         return entry if self.labels else {k: v for k, v in entry.items() if k != "labels"}
 
     @classmethod
-    def from_dict(cls, entry: Mapping[str, Any]) -> Self:
+    def from_dict(cls, entry: JsonObject) -> Self:
         """Build from what `to_dict` returned."""
         return cls(**{**entry, "labels": tuple(str(x) for x in entry.get("labels", ()))})
 
@@ -86,17 +75,10 @@ class SystemVariable:
 def as_numbers(
     values: Sequence[Any] | npt.NDArray[Any], labels: Sequence[str], start: float
 ) -> npt.NDArray[Any]:
-    """Return metadata as the numbers that a model takes, shape (n,).
+    """Return metadata, one entry a point as the table of tests has it, as the numbers that a model takes, shape (n,).
 
-    Parameters
-    ----------
-    values : sequence
-        One entry a point, as it stands in the table of tests.
-    labels : sequence of str
-        Labels of the numbers 0, 1, 2 ...; empty where the metadata is a number. A label that is not among
-        them becomes `UNKNOWN_LABEL`.
-    start : float
-        Taken where a number is missing.
+    `labels` are those of the numbers 0, 1, 2 ..., empty where the metadata is a number. A label that is not among
+    them becomes `UNKNOWN_LABEL`; `start` is taken where a number is missing.
 
     Examples
     --------

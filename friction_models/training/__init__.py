@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from ..common.lazy_names import lazily
 
 if TYPE_CHECKING:
     from ..loads.splits import hold_out as hold_out
@@ -24,30 +25,16 @@ if TYPE_CHECKING:
     from .search import fit_all as fit_all
     from .search import grid_search as grid_search
 
-_EXPORTS = {
-    "Evaluation": ".evaluation",
-    "GridSearch": ".search",
-    "best_parameters": ".search",
-    "cross_validate": ".search",
-    "error_measures": "..models.measures",
-    "evaluate": ".evaluation",
-    "fit_all": ".search",
-    "grid_search": ".search",
-    "growing_sets": ".learning_curve",
-    "hold_out": "..loads.splits",
-    "k_fold": "..loads.splits",
-    "lowest_error": ".learning_curve",
-    "needed_tests": ".learning_curve",
-    "needed_with_interval": ".learning_curve",
-    "percentile_curve": ".learning_curve",
-    "share_fewer": ".learning_curve",
-    "train": ".evaluation",
-}
-
-__all__ = sorted(_EXPORTS)
-
-
-def __getattr__(name: str) -> Any:
-    if name in _EXPORTS:
-        return getattr(importlib.import_module(_EXPORTS[name], __name__), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__, __all__ = lazily(
+    __name__,
+    {
+        "..loads.splits": ["hold_out", "k_fold"],
+        "..models.measures": ["error_measures"],
+        ".evaluation": ["Evaluation", "evaluate", "train"],
+        ".learning_curve": [
+            *("growing_sets", "lowest_error", "needed_tests", "needed_with_interval", "percentile_curve"),
+            "share_fewer",
+        ],
+        ".search": ["GridSearch", "best_parameters", "cross_validate", "fit_all", "grid_search"],
+    },
+)

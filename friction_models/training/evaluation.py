@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from ..common import InputError
 from ..loads import MEASURED_MU, DataSet, FloatArray, TriboLoads, check_column, missing_column
 from ..models.domain import known_domain
-from ..models.measures import error_measures, range_warning
+from ..models.measures import Measures, error_measures, range_warning
 
 if TYPE_CHECKING:
     from ..models.base import FrictionModel
@@ -60,13 +61,13 @@ class Evaluation:
     """
 
     model: str
-    overall: dict[str, Any]
-    roles: dict[str, dict[str, Any]]
+    overall: Measures
+    roles: dict[str, Measures]
     per_test: pd.DataFrame = field(repr=False)
     synthetic: bool | None = None
     warning: str = ""
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return a JSON-able dict: `model, synthetic, overall, roles, per_test`."""
         return {
             "model": self.model,
@@ -148,13 +149,19 @@ def evaluate(
     domain = known_domain(model)
     outside = None if domain is None else ~domain.without(loads.absent).contains(loads.as_array())
     table = _per_test(mu, predicted, outside, ids, _roles(tests))
-    roles = {}
-    for role in sorted({r for r in table["role"] if r}, key=lambda r: (r != "train", r)):
-        own = np.isin(ids, table.loc[table["role"] == role, "test_id"].to_numpy().astype(str))
-        roles[role] = _measures(
-            mu[own], predicted[own], None if outside is None else outside[own], ids[own], table
-        )
-    overall = _measures(mu, predicted, outside, ids, table)
+
+    def measures(own: npt.NDArray[np.bool_]) -> Measures:
+        mae = table.loc[table["test_id"].isin(ids[own]), "mae"].to_numpy()
+        return error_measures(mu[own], predicted[own], ids[own]) | {
+            "outside_domain": None if outside is None else float(np.mean(outside[own])),
+            "tests_within_accuracy": float(np.mean(mae < TRIBOMETER_ACCURACY)),
+        }
+
+    roles = {
+        role: measures(np.isin(ids, table.loc[table["role"] == role, "test_id"].to_numpy().astype(str)))
+        for role in sorted({r for r in table["role"] if r}, key=lambda r: (r != "train", r))
+    }
+    overall = measures(np.full(len(ids), True))
     label = name or str(getattr(model, "name", "model"))
     return Evaluation(label, overall, roles, table, synthetic, range_warning(predicted))
 
@@ -196,32 +203,19 @@ def _roles(tests: pd.DataFrame | None) -> dict[str, str]:
     return dict(zip(known["test_id"].astype(str), known["role"].astype(str)))
 
 
-def _measures(
-    mu: FloatArray, predicted: FloatArray, outside: np.ndarray | None, ids: np.ndarray, table: pd.DataFrame
-) -> dict[str, Any]:
-    own = table[table["test_id"].isin(np.unique(ids))]
-    return error_measures(mu, predicted, ids) | {
-        "outside_domain": None if outside is None else float(np.mean(outside)),
-        "tests_within_accuracy": float(np.mean(own["mae"].to_numpy() < TRIBOMETER_ACCURACY)),
-    }
-
-
 def _per_test(
     mu: FloatArray, predicted: FloatArray, outside: np.ndarray | None, ids: np.ndarray, roles: dict[str, str]
 ) -> pd.DataFrame:
-    rows: list[dict[str, Any]] = []
-    for test in dict.fromkeys(ids.tolist()):
-        own = ids == test
-        m = error_measures(mu[own], predicted[own])
-        facts = {k: m[k] for k in ("points", "mae", "rmse", "bias", "max_error")}
-        share = None if outside is None else float(np.mean(outside[own]))
-        rows.append({"test_id": test, "role": roles.get(test), **facts, "outside_domain": share})
-    rows.sort(key=lambda row: (-row["mae"], row["test_id"]))
-    table = pd.DataFrame(rows)
+    tests = list(dict.fromkeys(ids.tolist()))
+    points = [ids == test for test in tests]
+    measures = [error_measures(mu[own], predicted[own]) for own in points]
+    shares = [None if outside is None else float(np.mean(outside[own])) for own in points]
+    table = pd.DataFrame(measures, columns=["points", "mae", "rmse", "bias", "max_error"])
+    table.insert(0, "test_id", tests)
     # As objects, so that a test without a role or a known domain has None and not NaN, which JSON lacks.
-    for column in ("role", "outside_domain"):
-        table[column] = pd.Series([row[column] for row in rows], dtype=object)
-    return table
+    table.insert(1, "role", pd.Series([roles.get(test) for test in tests], dtype=object))
+    table["outside_domain"] = pd.Series(shares, dtype=object)
+    return table.sort_values(["mae", "test_id"], ascending=[False, True], ignore_index=True)
 
 
 def _share(value: float | None) -> str:

@@ -24,19 +24,6 @@ TINY = 1e-12
 class NeededTests:
     """Number of training tests from which on an accuracy is kept.
 
-    Attributes
-    ----------
-    accuracy : float
-        Error that the curve has to stay below.
-    tests : float or None
-        Where the curve, a power law between its sizes, falls below it for good; None where it never does.
-    at_most : bool
-        Whether the smallest size suffices already, so that fewer tests might.
-    lower, upper : float or None
-        Interval by resampling repeats and held-out tests; None at the top where it is open.
-    reached : float
-        Share of the resamples that reach the accuracy at all.
-
     Examples
     --------
     >>> NeededTests(0.01, 21.3, at_most=False, lower=17.2, upper=30.0, reached=1.0).text()
@@ -45,11 +32,16 @@ class NeededTests:
     'not reached'
     """
 
+    #: Error that the curve has to stay below.
     accuracy: float
+    #: Where the curve, a power law between its sizes, falls below it for good; None where it never does.
     tests: float | None
+    #: Whether the smallest size suffices already, so that fewer tests might.
     at_most: bool
+    #: Interval by resampling repeats and held-out tests; None at the top where it is open.
     lower: float | None
     upper: float | None
+    #: Share of the resamples that reach the accuracy at all.
     reached: float
 
     def to_dict(self) -> dict[str, object]:

@@ -26,14 +26,6 @@ Progress = Callable[[int, int], None]
 class CrossValidation:
     """Out-of-fold predictions: every test predicted by a model that has not seen it.
 
-    Attributes
-    ----------
-    predicted : ndarray, shape (n,)
-    measures : dict
-        Errors over all points.
-    folds : list of dict
-        Errors of each fold.
-
     Examples
     --------
     >>> from friction_models import ConstantFriction
@@ -45,8 +37,11 @@ class CrossValidation:
     0.25
     """
 
+    #: Shape (n,).
     predicted: FloatArray = field(repr=False)
+    #: Errors over all points.
     measures: dict[str, float]
+    #: Errors of each fold.
     folds: list[dict[str, float]]
 
 
@@ -206,15 +201,12 @@ def best_parameters(
         results += _cross_validate(models[start : start + step], data, tests, folds, seed)
         if progress is not None:
             progress(len(results), len(models))
-    rows = [
-        (r.measures["mae"], r.measures["rmse"], float(np.std([f["mae"] for f in r.folds]))) for r in results
-    ]
-    order = np.argsort([r[1] for r in rows], kind="stable")
     table = pd.DataFrame(
         [
-            {k: str(v) if isinstance(v, (list, tuple)) else v for k, v in combinations[i].items()}
-            | dict(zip(("mae", "rmse", "mae_std"), rows[i]))
-            for i in order
+            {k: str(v) if isinstance(v, (list, tuple)) else v for k, v in params.items()}
+            | {name: r.measures[name] for name in ("mae", "rmse")}
+            | {"mae_std": float(np.std([f["mae"] for f in r.folds]))}
+            for params, r in zip(combinations, results)
         ]
-    )
-    return combinations[int(order[0])], table
+    ).sort_values("rmse", kind="stable")
+    return combinations[int(table.index[0])], table.reset_index(drop=True)

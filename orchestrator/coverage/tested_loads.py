@@ -17,7 +17,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from friction_models.loads import LOAD_NAMES, LOADS, FloatArray
-from friction_models.loads.labels import with_unit
+from friction_models.loads.contract import with_unit
 
 from .contact_history import ContactHistory
 

@@ -245,7 +245,7 @@ class Demo:
             model = (
                 ConstantFriction(s.constant) if part == "constant" else load_model(self.out / "models" / part)
             )
-            held_out[part] = evaluate(model, data.select("test")).overall
+            held_out[part] = {**evaluate(model, data.select("test")).overall}
             entry: FrictionEntry = {
                 "part": part,
                 "label": self.label(part),

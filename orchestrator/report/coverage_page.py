@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.loads.labels import with_unit
+from friction_models.loads.contract import with_unit
 
 from ..coverage.tested_loads import SLOW, Coverage, Region, cell_map, natural
 from .parts.markup import bullets, escape, paragraph, table

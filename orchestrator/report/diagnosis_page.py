@@ -9,7 +9,7 @@ import pandas as pd
 
 from friction_models.discovery.diagnosis import Diagnosis
 from friction_models.discovery.figures_data import load_map, meanings, structure_pair
-from friction_models.loads.labels import with_unit
+from friction_models.loads.contract import with_unit
 
 from .charts.diagnosis import effect_chart, map_chart
 from .charts.residuals import residual_chart, worst_tests_chart

@@ -23,7 +23,8 @@ from friction_models.common import InputError
 from friction_models.families.registry import FAMILIES
 from friction_models.loads import LOAD_NAMES
 from friction_models.models.base import FrictionModel
-from friction_models.models.calibration import calibrate
+from friction_models.models.calibration import calibrated
+from friction_models.models.intervals import LEVEL
 
 from ..friction_models.made_up import EDGES, anywhere, campaign
 from .test_models import fresh
@@ -40,9 +41,9 @@ POINTS = np.vstack([anywhere(40, seed=3), EDGES, 1.4 * anywhere(20, seed=5)])
 def interval_model(name: str) -> FrictionModel:
     """Return a fitted model whose width depends on every load, which so few tests do not show by themselves."""
     model = fresh(name).fit_frame(FRAME)
-    interval = calibrate(
-        model, LOADS, FRAME["mu"].to_numpy(), FRAME["test_id"].to_numpy().astype(str), folds=2
-    )
+    mu, tests = FRAME["mu"].to_numpy(), FRAME["test_id"].to_numpy().astype(str)
+    predicted, source = model.left_out(LOADS, mu, tests, folds=2, seed=0)
+    interval = calibrated(predicted, source, LOADS, mu, tests, model.domain, LEVEL)
     slopes = (0.2, 1e-3, -0.1, 0.15, -0.05)
     model.interval_ = replace(interval, slopes=slopes, constant=interval.constant - 0.5)
     return model

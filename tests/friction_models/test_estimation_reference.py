@@ -47,7 +47,7 @@ def plain(campaign: Campaign, columns: np.ndarray, folds: np.ndarray, y: np.ndar
 def test_a_hidden_product_is_predicted_on_unseen_tests() -> None:
     removed = []
     for seed in range(4):
-        campaign, hidden = campaign_of(seed, 0.006)
+        campaign, _ = campaign_of(seed, 0.006)
         reference, base, folds = reference_of(campaign)
         law = reference.y - plain(campaign, base, folds, reference.y)
         error = reference.y - reference.out_of_fold(base, folds)

@@ -120,8 +120,8 @@ def evaluate(
     if has_interval(friction):
         from friction_models.models.interval_coverage import coverage_text, measured_coverage
 
-        content["coverage"] = measured_coverage(friction, dataset, level)
-        say(coverage_text(content["coverage"]))
+        content["coverage"] = coverage = measured_coverage(friction, dataset, level)
+        say(coverage_text(coverage))
     if json is not None:
         write_result(json, content)
 

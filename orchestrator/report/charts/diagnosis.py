@@ -9,7 +9,7 @@ import numpy as np
 
 from friction_models.discovery import Diagnosis
 from friction_models.discovery.figures_data import LoadMap, effect_curve
-from friction_models.loads.labels import with_unit
+from friction_models.loads.contract import with_unit
 
 from ..parts.markup import escape
 from ..parts.theme import AFTER, CONSTANT, dress

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from friction_models.loads import FloatArray
-from friction_models.loads.labels import with_unit
+from friction_models.loads.contract import with_unit
 
 from ..parts.markup import escape
 from ..parts.palette import COLORS

@@ -10,7 +10,7 @@ import pandas as pd
 
 from friction_models.discovery.figures_data import varied
 from friction_models.loads import LOADS, FloatArray
-from friction_models.loads.labels import with_unit
+from friction_models.loads.contract import with_unit
 
 from ..parts.theme import AFTER, AFTER_BAND, BEFORE, BEFORE_BAND, PRESS, dress
 from .binned_residual import binned_residual
