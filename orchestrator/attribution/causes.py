@@ -15,14 +15,16 @@ class Cause:
 
     Attributes
     ----------
-    name, title, kind, unit : str
-        Identifier, words, one of `KINDS`, unit of the strength.
+    kind, unit : str
+        One of `KINDS`; unit of the strength.
     step : float
         How far it is moved for the sensitivity; 0 where no run is needed.
     sign : int
         Physical sign of the strength; 0: both.
     column : str
         Tells two strengths of one cause apart; empty for most.
+    parameter : str
+        Of the friction FMU with effects, for a cause that is one of them.
 
     Examples
     --------
@@ -38,6 +40,7 @@ class Cause:
     step: float = 0.0
     sign: int = 0
     column: str = ""
+    parameter: str = ""
 
     @property
     def key(self) -> str:

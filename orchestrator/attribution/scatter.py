@@ -39,14 +39,11 @@ class Scatter:
 
     Attributes
     ----------
-    covariance : ndarray, shape (N, N)
-        Of the N forces of all levels, one level after the other [kN2].
-    factor : ndarray, shape (N, N)
-        Its lower Cholesky factor [kN].
-    deviation : ndarray, shape (N,)
-        Standard deviation of every force [kN] without `drift`.
-    drift : ndarray, shape (N,)
-        What the mesh may shift all curves of a process by together [kN]: one standard deviation.
+    covariance, factor : ndarray, shape (N, N)
+        Of the N forces of all levels, one level after the other [kN2], and its lower Cholesky factor [kN].
+    deviation, drift : ndarray, shape (N,)
+        Standard deviation of every force [kN] without `drift`, which is what the mesh may shift all curves of a
+        process by together: one standard deviation.
     """
 
     covariance: FloatArray

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -47,17 +47,8 @@ def runs_folder(given: Path | None) -> Path:
 class Sensitivities:
     """Simulated curves of every level: as the system stands, and with each cause moved by its step.
 
-    Attributes
-    ----------
-    causes : list of Cause
-    base : list of ForceCurve
-    moved : dict of str to list of ForceCurve
-        By `Cause.key`; causes that need no run are not in it.
-    remeshed : list of ForceCurve
-        With another size of the elements; empty where it cannot be set.
-    mesh_size : float
-        Largest element size of the systems [mm]; 0 where unknown.
-    warnings : list of str
+    `moved` is by `Cause.key`, without causes that need no run; `remeshed` has another size of the elements, and is
+    empty where that cannot be set; `mesh_size` is the largest element size of the systems [mm], 0 where unknown.
     """
 
     causes: list[Cause]
@@ -78,16 +69,8 @@ def run_sensitivities(
 ) -> Sensitivities:
     """Run all levels with every cause moved; runs of the same content are taken from `folder`.
 
-    Parameters
-    ----------
-    systems : sequence of FormingSystem
-        One for each process.
-    levels : sequence of (FormingSystem, PressLevel)
-        Which system stands for which level.
-    wanted : sequence of str, optional
-        Names of causes; all by default.
-    folder : Path
-        Where runs and FMUs are kept.
+    `systems` are one for each process; `levels` say which of them stands for which level; `wanted` are names of
+    causes, all by default.
 
     Raises
     ------
@@ -105,14 +88,7 @@ def run_sensitivities(
     causes = [c for c in FORMING if c.name in chosen and _possible(c, systems, warnings)]
     if FRICTION_LEVEL.name in chosen:
         causes.append(FRICTION_LEVEL)
-    parameters: dict[str, str] = {}
-    steps = strengths(effects)
-    for s in steps:
-        several = sum(o.effect == s.effect for o in steps) > 1
-        column = s.parameter.removeprefix(f"strength_{s.effect}_") if several else ""
-        cause = Cause(s.effect, CATALOGUE[s.effect].title, "friction", s.unit, s.step, s.sign, column)
-        causes.append(cause)
-        parameters[cause.key] = s.parameter
+    causes += strengths(effects)
     formings = {id(system): _forming_fmus(system, causes, folder, hashes) for system in systems}
     sizes = [system.start_of("mesh_size") or 0.0 for system in systems]
     moved: dict[str, Cause | None] = {"": None, **({"mesh": None} if min(sizes) > 0.0 else {})}
@@ -121,8 +97,7 @@ def run_sensitivities(
     for key, moving in moved.items():
         for system, level in levels:
             fmu = formings[id(system)].get(key, system.description.path)
-            changes = _changes(key, moving, system, level, parameters)
-            varied = system.at(level, frictions[id(system)], fmu, changes)
+            varied = system.at(level, frictions[id(system)], fmu, _changes(key, moving, system, level))
             tasks.append(cached_task(varied, folder, hashes, key))
     runs = iter(run_all(tasks, jobs, progress))
     curves = {key: [next(runs).force_curve() for _ in levels] for key in moved}
@@ -140,7 +115,10 @@ def _friction_fmus(
 ) -> tuple[list[Effect], dict[int, Path]]:
     """Return the effects that can be judged, and by system its friction FMU with all of them added at strength 0."""
     effects = [make_effect(n) for n in names if n in CATALOGUE]
-    graphs = {id(system): _graph(system) for system in systems}
+    try:
+        graphs = {id(s): graph_of(s.system.fmu_path(s.friction)) for s in systems}
+    except InputError as error:
+        raise InputError(f"{error}; without it friction cannot be told from other causes") from None
     for system in systems:
         kept = addable(graphs[id(system)], effects, str(system.system.fmu_path(system.friction)))
         warnings += [
@@ -163,11 +141,7 @@ def _friction_fmus(
 
 
 def _changes(
-    key: str,
-    cause: Cause | None,
-    system: FormingSystem,
-    level: PressLevel,
-    parameters: Mapping[str, str],
+    key: str, cause: Cause | None, system: FormingSystem, level: PressLevel
 ) -> dict[str, dict[str, float]]:
     """Return the start values, by component, that a run changes; none where a cause is packed into the forming FMU."""
     if key == "mesh":
@@ -176,8 +150,8 @@ def _changes(
         return {}
     if cause.name == FRICTION_LEVEL.name:
         return {system.friction: {FACTOR: 1.0 + cause.step}}
-    if key in parameters:
-        return {system.friction: {parameters[key]: cause.step}}
+    if cause.parameter:
+        return {system.friction: {cause.parameter: cause.step}}
     if cause.name == "heat_transfer" and system.start_of("htc") is not None:
         return {system.forming: {"htc": (system.start_of("htc") or 0.0) * (1.0 + cause.step)}}
     if cause.name == "tool_temperature":
@@ -185,13 +159,6 @@ def _changes(
     if cause.name == "billet_temperature":
         return {system.forming: {"T_billet": (system.start_of("T_billet") or 20.0) + cause.step}}
     return {}
-
-
-def _graph(system: FormingSystem) -> bytes:
-    try:
-        return graph_of(system.system.fmu_path(system.friction))
-    except InputError as error:
-        raise InputError(f"{error}; without it friction cannot be told from other causes") from None
 
 
 def _possible(cause: Cause, systems: Sequence[FormingSystem], warnings: list[str]) -> bool:

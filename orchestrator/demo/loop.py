@@ -45,16 +45,7 @@ class DemoResult:
 class Demo:
     """The whole loop in one folder.
 
-    Parameters
-    ----------
-    out : path-like
-        Folder of the demo.
-    scenario : Scenario, optional
-        Plan, models, levels.
-    jobs : int, optional
-        Processes; all cores by default.
-    display : callable, optional
-        Progress display of each step.
+    `jobs` are processes, all cores by default; `display` is the progress display of each step.
     """
 
     def __init__(
@@ -69,6 +60,7 @@ class Demo:
         self.jobs = jobs
         self._display = display or (lambda title: nullcontext(lambda done, total, what: None))
         self._step = 0
+        self._chain = ""
 
     def run(self) -> DemoResult:
         """Do all steps that are not done yet; write ``demo.json`` and ``report.html``."""
@@ -238,9 +230,13 @@ class Demo:
         frictions: list[FrictionEntry] = []
         for part in parts:
             results = [
-                compare_force(runs[part, level.name].force_curve(), read_press_curve(self._press_file(level.name)), self.label(part))
+                compare_force(
+                    runs[part, level.name].force_curve(),
+                    read_press_curve(self.out / "press" / f"{level.name}.csv"),
+                    self.label(part),
+                )
                 for level in s.levels
-            ]  # fmt: skip
+            ]
             forces[part] = LevelsComparison(self.label(part), tuple(results)).to_dict()
             model = (
                 ConstantFriction(s.constant) if part == "constant" else load_model(self.out / "models" / part)
@@ -280,9 +276,6 @@ class Demo:
             "predicted": predicted,
         }
 
-    def _press_file(self, level: str) -> Path:
-        return self.out / "press" / f"{level}.csv"
-
     # --- bookkeeping --------------------------------------------------------------------------------
 
     def _title(self, name: str) -> AbstractContextManager[Progress]:
@@ -294,11 +287,9 @@ class Demo:
     ) -> None:
         """Do a step with its progress display; it depends on all steps before it."""
         with self._title(name) as tick:
-            self._chain = f"{getattr(self, '_chain', '')}/{name}{json.dumps(inputs, sort_keys=True)}"
-            if not self.book.do(name, {"chain": self._chain}, outputs, lambda: work(tick)):
-                tick(1, 1, "kept from before")
-            else:
-                tick(1, 1, "")
+            self._chain += f"/{name}{json.dumps(inputs, sort_keys=True)}"
+            worked = self.book.do(name, self._chain, outputs, lambda: work(tick))
+            tick(1, 1, "" if worked else "kept from before")
 
 
 def _outside(runs: list[Run]) -> dict[str, float]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
+import contextlib
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import TypedDict
 
-from friction_models.common import write_json
+from friction_models.common import InputError, write_json
+from friction_models.common.files import read_json
 
 from ..jobs.keys import ResultKeys
 
@@ -21,13 +22,7 @@ class _Step(TypedDict):
 
 
 class StepBook:
-    """Remembers in ``steps.json`` which steps of a folder are finished, with which inputs and how long they took.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder whose steps are kept.
-    """
+    """Remembers in ``steps.json`` which steps of a folder are finished, with which inputs and how long they took."""
 
     def __init__(self, folder: Path) -> None:
         self._file = folder / "steps.json"
@@ -35,27 +30,16 @@ class StepBook:
         self._keys = ResultKeys(__package__)
         self._steps: dict[str, _Step] = {}
         if self._file.is_file():
-            try:
-                content = json.loads(self._file.read_text(encoding="utf-8"))
-                self._steps = dict(content) if isinstance(content, dict) else {}
-            except ValueError:
-                self._steps = {}  # unreadable: everything is done again
+            with contextlib.suppress(InputError):  # unreadable: everything is done again
+                self._steps = read_json(self._file)
 
-    def do(self, name: str, inputs: Mapping[str, Any], outputs: list[str], work: Callable[[], Any]) -> bool:
+    def do(self, name: str, inputs: str, outputs: list[str], work: Callable[[], object]) -> bool:
         """Do a step unless it is done; return whether it was worked on.
 
-        Parameters
-        ----------
-        name : str
-            Name of the step.
-        inputs : mapping
-            JSON-able values that decide the result; versions and sources are added.
-        outputs : list of str
-            Files or folders, relative to the folder, that the step leaves behind.
-        work : callable
-            Does it.
+        `inputs` say what decides the result, versions and sources are added; `outputs` are files or folders, relative
+        to the folder, that the step leaves behind; `work` does it.
         """
-        key = self._keys.of(inputs)
+        key = self._keys.of({"chain": inputs})
         found = self._steps.get(name)
         if found and found["key"] == key and all((self._folder / o).exists() for o in outputs):
             return False

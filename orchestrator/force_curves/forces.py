@@ -13,7 +13,7 @@ import numpy as np
 from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
-from .metrics import LevelSummary, Measured, ScalarError
+from .metrics import LevelSummary, Measured, ScalarError, percent
 
 #: Both curves are averaged over this stroke before the maximum is read: nodes that enter contact make the
 #: simulated force ripple, and a force cell is noisy; the same window for both keeps the comparison fair.
@@ -147,16 +147,8 @@ class LevelsNumbers(TypedDict):
 class ForceComparison:
     """One simulated curve against the repeats of one level.
 
-    Attributes
-    ----------
-    label : str
-        Name of the simulation.
-    stroke : ndarray, shape (n,)
-        The common stroke [mm].
-    simulated, measured, measured_std : ndarray, shape (n,)
-        Forces [kN]: simulation, mean and standard deviation of the repeats.
-    max_force, work : ScalarError
-        Errors of the maximum force [kN] and of the forming work [J].
+    `stroke` is the common one [mm], shape (n,) as the forces [kN]: of the simulation, mean and standard deviation of
+    the repeats. `max_force` and `work`: errors of the maximum force [kN] and of the forming work [J].
 
     Examples
     --------
@@ -191,14 +183,17 @@ class ForceComparison:
 
     def table(self) -> str:
         """Return the comparison as text."""
-        head = f"{self.label}: common stroke {self.stroke[0]:.2f} to {self.stroke[-1]:.2f} mm, {self.max_force.measured.repeats} repeats, moving mean {WINDOW:g} mm"
-        rows = [f"{'':14}{'simulated':>11}{'measured':>19}{'AE':>17}{'ARE':>19}"]
+        rows = [
+            f"{self.label}: common stroke {self.stroke[0]:.2f} to {self.stroke[-1]:.2f} mm, "
+            f"{self.max_force.measured.repeats} repeats, moving mean {WINDOW:g} mm",
+            f"{'':14}{'simulated':>11}{'measured':>19}{'AE':>17}{'ARE':>19}",
+        ]
         for name, unit, e in (("max force", "kN", self.max_force), ("work", "J", self.work)):
             measured = f"{e.measured.mean:.1f} +- {e.measured.std:.1f}"
             ae = f"{e.ae:.1f} +- {e.ae_std:.1f}"
-            are = f"{100 * e.are:.1f} +- {100 * e.are_std:.1f} %"
-            rows.append(f"{name + ' [' + unit + ']':14}{e.simulated:11.1f}{measured:>19}{ae:>17}{are:>19}")
-        return "\n".join([head, *rows])
+            head = f"{name} [{unit}]"
+            rows.append(f"{head:14}{e.simulated:11.1f}{measured:>19}{ae:>17}{percent(e.are, e.are_std):>19}")
+        return "\n".join(rows)
 
 
 def compare_force(
@@ -298,10 +293,7 @@ def levels_table(comparisons: Sequence[LevelsComparison]) -> str:
     rows = [f"{'':{width}}{'MARE max force':>22}{'std over levels':>22}{'MARE work':>22}"]
     for item in comparisons:
         force, work = item.max_force, item.work
-        cells = (
-            f"{100 * force.mare:.1f} +- {100 * force.mare_std:.1f} %",
-            f"{100 * force.spread:.1f} +- {100 * force.spread_std:.1f} %" if force.levels > 1 else "-",
-            f"{100 * work.mare:.1f} +- {100 * work.mare_std:.1f} %",
-        )
+        spread = percent(force.spread, force.spread_std) if force.levels > 1 else "-"
+        cells = percent(force.mare, force.mare_std), spread, percent(work.mare, work.mare_std)
         rows.append(f"{item.label:{width}}" + "".join(f"{c:>22}" for c in cells))
     return "\n".join(rows)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import platform
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import replace
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
-from typing import Any
 
 from fmus.runtime.errors import SimulationError
 from friction_models.common import InputError, check_folder, grown, unknown_name, write_json
@@ -39,7 +39,6 @@ class Campaign:
     folder : Path
         Folder of the study.
     jobs : iterable of Job
-        In any order.
     code : sequence of str
         Packages and modules whose sources count besides those that follow from the function of a job (`deciding_code`).
 
@@ -116,15 +115,7 @@ class Campaign:
     def dry_run(self, jobs: int | None = None, scheduler: str | None = None) -> DryRun:
         """Count the jobs (all, kept, to do) and estimate the time, from kept results where there are any.
 
-        Parameters
-        ----------
-        jobs, scheduler
-            As for `run`; a cluster counts with the workers that it has now.
-
-        Raises
-        ------
-        InputError
-            Less than one process, a scheduler that does not answer.
+        `jobs` and `scheduler` are as for `run`; a cluster counts with the workers that it has now.
         """
         check_folder(self.folder, STUDY)
         kept = self._kept()
@@ -160,17 +151,12 @@ class Campaign:
     def manifest(
         self,
         results: Mapping[str, JobResult],
-        settings: Mapping[str, Any] | None = None,
+        settings: Mapping[str, object] | None = None,
         seeds: Mapping[str, int] | None = None,
     ) -> dict[str, object]:
         """Return versions, seeds and hashes; equal manifests mean equal numbers.
 
-        Parameters
-        ----------
-        results : mapping
-            What `run` returned.
-        settings, seeds : mapping, optional
-            Of the study.
+        `results` are what `run` returned; `settings` and `seeds` those of the study.
         """
         values = {n: {k: v for k, v in r.values.items() if k != "timing"} for n, r in results.items()}
         code = tuple(
@@ -292,37 +278,33 @@ class Campaign:
                         "the scheduler is gone; finished jobs are kept, start the study again"
                     )
                 error = future.exception()
-                if error is not None:
-                    if executor.died(error) and tries[name] < TRIES:
+                if error is not None and executor.died(error):
+                    if tries[name] < TRIES:
                         waiting.insert(0, name)
                     else:
-                        killed = f"its worker was killed {tries[name]} times (out of memory?)"
-                        self._fail(
-                            names, killed if executor.died(error) else f"{type(error).__name__}: {error}"
-                        )
+                        self._fail(names, f"its worker was killed {tries[name]} times (out of memory?)")
+                elif error is not None:
+                    self._fail(names, f"{type(error).__name__}: {error}")
                 elif outcome := future.result():
                     self._fail(names, outcome["error"], outcome["traceback"])
                 else:
                     for twin in names:
-                        result = self.store.load(self.keys[twin], twin)
-                        if result is None:
-                            self._fail(
-                                [twin],
-                                f"its result is not in {self.store.folder}; is the folder shared by all workers?",
-                            )
-                        else:
+                        if result := self.store.load(self.keys[twin], twin):
                             results[twin] = result
+                        else:
+                            shared = "is the folder shared by all workers?"
+                            self._fail([twin], f"its result is not in {self.store.folder}; {shared}")
                     if name in results:
                         clock.add(self.jobs[name], results[name].seconds)
                 tell(name)
 
     def _call(self, job: Job, work: Path) -> JobCall:
         code = self._code_of(job)
+        given = replace(job, files={n: p.resolve() for n, p in job.files.items()})
+        needs = {n: self.keys[n] for n in job.needs}
         return JobCall(
-            self.keys[job.name], job.name, job.function, job.inputs,
-            {n: str(p.resolve()) for n, p in job.files.items()}, {n: self.keys[n] for n in job.needs},
-            str(self.store.folder), str(work), code, self._stamp(code),
-        )  # fmt: skip
+            given, self.keys[job.name], needs, str(self.store.folder), str(work), code, self._stamp(code)
+        )
 
     def _fail(self, names: Iterable[str], error: str, trace: str = "") -> None:
         for name in names:

@@ -26,9 +26,9 @@ class Executor(ABC):
     """Runs jobs and returns futures of their outcomes."""
 
     @property
-    @abstractmethod
     def workers(self) -> int:
         """Number of jobs that run at a time, for estimates."""
+        return 1
 
     @property
     def capacity(self) -> int:
@@ -39,12 +39,11 @@ class Executor(ABC):
     def submit(self, call: JobCall) -> Future[Outcome]:
         """Start a job."""
 
-    @abstractmethod
     def died(self, error: BaseException) -> bool:
         """Whether the error says that the worker was killed, so that the job is worth another try."""
+        return False
 
-    @abstractmethod
-    def close(self, now: bool) -> None:
+    def close(self, now: bool) -> None:  # noqa: B027 - nothing to end in this process
         """End; `now` gives up jobs that are still running."""
 
     def __enter__(self) -> Self:
@@ -96,24 +95,14 @@ class ProcessExecutor(Executor):
 class SerialExecutor(Executor):
     """Runs one job after the other in this process."""
 
-    @property
-    def workers(self) -> int:
-        return 1
-
     def submit(self, call: JobCall) -> Future[Outcome]:
         future: Future[Outcome] = Future()
         future.set_result(execute(call))
         return future
 
-    def died(self, error: BaseException) -> bool:
-        return False
-
-    def close(self, now: bool) -> None:
-        pass
-
 
 class Cluster(Executor):
-    """A dask.distributed cluster. It repeats the jobs of killed workers by itself; workers may join and leave.
+    """A dask.distributed cluster, which repeats the jobs of killed workers by itself; workers may join and leave.
 
     Parameters
     ----------
@@ -175,9 +164,6 @@ class Cluster(Executor):
     def submit(self, call: JobCall) -> Future[Outcome]:
         future: Future[Outcome] = self._executor.submit(execute, call)
         return future
-
-    def died(self, error: BaseException) -> bool:
-        return False  # dask has tried several times already
 
     def close(self, now: bool) -> None:
         self._executor.shutdown(wait=not now)
