@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from friction_models.effects import CATALOGUE
 
+#: Parameter by which a friction FMU with effects scales mu.
+FACTOR = "mu_factor"
 KINDS = ("friction", "flow stress", "heat", "machine")
 
 
@@ -24,7 +26,7 @@ class Cause:
     column : str
         Tells two strengths of one cause apart; empty for most.
     parameter : str
-        Of the friction FMU with effects, for a cause that is one of them.
+        Of the FMU, that moves it; empty for what is packed into the forming FMU, and where no run is needed.
 
     Examples
     --------
@@ -50,11 +52,13 @@ class Cause:
 
 FORMING = (
     Cause("flow_stress", "flow stress of the workpiece, relative", "flow stress", "1", 0.03),
-    Cause("tool_temperature", "tool temperature", "heat", "K", 15.0),
-    Cause("billet_temperature", "billet temperature", "heat", "K", 15.0),
-    Cause("heat_transfer", "heat transfer to the tools, relative", "heat", "1", 0.5),
+    Cause("tool_temperature", "tool temperature", "heat", "K", 15.0, parameter="T_tool"),
+    Cause("billet_temperature", "billet temperature", "heat", "K", 15.0, parameter="T_billet"),
+    Cause("heat_transfer", "heat transfer to the tools, relative", "heat", "1", 0.5, parameter="htc"),
 )
-FRICTION_LEVEL = Cause("friction_level", "friction as a whole, relative", "friction", "1", 0.2)
+FRICTION_LEVEL = Cause(
+    "friction_level", "friction as a whole, relative", "friction", "1", 0.2, parameter=FACTOR
+)
 #: Seen in the simulated curve itself.
 MACHINE = (
     Cause("compliance", "elastic give of press and tools", "machine", "mm/kN", sign=1),

@@ -18,14 +18,13 @@ from friction_models.expressions.onnx_graph import GraphBuilder, OnnxOps
 from friction_models.expressions.ops import LoadColumns, Value
 from friction_models.loads import LOAD_NAMES
 
-from .causes import Cause
+from .causes import FACTOR, Cause
 
 if TYPE_CHECKING:
     import onnx
 
 #: Where our friction FMUs keep their graph.
 GRAPH = "resources/model.onnx"
-FACTOR = "mu_factor"
 #: Share of an effect's typical amplitude that a sensitivity uses.
 SMALL = 0.5
 _MAX_GRAPH = 256 * 1024**2

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from friction_models.common import InputError, grown, unknown_name
-from friction_models.common.cached_results import cache_folder, is_kept, keep
-from friction_models.common.folders import SENSITIVITIES
+from friction_models.common import InputError, unknown_name
+from friction_models.common.cached_results import is_kept, keep
 from friction_models.effects import CATALOGUE, make_effect
 from friction_models.effects.base import Effect
 
@@ -19,28 +18,19 @@ from ..cosim.batch import cached_task, run_all
 from ..force_curves.forces import ForceCurve
 from ..jobs.job import Progress
 from ..jobs.keys import ResultKeys
-from .causes import FORMING, FRICTION_LEVEL, MACHINE, Cause, all_causes
+from .causes import FACTOR, FORMING, FRICTION_LEVEL, MACHINE, Cause, all_causes
 from .forming_system import FormingSystem
-from .friction_with_effects import FACTOR, addable, graph_of, pack_with_effects, strengths
+from .friction_with_effects import addable, graph_of, pack_with_effects, strengths
 
 if TYPE_CHECKING:
     from forming.press import PressLevel
 
+#: Causes for which a forming FMU is packed again that has no parameter for them.
+_PACKED = ("flow_stress", "heat_transfer")
 #: What carries the strength of the flow stress in each kind of material.
 _FLOW = {"HenselSpittel": ("A",), "PowerLaw": ("yield_stress", "K"), "FlowTable": ("stresses",)}
 #: Relative size of the elements of the other mesh, which shows what the mesh does to the curves: twice as many.
 OTHER_MESH = 0.7
-
-
-def runs_folder(given: Path | None) -> Path:
-    """Return where runs are kept: the folder that the user names, or one in the user's cache folder.
-
-    Raises
-    ------
-    InputError
-        A folder that holds something else.
-    """
-    return grown(cache_folder() / "attribution" if given is None else given, SENSITIVITIES)
 
 
 @dataclass
@@ -146,37 +136,32 @@ def _changes(
     """Return the start values, by component, that a run changes; none where a cause is packed into the forming FMU."""
     if key == "mesh":
         return {system.forming: {"mesh_size": OTHER_MESH * (system.start_of("mesh_size") or 0.0)}}
-    if cause is None:
+    if cause is None or not cause.parameter:
         return {}
-    if cause.name == FRICTION_LEVEL.name:
-        return {system.friction: {FACTOR: 1.0 + cause.step}}
-    if cause.parameter:
-        return {system.friction: {cause.parameter: cause.step}}
-    if cause.name == "heat_transfer" and system.start_of("htc") is not None:
-        return {system.forming: {"htc": (system.start_of("htc") or 0.0) * (1.0 + cause.step)}}
-    if cause.name == "tool_temperature":
-        return {system.forming: {"T_tool": level.T_tool + cause.step}}
-    if cause.name == "billet_temperature":
-        return {system.forming: {"T_billet": (system.start_of("T_billet") or 20.0) + cause.step}}
-    return {}
+    if cause.kind == "friction":
+        start = 1.0 if cause.parameter == FACTOR else 0.0
+        return {system.friction: {cause.parameter: start + cause.step}}
+    now = level.T_tool if cause.parameter == "T_tool" else system.start_of(cause.parameter)
+    if now is None:
+        return {}
+    moved = now * (1.0 + cause.step) if cause.unit == "1" else now + cause.step
+    return {system.forming: {cause.parameter: moved}}
 
 
 def _possible(cause: Cause, systems: Sequence[FormingSystem], warnings: list[str]) -> bool:
     """Return whether a cause can be moved in all systems; says so where it cannot."""
     for system in systems:
-        if cause.name == "heat_transfer":
-            fits = bool(system.config) or system.start_of("htc") is not None
-        elif cause.name == "flow_stress":
-            fits = bool(system.config)
-        else:
-            fits = system.start_of("T_tool" if cause.name == "tool_temperature" else "T_billet") is not None
-        if not fits:
+        if not (system.config and cause.name in _PACKED) and not _is_parameter(cause, system):
             warnings.append(
                 f"{cause.name} was not judged: {system.description.path.name} does not say what it was made of, or has "
                 "no such parameter (a forming FMU of the target 'python' does)"
             )
             return False
     return True
+
+
+def _is_parameter(cause: Cause, system: FormingSystem) -> bool:
+    return bool(cause.parameter) and system.start_of(cause.parameter) is not None
 
 
 def _forming_fmus(
@@ -188,10 +173,8 @@ def _forming_fmus(
 
     found: dict[str, Path] = {}
     for cause in causes:
-        if cause.name not in {"flow_stress", "heat_transfer"}:
+        if cause.name not in _PACKED or _is_parameter(cause, system):
             continue
-        if cause.name == "heat_transfer" and system.start_of("htc") is not None:
-            continue  # a parameter: it needs no other FMU
         config = json.loads(json.dumps(system.config))
         material, fixed = config["material"], dict(config["fixed"])
         if cause.name == "flow_stress":

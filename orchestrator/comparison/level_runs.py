@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict
 import numpy as np
 
 from friction_models.common import InputError, unknown_name
+from friction_models.loads import FloatArray
 
 from ..force_curves.forces import ForceCurve
 from .study_folder import RUN as RUN
@@ -130,6 +131,8 @@ def level_job(
     *,
     mode: str = "gauss_seidel",
     step: float | None = None,
+    tolerance: float | None = None,
+    start: StartValues | None = None,
     names: Mapping[str, object] | None = None,
     keep: Literal["summary", "run"] = "summary",
     synthetic: bool = False,
@@ -141,8 +144,8 @@ def level_job(
     ----------
     friction : Path or str
         Friction FMU, or the name of the job that made it (its value ``fmu`` is the file in its folder).
-    mode, step
-        How the FMUs are coupled, and the stroke between two exchanges [mm].
+    mode, step, tolerance
+        How the FMUs are coupled, the stroke between two exchanges [mm], and the tolerance of the mode ``iterated``.
     names : mapping, optional
         Variables of the friction FMU, where they have other names than the loads: `FrictionNames.to_dict`.
     keep : {"summary", "run"}
@@ -161,7 +164,9 @@ def level_job(
     from ..cosim.ready_made import STEP
     from ..jobs.campaign import Job
 
-    inputs = level_inputs(level, mode, STEP if step is None else step, {}) | {"keep": keep}
+    inputs = level_inputs(level, mode, STEP if step is None else step, start) | {"keep": keep}
+    if tolerance is not None:
+        inputs["tolerance"] = tolerance
     if names is not None:
         inputs["names"] = dict(names)
     if keep == "run":
@@ -172,13 +177,13 @@ def level_job(
     return Job(name, f"{__name__}:run_level", inputs, files, needs, seconds)
 
 
-def level_inputs(level: Level, mode: str, step: float, start: StartValues) -> dict[str, object]:
+def level_inputs(level: Level, mode: str, step: float, start: StartValues | None) -> dict[str, object]:
     """Return what every job that forms a level gets: level, mode, step [mm] and start values of the friction FMU."""
     return {
         "level": asdict(level) | {"parameters": dict(level.parameters)},
         "mode": mode,
         "step": step,
-        "start": dict(start),
+        "start": dict(start or {}),
     }
 
 
@@ -242,17 +247,27 @@ def simulate_level(inputs: Inputs, friction: Path, folder: Path) -> Run:
     return Master(system, mode=str(inputs["mode"]), tolerance=tolerance).run(folder)
 
 
+def outside_domain(distance: FloatArray) -> dict[str, float]:
+    """Return the share of contact points outside the trained domain, and their median distance from it.
+
+    Examples
+    --------
+    >>> outside_domain(np.array([0.0, 0.0, 0.0, 0.5]))
+    {'share': 0.25, 'median_distance': 0.5}
+    """
+    beyond = distance[distance > 0.0]
+    return {
+        "share": len(beyond) / max(len(distance), 1),
+        "median_distance": float(np.median(beyond)) if len(beyond) else 0.0,
+    }
+
+
 def summary(run: Run) -> LevelNumbers:
     """Return what `run_level` keeps of a run."""
     active = run["forming.active"] > 0.5
     outside: dict[str, float] | None = None
     if "friction.domain_distance" in run.values:
-        distance = run["friction.domain_distance"][active]
-        beyond = distance[distance > 0.0]
-        outside = {
-            "share": len(beyond) / max(len(distance), 1),
-            "median_distance": float(np.median(beyond)) if len(beyond) else 0.0,
-        }
+        outside = outside_domain(run["friction.domain_distance"][active])
     return {
         "stroke": run["forming.stroke"].tolist(),
         "force": run["forming.force"].tolist(),

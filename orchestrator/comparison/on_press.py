@@ -88,18 +88,17 @@ class ForcesComparison:
 
     def remarks(self) -> list[str]:
         """Return a sentence for levels of several lubricants, and for each model that is not compared."""
-        several = len(self.lubricants) > 1
-        mixed = f"levels of {', '.join(self.lubricants)} count together: a model of one lubricant is judged by all"
-        return [*([mixed] if several else []), *self._missing()]
-
-    def _missing(self) -> list[str]:
-        found: dict[str, list[FailedRun]] = {}
+        missing: dict[str, list[FailedRun]] = {}
         for run in self.failed:
-            found.setdefault(run.model, []).append(run)
-        return [
+            missing.setdefault(run.model, []).append(run)
+        lines = [
             f"{model} is not compared: {len(runs)} of {len(self.names)} levels failed ({runs[0].level}: {runs[0].error[:300]})"
-            for model, runs in found.items()
+            for model, runs in missing.items()
         ]
+        if len(self.lubricants) > 1:
+            mixed = f"levels of {', '.join(self.lubricants)} count together"
+            lines.insert(0, f"{mixed}: a model of one lubricant is judged by all")
+        return lines
 
     def report(self) -> str:
         """Return the table of errors, and what can be said about the order."""

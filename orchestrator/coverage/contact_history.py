@@ -136,7 +136,10 @@ class ContactHistory:
             if name not in COLUMNS:
                 raise unknown_name("quantity of a contact history", name, COLUMNS)
         for name in COLUMNS:
-            wanted, unit = _name_and_unit(asked.get(name, name))
+            wanted = asked.get(name, name).strip()
+            unit = None
+            if match := _BRACKET.match(wanted):
+                wanted, unit = match[1], match[2].strip()
             if wanted not in table.frame.columns:
                 if name in asked:
                     raise missing_column(wanted, table.frame.columns, where)
@@ -183,11 +186,6 @@ def _history(
         work = area
         notes.append("nothing slides: friction work is replaced by contact area")
     return ContactHistory(loads, area / area.sum(), work / work.sum(), source, synthetic, tuple(notes))
-
-
-def _name_and_unit(text: str) -> tuple[str, str | None]:
-    match = _BRACKET.match(text.strip())
-    return (match[1], match[2].strip()) if match else (text.strip(), None)
 
 
 def _converted(name: str, values: pd.Series, unit: str, where: str) -> FloatArray:

@@ -61,23 +61,21 @@ class Rig:
         values: dict[str, tuple[float, ...]] = {}
         names = ("sigma_set", "v_set", "T_tool", "sd_set", "psi_set")
         for text in texts:
-            name, _, rest = text.partition("=")
-            if name.strip() not in names:
-                raise unknown_name("limit of the rig", name.strip(), names)
-            parts = rest.split("," if name.strip() == "psi_set" else ":")
+            name, _, rest = (part.strip() for part in text.partition("="))
+            if name not in names:
+                raise unknown_name("limit of the rig", name, names)
+            listed = name == "psi_set"
             try:
-                numbers = tuple(float(p) for p in parts)
+                numbers = tuple(float(p) for p in rest.split("," if listed else ":"))
             except ValueError:
                 numbers = ()
-            low = -50.0 if name.strip() == "T_tool" else 1e-6
+            low = -50.0 if name == "T_tool" else 1e-6
             fits = numbers and all(low <= x <= 1e5 for x in numbers)
-            if name.strip() != "psi_set":
-                fits = fits and len(numbers) == 2 and numbers[0] < numbers[-1]
-            if not fits:
+            if not fits or not (listed or (len(numbers) == 2 and numbers[0] < numbers[-1])):
                 raise InputError(
-                    f"rig {text!r}; allowed: {name.strip()}=LOW:HIGH with LOW below HIGH (psi_set=VALUE,VALUE,...)"
+                    f"rig {text!r}; allowed: {name}=LOW:HIGH with LOW below HIGH (psi_set=VALUE,VALUE,...)"
                 )
-            values[name.strip()] = numbers
+            values[name] = numbers
         return replace(cls(), **values)  # type: ignore[arg-type]
 
 
@@ -197,7 +195,8 @@ def propose_tests(
         corners = _corners(regions_of(tested, present), tested)
         best, chosen, inside = 0.0, -1, covered
         for k, cloud in enumerate(clouds):
-            now = _inside(_grown(corners, cloud), asked)
+            grown = [Region.of(n, np.vstack([old, natural_columns(cloud, n)])) for n, old in corners.items()]
+            now = _inside(grown, asked)
             # where nothing reaches one load, the others still count: the mean over loads and pairs
             gain = float(np.mean((now & ~covered) @ weight))
             if gain > best + 1e-9:
@@ -276,12 +275,6 @@ def _corners(regions: list[Region], tested: FloatArray) -> dict[tuple[str, ...],
             column = natural_columns(tested, region.names)
             corners[region.names] = np.array([[column.min()], [column.max()]])
     return corners
-
-
-def _grown(corners: dict[tuple[str, ...], FloatArray], cloud: FloatArray) -> list[Region]:
-    return [
-        Region.of(names, np.vstack([old, natural_columns(cloud, names)])) for names, old in corners.items()
-    ]
 
 
 def _unreachable(

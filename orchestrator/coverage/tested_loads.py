@@ -53,9 +53,9 @@ def natural(name: str, values: npt.ArrayLike) -> FloatArray:
 class Region:
     """What was tested of one load or of a pair: the hull of the tested points.
 
-    `low` and `width` are lower limit and range on the natural scale. For a pair, `faces` of shape (f, 3) hold ``a x +
-    b y + c <= 0`` inside, on the scaled range, and `outline` of shape (k, 2) the corners of the hull on the natural
-    scale.
+    `low` and `width` are lower limit and range on the natural scale. For a pair, `faces` of shape (f, 3) hold
+    ``a x + b y + c <= 0`` inside, on the scaled range, and `outline` of shape (k, 2) the corners of the hull on the
+    natural scale.
 
     Examples
     --------

@@ -78,23 +78,8 @@ def _primitive(x: FloatArray, knots: FloatArray, force: FloatArray, area: FloatA
     return np.asarray(area[k] + force[k] * step + 0.5 * slope * step**2)
 
 
-@dataclass(frozen=True)
-class PressCurve:
-    """Repeated measurements of one level.
-
-    Examples
-    --------
-    >>> repeats = tuple(ForceCurve([0.0, 10.0], [0.0, force]) for force in (99.0, 101.0))
-    >>> [float(curve.force.max()) for curve in PressCurve(repeats).repeats]
-    [99.0, 101.0]
-    """
-
-    repeats: tuple[ForceCurve, ...]
-    source: str = ""
-
-
-def read_press_curve(path: str | os.PathLike[str]) -> PressCurve:
-    """Read a CSV with the columns ``stroke [mm], force [kN], repeat`` (``repeat`` may be missing).
+def read_press_curve(path: str | os.PathLike[str]) -> tuple[ForceCurve, ...]:
+    """Read the repeats of a level: a CSV with the columns ``stroke [mm], force [kN], repeat`` (which may be missing).
 
     Raises
     ------
@@ -107,7 +92,7 @@ def read_press_curve(path: str | os.PathLike[str]) -> PressCurve:
     >>> with TemporaryDirectory() as place:
     ...     file = Path(place) / "level.csv"
     ...     _ = file.write_text(chr(10).join(["stroke [mm],force [kN]", "0,0", "1,50", "2,50"]))
-    ...     (curve,) = read_press_curve(file).repeats
+    ...     (curve,) = read_press_curve(file)
     >>> curve.work(0.0, 2.0)
     75.0
     """
@@ -116,12 +101,10 @@ def read_press_curve(path: str | os.PathLike[str]) -> PressCurve:
     file = Path(path)
     if file.is_dir():
         raise InputError(f"{file}: is a folder, allowed: the CSV of one level (see its levels.csv)")
-    frame = read_curves(file)
-    curves = tuple(
+    return tuple(
         ForceCurve(part["stroke"].to_numpy(), part["force"].to_numpy())
-        for _, part in frame.groupby("repeat", sort=True)
+        for _, part in read_curves(file).groupby("repeat", sort=True)
     )
-    return PressCurve(curves, str(file))
 
 
 class ForceNumbers(TypedDict):
@@ -197,7 +180,7 @@ class ForceComparison:
 
 
 def compare_force(
-    simulated: ForceCurve, measured: PressCurve | ForceCurve, label: str = "simulation"
+    simulated: ForceCurve, measured: ForceCurve | Sequence[ForceCurve], label: str = "simulation"
 ) -> ForceComparison:
     """Compare a simulated curve with measured repeats on the stroke that all of them cover.
 
@@ -216,7 +199,7 @@ def compare_force(
     >>> round(found.max_force.are, 3), round(found.work.ae, 1)
     (0.1, 100.0)
     """
-    repeats = measured.repeats if isinstance(measured, PressCurve) else (measured,)
+    repeats = (measured,) if isinstance(measured, ForceCurve) else measured
     curves = (simulated, *repeats)
     start = max(c.stroke[0] for c in curves)
     end = min(c.stroke[-1] for c in curves)

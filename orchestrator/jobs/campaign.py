@@ -16,7 +16,7 @@ from friction_models.common.folders import STUDY
 from friction_models.common.pool import process_count
 
 from .estimate import DryRun, TimeEstimate
-from .executors import Cluster, Executor, ProcessExecutor, SerialExecutor
+from .executors import Cluster, Executor, ProcessExecutor
 from .job import Failure, Job, Progress
 from .keys import PACKAGES, Stamp, deciding_code, stamp
 from .store import JobResult, Store
@@ -104,12 +104,15 @@ class Campaign:
                 if scheduler is not None:
                     executor = Cluster(scheduler)
                 else:
-                    executor = SerialExecutor() if count == 1 else ProcessExecutor(count)
+                    executor = Executor() if count == 1 else ProcessExecutor(count)
                 with executor:
                     self._work(executor, work, todo, results, progress or (lambda done, total, what: None))
             elif progress is not None:
                 progress(len(self.jobs), len(self.jobs), "all kept from before")
-            self._report_failures()
+            if self.failed:
+                write_json(self.folder / "failed.json", [f.to_dict() for f in self.failed.values()])
+            else:
+                (self.folder / "failed.json").unlink(missing_ok=True)
         return {name: results[name] for name in self.jobs if name in results}
 
     def dry_run(self, jobs: int | None = None, scheduler: str | None = None) -> DryRun:
@@ -124,7 +127,7 @@ class Campaign:
         if scheduler is not None:
             with Cluster(scheduler) as executor:
                 count = executor.workers
-        todo = self._unique(name for name in self.jobs if name not in kept)
+        todo = [names[0] for names in self._twins(name for name in self.jobs if name not in kept)]
         return DryRun(
             len(self.jobs), len(kept), len(todo), clock.left(todo, count), count, scheduler is not None
         )
@@ -227,9 +230,12 @@ class Campaign:
         found = {name: self.store.load(key, name) for name, key in self.keys.items()}
         return {name: result for name, result in found.items() if result is not None}
 
-    def _unique(self, names: Iterable[str]) -> list[str]:
-        """Return the names without those whose result is that of an earlier one."""
-        return list({self.keys[name]: name for name in reversed(list(names))}.values())[::-1]
+    def _twins(self, names: Iterable[str]) -> list[list[str]]:
+        """Return the names in groups of one result."""
+        groups: dict[str, list[str]] = {}
+        for name in names:
+            groups.setdefault(self.keys[name], []).append(name)
+        return list(groups.values())
 
     # --- the work ---------------------------------------------------------------------------------
 
@@ -241,10 +247,8 @@ class Campaign:
         results: dict[str, JobResult],
         progress: Progress,
     ) -> None:
-        twins: dict[str, list[str]] = {}
-        for name in todo:
-            twins.setdefault(self.keys[name], []).append(name)
-        waiting = [names[0] for names in twins.values()]
+        twins = {names[0]: names for names in self._twins(todo)}
+        waiting = list(twins)
         running: dict[Future[dict[str, str]], str] = {}
         tries = dict.fromkeys(waiting, 0)
         clock = TimeEstimate(self.jobs.values(), results)
@@ -262,7 +266,7 @@ class Campaign:
                 missing = [need for need in job.needs if need in self.failed]
                 if missing:
                     waiting.remove(name)
-                    self._fail(twins[self.keys[name]], f"{_NOT_RUN} {', '.join(missing)} failed")
+                    self._fail(twins[name], f"{_NOT_RUN} {', '.join(missing)} failed")
                 elif len(running) < executor.capacity and all(need in results for need in job.needs):
                     waiting.remove(name)
                     tries[name] += 1
@@ -272,7 +276,7 @@ class Campaign:
             finished, _ = wait(running, return_when=FIRST_COMPLETED)
             for future in finished:
                 name = running.pop(future)
-                names = twins[self.keys[name]]
+                names = twins[name]
                 if future.cancelled():
                     raise SimulationError(
                         "the scheduler is gone; finished jobs are kept, start the study again"
@@ -309,13 +313,6 @@ class Campaign:
     def _fail(self, names: Iterable[str], error: str, trace: str = "") -> None:
         for name in names:
             self.failed[name] = Failure(self.jobs[name], error, trace)
-
-    def _report_failures(self) -> None:
-        file = self.folder / "failed.json"
-        if self.failed:
-            write_json(file, [failure.to_dict() for failure in self.failed.values()])
-        else:
-            file.unlink(missing_ok=True)
 
 
 _NOT_RUN = "not run, because"

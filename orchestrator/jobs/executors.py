@@ -6,7 +6,6 @@ import contextlib
 import logging
 import math
 import time
-from abc import ABC, abstractmethod
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from types import TracebackType
@@ -22,8 +21,8 @@ Outcome = dict[str, str]
 PATIENCE, ASK_AGAIN = 30.0, 5.0
 
 
-class Executor(ABC):
-    """Runs jobs and returns futures of their outcomes."""
+class Executor:
+    """Runs one job after the other in this process, and returns futures of their outcomes; others run several."""
 
     @property
     def workers(self) -> int:
@@ -35,15 +34,17 @@ class Executor(ABC):
         """Number of jobs that may be submitted at a time."""
         return self.workers
 
-    @abstractmethod
     def submit(self, call: JobCall) -> Future[Outcome]:
         """Start a job."""
+        future: Future[Outcome] = Future()
+        future.set_result(execute(call))
+        return future
 
     def died(self, error: BaseException) -> bool:
         """Whether the error says that the worker was killed, so that the job is worth another try."""
         return False
 
-    def close(self, now: bool) -> None:  # noqa: B027 - nothing to end in this process
+    def close(self, now: bool) -> None:
         """End; `now` gives up jobs that are still running."""
 
     def __enter__(self) -> Self:
@@ -90,15 +91,6 @@ class ProcessExecutor(Executor):
     def close(self, now: bool) -> None:
         for worker in [*self._idle, *self._busy.values()]:
             worker.close(now)
-
-
-class SerialExecutor(Executor):
-    """Runs one job after the other in this process."""
-
-    def submit(self, call: JobCall) -> Future[Outcome]:
-        future: Future[Outcome] = Future()
-        future.set_result(execute(call))
-        return future
 
 
 class Cluster(Executor):

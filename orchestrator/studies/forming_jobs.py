@@ -49,7 +49,7 @@ def coupled_job(
     label: str = "",
 ) -> Job:
     """Return the job that forms `level` with the FMU of the job `friction`, run folder kept; see `level_job`."""
-    inputs = level_inputs(level, mode, step, start or {}) | {"label": label, "tolerance": TOLERANCE}
+    inputs = level_inputs(level, mode, step, start) | {"label": label, "tolerance": TOLERANCE}
     # The cost by millimetre is that of steps of 0.1 mm; the solver makes small ones of its own within a long one.
     cost = SECONDS_A_MM.get(level.process, 0.25) * level.stroke * max(0.5, min(2.0, 0.1 / step))
     return Job(

@@ -47,7 +47,7 @@ def model_job(
     data: str | Path | None = None,
     *,
     name: str | None = None,
-    parameters: Mapping[str, float] | None = None,
+    parameters: Mapping[str, object] | None = None,
     tests: Sequence[str] | None = None,
 ) -> Job:
     """Return the job that trains one model.

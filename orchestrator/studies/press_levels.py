@@ -16,7 +16,7 @@ from ..jobs.campaign import Job, JobResult
 from ..jobs.job import Files, Inputs, Needs
 
 if TYPE_CHECKING:
-    from ..force_curves.forces import PressCurve
+    from ..force_curves.forces import ForceCurve
 
 #: CPU time of the virtual press by millimetre of stroke of one solver run [s], for estimates.
 SECONDS_A_MM = 0.45
@@ -38,7 +38,7 @@ class StudyLevel:
         """Name of the job that presses it, or copies one's own curves."""
         return f"press-{self.lubricant}-{self.level.name}"
 
-    def measured(self, results: Mapping[str, JobResult]) -> PressCurve | None:
+    def measured(self, results: Mapping[str, JobResult]) -> Sequence[ForceCurve] | None:
         """Return the measured curves; None where their job failed."""
         from ..force_curves.forces import read_press_curve
 

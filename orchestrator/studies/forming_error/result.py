@@ -181,7 +181,8 @@ class FormingErrors:
 
             return change
 
-        mean, spread = relative(lambda are: float(are.mean())), relative(_spread)
+        mean = relative(lambda are: float(are.mean()))
+        spread = relative(lambda are: float(are.std(ddof=1)))
         return Change(
             friction,
             constants[0] if len(constants) == 1 else "",
@@ -250,7 +251,3 @@ def propagated(function: Callable[[FloatArray], float], values: FloatArray, std:
         slope = (function(values + moved) - function(values - moved)) / (2.0 * step)
         total += (slope * std[k]) ** 2
     return float(np.sqrt(total))
-
-
-def _spread(are: FloatArray) -> float:
-    return float(are.std(ddof=1))
