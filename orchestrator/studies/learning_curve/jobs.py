@@ -192,37 +192,27 @@ def _point(data: Collection, name: str, sets: list[list[str]], inputs: LearnInpu
     from friction_models.training import fit_all
 
     parts = [data.training[data.training["test_id"].isin(tests)] for tests in sets]
+    laws: Sequence[FrictionModel | float]
+    best: dict[str, object] = {}
+    search: list[dict[str, object]] | None = None
     if name == MEAN:
-        means = [float(part["mu"].mean()) for part in parts]
-        return _errors(data, name, sets, parts, means)
-    best, search = _search(name, parts[0], len(sets[0]), inputs)
-    # One number for all repeats, so that they are alike and are trained in one batch.
-    most = max(len(part) for part in parts)
-    models = [
-        _model(name, inputs, most, 1000 * k + inputs["seed"]).set_params(**best) for k in range(len(parts))
-    ]
-    fit_all(models, [_lesson(part) for part in parts])
-    point = _errors(data, name, sets, parts, models)
-    point["parameters"] = {k: list(v) if isinstance(v, tuple) else v for k, v in best.items()}
-    point["search"] = search
-    return point
-
-
-def _errors(
-    data: Collection,
-    name: str,
-    sets: list[list[str]],
-    parts: list[pd.DataFrame],
-    models: Sequence[FrictionModel | float],
-) -> Point:
-    return {
+        laws = [float(part["mu"].mean()) for part in parts]
+    else:
+        best, search = _search(name, parts[0], len(sets[0]), inputs)
+        # One number for all repeats, so that they are alike and are trained in one batch.
+        most = max(len(part) for part in parts)
+        seeds = (1000 * k + inputs["seed"] for k in range(len(parts)))
+        laws = models = [_model(name, inputs, most, seed).set_params(**best) for seed in seeds]
+        fit_all(models, [_lesson(part) for part in parts])
+    point: Point = {
         "model": name,
         "tests": len(sets[0]),
         "points": len(parts[0]),
-        "parameters": {},
-        "errors": [data.errors(model) for model in models],
-        "errors_averages": [data.errors(model, averages=True) for model in models],
+        "parameters": {k: list(v) if isinstance(v, tuple) else v for k, v in best.items()},
+        "errors": [data.errors(law) for law in laws],
+        "errors_averages": [data.errors(law, averages=True) for law in laws],
     }
+    return point if search is None else {**point, "search": search}
 
 
 def _search(
