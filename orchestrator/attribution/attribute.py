@@ -12,7 +12,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from friction_models.common import InputError
+from friction_models.common import InputError, grown
+from friction_models.common.cached_results import cache_folder
+from friction_models.common.folders import SENSITIVITIES
 
 from ..cosim.system import System
 from ..jobs.job import Progress
@@ -20,7 +22,7 @@ from .curves import on_common_stroke
 from .fit import attribution
 from .forming_system import FormingSystem
 from .result import Attribution
-from .sensitivities import run_sensitivities, runs_folder
+from .sensitivities import run_sensitivities
 
 if TYPE_CHECKING:
     from forming.press import PressCurves, PressLevel
@@ -57,14 +59,16 @@ def attribute(
     Raises
     ------
     InputError
-        No level of the press belongs to a system, systems that cannot be varied, unknown causes.
+        No level of the press belongs to a system, systems that cannot be varied, unknown causes, a folder that holds
+        something else.
     """
     from forming.press import PressCurves
 
     curves = press if isinstance(press, PressCurves) else PressCurves.read(press)
     varied = [FormingSystem.of(s) for s in ([systems] if isinstance(systems, System) else systems)]
     pairs, warnings = _matched(curves, varied)
-    found = run_sensitivities(varied, pairs, causes, runs_folder(runs), jobs, progress)
+    folder = grown(cache_folder() / "attribution" if runs is None else runs, SENSITIVITIES)
+    found = run_sensitivities(varied, pairs, causes, folder, jobs, progress)
     levels = [
         on_common_stroke(level, base, found.mesh_size)
         for (_, level), base in zip(pairs, found.base, strict=True)

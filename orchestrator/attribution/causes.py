@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from friction_models.effects import CATALOGUE
 
+#: Parameter by which a friction FMU with effects scales mu.
+FACTOR = "mu_factor"
 KINDS = ("friction", "flow stress", "heat", "machine")
 
 
@@ -15,14 +17,16 @@ class Cause:
 
     Attributes
     ----------
-    name, title, kind, unit : str
-        Identifier, words, one of `KINDS`, unit of the strength.
+    kind, unit : str
+        One of `KINDS`; unit of the strength.
     step : float
         How far it is moved for the sensitivity; 0 where no run is needed.
     sign : int
         Physical sign of the strength; 0: both.
     column : str
         Tells two strengths of one cause apart; empty for most.
+    parameter : str
+        Of the FMU, that moves it; empty for what is packed into the forming FMU, and where no run is needed.
 
     Examples
     --------
@@ -38,6 +42,7 @@ class Cause:
     step: float = 0.0
     sign: int = 0
     column: str = ""
+    parameter: str = ""
 
     @property
     def key(self) -> str:
@@ -47,11 +52,13 @@ class Cause:
 
 FORMING = (
     Cause("flow_stress", "flow stress of the workpiece, relative", "flow stress", "1", 0.03),
-    Cause("tool_temperature", "tool temperature", "heat", "K", 15.0),
-    Cause("billet_temperature", "billet temperature", "heat", "K", 15.0),
-    Cause("heat_transfer", "heat transfer to the tools, relative", "heat", "1", 0.5),
+    Cause("tool_temperature", "tool temperature", "heat", "K", 15.0, parameter="T_tool"),
+    Cause("billet_temperature", "billet temperature", "heat", "K", 15.0, parameter="T_billet"),
+    Cause("heat_transfer", "heat transfer to the tools, relative", "heat", "1", 0.5, parameter="htc"),
 )
-FRICTION_LEVEL = Cause("friction_level", "friction as a whole, relative", "friction", "1", 0.2)
+FRICTION_LEVEL = Cause(
+    "friction_level", "friction as a whole, relative", "friction", "1", 0.2, parameter=FACTOR
+)
 #: Seen in the simulated curve itself.
 MACHINE = (
     Cause("compliance", "elastic give of press and tools", "machine", "mm/kN", sign=1),

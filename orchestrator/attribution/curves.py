@@ -34,15 +34,14 @@ class LevelForces:
 
     Attributes
     ----------
-    name : str
     stroke, simulated, measured : ndarray, shape (n,)
         Stroke [mm] and forces [kN].
     window : float
         Stroke over which the forces are averaged [mm].
-    curve : ForceCurve
-        The simulated curve as it was recorded.
     deviations : ndarray, shape (repeats, n)
         Of each repeat from their mean [kN].
+    curve : ForceCurve
+        The simulated curve as it was recorded.
     process : str
         Levels of one process share the error of the mesh.
     """

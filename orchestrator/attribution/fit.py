@@ -68,7 +68,7 @@ def attribution(
     total = np.concatenate(deviation)
     scale = float(np.sqrt(np.mean(total**2)))
     expected = np.sqrt(np.mean(scatter.deviation**2))
-    left = scatter.as_forces(after)
+    left = scatter.factor @ after
     chi2 = float(after @ after) / len(y)
     if confusion and chi2 > 4.0:
         notes.append(

@@ -23,19 +23,9 @@ if TYPE_CHECKING:
 class FormingSystem:
     """A user's system of friction and forming FMU.
 
-    Attributes
-    ----------
-    system : System
-    forming, friction : str
-        Names of the components.
-    description : FmuDescription
-        Of the forming FMU.
-    process : str
-        ``fre``, ``bce``, or empty for a forming FMU that is not of this project.
-    config : dict
-        What a forming FMU of this project was packed from.
-    fmi : str
-        Version of the friction FMU's interface.
+    `forming` and `friction` are names of components; `description` is that of the forming FMU, `process` is empty for
+    one that is not of this project, `config` what one of this project was packed from; `fmi` is the version of the
+    friction FMU's interface.
     """
 
     system: System
@@ -94,11 +84,9 @@ class FormingSystem:
     @property
     def travel(self) -> float:
         """Punch travel of one communication step [mm]."""
-        speed = self.system.components[self.forming].start.get("speed")
-        if speed is None:
-            variable = next(v for v in self.description.raw.modelVariables if v.name == "speed")
-            speed = float(variable.start)
-        return float(self.system.communication_step * float(speed))  # type: ignore[arg-type]
+        speed = self.start_of("speed")
+        assert speed is not None
+        return self.system.communication_step * speed
 
     def start_of(self, parameter: str) -> float | None:
         """Return the value of a forming parameter in the system; None where the FMU has none."""
@@ -126,7 +114,7 @@ class FormingSystem:
         content["communication_step"] = self.travel / level.speed
         content["stop_time"] = content["communication_step"] * steps
         content["record"] = [f"{self.forming}.stroke", f"{self.forming}.force"]
-        content["name"] = f"{self.system.name}"[:80]
+        content["name"] = self.system.name[:80]
         return System.from_dict(content, source=self.system.source)
 
 

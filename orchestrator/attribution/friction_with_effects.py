@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,41 +18,40 @@ from friction_models.expressions.onnx_graph import GraphBuilder, OnnxOps
 from friction_models.expressions.ops import LoadColumns, Value
 from friction_models.loads import LOAD_NAMES
 
+from .causes import FACTOR, Cause
+
 if TYPE_CHECKING:
     import onnx
 
 #: Where our friction FMUs keep their graph.
 GRAPH = "resources/model.onnx"
-FACTOR = "mu_factor"
 #: Share of an effect's typical amplitude that a sensitivity uses.
 SMALL = 0.5
 _MAX_GRAPH = 256 * 1024**2
 
 
-@dataclass(frozen=True)
-class Strength:
-    """Parameter of an added effect: what it is called, its effect, and how far a sensitivity moves it."""
-
-    parameter: str
-    effect: str
-    step: float
-    unit: str
-    sign: int
-
-
-def strengths(effects: Sequence[Effect]) -> list[Strength]:
-    """Return the parameters of added effects, one for each amplitude of each effect.
+def strengths(effects: Sequence[Effect]) -> list[Cause]:
+    """Return the causes that added effects are, one for each amplitude of each effect.
 
     Examples
     --------
     >>> from friction_models.effects import CATALOGUE
-    >>> [(s.parameter, s.effect, s.unit) for s in strengths([CATALOGUE["viscous"]])]
+    >>> [(s.parameter, s.name, s.unit) for s in strengths([CATALOGUE["viscous"]])]
     [('strength_viscous_k_v', 'viscous', '1')]
     """
     return [
-        Strength(f"strength_{e.name}_{a.name}", e.name, SMALL * a.start, a.unit, a.sign)
-        for e in effects
-        for a in e.amplitudes
+        Cause(
+            effect.name,
+            effect.title,
+            "friction",
+            amplitude.unit,
+            SMALL * amplitude.start,
+            amplitude.sign,
+            amplitude.name if len(effect.amplitudes) > 1 else "",
+            f"strength_{effect.name}_{amplitude.name}",
+        )
+        for effect in effects
+        for amplitude in effect.amplitudes
     ]
 
 
@@ -89,18 +87,8 @@ def pack_with_effects(
 ) -> Path:
     """Write a friction FMU again, with effects added at strength 0; a graph that does not become C runs in Python.
 
-    Parameters
-    ----------
-    fmu : Path
-        The user's friction FMU.
-    effects : sequence of Effect
-        Physical effects, without metadata.
-    target : Path
-        FMU to write.
-    nodes : int
-        Contact points.
-    fmi : str
-        Version of the interface, as that of the user's FMU: start values of the system fit both.
+    `effects` are physical ones without metadata, `nodes` the contact points, `fmi` the version of the interface of
+    the user's FMU, so that start values of the system fit both.
 
     Raises
     ------
@@ -128,7 +116,7 @@ def addable(content: bytes, effects: Sequence[Effect], where: str) -> list[Effec
     ]
 
 
-def _read(content: bytes, where: str) -> tuple[onnx.ModelProto, dict[str, Any]]:
+def _read(content: bytes, where: str) -> tuple[onnx.ModelProto, dict[str, list[Any]]]:
     """Return a checked graph with our signature, and its metadata."""
     from fmus.user_onnx import looks_ours
     from fmus.user_onnx.reading import parse
@@ -152,8 +140,7 @@ def with_effects(content: bytes, effects: Sequence[Effect], where: str) -> onnx.
     from onnx.compose import add_prefix
 
     user, held = _read(content, where)
-    states: list[dict[str, Any]] = list(held.get("tribofmu.state", []))
-    system: list[dict[str, Any]] = list(held.get("tribofmu.system", []))
+    states, system = held.get("tribofmu.state", []), held.get("tribofmu.system", [])
     known = strengths(effects)
     own_states = [s for e in effects for s in e.state_variables(e.start_shape())]
     probe = _probe_graph(effects, known, len(own_states))
@@ -218,7 +205,7 @@ def with_effects(content: bytes, effects: Sequence[Effect], where: str) -> onnx.
     return merged
 
 
-def _probe_graph(effects: Sequence[Effect], known: Sequence[Strength], states: int) -> onnx.ModelProto:
+def _probe_graph(effects: Sequence[Effect], known: Sequence[Cause], states: int) -> onnx.ModelProto:
     """Return the graph of ``mu_factor * mu_in + sum of strength * basis``."""
     graph = GraphBuilder("probe")
     x = OnnxOps(graph)

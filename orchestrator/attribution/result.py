@@ -92,10 +92,9 @@ class Attribution:
     ----------
     ranking : list of Fit
         The largest gain first (drop of the whitened squared error less two a strength).
-    confusion_set : list of str
-        Causes that these curves cannot tell from the first one, itself included; empty where nothing stands out.
-    second : list of str
-        What is missing beside it, where something is.
+    confusion_set, second : list of str
+        Causes that these curves cannot tell from the first one, itself included, empty where nothing stands out; and
+        what is missing beside it, where something is.
     groups : list of list of str
         Causes whose fingerprints are the same in these curves, whatever the truth.
     unseen : list of str
@@ -103,7 +102,6 @@ class Attribution:
     deviation : Deviation
         RMS of measured minus simulated [kN] ``before``, ``after`` the first cause (and the second), of the
         ``scatter`` to expect, and of the shift by the ``mesh`` that is allowed beside it.
-    levels : list of LevelDeviation
     curves : list of LevelCurves
         Forces of each level, with what is left ``after`` the causes named and the ``scatter`` to expect.
 

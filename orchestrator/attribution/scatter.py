@@ -39,14 +39,11 @@ class Scatter:
 
     Attributes
     ----------
-    covariance : ndarray, shape (N, N)
-        Of the N forces of all levels, one level after the other [kN2].
-    factor : ndarray, shape (N, N)
-        Its lower Cholesky factor [kN].
-    deviation : ndarray, shape (N,)
-        Standard deviation of every force [kN] without `drift`.
-    drift : ndarray, shape (N,)
-        What the mesh may shift all curves of a process by together [kN]: one standard deviation.
+    covariance, factor : ndarray, shape (N, N)
+        Of the N forces of all levels, one level after the other [kN2], and its lower Cholesky factor [kN].
+    deviation, drift : ndarray, shape (N,)
+        Standard deviation of every force [kN] without `drift`, which is what the mesh may shift all curves of a
+        process by together: one standard deviation.
     """
 
     covariance: FloatArray
@@ -67,10 +64,6 @@ class Scatter:
         """Return the forces of all levels as independent numbers of variance one."""
         return np.asarray(np.linalg.solve(self.factor, np.concatenate(forces)))
 
-    def as_forces(self, whitened: FloatArray) -> FloatArray:
-        """Return whitened numbers as forces of all levels again [kN]."""
-        return np.asarray(self.factor @ whitened)
-
 
 def repeats(levels: Sequence[LevelForces], notes: list[str]) -> FloatArray:
     """Return the covariance of the mean curves of the repeats [kN2].
@@ -78,6 +71,8 @@ def repeats(levels: Sequence[LevelForces], notes: list[str]) -> FloatArray:
     A billet, or its lubricant, shifts a whole curve in proportion to the force; beside that curves differ
     slowly along the stroke, and by sensor noise.
     """
+    from scipy.linalg import block_diag
+
     gains, slow, white, freedom = 0.0, 0.0, 0.0, 0
     for v in levels:
         share = v.deviations @ v.simulated / float(v.simulated @ v.simulated)
@@ -102,7 +97,7 @@ def repeats(levels: Sequence[LevelForces], notes: list[str]) -> FloatArray:
         gap = np.abs(v.stroke[:, None] - v.stroke[None, :]) / float(np.ptp(v.stroke))
         S = gains * np.outer(v.simulated, v.simulated)
         blocks.append((S + top**2 * (slow * np.exp(-gap / 0.3) + white * np.eye(len(v.stroke)))) / n)
-    return _diagonal(blocks)
+    return np.asarray(block_diag(*blocks))
 
 
 def mesh_error(
@@ -171,12 +166,3 @@ def _correlation(stroke: FloatArray, level: FloatArray, length: float, shared: f
     """
     gap = np.abs(stroke[:, None] - stroke[None, :]) / (length * float(np.ptp(stroke)))
     return np.asarray(np.where(level[:, None] == level[None, :], 1.0, shared) * np.exp(-gap))
-
-
-def _diagonal(blocks: Sequence[FloatArray]) -> FloatArray:
-    """Return a matrix of blocks along its diagonal."""
-    ends = np.cumsum([0, *(len(b) for b in blocks)])
-    S = np.zeros((ends[-1], ends[-1]))
-    for block, low, high in zip(blocks, ends[:-1], ends[1:], strict=True):
-        S[low:high, low:high] = block
-    return S

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from friction_models.common import InputError, grown, unknown_name
-from friction_models.common.cached_results import cache_folder, is_kept, keep
-from friction_models.common.folders import SENSITIVITIES
+from friction_models.common import InputError, unknown_name
+from friction_models.common.cached_results import is_kept, keep
 from friction_models.effects import CATALOGUE, make_effect
 from friction_models.effects.base import Effect
 
@@ -19,45 +18,27 @@ from ..cosim.batch import cached_task, run_all
 from ..force_curves.forces import ForceCurve
 from ..jobs.job import Progress
 from ..jobs.keys import ResultKeys
-from .causes import FORMING, FRICTION_LEVEL, MACHINE, Cause, all_causes
+from .causes import FACTOR, FORMING, FRICTION_LEVEL, MACHINE, Cause, all_causes
 from .forming_system import FormingSystem
-from .friction_with_effects import FACTOR, addable, graph_of, pack_with_effects, strengths
+from .friction_with_effects import addable, graph_of, pack_with_effects, strengths
 
 if TYPE_CHECKING:
     from forming.press import PressLevel
 
+#: Causes for which a forming FMU is packed again that has no parameter for them.
+_PACKED = ("flow_stress", "heat_transfer")
 #: What carries the strength of the flow stress in each kind of material.
 _FLOW = {"HenselSpittel": ("A",), "PowerLaw": ("yield_stress", "K"), "FlowTable": ("stresses",)}
 #: Relative size of the elements of the other mesh, which shows what the mesh does to the curves: twice as many.
 OTHER_MESH = 0.7
 
 
-def runs_folder(given: Path | None) -> Path:
-    """Return where runs are kept: the folder that the user names, or one in the user's cache folder.
-
-    Raises
-    ------
-    InputError
-        A folder that holds something else.
-    """
-    return grown(cache_folder() / "attribution" if given is None else given, SENSITIVITIES)
-
-
 @dataclass
 class Sensitivities:
     """Simulated curves of every level: as the system stands, and with each cause moved by its step.
 
-    Attributes
-    ----------
-    causes : list of Cause
-    base : list of ForceCurve
-    moved : dict of str to list of ForceCurve
-        By `Cause.key`; causes that need no run are not in it.
-    remeshed : list of ForceCurve
-        With another size of the elements; empty where it cannot be set.
-    mesh_size : float
-        Largest element size of the systems [mm]; 0 where unknown.
-    warnings : list of str
+    `moved` is by `Cause.key`, without causes that need no run; `remeshed` has another size of the elements, and is
+    empty where that cannot be set; `mesh_size` is the largest element size of the systems [mm], 0 where unknown.
     """
 
     causes: list[Cause]
@@ -78,16 +59,8 @@ def run_sensitivities(
 ) -> Sensitivities:
     """Run all levels with every cause moved; runs of the same content are taken from `folder`.
 
-    Parameters
-    ----------
-    systems : sequence of FormingSystem
-        One for each process.
-    levels : sequence of (FormingSystem, PressLevel)
-        Which system stands for which level.
-    wanted : sequence of str, optional
-        Names of causes; all by default.
-    folder : Path
-        Where runs and FMUs are kept.
+    `systems` are one for each process; `levels` say which of them stands for which level; `wanted` are names of
+    causes, all by default.
 
     Raises
     ------
@@ -105,14 +78,7 @@ def run_sensitivities(
     causes = [c for c in FORMING if c.name in chosen and _possible(c, systems, warnings)]
     if FRICTION_LEVEL.name in chosen:
         causes.append(FRICTION_LEVEL)
-    parameters: dict[str, str] = {}
-    steps = strengths(effects)
-    for s in steps:
-        several = sum(o.effect == s.effect for o in steps) > 1
-        column = s.parameter.removeprefix(f"strength_{s.effect}_") if several else ""
-        cause = Cause(s.effect, CATALOGUE[s.effect].title, "friction", s.unit, s.step, s.sign, column)
-        causes.append(cause)
-        parameters[cause.key] = s.parameter
+    causes += strengths(effects)
     formings = {id(system): _forming_fmus(system, causes, folder, hashes) for system in systems}
     sizes = [system.start_of("mesh_size") or 0.0 for system in systems]
     moved: dict[str, Cause | None] = {"": None, **({"mesh": None} if min(sizes) > 0.0 else {})}
@@ -121,8 +87,7 @@ def run_sensitivities(
     for key, moving in moved.items():
         for system, level in levels:
             fmu = formings[id(system)].get(key, system.description.path)
-            changes = _changes(key, moving, system, level, parameters)
-            varied = system.at(level, frictions[id(system)], fmu, changes)
+            varied = system.at(level, frictions[id(system)], fmu, _changes(key, moving, system, level))
             tasks.append(cached_task(varied, folder, hashes, key))
     runs = iter(run_all(tasks, jobs, progress))
     curves = {key: [next(runs).force_curve() for _ in levels] for key in moved}
@@ -140,7 +105,10 @@ def _friction_fmus(
 ) -> tuple[list[Effect], dict[int, Path]]:
     """Return the effects that can be judged, and by system its friction FMU with all of them added at strength 0."""
     effects = [make_effect(n) for n in names if n in CATALOGUE]
-    graphs = {id(system): _graph(system) for system in systems}
+    try:
+        graphs = {id(s): graph_of(s.system.fmu_path(s.friction)) for s in systems}
+    except InputError as error:
+        raise InputError(f"{error}; without it friction cannot be told from other causes") from None
     for system in systems:
         kept = addable(graphs[id(system)], effects, str(system.system.fmu_path(system.friction)))
         warnings += [
@@ -163,53 +131,37 @@ def _friction_fmus(
 
 
 def _changes(
-    key: str,
-    cause: Cause | None,
-    system: FormingSystem,
-    level: PressLevel,
-    parameters: Mapping[str, str],
+    key: str, cause: Cause | None, system: FormingSystem, level: PressLevel
 ) -> dict[str, dict[str, float]]:
     """Return the start values, by component, that a run changes; none where a cause is packed into the forming FMU."""
     if key == "mesh":
         return {system.forming: {"mesh_size": OTHER_MESH * (system.start_of("mesh_size") or 0.0)}}
-    if cause is None:
+    if cause is None or not cause.parameter:
         return {}
-    if cause.name == FRICTION_LEVEL.name:
-        return {system.friction: {FACTOR: 1.0 + cause.step}}
-    if key in parameters:
-        return {system.friction: {parameters[key]: cause.step}}
-    if cause.name == "heat_transfer" and system.start_of("htc") is not None:
-        return {system.forming: {"htc": (system.start_of("htc") or 0.0) * (1.0 + cause.step)}}
-    if cause.name == "tool_temperature":
-        return {system.forming: {"T_tool": level.T_tool + cause.step}}
-    if cause.name == "billet_temperature":
-        return {system.forming: {"T_billet": (system.start_of("T_billet") or 20.0) + cause.step}}
-    return {}
-
-
-def _graph(system: FormingSystem) -> bytes:
-    try:
-        return graph_of(system.system.fmu_path(system.friction))
-    except InputError as error:
-        raise InputError(f"{error}; without it friction cannot be told from other causes") from None
+    if cause.kind == "friction":
+        start = 1.0 if cause.parameter == FACTOR else 0.0
+        return {system.friction: {cause.parameter: start + cause.step}}
+    now = level.T_tool if cause.parameter == "T_tool" else system.start_of(cause.parameter)
+    if now is None:
+        return {}
+    moved = now * (1.0 + cause.step) if cause.unit == "1" else now + cause.step
+    return {system.forming: {cause.parameter: moved}}
 
 
 def _possible(cause: Cause, systems: Sequence[FormingSystem], warnings: list[str]) -> bool:
     """Return whether a cause can be moved in all systems; says so where it cannot."""
     for system in systems:
-        if cause.name == "heat_transfer":
-            fits = bool(system.config) or system.start_of("htc") is not None
-        elif cause.name == "flow_stress":
-            fits = bool(system.config)
-        else:
-            fits = system.start_of("T_tool" if cause.name == "tool_temperature" else "T_billet") is not None
-        if not fits:
+        if not (system.config and cause.name in _PACKED) and not _is_parameter(cause, system):
             warnings.append(
                 f"{cause.name} was not judged: {system.description.path.name} does not say what it was made of, or has "
                 "no such parameter (a forming FMU of the target 'python' does)"
             )
             return False
     return True
+
+
+def _is_parameter(cause: Cause, system: FormingSystem) -> bool:
+    return bool(cause.parameter) and system.start_of(cause.parameter) is not None
 
 
 def _forming_fmus(
@@ -221,10 +173,8 @@ def _forming_fmus(
 
     found: dict[str, Path] = {}
     for cause in causes:
-        if cause.name not in {"flow_stress", "heat_transfer"}:
+        if cause.name not in _PACKED or _is_parameter(cause, system):
             continue
-        if cause.name == "heat_transfer" and system.start_of("htc") is not None:
-            continue  # a parameter: it needs no other FMU
         config = json.loads(json.dumps(system.config))
         material, fixed = config["material"], dict(config["fixed"])
         if cause.name == "flow_stress":

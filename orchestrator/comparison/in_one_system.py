@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,12 +17,11 @@ from friction_models.loads import LOADS, MU, FloatArray
 from ..cosim.run_folders import Run
 from ..cosim.swapping import friction_component, swap_model, takes_loads
 from ..force_curves.forces import SAMPLES, WINDOW, ForceCurve
-from .study_folder import RUN, study_folder, write_runs_table
+from ..jobs.job import Files, Inputs, Job, Needs, Progress
+from .study_folder import RUN, run_jobs, study_folder
 
 if TYPE_CHECKING:
     from ..cosim.system import System
-    from ..jobs.campaign import JobResult
-    from ..jobs.job import Progress
 
 #: The run without friction, which the others are held against; no model may be called so.
 REFERENCE = "without friction"
@@ -34,15 +33,8 @@ POINTS = 3
 class Totals:
     """What a run comes to on the stroke that all runs cover.
 
-    Attributes
-    ----------
-    max_force : float
-        Largest force [kN], moving mean.
-    work : float
-        Work of the punch [J].
-    friction_share : float or None
-        Part of the work that is there because of friction: one minus the work of the run without friction over this one;
-        None where that run failed.
+    Largest force [kN], moving mean; work of the punch [J]; and the part of that work that is there because of
+    friction, one minus the work of the run without friction over this one, None where that run failed.
 
     Examples
     --------
@@ -59,14 +51,7 @@ class Totals:
 class PointHistory:
     """Loads and mu of one contact point in one run; NaN where it touches nothing.
 
-    Attributes
-    ----------
-    point : int
-        Its number, from 1.
-    stroke : ndarray, shape (steps + 1,)
-        [mm]
-    values : dict of str to ndarray
-        By name of the loads contract.
+    `point` is its number, from 1; `values` are by name of the loads contract, as long as `stroke` [mm].
     """
 
     point: int
@@ -80,20 +65,12 @@ class RunsComparison:
 
     Attributes
     ----------
-    system : str
-        Its name.
-    curves : dict of str to ForceCurve
-        By label of the model.
-    totals : dict of str to Totals
-    points : dict of str to list of PointHistory
-        The same points in every run; none for a process without contact points.
+    curves, totals, points : dict
+        By label of the model; the same points in every run, none for a process without contact points.
     stroke : (float, float)
         The stroke that all runs cover [mm].
-    failed : dict of str to str
-        Models whose runs failed, and why.
-    notes : dict of str to str
-        Runs that a component ended before the stop time.
-    synthetic : bool
+    failed, notes : dict of str to str
+        By label: why a run failed, and that a component ended it before the stop time.
 
     Examples
     --------
@@ -157,10 +134,8 @@ class RunsComparison:
             share = "-" if total.friction_share is None else f"{100 * total.friction_share:.1f} %"
             cells = ["", ""]
             if first is not None and total is not first:
-                cells = [
-                    f"{100 * (total.max_force / first.max_force - 1):+.1f} %" if first.max_force else "",
-                    f"{100 * (total.work / first.work - 1):+.1f} %" if first.work else "",
-                ]
+                pairs = (total.max_force, first.max_force), (total.work, first.work)
+                cells = [f"{100 * (this / that - 1):+.1f} %" if that else "" for this, that in pairs]
             rows.append(
                 f"{label:{width}}{total.max_force:16.2f}{cells[0]:>9}{total.work:12.1f}{cells[1]:>9}{share:>13}"
             )
@@ -203,8 +178,6 @@ def compare_in_system(
     SimulationError
         Every run failed.
     """
-    from ..jobs.campaign import Campaign, Job
-
     component = friction_component(system)
     process = _process(system, component)
     with study_folder(runs) as place:
@@ -220,18 +193,13 @@ def compare_in_system(
             inputs = {"system": other.to_dict(dict.fromkeys(other.components, "")), "mode": mode}
             files = {name: other.fmu_path(name) for name in other.components}
             todo.append(Job(label, f"{__name__}:run_system", inputs, files, seconds=0.1 * other.steps))
-        campaign = Campaign(place, todo)
-        results = campaign.run(jobs, progress=progress)
-        if runs is not None:
-            write_runs_table(place, results)
+        results, failures = run_jobs(place, todo, jobs, progress)
         found = {label: Run.load(result.folder / RUN) for label, result in results.items()}
-        failed = {label: failure.error for label, failure in campaign.failed.items()}
+        failed = {label: failure.error for label, failure in failures.items()}
         return _compared(system, component, process, found, called, failed)
 
 
-def run_system(
-    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, object]:
+def run_system(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict[str, object]:
     """Run a system into a folder; the function of the jobs of `compare_in_system`."""
     from ..cosim.master import Master
     from ..cosim.system import System

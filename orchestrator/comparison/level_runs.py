@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
@@ -13,21 +13,30 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict
 import numpy as np
 
 from friction_models.common import InputError, unknown_name
+from friction_models.loads import FloatArray
 
+from ..force_curves.forces import ForceCurve
 from .study_folder import RUN as RUN
 
 if TYPE_CHECKING:
     from forming.press import PressLevel
 
     from ..cosim.run_folders import Run
-    from ..jobs.campaign import Job, JobResult
+    from ..jobs.campaign import Job
+    from ..jobs.job import Files, Inputs, Needs
 
+#: Start values of a friction FMU, such as ``clamp_to_domain``.
+StartValues = Mapping[str, bool | int | float | str]
 #: CPU time of a run by millimetre of stroke [s], for estimates.
 SECONDS_A_MM = {"fre": 0.25, "bce": 0.25}
 
 
 class LevelNumbers(TypedDict):
-    """What is kept of a run; `outside` is None for a friction FMU that does not say."""
+    """What is kept of a run: stroke [mm], force [kN], work [J], highest friction over shear yield stress by step.
+
+    `outside`: share of the contact outside the trained domain and the median distance there, None for a friction FMU
+    that does not say.
+    """
 
     stroke: list[float]
     force: list[float]
@@ -42,16 +51,8 @@ class LevelNumbers(TypedDict):
 class Level:
     """A factor level of the press, as a forming run needs it.
 
-    Attributes
-    ----------
-    process : str
-        ``"fre"`` or ``"bce"``.
-    T_tool, speed : float
-        Tool temperature [degC] and punch speed [mm/s].
-    stroke : float
-        Punch travel [mm].
-    parameters : mapping
-        Other parameters of the process.
+    `process` is ``"fre"`` or ``"bce"``; tool temperature [degC], punch speed [mm/s], punch travel [mm]; `parameters`:
+    others of the process.
 
     Examples
     --------
@@ -64,10 +65,10 @@ class Level:
     T_tool: float
     speed: float
     stroke: float
-    parameters: Mapping[str, Any] = field(default_factory=dict)
+    parameters: Mapping[str, float | str] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, level: PressLevel, info: Mapping[str, Any], stroke: float, step: float) -> Level:
+    def of(cls, level: PressLevel, info: Mapping[str, object], stroke: float, step: float) -> Level:
         """Return the level of press curves, with a stroke that record and process allow, in whole steps [mm].
 
         `info` is that of the press curves: ``process`` and ``T_billet_degC`` say what differs from the default.
@@ -103,6 +104,16 @@ class Level:
 
     def farthest(self, step: float) -> float:
         """Return how far the punch can go, in whole steps [mm]: a record holds the give of the press, too."""
+        return math.floor(float(self.forming().max_stroke) / step + 1e-6) * step
+
+    def forming(self) -> Any:
+        """Return the forming process with these parameters.
+
+        Raises
+        ------
+        InputError
+            A parameter that it does not have, or a value that it refuses.
+        """
         from forming.processes.names import PROCESSES
 
         solver: Any = PROCESSES[self.process]
@@ -110,7 +121,7 @@ class Level:
         for name in self.parameters:
             if name not in known:
                 raise unknown_name(f"parameter of {solver.__name__}", str(name), known)
-        return math.floor(float(solver(**self.numbers).max_stroke) / step + 1e-6) * step
+        return solver(**self.numbers)
 
 
 def level_job(
@@ -121,8 +132,8 @@ def level_job(
     mode: str = "gauss_seidel",
     step: float | None = None,
     tolerance: float | None = None,
-    start: Mapping[str, Any] | None = None,
-    names: Mapping[str, Any] | None = None,
+    start: StartValues | None = None,
+    names: Mapping[str, object] | None = None,
     keep: Literal["summary", "run"] = "summary",
     synthetic: bool = False,
     label: str = "",
@@ -131,19 +142,12 @@ def level_job(
 
     Parameters
     ----------
-    name : str
-        Of the job.
-    level : Level
     friction : Path or str
         Friction FMU, or the name of the job that made it (its value ``fmu`` is the file in its folder).
-    mode, step
-        How the FMUs are coupled, and the stroke between two exchanges [mm].
-    tolerance : float, optional
-        Of the mode ``iterated``.
-    start : mapping, optional
-        Start values of the friction FMU.
+    mode, step, tolerance
+        How the FMUs are coupled, the stroke between two exchanges [mm], and the tolerance of the mode ``iterated``.
     names : mapping, optional
-        Its variables, where they have other names than the loads: `FrictionNames.to_dict`.
+        Variables of the friction FMU, where they have other names than the loads: `FrictionNames.to_dict`.
     keep : {"summary", "run"}
         ``"run"`` keeps the run folder as ``run`` in the folder of the result.
     synthetic : bool
@@ -173,7 +177,7 @@ def level_job(
     return Job(name, f"{__name__}:run_level", inputs, files, needs, seconds)
 
 
-def level_inputs(level: Level, mode: str, step: float, start: Mapping[str, Any] | None) -> dict[str, object]:
+def level_inputs(level: Level, mode: str, step: float, start: StartValues | None) -> dict[str, object]:
     """Return what every job that forms a level gets: level, mode, step [mm] and start values of the friction FMU."""
     return {
         "level": asdict(level) | {"parameters": dict(level.parameters)},
@@ -183,18 +187,8 @@ def level_inputs(level: Level, mode: str, step: float, start: Mapping[str, Any] 
     }
 
 
-def run_level(
-    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> LevelNumbers:
-    """Form a level; the function of `level_job`.
-
-    Returns
-    -------
-    dict
-        ``stroke`` [mm], ``force`` [kN], ``work`` [J], ``tau_over_k`` (highest share of the shear yield stress) at
-        every communication point; ``outside`` (share of the contact outside the trained domain, and the median distance
-        there; None for an FMU that does not say); ``status`` and ``message``; ``timing``.
-    """
+def run_level(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> LevelNumbers:
+    """Form a level; the function of `level_job`."""
     run = simulate_level(inputs, friction_file(files, needs), folder / RUN)
     values = summary(run)
     if inputs["keep"] != "run":
@@ -203,7 +197,7 @@ def run_level(
     return values
 
 
-def friction_file(files: Mapping[str, Path], needs: Mapping[str, JobResult]) -> Path:
+def friction_file(files: Files, needs: Needs) -> Path:
     """Return the friction FMU that a job was given: a file, or the result of another job."""
     if "friction" in files:
         return files["friction"]
@@ -211,12 +205,12 @@ def friction_file(files: Mapping[str, Path], needs: Mapping[str, JobResult]) -> 
     return result.file("fmu")
 
 
-def forming_file(inputs: Mapping[str, Any], folder: Path) -> Path:
+def forming_file(inputs: Inputs, folder: Path) -> Path:
     """Return where the forming FMU of a run lies: beside the run folder, so that it can be simulated again."""
     return folder / f"{inputs['level']['process']}.fmu"
 
 
-def simulate_level(inputs: Mapping[str, Any], friction: Path, folder: Path) -> Run:
+def simulate_level(inputs: Inputs, friction: Path, folder: Path) -> Run:
     """Form the level of `inputs` (see `level_job`) into a run folder, with the forming FMU beside it; return the run.
 
     Raises
@@ -247,10 +241,25 @@ def simulate_level(inputs: Mapping[str, Any], friction: Path, folder: Path) -> R
         start=inputs["start"],
         names=inputs.get("names"),
     )
-    if not _has(describe(friction), "domain_distance"):
+    if "domain_distance" not in describe(friction).arrays:
         system.record = [name for name in system.record or [] if name != "friction.domain_distance"]
     tolerance = float(inputs.get("tolerance", TOLERANCE))
     return Master(system, mode=str(inputs["mode"]), tolerance=tolerance).run(folder)
+
+
+def outside_domain(distance: FloatArray) -> dict[str, float]:
+    """Return the share of contact points outside the trained domain, and their median distance from it.
+
+    Examples
+    --------
+    >>> outside_domain(np.array([0.0, 0.0, 0.0, 0.5]))
+    {'share': 0.25, 'median_distance': 0.5}
+    """
+    beyond = distance[distance > 0.0]
+    return {
+        "share": len(beyond) / max(len(distance), 1),
+        "median_distance": float(np.median(beyond)) if len(beyond) else 0.0,
+    }
 
 
 def summary(run: Run) -> LevelNumbers:
@@ -258,12 +267,7 @@ def summary(run: Run) -> LevelNumbers:
     active = run["forming.active"] > 0.5
     outside: dict[str, float] | None = None
     if "friction.domain_distance" in run.values:
-        distance = run["friction.domain_distance"][active]
-        beyond = distance[distance > 0.0]
-        outside = {
-            "share": len(beyond) / max(len(distance), 1),
-            "median_distance": float(np.median(beyond)) if len(beyond) else 0.0,
-        }
+        outside = outside_domain(run["friction.domain_distance"][active])
     return {
         "stroke": run["forming.stroke"].tolist(),
         "force": run["forming.force"].tolist(),
@@ -275,9 +279,6 @@ def summary(run: Run) -> LevelNumbers:
     }
 
 
-def _has(description: Any, variable: str) -> bool:
-    try:
-        description.resolve(variable)
-    except InputError:
-        return False
-    return True
+def force_curve(values: Mapping[str, Sequence[float]]) -> ForceCurve:
+    """Return the force over stroke of a run, from its `LevelNumbers`."""
+    return ForceCurve(np.array(values["stroke"]), np.array(values["force"]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -23,19 +23,8 @@ QUANTITIES = {"max_force": "maximum force", "work": "forming work"}
 class ForcesComparison:
     """Models on press curves.
 
-    Attributes
-    ----------
-    results : sequence of LevelsComparison
-        One a model.
-    orders : dict of str to Order
-        By the MARE of the maximum force and of the work.
-    names : sequence of str
-        Of the levels.
-    synthetic : bool
-    failed : sequence of FailedRun
-        Runs without a result; their models are not compared.
-    lubricants : sequence of str
-        Of the levels.
+    `results` are one a model; `orders` those by the MARE of the maximum force and of the work; `names` and
+    `lubricants` are those of the levels; `failed` are runs without a result, whose models are not compared.
 
     Examples
     --------
@@ -71,9 +60,7 @@ class ForcesComparison:
         """Order models that ran on the same levels."""
         orders = {}
         for quantity in QUANTITIES:
-            errors: list[list[ScalarError]] = [
-                [getattr(level, quantity) for level in result.levels] for result in results
-            ]
+            errors: list[list[ScalarError]] = [[getattr(x, quantity) for x in r.levels] for r in results]
             simulated = [np.array([e.simulated for e in row]) for row in errors]
             measured = np.array([e.measured.mean for e in errors[0]])
             scatter = np.array([e.measured.std / np.sqrt(max(e.measured.repeats, 1)) for e in errors[0]])
@@ -96,23 +83,22 @@ class ForcesComparison:
             "levels": list(self.names),
             "lubricants": list(self.lubricants),
             "remarks": self.remarks(),
-            "failed": [run.to_dict() for run in self.failed],
+            "failed": [asdict(run) for run in self.failed],
         }
 
     def remarks(self) -> list[str]:
         """Return a sentence for levels of several lubricants, and for each model that is not compared."""
-        several = len(self.lubricants) > 1
-        mixed = f"levels of {', '.join(self.lubricants)} count together: a model of one lubricant is judged by all"
-        return [*([mixed] if several else []), *self._missing()]
-
-    def _missing(self) -> list[str]:
-        found: dict[str, list[FailedRun]] = {}
+        missing: dict[str, list[FailedRun]] = {}
         for run in self.failed:
-            found.setdefault(run.model, []).append(run)
-        return [
+            missing.setdefault(run.model, []).append(run)
+        lines = [
             f"{model} is not compared: {len(runs)} of {len(self.names)} levels failed ({runs[0].level}: {runs[0].error[:300]})"
-            for model, runs in found.items()
+            for model, runs in missing.items()
         ]
+        if len(self.lubricants) > 1:
+            mixed = f"levels of {', '.join(self.lubricants)} count together"
+            lines.insert(0, f"{mixed}: a model of one lubricant is judged by all")
+        return lines
 
     def report(self) -> str:
         """Return the table of errors, and what can be said about the order."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
-from typing import Any, TypedDict
+from typing import Protocol, TypedDict
 
 import numpy as np
 import pandas as pd
@@ -24,8 +24,17 @@ SURE = 0.95
 FEWEST_UNITS = FEWEST_TESTS
 
 
+class Predictor(Protocol):
+    """Anything that predicts mu; a `domain` is used where there is one."""
+
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray: ...
+
+
 class Pair(TypedDict):
-    """Two models: how much larger the error of the worse one is, and whether they can be told apart."""
+    """Two models: how much larger the error of the worse one is, and whether they can be told apart.
+
+    `probability` is that of the better one being better indeed.
+    """
 
     better: str
     worse: str
@@ -39,18 +48,8 @@ class Pair(TypedDict):
 class Order:
     """How sure the order of models is, from resampling whole tests (or press levels) for all models alike.
 
-    Attributes
-    ----------
-    names : list of str
-        Best first.
-    best : dict of str to float
-        Probability of being the best of all.
-    ranks : dict of str to (int, int)
-        95 % interval of the place, 1 is the best.
-    pairs : list of Pair
-        ``difference`` with its ``interval``, ``probability`` that the better one is better indeed, ``apart``.
-    units : int
-        Number of tests or levels.
+    `names` come best first; `best` is the probability of being the best of all, `ranks` the 95 % interval of the
+    place (1 is the best), `units` the number of tests or levels.
 
     Examples
     --------
@@ -73,16 +72,9 @@ class Order:
     ) -> Order:
         """Order models by an error.
 
-        Parameters
-        ----------
-        errors : mapping
-            Error of each model; smaller is better.
-        draws : mapping
-            The same in every resampled set, all models in the same sets.
-        units : int
-            What was resampled: number of tests or levels.
-        same : float
-            Errors that differ by less than this share of theirs count as equal.
+        `errors` are those of each model, smaller is better; `draws` the same in every resampled set, all models in
+        the same sets; `units` is the number of tests or levels that were resampled. Errors that differ by less than
+        the share `same` of theirs count as equal.
         """
         names = sorted(errors, key=lambda n: errors[n])
         table = np.array([draws[n] for n in names])
@@ -156,10 +148,8 @@ class TestsComparison:
         By RMSE.
     outside : dict of str to (float or None)
         Share of the points outside the trained domain; None for a model that does not say.
-    loads : TriboLoads
-        The points.
-    mu : ndarray, shape (n,)
-        Measured.
+    loads, mu
+        The points, and measured friction at them.
     predicted : dict of str to ndarray
         By model; loads outside a model's trained domain were moved to its border, as its FMU does by default, but for
         models with memory.
@@ -175,7 +165,7 @@ class TestsComparison:
     loads: TriboLoads = field(repr=False)
     mu: FloatArray = field(repr=False)
     predicted: dict[str, FloatArray] = field(repr=False)
-    models: Mapping[str, Any] = field(repr=False)
+    models: Mapping[str, Predictor] = field(repr=False)
     synthetic: bool = False
 
     def to_dict(self) -> dict[str, object]:
@@ -217,18 +207,14 @@ class TestsComparison:
 class _Kept:
     """A model within its trained domain, as in its FMU, that remembers what it predicted last."""
 
-    def __init__(self, name: str, model: Any) -> None:
+    def __init__(self, name: str, model: Predictor) -> None:
         self.name = name
         self.model = model
+        self.card = getattr(model, "card", None)
         # An FMU does that itself; memory needs distance and speed as they are.
         left_alone = _is_fmu(model) or bool(getattr(model, "states", None))
         self.domain = None if left_alone else known_domain(model)
         self.values: FloatArray = np.empty(0)
-
-    @property
-    def card(self) -> Any:
-        """The model's card, where it has one."""
-        return getattr(self.model, "card", None)
 
     def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
         """Return what the model predicts; a failure names the model."""
@@ -245,13 +231,12 @@ class _Kept:
         return self.values
 
 
-def compare_on_tests(models: Mapping[str, Any], data: DataSet, seed: int = 0) -> TestsComparison:
+def compare_on_tests(models: Mapping[str, Predictor], data: DataSet, seed: int = 0) -> TestsComparison:
     """Compare models on the held-out tests of a data set, or on all where none is held out.
 
     Parameters
     ----------
-    models : mapping of str to model
-        Anything with ``predict_frame(data, tests)``; a `domain` is used where there is one.
+    models : mapping of str to Predictor
     data : DataSet
     seed : int
         Of the resampling.
@@ -295,14 +280,14 @@ def compare_on_tests(models: Mapping[str, Any], data: DataSet, seed: int = 0) ->
     outside: dict[str, float | None] = {}
     for name, model in models.items():
         domain = known_domain(model)
-        share = None if domain is None else ~domain.without(campaign.absent).contains(array)
-        outside[str(name)] = None if share is None else float(np.mean(share))
+        inside = None if domain is None else domain.without(campaign.absent).contains(array)
+        outside[str(name)] = None if inside is None else float(np.mean(~inside))
     return TestsComparison(
         result, order, outside, campaign.loads, campaign.mu, predicted, models, bool(data.synthetic)
     )
 
 
-def _is_fmu(model: Any) -> bool:
+def _is_fmu(model: Predictor) -> bool:
     return getattr(model, "family", "") == "fmu"
 
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from fmus.runtime.errors import SimulationError
 
@@ -15,15 +13,13 @@ from ..cosim.ready_made import STEP, STROKE
 from ..cosim.swapping import friction_fmu
 from ..force_curves.forces import (
     ForceComparison,
-    ForceCurve,
     LevelsComparison,
     compare_force,
     read_press_curve,
 )
-from ..jobs.campaign import Campaign
 from ..jobs.job import Progress
-from .level_runs import Level, level_job
-from .study_folder import study_folder, write_runs_table
+from .level_runs import Level, force_curve, level_job
+from .study_folder import run_jobs, study_folder
 
 if TYPE_CHECKING:
     from forming.press import PressCurves, PressLevel
@@ -31,35 +27,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FailedRun:
-    """A run without a result: model, level (file name without ending), process parameters, and why.
-
-    Examples
-    --------
-    >>> FailedRun("law", "fre_50mms_20C", "component 'forming' failed", {"speed": 50.0}).to_dict()["level"]
-    'fre_50mms_20C'
-    """
+    """A run without a result: model, level (file name without ending), why, and the parameters of the process."""
 
     model: str
     level: str
     error: str
-    inputs: Mapping[str, Any]
-
-    def to_dict(self) -> dict[str, object]:
-        """Return JSON-able data."""
-        return {"model": self.model, "level": self.level, "error": self.error, "inputs": dict(self.inputs)}
+    inputs: Mapping[str, object]
 
 
 @dataclass(frozen=True)
 class PressResults:
     """Models that formed every level, and runs that failed.
 
-    Attributes
-    ----------
-    models : list of LevelsComparison
-    failed : list of FailedRun
-        Their models are not among `models`: errors over different levels do not compare.
-    runs : int
-        All runs.
+    Models with `failed` runs are not among `models`: errors over different levels do not compare. `runs` counts all.
 
     Examples
     --------
@@ -94,12 +74,7 @@ class PressResults:
 class PressStudy:
     """A folder of press curves and the forming processes that are to reproduce them.
 
-    Attributes
-    ----------
-    folder : Path
-        Folder with ``levels.csv``.
-    press : PressCurves
-        Its content; ``press.json`` may hold parameters of the process under ``process`` and ``T_billet_degC``.
+    ``press.json`` in the folder may hold parameters of the process under ``process`` and ``T_billet_degC``.
     """
 
     folder: Path
@@ -129,7 +104,7 @@ class PressStudy:
         runs: Path | None = None,
         jobs: int | None = None,
         progress: Progress | None = None,
-        names: Mapping[str, Mapping[str, Any]] | None = None,
+        names: Mapping[str, Mapping[str, object]] | None = None,
     ) -> PressResults:
         """Run every model on every level and compare the forces; a run that fails does not stop the others.
 
@@ -158,33 +133,27 @@ class PressStudy:
                 for number, (label, name) in enumerate(models.items(), 1)
             }
             pairs = [(label, level) for label in models for level in self.press.levels]
-            campaign = Campaign(
-                place,
-                [
-                    level_job(
-                        _run_name(label, level),
-                        Level.of(level, self.press.info, STROKE, STEP),
-                        frictions[label],
-                        names=(names or {}).get(label),
-                        keep="summary" if runs is None else "run",
-                        synthetic=self.synthetic,
-                        label=label,
-                    )
-                    for label, level in pairs
-                ],
-            )
-            results = campaign.run(jobs, progress=progress)
-            if runs is not None:
-                write_runs_table(place, results)
+            todo = [
+                level_job(
+                    _run_name(label, level),
+                    Level.of(level, self.press.info, STROKE, STEP),
+                    frictions[label],
+                    names=(names or {}).get(label),
+                    keep="summary" if runs is None else "run",
+                    synthetic=self.synthetic,
+                    label=label,
+                )
+                for label, level in pairs
+            ]
+            results, failures = run_jobs(place, todo, jobs, progress)
         failed = [
             FailedRun(label, Path(level.file).stem, failure.error, failure.job.inputs["level"])
             for label, level in pairs
-            if (failure := campaign.failed.get(_run_name(label, level)))
+            if (failure := failures.get(_run_name(label, level)))
         ]
 
         def compared(label: str, level: PressLevel) -> ForceComparison:
-            values = results[_run_name(label, level)].values
-            curve = ForceCurve(np.array(values["stroke"]), np.array(values["force"]))
+            curve = force_curve(results[_run_name(label, level)].values)
             return compare_force(curve, read_press_curve(self.folder / level.file), label)
 
         whole = [label for label in models if label not in {f.model for f in failed}]

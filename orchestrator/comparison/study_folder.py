@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from friction_models.common import grown, write_json
 from friction_models.common.folders import STUDY
 
-from ..jobs.campaign import JobResult
+from ..jobs.campaign import Campaign, Failure, Job, JobResult
+from ..jobs.job import Progress
 
 #: Name of the run folder in the folder of a job's result.
 RUN = "run"
@@ -34,7 +35,12 @@ def study_folder(given: Path | None) -> Iterator[Path]:
             shutil.rmtree(place, ignore_errors=True)
 
 
-def write_runs_table(place: Path, results: Mapping[str, JobResult]) -> None:
-    """Write ``runs.json``: the run folder of each result, as hashes name the folders."""
+def run_jobs(
+    place: Path, todo: Iterable[Job], jobs: int | None, progress: Progress | None
+) -> tuple[dict[str, JobResult], dict[str, Failure]]:
+    """Return results and failures; ``runs.json`` says which run folder is whose, as hashes name the folders."""
+    campaign = Campaign(place, todo)
+    results = campaign.run(jobs, progress=progress)
     folders = {name: (r.folder / RUN).relative_to(place.resolve()) for name, r in results.items()}
     write_json(place / "runs.json", {name: folder.as_posix() for name, folder in folders.items()})
+    return results, campaign.failed

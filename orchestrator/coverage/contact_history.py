@@ -11,7 +11,8 @@ import numpy as np
 import pandas as pd
 
 from friction_models.common import InputError, unknown_name
-from friction_models.loads import LOADS, MU, FloatArray, Quantity, missing_column
+from friction_models.loads import LOAD_NAMES, MU, FloatArray, missing_column
+from friction_models.loads.contract import QUANTITIES
 
 from ..cosim.run_folders import Run
 
@@ -21,7 +22,7 @@ EXTRAS: dict[str, dict[str, float]] = {
     "t": {"s": 1.0, "ms": 1e-3},
     "point": {},
 }
-COLUMNS: tuple[str, ...] = (*(q.name for q in LOADS), MU.name, *EXTRAS)
+COLUMNS: tuple[str, ...] = (*LOAD_NAMES, MU.name, *EXTRAS)
 #: Pressure below which a point does not count as touching [MPa].
 TOUCHING = 1e-3
 #: More contact states than this are thinned evenly; the shares do not change by 0.1 % then.
@@ -38,12 +39,8 @@ class ContactHistory:
     ----------
     loads : ndarray, shape (n, 5)
         In the order and units of the contract; NaN in a column that the source does not hold.
-    area : ndarray, shape (n,)
-        Share of contact area and time of each state; sums to 1.
-    work : ndarray, shape (n,)
-        Share of the friction work of each state; sums to 1.
-    source : str
-        Where it came from.
+    area, work : ndarray, shape (n,)
+        Share of contact area and time, and of the friction work, of each state; each sums to 1.
     synthetic : bool
         Whether the source says of itself that synthetic data are involved.
     notes : tuple of str
@@ -73,7 +70,7 @@ class ContactHistory:
     @property
     def present(self) -> tuple[str, ...]:
         """Names of the loads that the source holds."""
-        return tuple(q.name for j, q in enumerate(LOADS) if np.isfinite(self.loads[:, j]).all())
+        return tuple(n for n, column in zip(LOAD_NAMES, self.loads.T) if np.isfinite(column).all())
 
     @classmethod
     def of_run(cls, run: Run) -> ContactHistory:
@@ -86,7 +83,7 @@ class ContactHistory:
         InputError
             No component of the run recorded all five loads of several points, or nothing ever touched.
         """
-        names = [q.name for q in LOADS]
+        names = LOAD_NAMES
         components = [label.rpartition(".")[0] for label in run.values if label.endswith(f".{names[0]}")]
         chosen = [c for c in components if all(f"{c}.{n}" in run.values for n in names)]
         chosen.sort(key=lambda c: run.values[f"{c}.{names[0]}"].ndim != 2 or f"{c}.active" not in run.values)
@@ -139,35 +136,36 @@ class ContactHistory:
             if name not in COLUMNS:
                 raise unknown_name("quantity of a contact history", name, COLUMNS)
         for name in COLUMNS:
-            wanted, unit = _name_and_unit(asked.get(name, name))
+            wanted = asked.get(name, name).strip()
+            unit = None
+            if match := _BRACKET.match(wanted):
+                wanted, unit = match[1], match[2].strip()
             if wanted not in table.frame.columns:
                 if name in asked:
                     raise missing_column(wanted, table.frame.columns, where)
                 continue
             unit = unit if unit is not None else table.units.get(wanted, "")
             found[name] = _converted(name, table.frame[wanted], unit, where)
-        loads = [found.get(q.name, np.full(len(table.frame), np.nan)) for q in LOADS]
-        held = [q.name for q in LOADS if q.name in found]
-        if not held:
+        rows = len(table.frame)
+        loads = [found.get(name, np.full(rows, np.nan)) for name in LOAD_NAMES]
+        absent = [name for name in LOAD_NAMES if name not in found]
+        if len(absent) == len(LOAD_NAMES):
             raise InputError(
                 f"{where}: none of its columns is a load ({', '.join(map(str, table.frame.columns))[:200]}); "
-                f"allowed: columns {', '.join(q.name for q in LOADS)}, or --column sigma_n=NAME for each"
+                f"allowed: columns {', '.join(LOAD_NAMES)}, or --column sigma_n=NAME for each"
             )
         notes = list(table.notes)
-        absent = [q.name for q in LOADS if q.name not in found]
         if absent:
             notes.append(f"the history lacks {', '.join(absent)}: not judged")
-        touching = (
-            found["sigma_n"] > TOUCHING if "sigma_n" in found else np.ones(len(table.frame), dtype=bool)
-        )
-        area = found.get("area", np.ones(len(table.frame)))
+        touching = found["sigma_n"] > TOUCHING if "sigma_n" in found else np.ones(rows, dtype=bool)
+        area = found.get("area", np.ones(rows))
         if "area" not in found:
             notes.append("the history has no area: all rows count alike")
         if "t" in found:
             area = area * _durations(found["t"], found.get("point"))
         if "mu" not in found:
             notes.append("the history has no mu: friction work is taken with one mu everywhere")
-        mu = found.get("mu", np.ones(len(table.frame)))
+        mu = found.get("mu", np.ones(rows))
         return _history(np.column_stack(loads)[touching], area[touching], mu[touching], where, False, notes)
 
 
@@ -190,11 +188,6 @@ def _history(
     return ContactHistory(loads, area / area.sum(), work / work.sum(), source, synthetic, tuple(notes))
 
 
-def _name_and_unit(text: str) -> tuple[str, str | None]:
-    match = _BRACKET.match(text.strip())
-    return (match[1], match[2].strip()) if match else (text.strip(), None)
-
-
 def _converted(name: str, values: pd.Series, unit: str, where: str) -> FloatArray:
     """Return a column as numbers in the contract's unit, checked; no unit means the contract's."""
     numbers = pd.to_numeric(values, errors="coerce").to_numpy(dtype=np.float64)
@@ -205,8 +198,7 @@ def _converted(name: str, values: pd.Series, unit: str, where: str) -> FloatArra
             f"{where}: column {str(values.name)!r}, row {row}: {values.iloc[row]!r}; allowed: a finite number"
         )
     unit = _UNIT_NAMES.get(unit.strip("[] "), unit.strip("[] "))
-    quantity = _quantity(name)
-    if quantity is None:
+    if name in EXTRAS:
         table = EXTRAS[name]
         if unit and table and unit not in table:
             raise unknown_name(f"unit of {name!r}", unit, table, where)
@@ -214,6 +206,7 @@ def _converted(name: str, values: pd.Series, unit: str, where: str) -> FloatArra
         if name == "area" and (numbers < 0.0).any():
             raise InputError(f"{where}: column {str(values.name)!r}: an area below 0; allowed: 0 and more")
         return numbers
+    quantity = QUANTITIES[name]
     if unit and unit != quantity.unit:
         from fmus.user_onnx.units import conversion
 
@@ -233,10 +226,6 @@ def _converted(name: str, values: pd.Series, unit: str, where: str) -> FloatArra
             f"allowed: {quantity.lower:g} to {quantity.upper:g} {quantity.unit}"
         )
     return numbers
-
-
-def _quantity(name: str) -> Quantity | None:
-    return next((q for q in (*LOADS, MU) if q.name == name), None)
 
 
 def _durations(t: FloatArray, point: FloatArray | None) -> FloatArray:

@@ -11,9 +11,9 @@ import pandas as pd
 
 from friction_models.common import InputError, unknown_name
 from friction_models.discovery.further_tests.heating import Heating
-from friction_models.loads import LOAD_NAMES, FloatArray
+from friction_models.loads import LOAD_NAMES, LOADS, FloatArray
 
-from .tested_loads import Coverage, Region, natural, regions_of, unit_of
+from .tested_loads import Coverage, Region, natural_columns, regions_of
 
 #: Contact states that take part in the choice of tests.
 SAMPLE = 2000
@@ -34,14 +34,8 @@ MOST_CANDIDATES = 400
 class Rig:
     """What a tribometer can be set to.
 
-    Attributes
-    ----------
-    sigma_set, v_set, T_tool : tuple of float
-        Least and largest pressure [MPa], speed [mm/s] and tool temperature [degC].
-    sd_set : tuple of float
-        Shortest and longest sliding distance [mm].
-    psi_set : tuple of float, optional
-        Nominal expansions (specimen shapes) there are; those of the tests by default.
+    Least and largest pressure [MPa], speed [mm/s] and tool temperature [degC]; shortest and longest sliding distance
+    [mm]; nominal expansions (specimen shapes) there are, those of the tests by default.
 
     Examples
     --------
@@ -67,23 +61,21 @@ class Rig:
         values: dict[str, tuple[float, ...]] = {}
         names = ("sigma_set", "v_set", "T_tool", "sd_set", "psi_set")
         for text in texts:
-            name, _, rest = text.partition("=")
-            if name.strip() not in names:
-                raise unknown_name("limit of the rig", name.strip(), names)
-            parts = rest.split("," if name.strip() == "psi_set" else ":")
+            name, _, rest = (part.strip() for part in text.partition("="))
+            if name not in names:
+                raise unknown_name("limit of the rig", name, names)
+            listed = name == "psi_set"
             try:
-                numbers = tuple(float(p) for p in parts)
+                numbers = tuple(float(p) for p in rest.split("," if listed else ":"))
             except ValueError:
                 numbers = ()
-            low = -50.0 if name.strip() == "T_tool" else 1e-6
+            low = -50.0 if name == "T_tool" else 1e-6
             fits = numbers and all(low <= x <= 1e5 for x in numbers)
-            if name.strip() != "psi_set":
-                fits = fits and len(numbers) == 2 and numbers[0] < numbers[-1]
-            if not fits:
+            if not fits or not (listed or (len(numbers) == 2 and numbers[0] < numbers[-1])):
                 raise InputError(
-                    f"rig {text!r}; allowed: {name.strip()}=LOW:HIGH with LOW below HIGH (psi_set=VALUE,VALUE,...)"
+                    f"rig {text!r}; allowed: {name}=LOW:HIGH with LOW below HIGH (psi_set=VALUE,VALUE,...)"
                 )
-            values[name.strip()] = numbers
+            values[name] = numbers
         return replace(cls(), **values)  # type: ignore[arg-type]
 
 
@@ -203,7 +195,8 @@ def propose_tests(
         corners = _corners(regions_of(tested, present), tested)
         best, chosen, inside = 0.0, -1, covered
         for k, cloud in enumerate(clouds):
-            now = _inside(_grown(corners, cloud), asked)
+            grown = [Region.of(n, np.vstack([old, natural_columns(cloud, n)])) for n, old in corners.items()]
+            now = _inside(grown, asked)
             # where nothing reaches one load, the others still count: the mean over loads and pairs
             gain = float(np.mean((now & ~covered) @ weight))
             if gain > best + 1e-9:
@@ -269,11 +262,7 @@ def _candidates(
 
 def _inside(regions: list[Region], loads: FloatArray) -> np.ndarray:
     """Return which states lie inside of each region, shape (regions, n)."""
-    rows = []
-    for region in regions:
-        columns = [natural(n, loads[:, LOAD_NAMES.index(n)]) for n in region.names]
-        rows.append(region.contains(np.column_stack(columns)))
-    return np.array(rows)
+    return np.array([region.contains(natural_columns(loads, region.names)) for region in regions])
 
 
 def _corners(regions: list[Region], tested: FloatArray) -> dict[tuple[str, ...], FloatArray]:
@@ -283,17 +272,9 @@ def _corners(regions: list[Region], tested: FloatArray) -> dict[tuple[str, ...],
         if region.outline is not None:
             corners[region.names] = region.outline
         else:
-            column = natural(region.names[0], tested[:, LOAD_NAMES.index(region.names[0])])
+            column = natural_columns(tested, region.names)
             corners[region.names] = np.array([[column.min()], [column.max()]])
     return corners
-
-
-def _grown(corners: dict[tuple[str, ...], FloatArray], cloud: FloatArray) -> list[Region]:
-    grown = []
-    for names, old in corners.items():
-        new = np.column_stack([natural(n, cloud[:, LOAD_NAMES.index(n)]) for n in names])
-        grown.append(Region.of(names, np.vstack([old, new])))
-    return grown
 
 
 def _unreachable(
@@ -308,15 +289,13 @@ def _unreachable(
     for name in present:
         j = LOAD_NAMES.index(name)
         low, high = float(all_points[:, j].min()), float(all_points[:, j].max())
-        region = Region.of((name,), natural(name, all_points[:, j])[:, None])
-        outside = ~region.contains(natural(name, asked[:, j])[:, None])
+        region = Region.of((name,), natural_columns(all_points, (name,)))
+        outside = ~region.contains(natural_columns(asked, (name,)))
         for side, limit, where in (("below", low, asked[:, j] < low), ("above", high, asked[:, j] > high)):
             share = float(work @ (outside & where))
             if share >= WORTH:
-                unit = unit_of(name)
-                said.append(
-                    f"{name} {side} {limit:.4g}{' ' if unit else ''}{unit}: {100 * share:.1f} % of the friction work"
-                )
+                unit = "" if LOADS[j].unit == "1" else f" {LOADS[j].unit}"
+                said.append(f"{name} {side} {limit:.4g}{unit}: {100 * share:.1f} % of the friction work")
     left = float(work @ ~reachable.all(axis=0))
     if left >= WORTH:
         said.append(f"{100 * left:.1f} % of the friction work by load or pair of loads in all")

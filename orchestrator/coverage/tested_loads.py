@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from friction_models.loads import LOAD_NAMES, LOADS, FloatArray
+from friction_models.loads import LOAD_NAMES, FloatArray
 from friction_models.loads.contract import with_unit
 
 from .contact_history import ContactHistory
@@ -53,16 +53,9 @@ def natural(name: str, values: npt.ArrayLike) -> FloatArray:
 class Region:
     """What was tested of one load or of a pair: the hull of the tested points.
 
-    Attributes
-    ----------
-    names : tuple of str
-        One load, or two.
-    low, width : ndarray, shape (1 or 2,)
-        Lower limit and range on the natural scale.
-    faces : ndarray, shape (f, 3), or None
-        ``a x + b y + c <= 0`` inside, on the scaled range; None for one load.
-    outline : ndarray, shape (k, 2), or None
-        Corners of the hull, natural scale.
+    `low` and `width` are lower limit and range on the natural scale. For a pair, `faces` of shape (f, 3) hold
+    ``a x + b y + c <= 0`` inside, on the scaled range, and `outline` of shape (k, 2) the corners of the hull on the
+    natural scale.
 
     Examples
     --------
@@ -157,21 +150,15 @@ class Coverage:
 
     Attributes
     ----------
-    history : ContactHistory
     tested : ndarray, shape (n, 5)
         Tested points, thinned.
-    loads : list of Share
-        One for each load that the history holds.
-    pairs : list of Share
-        One for each pair of them; counted only where both loads lie inside by themselves.
+    loads, pairs : list of Share
+        One for each load that the history holds, and for each pair of them, counted only where both lie inside by
+        themselves.
     whole : Share
         Outside by any load or pair.
-    synthetic : bool
-    proposals : list of Proposal
-        Tests that would cover more; see `proposals.propose_tests`.
-    beyond_rig : list of str
-        What no test of the rig reaches.
-    notes : list of str
+    proposals, beyond_rig
+        Tests that would cover more, and what no test of the rig reaches; see `proposals.propose_tests`.
 
     Examples
     --------
@@ -259,16 +246,7 @@ class Coverage:
 
 
 def coverage(points: pd.DataFrame, history: ContactHistory, synthetic: bool = False) -> Coverage:
-    """Compare the loads of a process with tested ones.
-
-    Parameters
-    ----------
-    points : pandas.DataFrame
-        Tested points in the columns of the contract.
-    history : ContactHistory
-        Loads of the process.
-    synthetic : bool
-        Whether the tested points come from a virtual laboratory.
+    """Compare the loads of a process with tested points, which may be `synthetic`.
 
     Examples
     --------
@@ -285,7 +263,7 @@ def coverage(points: pd.DataFrame, history: ContactHistory, synthetic: bool = Fa
     """
     tested = tested_points(points)
     regions = regions_of(tested, history.present)
-    outside = {r.names: ~r.contains(_columns(history.loads, r.names)) for r in regions}
+    outside = {r.names: ~r.contains(natural_columns(history.loads, r.names)) for r in regions}
     alone = {r.names[0]: outside[r.names] for r in regions if len(r.names) == 1}
     loads, pairs = [], []
     for region in regions:
@@ -327,12 +305,12 @@ def regions_of(tested: FloatArray, present: Sequence[str]) -> list[Region]:
     >>> [region.names for region in regions_of(tested, ("T", "sigma_n"))]
     [('T',), ('sigma_n',), ('T', 'sigma_n')]
     """
-    names: list[tuple[str, ...]] = [(n,) for n in present]
-    names += list(combinations(present, 2))
-    return [Region.of(n, _columns(tested, n)) for n in names]
+    names: list[tuple[str, ...]] = [*((n,) for n in present), *combinations(present, 2)]
+    return [Region.of(n, natural_columns(tested, n)) for n in names]
 
 
-def _columns(loads: FloatArray, names: tuple[str, ...]) -> FloatArray:
+def natural_columns(loads: FloatArray, names: tuple[str, ...]) -> FloatArray:
+    """Return columns of loads, shape (n, 5), on the natural scale."""
     return np.column_stack([natural(n, loads[:, LOAD_NAMES.index(n)]) for n in names])
 
 
@@ -351,14 +329,11 @@ def cell_map(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return edges along two loads (natural scale), and the shares of work and area in each cell.
 
-    Returns
-    -------
-    tuple of ndarray
-        Edges (m + 1,), edges (n + 1,), work (n, m), area (n, m).
+    Their shapes are (m + 1,), (n + 1,), (n, m) and (n, m).
     """
     history = coverage.history
-    both = [_columns(history.loads, (n,))[:, 0] for n in (first, second)]
-    tested = [_columns(coverage.tested, (n,))[:, 0] for n in (first, second)]
+    both = [natural_columns(history.loads, (n,))[:, 0] for n in (first, second)]
+    tested = [natural_columns(coverage.tested, (n,))[:, 0] for n in (first, second)]
     edges = [
         np.linspace(min(a.min(), b.min()), max(a.max(), b.max()) + 1e-12, CELLS + 1)
         for a, b in zip(both, tested, strict=True)
@@ -366,15 +341,3 @@ def cell_map(
     work, _, _ = np.histogram2d(both[0], both[1], bins=(edges[0], edges[1]), weights=history.work)
     area, _, _ = np.histogram2d(both[0], both[1], bins=(edges[0], edges[1]), weights=history.area)
     return edges[0], edges[1], work.T, area.T
-
-
-def unit_of(name: str) -> str:
-    """Return the unit of a load, '' for a plain number.
-
-    Examples
-    --------
-    >>> unit_of("T"), unit_of("psi")
-    ('degC', '')
-    """
-    unit = next(q.unit for q in LOADS if q.name == name)
-    return "" if unit == "1" else unit

@@ -2,35 +2,46 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
+import time
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
-from friction_models.common import grown, write_json
+from friction_models.common import InputError, grown, write_json
+from friction_models.common.files import read_json
 from friction_models.common.folders import DEMO
 from friction_models.loads import DataSet
 
+from ..comparison.level_runs import outside_domain
 from ..cosim.batch import RunTask, run_all
 from ..cosim.ready_made import extrusion_system
 from ..cosim.run_folders import Run
 from ..force_curves.forces import LevelsComparison, LevelsNumbers, compare_force, read_press_curve
 from ..jobs.job import Progress
+from ..jobs.keys import ResultKeys
 from ..jobs.versions import versions
 from ..prediction.predict_sct import PredictionNumbers
 from ..report.sections.demo_folder import DemoSummary, FrictionEntry, RunFacts
 from .prediction import PARTS, predict_held_out
 from .scenario import Scenario
-from .steps import StepBook
 
 #: Opens the progress display of a step: ``with display("title") as tick: tick(done, total, what)``.
 Display = Callable[[str], AbstractContextManager[Progress]]
 STEPS = 10
+
+
+class _Step(TypedDict):
+    """A finished step, as ``steps.json`` holds it: the key of its inputs, and how long it took [s]."""
+
+    key: str
+    seconds: float
 
 
 @dataclass(frozen=True)
@@ -45,16 +56,7 @@ class DemoResult:
 class Demo:
     """The whole loop in one folder.
 
-    Parameters
-    ----------
-    out : path-like
-        Folder of the demo.
-    scenario : Scenario, optional
-        Plan, models, levels.
-    jobs : int, optional
-        Processes; all cores by default.
-    display : callable, optional
-        Progress display of each step.
+    `jobs` are processes, all cores by default; `display` is the progress display of each step.
     """
 
     def __init__(
@@ -69,13 +71,17 @@ class Demo:
         self.jobs = jobs
         self._display = display or (lambda title: nullcontext(lambda done, total, what: None))
         self._step = 0
+        self._chain = ""
+        self._keys = ResultKeys(__package__)
+        self._steps: dict[str, _Step] = {}
 
     def run(self) -> DemoResult:
         """Do all steps that are not done yet; write ``demo.json`` and ``report.html``."""
         from ..report import write_report
 
         grown(self.out, DEMO)
-        self.book = StepBook(self.out)
+        with contextlib.suppress(InputError):  # not there or unreadable: everything is done
+            self._steps = read_json(self.out / "steps.json")
         s = self.scenario
         self._do(
             "campaign", {"plan": s.plan, "hidden": s.hidden, "seed": s.seed}, ["campaign"], self._campaign
@@ -88,7 +94,7 @@ class Demo:
         training = {"base": s.base, "other": s.other, "parameters": s.other_parameters}
         self._do("train", training, ["models/before", "models/other"], self._train)
         self._do("diagnose", {}, ["diagnosis.json"], self._diagnose)
-        diagnosis = json.loads((self.out / "diagnosis.json").read_text(encoding="utf-8"))
+        diagnosis = read_json(self.out / "diagnosis.json")
         parts = ["constant", "before", "other"]
         if diagnosis["effects"]:
             self._do("refine", {}, ["models/after"], lambda tick: self._refine(diagnosis["effects"]))
@@ -219,8 +225,7 @@ class Demo:
         if part == "constant":
             return f"constant {s.constant:g}"
         if part == "after":
-            diagnosis = json.loads((self.out / "diagnosis.json").read_text(encoding="utf-8"))
-            return " + ".join([s.base, *diagnosis["effects"]])
+            return " + ".join([s.base, *read_json(self.out / "diagnosis.json")["effects"]])
         return s.base if part == "before" else s.other
 
     def _summarise(
@@ -237,21 +242,26 @@ class Demo:
         held_out: dict[str, dict[str, object]] = {}
         frictions: list[FrictionEntry] = []
         for part in parts:
+            label = self.label(part)
+            made = [runs[part, level.name] for level in s.levels]
             results = [
-                compare_force(runs[part, level.name].force_curve(), read_press_curve(self._press_file(level.name)), self.label(part))
-                for level in s.levels
-            ]  # fmt: skip
-            forces[part] = LevelsComparison(self.label(part), tuple(results)).to_dict()
+                compare_force(
+                    run.force_curve(), read_press_curve(self.out / "press" / f"{level.name}.csv"), label
+                )
+                for run, level in zip(made, s.levels)
+            ]
+            forces[part] = LevelsComparison(label, tuple(results)).to_dict()
             model = (
                 ConstantFriction(s.constant) if part == "constant" else load_model(self.out / "models" / part)
             )
             held_out[part] = {**evaluate(model, data.select("test")).overall}
+            distances = [run["friction.domain_distance"][run["forming.active"] > 0.5] for run in made]
             entry: FrictionEntry = {
                 "part": part,
-                "label": self.label(part),
+                "label": label,
                 "fmu": f"fmus/{part}.fmu",
                 "runs": {level.name: f"runs/{level.name}-{part}" for level in s.levels},
-                "outside_domain": _outside([runs[part, level.name] for level in s.levels]),
+                "outside_domain": outside_domain(np.concatenate(distances)),
             }
             if part != "constant":
                 entry["folder"] = f"models/{part}"
@@ -275,13 +285,10 @@ class Demo:
             "forces": forces,
             "diagnosis": diagnosis,
             "run_facts": {f"runs/{name}-{part}": _facts(run) for (part, name), run in runs.items()},
-            "seconds": self.book.seconds,
+            "seconds": {name: float(step["seconds"]) for name, step in self._steps.items()},
             "versions": versions(),
             "predicted": predicted,
         }
-
-    def _press_file(self, level: str) -> Path:
-        return self.out / "press" / f"{level}.csv"
 
     # --- bookkeeping --------------------------------------------------------------------------------
 
@@ -292,24 +299,21 @@ class Demo:
     def _do(
         self, name: str, inputs: Mapping[str, object], outputs: list[str], work: Callable[[Progress], None]
     ) -> None:
-        """Do a step with its progress display; it depends on all steps before it."""
+        """Do a step with its progress display, unless it is done: same inputs, and all steps before it, too.
+
+        `outputs` are files or folders, relative to the folder, that the step leaves behind.
+        """
         with self._title(name) as tick:
-            self._chain = f"{getattr(self, '_chain', '')}/{name}{json.dumps(inputs, sort_keys=True)}"
-            if not self.book.do(name, {"chain": self._chain}, outputs, lambda: work(tick)):
-                tick(1, 1, "kept from before")
-            else:
-                tick(1, 1, "")
-
-
-def _outside(runs: list[Run]) -> dict[str, float]:
-    """Active contact points, over all steps of all runs, outside the trained domain: share and median distance."""
-    parts = [run["friction.domain_distance"][run["forming.active"] > 0.5] for run in runs]
-    distance = np.concatenate(parts)
-    outside = distance[distance > 0.0]
-    return {
-        "share": len(outside) / max(len(distance), 1),
-        "median_distance": float(np.median(outside)) if len(outside) else 0.0,
-    }
+            self._chain += f"/{name}{json.dumps(inputs, sort_keys=True)}"
+            key = self._keys.of({"chain": self._chain})
+            found = self._steps.get(name)
+            kept = found is not None and found["key"] == key and all((self.out / o).exists() for o in outputs)
+            if not kept:
+                began = time.perf_counter()
+                work(tick)
+                self._steps[name] = {"key": key, "seconds": round(time.perf_counter() - began, 3)}
+                write_json(self.out / "steps.json", self._steps)
+            tick(1, 1, "kept from before" if kept else "")
 
 
 def _facts(run: Run) -> RunFacts:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 from friction_models.loads import DataSet
 
 from ..cosim.batch import RunTask, run_all
+from ..jobs.job import Progress
 from ..prediction.predict_sct import PredictionNumbers, SctPrediction, SctPredictions, sct_system
 from ..prediction.schedule import held_out_schedules
 from ..report.sections.demo_folder import PREDICTED
@@ -25,18 +25,12 @@ def predict_held_out(
     data: DataSet,
     labels: dict[str, str],
     jobs: int | None,
-    tick: Callable[[int, int, str], None],
+    tick: Progress,
 ) -> dict[str, PredictionNumbers]:
     """Predict held-out tests with the friction FMUs ``fmus/PART-point.fmu``; return errors by part.
 
-    Parameters
-    ----------
-    out : Path
-        Folder of the demo.
-    data : DataSet
-        The campaign after the twin.
-    labels : dict of str to str
-        Parts and the names of their models.
+    `out` is the folder of the demo, `data` the campaign after the twin; `labels` are parts and the names of their
+    models.
     """
     from friction_models import load_model
 

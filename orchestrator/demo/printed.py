@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ..force_curves.metrics import percent
+
 if TYPE_CHECKING:
     from ..report.sections.demo_folder import DemoSummary, FrictionEntry
     from .loop import DemoResult
@@ -34,14 +36,8 @@ def printed_summary(result: DemoResult) -> str:
 def _row(s: DemoSummary, entry: FrictionEntry) -> str:
     part = entry["part"]
     sct, force, work = s["held_out"][part], s["forces"][part]["max_force"], s["forces"][part]["work"]
-    return (
-        f"{entry['label'][:25]:26}{sct['mae']:12.4f}{sct['rmse']:12.4f}"
-        f"{_percent(force):>24}{_percent(work):>22}"
-    )
-
-
-def _percent(summary: dict[str, float]) -> str:
-    return f"{100 * summary['mare']:.1f} +- {100 * summary['mare_std']:.1f} %"
+    shown = [percent(summary["mare"], summary["mare_std"]) for summary in (force, work)]
+    return f"{entry['label'][:25]:26}{sct['mae']:12.4f}{sct['rmse']:12.4f}{shown[0]:>24}{shown[1]:>22}"
 
 
 def _changes(s: DemoSummary) -> list[tuple[str, float, float, str]]:

@@ -13,7 +13,7 @@ import numpy as np
 from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
-from .metrics import LevelSummary, Measured, ScalarError
+from .metrics import LevelSummary, Measured, ScalarError, percent
 
 #: Both curves are averaged over this stroke before the maximum is read: nodes that enter contact make the
 #: simulated force ripple, and a force cell is noisy; the same window for both keeps the comparison fair.
@@ -78,23 +78,8 @@ def _primitive(x: FloatArray, knots: FloatArray, force: FloatArray, area: FloatA
     return np.asarray(area[k] + force[k] * step + 0.5 * slope * step**2)
 
 
-@dataclass(frozen=True)
-class PressCurve:
-    """Repeated measurements of one level.
-
-    Examples
-    --------
-    >>> repeats = tuple(ForceCurve([0.0, 10.0], [0.0, force]) for force in (99.0, 101.0))
-    >>> [float(curve.force.max()) for curve in PressCurve(repeats).repeats]
-    [99.0, 101.0]
-    """
-
-    repeats: tuple[ForceCurve, ...]
-    source: str = ""
-
-
-def read_press_curve(path: str | os.PathLike[str]) -> PressCurve:
-    """Read a CSV with the columns ``stroke [mm], force [kN], repeat`` (``repeat`` may be missing).
+def read_press_curve(path: str | os.PathLike[str]) -> tuple[ForceCurve, ...]:
+    """Read the repeats of a level: a CSV with the columns ``stroke [mm], force [kN], repeat`` (which may be missing).
 
     Raises
     ------
@@ -107,7 +92,7 @@ def read_press_curve(path: str | os.PathLike[str]) -> PressCurve:
     >>> with TemporaryDirectory() as place:
     ...     file = Path(place) / "level.csv"
     ...     _ = file.write_text(chr(10).join(["stroke [mm],force [kN]", "0,0", "1,50", "2,50"]))
-    ...     (curve,) = read_press_curve(file).repeats
+    ...     (curve,) = read_press_curve(file)
     >>> curve.work(0.0, 2.0)
     75.0
     """
@@ -116,12 +101,10 @@ def read_press_curve(path: str | os.PathLike[str]) -> PressCurve:
     file = Path(path)
     if file.is_dir():
         raise InputError(f"{file}: is a folder, allowed: the CSV of one level (see its levels.csv)")
-    frame = read_curves(file)
-    curves = tuple(
+    return tuple(
         ForceCurve(part["stroke"].to_numpy(), part["force"].to_numpy())
-        for _, part in frame.groupby("repeat", sort=True)
+        for _, part in read_curves(file).groupby("repeat", sort=True)
     )
-    return PressCurve(curves, str(file))
 
 
 class ForceNumbers(TypedDict):
@@ -147,16 +130,8 @@ class LevelsNumbers(TypedDict):
 class ForceComparison:
     """One simulated curve against the repeats of one level.
 
-    Attributes
-    ----------
-    label : str
-        Name of the simulation.
-    stroke : ndarray, shape (n,)
-        The common stroke [mm].
-    simulated, measured, measured_std : ndarray, shape (n,)
-        Forces [kN]: simulation, mean and standard deviation of the repeats.
-    max_force, work : ScalarError
-        Errors of the maximum force [kN] and of the forming work [J].
+    `stroke` is the common one [mm], shape (n,) as the forces [kN]: of the simulation, mean and standard deviation of
+    the repeats. `max_force` and `work`: errors of the maximum force [kN] and of the forming work [J].
 
     Examples
     --------
@@ -191,18 +166,21 @@ class ForceComparison:
 
     def table(self) -> str:
         """Return the comparison as text."""
-        head = f"{self.label}: common stroke {self.stroke[0]:.2f} to {self.stroke[-1]:.2f} mm, {self.max_force.measured.repeats} repeats, moving mean {WINDOW:g} mm"
-        rows = [f"{'':14}{'simulated':>11}{'measured':>19}{'AE':>17}{'ARE':>19}"]
+        rows = [
+            f"{self.label}: common stroke {self.stroke[0]:.2f} to {self.stroke[-1]:.2f} mm, "
+            f"{self.max_force.measured.repeats} repeats, moving mean {WINDOW:g} mm",
+            f"{'':14}{'simulated':>11}{'measured':>19}{'AE':>17}{'ARE':>19}",
+        ]
         for name, unit, e in (("max force", "kN", self.max_force), ("work", "J", self.work)):
             measured = f"{e.measured.mean:.1f} +- {e.measured.std:.1f}"
             ae = f"{e.ae:.1f} +- {e.ae_std:.1f}"
-            are = f"{100 * e.are:.1f} +- {100 * e.are_std:.1f} %"
-            rows.append(f"{name + ' [' + unit + ']':14}{e.simulated:11.1f}{measured:>19}{ae:>17}{are:>19}")
-        return "\n".join([head, *rows])
+            head = f"{name} [{unit}]"
+            rows.append(f"{head:14}{e.simulated:11.1f}{measured:>19}{ae:>17}{percent(e.are, e.are_std):>19}")
+        return "\n".join(rows)
 
 
 def compare_force(
-    simulated: ForceCurve, measured: PressCurve | ForceCurve, label: str = "simulation"
+    simulated: ForceCurve, measured: ForceCurve | Sequence[ForceCurve], label: str = "simulation"
 ) -> ForceComparison:
     """Compare a simulated curve with measured repeats on the stroke that all of them cover.
 
@@ -221,7 +199,7 @@ def compare_force(
     >>> round(found.max_force.are, 3), round(found.work.ae, 1)
     (0.1, 100.0)
     """
-    repeats = measured.repeats if isinstance(measured, PressCurve) else (measured,)
+    repeats = (measured,) if isinstance(measured, ForceCurve) else measured
     curves = (simulated, *repeats)
     start = max(c.stroke[0] for c in curves)
     end = min(c.stroke[-1] for c in curves)
@@ -298,10 +276,7 @@ def levels_table(comparisons: Sequence[LevelsComparison]) -> str:
     rows = [f"{'':{width}}{'MARE max force':>22}{'std over levels':>22}{'MARE work':>22}"]
     for item in comparisons:
         force, work = item.max_force, item.work
-        cells = (
-            f"{100 * force.mare:.1f} +- {100 * force.mare_std:.1f} %",
-            f"{100 * force.spread:.1f} +- {100 * force.spread_std:.1f} %" if force.levels > 1 else "-",
-            f"{100 * work.mare:.1f} +- {100 * work.mare_std:.1f} %",
-        )
+        spread = percent(force.spread, force.spread_std) if force.levels > 1 else "-"
+        cells = percent(force.mare, force.mare_std), spread, percent(work.mare, work.mare_std)
         rows.append(f"{item.label:{width}}" + "".join(f"{c:>22}" for c in cells))
     return "\n".join(rows)

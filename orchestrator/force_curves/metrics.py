@@ -8,6 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 
+def percent(value: float, std: float) -> str:
+    """Return a share and its uncertainty in percent.
+
+    Examples
+    --------
+    >>> percent(0.123, 0.01)
+    '12.3 +- 1.0 %'
+    """
+    return f"{100 * value:.1f} +- {100 * std:.1f} %"
+
+
 @dataclass(frozen=True)
 class Measured:
     """A measured quantity: mean over the repeats and their sample standard deviation (0 for a single one).

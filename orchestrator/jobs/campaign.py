@@ -5,9 +5,9 @@ from __future__ import annotations
 import platform
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import replace
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
-from typing import Any
 
 from fmus.runtime.errors import SimulationError
 from friction_models.common import InputError, check_folder, grown, unknown_name, write_json
@@ -16,7 +16,7 @@ from friction_models.common.folders import STUDY
 from friction_models.common.pool import process_count
 
 from .estimate import DryRun, TimeEstimate
-from .executors import Cluster, Executor, ProcessExecutor, SerialExecutor
+from .executors import Cluster, Executor, ProcessExecutor
 from .job import Failure, Job, Progress
 from .keys import PACKAGES, Stamp, deciding_code, stamp
 from .store import JobResult, Store
@@ -39,7 +39,6 @@ class Campaign:
     folder : Path
         Folder of the study.
     jobs : iterable of Job
-        In any order.
     code : sequence of str
         Packages and modules whose sources count besides those that follow from the function of a job (`deciding_code`).
 
@@ -105,26 +104,21 @@ class Campaign:
                 if scheduler is not None:
                     executor = Cluster(scheduler)
                 else:
-                    executor = SerialExecutor() if count == 1 else ProcessExecutor(count)
+                    executor = Executor() if count == 1 else ProcessExecutor(count)
                 with executor:
                     self._work(executor, work, todo, results, progress or (lambda done, total, what: None))
             elif progress is not None:
                 progress(len(self.jobs), len(self.jobs), "all kept from before")
-            self._report_failures()
+            if self.failed:
+                write_json(self.folder / "failed.json", [f.to_dict() for f in self.failed.values()])
+            else:
+                (self.folder / "failed.json").unlink(missing_ok=True)
         return {name: results[name] for name in self.jobs if name in results}
 
     def dry_run(self, jobs: int | None = None, scheduler: str | None = None) -> DryRun:
         """Count the jobs (all, kept, to do) and estimate the time, from kept results where there are any.
 
-        Parameters
-        ----------
-        jobs, scheduler
-            As for `run`; a cluster counts with the workers that it has now.
-
-        Raises
-        ------
-        InputError
-            Less than one process, a scheduler that does not answer.
+        `jobs` and `scheduler` are as for `run`; a cluster counts with the workers that it has now.
         """
         check_folder(self.folder, STUDY)
         kept = self._kept()
@@ -133,7 +127,7 @@ class Campaign:
         if scheduler is not None:
             with Cluster(scheduler) as executor:
                 count = executor.workers
-        todo = self._unique(name for name in self.jobs if name not in kept)
+        todo = [names[0] for names in self._twins(name for name in self.jobs if name not in kept)]
         return DryRun(
             len(self.jobs), len(kept), len(todo), clock.left(todo, count), count, scheduler is not None
         )
@@ -160,17 +154,12 @@ class Campaign:
     def manifest(
         self,
         results: Mapping[str, JobResult],
-        settings: Mapping[str, Any] | None = None,
+        settings: Mapping[str, object] | None = None,
         seeds: Mapping[str, int] | None = None,
     ) -> dict[str, object]:
         """Return versions, seeds and hashes; equal manifests mean equal numbers.
 
-        Parameters
-        ----------
-        results : mapping
-            What `run` returned.
-        settings, seeds : mapping, optional
-            Of the study.
+        `results` are what `run` returned; `settings` and `seeds` those of the study.
         """
         values = {n: {k: v for k, v in r.values.items() if k != "timing"} for n, r in results.items()}
         code = tuple(
@@ -241,9 +230,12 @@ class Campaign:
         found = {name: self.store.load(key, name) for name, key in self.keys.items()}
         return {name: result for name, result in found.items() if result is not None}
 
-    def _unique(self, names: Iterable[str]) -> list[str]:
-        """Return the names without those whose result is that of an earlier one."""
-        return list({self.keys[name]: name for name in reversed(list(names))}.values())[::-1]
+    def _twins(self, names: Iterable[str]) -> list[list[str]]:
+        """Return the names in groups of one result."""
+        groups: dict[str, list[str]] = {}
+        for name in names:
+            groups.setdefault(self.keys[name], []).append(name)
+        return list(groups.values())
 
     # --- the work ---------------------------------------------------------------------------------
 
@@ -255,10 +247,8 @@ class Campaign:
         results: dict[str, JobResult],
         progress: Progress,
     ) -> None:
-        twins: dict[str, list[str]] = {}
-        for name in todo:
-            twins.setdefault(self.keys[name], []).append(name)
-        waiting = [names[0] for names in twins.values()]
+        twins = {names[0]: names for names in self._twins(todo)}
+        waiting = list(twins)
         running: dict[Future[dict[str, str]], str] = {}
         tries = dict.fromkeys(waiting, 0)
         clock = TimeEstimate(self.jobs.values(), results)
@@ -276,7 +266,7 @@ class Campaign:
                 missing = [need for need in job.needs if need in self.failed]
                 if missing:
                     waiting.remove(name)
-                    self._fail(twins[self.keys[name]], f"{_NOT_RUN} {', '.join(missing)} failed")
+                    self._fail(twins[name], f"{_NOT_RUN} {', '.join(missing)} failed")
                 elif len(running) < executor.capacity and all(need in results for need in job.needs):
                     waiting.remove(name)
                     tries[name] += 1
@@ -286,54 +276,43 @@ class Campaign:
             finished, _ = wait(running, return_when=FIRST_COMPLETED)
             for future in finished:
                 name = running.pop(future)
-                names = twins[self.keys[name]]
+                names = twins[name]
                 if future.cancelled():
                     raise SimulationError(
                         "the scheduler is gone; finished jobs are kept, start the study again"
                     )
                 error = future.exception()
-                if error is not None:
-                    if executor.died(error) and tries[name] < TRIES:
+                if error is not None and executor.died(error):
+                    if tries[name] < TRIES:
                         waiting.insert(0, name)
                     else:
-                        killed = f"its worker was killed {tries[name]} times (out of memory?)"
-                        self._fail(
-                            names, killed if executor.died(error) else f"{type(error).__name__}: {error}"
-                        )
+                        self._fail(names, f"its worker was killed {tries[name]} times (out of memory?)")
+                elif error is not None:
+                    self._fail(names, f"{type(error).__name__}: {error}")
                 elif outcome := future.result():
                     self._fail(names, outcome["error"], outcome["traceback"])
                 else:
                     for twin in names:
-                        result = self.store.load(self.keys[twin], twin)
-                        if result is None:
-                            self._fail(
-                                [twin],
-                                f"its result is not in {self.store.folder}; is the folder shared by all workers?",
-                            )
-                        else:
+                        if result := self.store.load(self.keys[twin], twin):
                             results[twin] = result
+                        else:
+                            shared = "is the folder shared by all workers?"
+                            self._fail([twin], f"its result is not in {self.store.folder}; {shared}")
                     if name in results:
                         clock.add(self.jobs[name], results[name].seconds)
                 tell(name)
 
     def _call(self, job: Job, work: Path) -> JobCall:
         code = self._code_of(job)
+        given = replace(job, files={n: p.resolve() for n, p in job.files.items()})
+        needs = {n: self.keys[n] for n in job.needs}
         return JobCall(
-            self.keys[job.name], job.name, job.function, job.inputs,
-            {n: str(p.resolve()) for n, p in job.files.items()}, {n: self.keys[n] for n in job.needs},
-            str(self.store.folder), str(work), code, self._stamp(code),
-        )  # fmt: skip
+            given, self.keys[job.name], needs, str(self.store.folder), str(work), code, self._stamp(code)
+        )
 
     def _fail(self, names: Iterable[str], error: str, trace: str = "") -> None:
         for name in names:
             self.failed[name] = Failure(self.jobs[name], error, trace)
-
-    def _report_failures(self) -> None:
-        file = self.folder / "failed.json"
-        if self.failed:
-            write_json(file, [failure.to_dict() for failure in self.failed.values()])
-        else:
-            file.unlink(missing_ok=True)
 
 
 _NOT_RUN = "not run, because"

@@ -53,11 +53,7 @@ class DryRun:
 class TimeEstimate:
     """Scales the expected times of jobs by what jobs of the same function took.
 
-    Parameters
-    ----------
-    jobs : iterable of Job
-    results : mapping of str to JobResult
-        Those that are there already.
+    `results` are those that are there already.
 
     Examples
     --------

@@ -6,7 +6,6 @@ import contextlib
 import logging
 import math
 import time
-from abc import ABC, abstractmethod
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from types import TracebackType
@@ -22,28 +21,29 @@ Outcome = dict[str, str]
 PATIENCE, ASK_AGAIN = 30.0, 5.0
 
 
-class Executor(ABC):
-    """Runs jobs and returns futures of their outcomes."""
+class Executor:
+    """Runs one job after the other in this process, and returns futures of their outcomes; others run several."""
 
     @property
-    @abstractmethod
     def workers(self) -> int:
         """Number of jobs that run at a time, for estimates."""
+        return 1
 
     @property
     def capacity(self) -> int:
         """Number of jobs that may be submitted at a time."""
         return self.workers
 
-    @abstractmethod
     def submit(self, call: JobCall) -> Future[Outcome]:
         """Start a job."""
+        future: Future[Outcome] = Future()
+        future.set_result(execute(call))
+        return future
 
-    @abstractmethod
     def died(self, error: BaseException) -> bool:
         """Whether the error says that the worker was killed, so that the job is worth another try."""
+        return False
 
-    @abstractmethod
     def close(self, now: bool) -> None:
         """End; `now` gives up jobs that are still running."""
 
@@ -93,27 +93,8 @@ class ProcessExecutor(Executor):
             worker.close(now)
 
 
-class SerialExecutor(Executor):
-    """Runs one job after the other in this process."""
-
-    @property
-    def workers(self) -> int:
-        return 1
-
-    def submit(self, call: JobCall) -> Future[Outcome]:
-        future: Future[Outcome] = Future()
-        future.set_result(execute(call))
-        return future
-
-    def died(self, error: BaseException) -> bool:
-        return False
-
-    def close(self, now: bool) -> None:
-        pass
-
-
 class Cluster(Executor):
-    """A dask.distributed cluster. It repeats the jobs of killed workers by itself; workers may join and leave.
+    """A dask.distributed cluster, which repeats the jobs of killed workers by itself; workers may join and leave.
 
     Parameters
     ----------
@@ -175,9 +156,6 @@ class Cluster(Executor):
     def submit(self, call: JobCall) -> Future[Outcome]:
         future: Future[Outcome] = self._executor.submit(execute, call)
         return future
-
-    def died(self, error: BaseException) -> bool:
-        return False  # dask has tried several times already
 
     def close(self, now: bool) -> None:
         self._executor.shutdown(wait=not now)

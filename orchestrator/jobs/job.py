@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from friction_models.common.json_values import plain
+
+from .store import JobResult
+
 #: Called with (done, total, what was done and how long the rest will take).
 Progress = Callable[[int, int, str], None]
+#: What the function of a job gets by name: JSON-able inputs, paths of its files, results of the jobs it needs.
+Inputs = Mapping[str, Any]
+Files = Mapping[str, Path]
+Needs = Mapping[str, JobResult]
 
 
 @dataclass(frozen=True)
@@ -17,19 +25,17 @@ class Job:
 
     Attributes
     ----------
-    name : str
-        Its name in the campaign.
     function : str
         ``"package.module:function"``, called with (inputs, files, needs, folder): the next three and a folder for
         files that are kept with the result. It returns a JSON-able dict; measured times go under the
         key ``"timing"``, which is no part of the number that two runs must agree in.
-    inputs : dict
+    inputs
         JSON-able; decide the result.
-    files : dict of str to Path
+    files
         Files or folders; their content decides the result, not their place.
-    needs : tuple of str
+    needs
         Names of the jobs whose results it gets.
-    seconds : float
+    seconds
         What it is expected to take [s]; only for estimates.
 
     Examples
@@ -41,7 +47,7 @@ class Job:
 
     name: str
     function: str
-    inputs: Mapping[str, Any] = field(default_factory=dict)
+    inputs: Inputs = field(default_factory=dict)
     files: dict[str, Path] = field(default_factory=dict)
     needs: tuple[str, ...] = ()
     seconds: float = 1.0
@@ -63,12 +69,9 @@ class Failure:
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data: the job with its inputs, and the reason."""
-        return {
-            "name": self.job.name,
-            "function": self.job.function,
-            "inputs": self.job.inputs,
-            "files": {name: str(path) for name, path in self.job.files.items()},
-            "needs": list(self.job.needs),
+        content: dict[str, object] = plain(asdict(self.job)) | {
             "error": self.error,
             "traceback": self.traceback,
         }
+        del content["seconds"]
+        return content

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -13,6 +12,7 @@ from typing import Any
 
 from friction_models.common import InputError, write_json
 from friction_models.common.cached_results import digest, path_digest
+from friction_models.common.files import read_json
 from friction_models.common.locks import locked
 
 #: Every result folder holds this file, which names all others with their hashes.
@@ -25,16 +25,8 @@ MAX_BYTES = 64_000_000
 class JobResult:
     """Result of a job.
 
-    Attributes
-    ----------
-    name : str
-        Name of the job.
-    values : dict
-        What the function returned, as JSON holds it.
-    folder : Path
-        The files it wrote.
-    seconds : float
-        Time it took [s].
+    `values` are what its function returned, as JSON holds it; `folder` holds the files it wrote; `seconds` is its
+    time [s].
 
     Examples
     --------
@@ -72,30 +64,19 @@ def read_object(file: Path, limit: int) -> dict[str, Any]:
 
     Examples
     --------
-    >>> from friction_models.common import write_json
     >>> with tempfile.TemporaryDirectory() as place:
     ...     read_object(write_json(Path(place) / "result.json", {"mu": 0.1}), limit=1000)
     {'mu': 0.1}
     """
-    try:
-        if file.stat().st_size > limit:
-            raise InputError(f"{file}: {file.stat().st_size} bytes; allowed: at most {limit}")
-        content = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        said = " ".join(str(getattr(error, "strerror", None) or error).split())[:150]
-        raise InputError(f"{file}: cannot be read ({said}); allowed: a JSON file") from None
-    if not isinstance(content, dict):
-        raise InputError(f"{file}: holds {type(content).__name__}; allowed: a JSON object")
-    return content
+    if file.is_file() and file.stat().st_size > limit:
+        raise InputError(f"{file}: {file.stat().st_size} bytes; allowed: at most {limit}")
+    return read_json(file)
 
 
 class Store:
     """The results in a folder.
 
-    Parameters
-    ----------
-    folder : Path
-        Folder ``jobs`` of a study; need not exist yet.
+    `folder`: ``jobs`` in the folder of a study; need not exist yet.
 
     Examples
     --------
@@ -166,12 +147,11 @@ class Store:
                     shutil.rmtree(left, ignore_errors=True)
 
 
-def _whole(place: Path, files: dict[str, Any]) -> bool:
+def _whole(place: Path, files: dict[str, list[Any]]) -> bool:
     """Return whether the files of a result are what they were: a power cut, or a full disk, may have cut them short."""
     for name, (size, sha256) in files.items():
         file = (place / name).resolve()
-        if not (file.is_relative_to(place) and file.is_file() and file.stat().st_size == size):
-            return False
-        if path_digest(file) != sha256:
+        there = file.is_relative_to(place) and file.is_file() and file.stat().st_size == size
+        if not there or path_digest(file) != sha256:
             return False
     return True

@@ -7,7 +7,7 @@ import sys
 import tempfile
 import time
 import traceback
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -17,36 +17,21 @@ from typing import Any
 from friction_models.common import InputError
 from friction_models.common.pool import one_thread
 
+from .job import Job
 from .keys import Stamp, stamp
 from .store import JobResult, Store
 
 
 @dataclass(frozen=True)
 class JobCall:
-    """A job as a worker receives it, as plain data.
+    """A job, with absolute paths, as a worker receives it.
 
-    Attributes
-    ----------
-    key, name, function : str
-        Hash and name of the job, and ``package.module:function``.
-    inputs : dict
-    files : dict of str to str
-        Absolute paths.
-    needs : dict of str to str
-        Names and hashes of the jobs whose results it gets.
-    store, work : str
-        Folder of the results, and one in it that is there while the campaign runs.
-    code : tuple of str
-        Packages whose sources count.
-    stamp : dict
-        Sources and versions of the one who asks.
+    `needs` are the hashes of the jobs it needs by name; `store` is the folder of the results, `work` one in it that is
+    there while the campaign runs; `code` are the packages whose sources count, `stamp` is that of the one who asks.
     """
 
+    job: Job
     key: str
-    name: str
-    function: str
-    inputs: Mapping[str, Any]
-    files: dict[str, str]
     needs: dict[str, str]
     store: str
     work: str
@@ -107,19 +92,19 @@ def _do(call: JobCall) -> None:
                 f"{store.folder / key}: the result of {name} is not there; was it removed meanwhile?"
             )
         needs[name] = result
-    files = {name: Path(path) for name, path in call.files.items()}
     # Beside the place of the result, so that relative paths in its files hold after the renaming.
     work = Path(tempfile.mkdtemp(prefix=f"{Path(call.work).name}-{call.key[:12]}-", dir=store.folder))
     work.chmod(0o755)
-    function = resolve(call.function)
+    job = call.job
+    function = resolve(job.function)
     with _alone():
         began = time.perf_counter()
-        values = function(call.inputs, files, needs, work)
+        values = function(job.inputs, job.files, needs, work)
         seconds = time.perf_counter() - began
     content = {
-        "name": call.name,
-        "function": call.function,
-        "inputs": call.inputs,
+        "name": job.name,
+        "function": job.function,
+        "inputs": job.inputs,
         "needs": call.needs,
         **call.stamp,
         "seconds": round(seconds, 6),

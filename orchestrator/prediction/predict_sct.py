@@ -27,6 +27,8 @@ from ..cosim.system import System
 from ..jobs.job import Progress
 from .schedule import SctSchedule
 
+#: Parameters of `fmus.pack_twin`: `material`, `mesh_size`, `upsetting_mu` ...
+TwinParameters = Mapping[str, Any]
 #: Sliding of one communication step at the highest speed [mm].
 STEP = 0.1
 #: A test of many speeds is not followed in more steps than these.
@@ -75,16 +77,16 @@ class SctPrediction:
         the measured distances.
         """
         run = self.run
-        columns: dict[str, Any] = {"test_id": self.schedule.test_id, "t": run.time[1:]}
         # A step begins with the loads of the step before: mu and the loads it belongs to stand in one row.
-        columns |= {name: run[f"twin.{name}"][:-1] for name in LOAD_NAMES}
-        columns["mu_model"] = self.mu
+        loads = {name: run[f"twin.{name}"][:-1] for name in LOAD_NAMES}
+        frame = pd.DataFrame({"t": run.time[1:], **loads, "mu_model": self.mu})
+        frame.insert(0, "test_id", self.schedule.test_id)
         measured = self.schedule.measured
         for name, column in (("mu", "mu"), ("T_measured", "T")):
             if measured is not None and column in measured:
                 known, values = measured["sd"].to_numpy(), measured[column].to_numpy()
-                columns[name] = np.interp(columns["sd"], known, values, left=np.nan, right=np.nan)
-        return pd.DataFrame(columns)
+                frame[name] = np.interp(loads["sd"], known, values, left=np.nan, right=np.nan)
+        return frame
 
     def at(self, sd: FloatArray) -> dict[str, FloatArray]:
         """Return predicted `mu` and `T` [degC] at sliding distances [mm]."""
@@ -250,7 +252,7 @@ def predict_sct(
     schedules: Sequence[SctSchedule],
     out: str | os.PathLike[str],
     *,
-    twin: Mapping[str, Any] | None = None,
+    twin: TwinParameters | None = None,
     label: str | None = None,
     names: FrictionNames | None = None,
     jobs: int | None = None,
@@ -268,8 +270,7 @@ def predict_sct(
         Folder: ``fmus/``, a run folder a test under ``runs/``, ``predicted.csv``, ``prediction.json``. Runs that are there
         already, of the same FMUs and versions, are not computed again.
     twin : mapping, optional
-        Parameters of the twin for all tests (`fmus.pack_twin`): `material`, `mesh_size`, `upsetting_mu` ...; what
-        the test table says about specimen and punch goes before them.
+        Parameters of the twin for all tests; what the test table says about specimen and punch goes before them.
     label : str, optional
         Name of the friction model; that of the file by default.
     names : FrictionNames, optional
@@ -316,20 +317,14 @@ def sct_system(
     schedule: SctSchedule,
     fmus: Path,
     *,
-    twin: Mapping[str, Any] | None = None,
+    twin: TwinParameters | None = None,
     label: str | None = None,
     names: FrictionNames | None = None,
 ) -> System:
     """Return the system of one test: source of signals, friction FMU, twin FMU with the test's geometry.
 
-    Parameters
-    ----------
-    friction, twin, label, names
-        As in `predict_sct`.
-    schedule : SctSchedule
-        What drives the test.
-    fmus : Path
-        Folder for the FMU of the signals and that of the twin, which tests of one specimen temperature share.
+    `fmus` is the folder for the FMU of the signals and that of the twin, which tests of one specimen temperature
+    share; the rest is as in `predict_sct`.
 
     Examples
     --------

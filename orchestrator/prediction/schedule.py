@@ -7,7 +7,6 @@ import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,6 +18,8 @@ from friction_models.loads.table import read_table
 from sct_twin.ingest.raw_campaign import check_test_id
 from sct_twin.twin.process import F_MAX_LIMITS
 
+#: A row of a test table.
+TestRow = Mapping[str, float | str | None]
 #: Columns of a test table that are parameters of the twin.
 TWIN_PARAMETERS = ("specimen_diameter", "specimen_height", "bore", "tip", "tip_height", "t_wait")
 #: Physical limits of what the twin is driven with.
@@ -33,8 +34,6 @@ class SctSchedule:
 
     Attributes
     ----------
-    test_id : str
-        Name of the test.
     edges : ndarray, shape (n + 1,)
         Times [s] from 0 on.
     F_n, v_slide, T_tool : ndarray, shape (n,)
@@ -43,8 +42,6 @@ class SctSchedule:
         The test's row of the test table.
     measured : pandas.DataFrame or None
         Points of the test where it was run: columns of the contract.
-    synthetic : bool
-        Whether it comes from a virtual laboratory.
 
     Raises
     ------
@@ -64,7 +61,7 @@ class SctSchedule:
     F_n: FloatArray
     v_slide: FloatArray
     T_tool: FloatArray
-    metadata: Mapping[str, Any] = field(default_factory=dict)
+    metadata: TestRow = field(default_factory=dict)
     measured: pd.DataFrame | None = None
     synthetic: bool = False
 
@@ -116,17 +113,11 @@ class SctSchedule:
         return None if value is None or value == float(self.T_tool[0]) else value
 
     @classmethod
-    def from_points(
-        cls, points: pd.DataFrame, row: Mapping[str, Any], synthetic: bool = False
-    ) -> SctSchedule:
+    def from_points(cls, points: pd.DataFrame, row: TestRow, synthetic: bool = False) -> SctSchedule:
         """Take a test as it was driven: force and distance over time from its points, temperature from its row.
 
-        Parameters
-        ----------
-        points : pandas.DataFrame
-            `t, sd` and `F_n` [N] (or `sigma_n`, where the row holds `contact_area` [mm2]) of one test.
-        row : mapping
-            The test's row of the test table; `T_tool` [degC] is needed.
+        `points` hold `t, sd` and `F_n` [N] (or `sigma_n`, where the row holds `contact_area` [mm2]) of one test; the
+        row of the test table needs `T_tool` [degC].
 
         Raises
         ------
@@ -153,27 +144,15 @@ class SctSchedule:
         t, sd, force = t[keep], sd[keep], np.concatenate([force[:1], force])[keep]
         # The distances are the measured ones: a speed that is integrated would drift away from them.
         speed = np.maximum(np.diff(sd) / np.diff(t), 0.0)
-        n = len(speed)
-        return cls(
-            test_id,
-            t,
-            0.5 * (force[1:] + force[:-1]),
-            speed,
-            np.full(n, T_tool),
-            dict(row),
-            points.reset_index(drop=True),
-            synthetic,
-        )
+        mean, measured = 0.5 * (force[1:] + force[:-1]), points.reset_index(drop=True)
+        return cls(test_id, t, mean, speed, np.full(len(speed), T_tool), dict(row), measured, synthetic)
 
     @classmethod
-    def from_plan(cls, row: Mapping[str, Any], synthetic: bool = False) -> SctSchedule:
+    def from_plan(cls, row: TestRow, synthetic: bool = False) -> SctSchedule:
         """Take a test that was only planned.
 
-        Parameters
-        ----------
-        row : mapping
-            `test_id`, `F_set` [N], `v_set` [mm/s], `sd_set` [mm], `T_tool` [degC]; `ramp` [s]: time in which the
-            plate reaches its speed along half a cosine (0 where missing); specimen, punch and `t_wait`.
+        The row holds `test_id`, `F_set` [N], `v_set` [mm/s], `sd_set` [mm], `T_tool` [degC]; `ramp` [s], the time in
+        which the plate reaches its speed along half a cosine (0 where missing); specimen, punch and `t_wait`.
 
         Raises
         ------
@@ -200,7 +179,7 @@ class SctSchedule:
         return cls(test_id, edges, np.full(n, force), v, np.full(n, T_tool), dict(row), synthetic=synthetic)
 
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str], row: Mapping[str, Any]) -> SctSchedule:
+    def from_file(cls, path: str | os.PathLike[str], row: TestRow) -> SctSchedule:
         """Read a table (CSV, Parquet) with `t` [s], `F_n` [N], `v_slide` [mm/s] and, where it varies, `T_tool` [degC].
 
         Raises
@@ -301,7 +280,7 @@ def _named(path: str | os.PathLike[str]) -> Iterator[None]:
         raise InputError(f"{path}: {error}") from None
 
 
-def _number(row: Mapping[str, Any], name: str) -> float | None:
+def _number(row: TestRow, name: str) -> float | None:
     """Return a finite number of the metadata; None where it is not recorded."""
     value = row.get(name)
     if value is None or value == "" or (isinstance(value, float) and math.isnan(value)):
@@ -315,7 +294,7 @@ def _number(row: Mapping[str, Any], name: str) -> float | None:
     return number
 
 
-def _needed(row: Mapping[str, Any], name: str, where: str) -> float:
+def _needed(row: TestRow, name: str, where: str) -> float:
     value = _number(row, name)
     if value is None:
         raise missing_column(name, list(row), where)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict
+from typing import TYPE_CHECKING, NamedTuple, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -22,13 +22,15 @@ def reference_areas(level: Level) -> FloatArray:
     tools work on the billet, so these areas differ by a factor of a hundred and more. Times its surface expansion,
     which the solver takes over the same neighbours, it is the area that a marker stands for now.
     """
-    from forming.processes.names import PROCESSES
-
-    solver: Any = PROCESSES[level.process]
-    process = solver(**level.numbers)
+    process = level.forming()
     process.start()
     between = process.simulation.state.markers.reference_area
     return np.asarray(0.5 * np.concatenate([between[:1], between[:-1] + between[1:], between[-1:]]))
+
+
+def by_marker(run: Run, label: str) -> FloatArray:
+    """Return what a run recorded with a column for each marker, also where there is a single one."""
+    return np.atleast_2d(run[label].T).T
 
 
 class Share(TypedDict):
@@ -69,15 +71,9 @@ class Spread(TypedDict):
 class Contact(NamedTuple):
     """Every marker in contact at every step of a run, n in all.
 
-    Attributes
-    ----------
-    loads : ndarray, shape (n, 5)
-    mu : ndarray, shape (n,)
-        The answer of the friction model to them.
-    area : ndarray, shape (n,)
-        Area that the marker stands for [mm2]. Steps take the same time, so its sums are shares of contact and time.
-    work : ndarray, shape (n,)
-        Friction work on that area during the step [J].
+    `loads` have the shape (n, 5), the others (n,): `mu` is the answer of the friction model, `area` what the marker
+    stands for [mm2], `work` the friction work on it during the step [J]. Steps take the same time, so sums of areas
+    are shares of contact and time.
 
     Examples
     --------
@@ -104,12 +100,10 @@ class Contact(NamedTuple):
     @classmethod
     def of(cls, run: Run, areas: FloatArray) -> Contact:
         """Return the contact of a run whose markers stand for `reference_areas` on the undeformed billet."""
-        table = [np.atleast_2d(run[f"forming.{name}"].T).T for name in LOAD_NAMES]
-        answer = np.atleast_2d(run["friction.mu"].T).T
         # What a step publishes is answered by the mu of the next one; the last row has no answer.
-        touching = (np.atleast_2d(run["forming.active"].T).T > 0.5)[:-1]
-        loads = np.column_stack([column[:-1][touching] for column in table])
-        mu = answer[1:][touching]
+        touching = (by_marker(run, "forming.active") > 0.5)[:-1]
+        loads = np.column_stack([by_marker(run, f"forming.{name}")[:-1][touching] for name in LOAD_NAMES])
+        mu = by_marker(run, "friction.mu")[1:][touching]
         first, seconds = (
             np.broadcast_to(a, touching.shape)[touching] for a in (areas, np.diff(run.time)[:, None])
         )

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Self
 
 from fmus.runtime.errors import SimulationError
 from friction_models.common import InputError, unknown_name
@@ -14,6 +15,7 @@ from ..comparison.level_runs import (
     RUN,
     SECONDS_A_MM,
     Level,
+    StartValues,
     friction_file,
     level_inputs,
     simulate_level,
@@ -21,7 +23,10 @@ from ..comparison.level_runs import (
 )
 from ..cosim.run_folders import Run
 from ..jobs.campaign import Job, JobResult
+from ..jobs.job import Files, Inputs, Needs
+from .measurements import FULL_PLAN, data_jobs
 from .models import ADVANCED
+from .study import PlanT, Study
 
 #: Relative change at which repetitions agree: well above what the solver resolves, well below what matters.
 TOLERANCE = 1e-5
@@ -40,23 +45,10 @@ def coupled_job(
     friction: str,
     mode: str = "gauss_seidel",
     step: float = 0.1,
-    start: Mapping[str, Any] | None = None,
+    start: StartValues | None = None,
     label: str = "",
 ) -> Job:
-    """Return the job that forms `level` with the friction FMU of the job `friction`, run folder kept.
-
-    Parameters
-    ----------
-    name : str
-        Of the job.
-    level : Level
-    friction : str
-        Name of a job of `models`.
-    mode, step, start
-        How the FMUs are coupled, the stroke between two exchanges [mm], start values of the friction FMU.
-    label : str
-        Friction model as the run names it.
-    """
+    """Return the job that forms `level` with the FMU of the job `friction`, run folder kept; see `level_job`."""
     inputs = level_inputs(level, mode, step, start) | {"label": label, "tolerance": TOLERANCE}
     # The cost by millimetre is that of steps of 0.1 mm; the solver makes small ones of its own within a long one.
     cost = SECONDS_A_MM.get(level.process, 0.25) * level.stroke * max(0.5, min(2.0, 0.1 / step))
@@ -69,9 +61,7 @@ def coupled_job(
     )
 
 
-def run_coupled(
-    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, object]:
+def run_coupled(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict[str, object]:
     """Form a level and keep the run; the function of `coupled_job`.
 
     Returns
@@ -99,11 +89,6 @@ def run_coupled(
     return {**summary(run), "failed": run.message, "repetitions": made}
 
 
-def synthetic(results: Mapping[str, JobResult]) -> bool:
-    """Return whether any result comes from synthetic measurements."""
-    return any(bool(result.values.get("synthetic")) for result in results.values())
-
-
 def run_of(result: JobResult) -> Run | None:
     """Return the run that a job kept, None where not a single step was made."""
     if not result.values["steps"]:
@@ -111,46 +96,79 @@ def run_of(result: JobResult) -> Run | None:
     return Run.load(result.folder / RUN, stopped=True)
 
 
-def check_names(models: Iterable[str], processes: Iterable[str]) -> None:
-    """Refuse unknown families and processes.
+@dataclass(frozen=True)
+class CoupledPlan:
+    """What studies of coupled runs have in common.
 
-    Raises
-    ------
-    InputError
-        Names the nearest one that is known.
+    Attributes
+    ----------
+    models, processes : sequence of str
+        Families of friction models; ``"fre"`` and ``"bce"``.
+    stroke : float or None
+        Punch travel [mm]; None for that of a usual run.
+    lubricant, tests : str
+        Lubricant, and plan of the compression tests, of the virtual laboratory.
 
     Examples
     --------
-    >>> check_names(["linear"], ["fre"])
-    >>> check_names(["liner"], ["fre"])
+    >>> CoupledPlan(models=["liner"])
     Traceback (most recent call last):
         ...
     friction_models.common.errors.InputError: unknown model 'liner'; allowed: ffnn, gradient_boosting, linear, polynomial, power_law; did you mean 'linear'?
     """
-    for what, names, known in (("model", models, ADVANCED), ("process", processes, tuple(SECONDS_A_MM))):
-        for name in names:
-            if name not in known:
-                raise unknown_name(what, name, known)
+
+    models: Sequence[str] = ADVANCED
+    processes: Sequence[str] = ("fre", "bce")
+    stroke: float | None = None
+    lubricant: str = "polymer"
+    tests: str = FULL_PLAN
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for what, names, known in (
+            ("model", self.models, ADVANCED),
+            ("process", self.processes, tuple(SECONDS_A_MM)),
+        ):
+            for name in names:
+                if name not in known:
+                    raise unknown_name(what, name, known)
+
+    def measured(self, data: Mapping[str, Path] | None) -> tuple[Self, list[Job]]:
+        """Return the plan with the lubricant of one's own data, where there are any, and the jobs that measure it.
+
+        Raises
+        ------
+        InputError
+            More than one data set, or one that cannot be used.
+        """
+        if data is not None and len(data) > 1:
+            raise InputError(
+                f"--data: {len(data)} data sets, allowed: one, as the study compares runs of one lubricant"
+            )
+        plan = replace(self, lubricant=next(iter(data or ()), self.lubricant))
+        return plan, data_jobs(data, (plan.lubricant,), plan.tests, plan.seed)[plan.lubricant]
+
+
+class CoupledStudy(Study[PlanT]):
+    """A study of coupled runs with one lubricant."""
+
+    def settings(self, results: Mapping[str, JobResult]) -> dict[str, object]:
+        """Return what the manifest says of the study."""
+        return {**super().settings(results), "synthetic": synthetic(results)}
+
+
+def synthetic(results: Mapping[str, JobResult]) -> bool:
+    """Return whether any result comes from synthetic measurements."""
+    return any(bool(result.values.get("synthetic")) for result in results.values())
 
 
 def chosen_level(process: str, stroke: float | None, step: float, speed: float, T_tool: float) -> Level:
-    """Return a level with as much stroke as the process allows, in whole steps.
-
-    Parameters
-    ----------
-    process : str
-        ``"fre"`` or ``"bce"``.
-    stroke : float or None
-        Wanted punch travel [mm]; None for that of a usual run.
-    step : float
-        Longest communication step of the study [mm].
-    speed, T_tool : float
-        Punch speed [mm/s] and tool temperature [degC].
+    """Return a level with the stroke wanted (or usual) as far as the process allows, in whole steps [mm].
 
     Raises
     ------
     InputError
-        An unknown process, or a stroke shorter than a step.
+        A stroke shorter than a step.
 
     Examples
     --------
@@ -159,7 +177,6 @@ def chosen_level(process: str, stroke: float | None, step: float, speed: float, 
     """
     from ..cosim.ready_made import STROKE
 
-    check_names((), (process,))
     wanted = STROKE if stroke is None else stroke
     if not wanted >= step:
         raise InputError(f"stroke = {wanted:g} mm, allowed: at least one communication step of {step:g} mm")

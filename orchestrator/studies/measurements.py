@@ -10,11 +10,12 @@ import re
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import TYPE_CHECKING, TypedDict
 
 from friction_models.common import InputError, unknown_name
 
 from ..jobs.campaign import Job, JobResult
+from ..jobs.job import Files, Inputs, Needs
 from .models import data_files, load_data
 
 if TYPE_CHECKING:
@@ -56,20 +57,11 @@ def data_jobs(
 ) -> dict[str, list[Job]]:
     """Return the jobs of each lubricant; the last one of each is called ``data-LUBRICANT``.
 
-    Parameters
-    ----------
-    data : mapping of str to Path, optional
-        One's own data sets by lubricant; without them the virtual laboratory measures.
-    lubricants, plan, seed
-        Of the virtual laboratory.
-
-    Raises
-    ------
-    InputError
-        A data set that cannot be used, an unknown lubricant or plan.
+    `data` are one's own data sets by lubricant; without them the virtual laboratory measures, to which the rest
+    applies.
     """
     if data:
-        return {lubricant: [own_data_job(lubricant, folder, seed)] for lubricant, folder in data.items()}
+        return {lubricant: [_own_data_job(lubricant, place, seed)] for lubricant, place in data.items()}
     return {lubricant: measurement_jobs(lubricant, plan, seed) for lubricant in lubricants}
 
 
@@ -103,26 +95,6 @@ def chosen_data(texts: Iterable[str] | None) -> dict[str, Path] | None:
             raise InputError(f"--data {text!r}: no such folder or file {path}")
         chosen[lubricant] = path
     return chosen or None
-
-
-def only_lubricant(data: Mapping[str, Path] | None, default: str) -> str:
-    """Return the lubricant of a study that compares runs of one; `default` where the virtual laboratory measures.
-
-    Raises
-    ------
-    InputError
-        Several data sets.
-
-    Examples
-    --------
-    >>> only_lubricant({"oil": Path("measured")}, default="polymer"), only_lubricant(None, default="polymer")
-    ('oil', 'polymer')
-    """
-    if data is not None and len(data) > 1:
-        raise InputError(
-            f"--data: {len(data)} data sets, allowed: one, as the study compares runs of one lubricant"
-        )
-    return next(iter(data or ()), default)
 
 
 def measurement_jobs(lubricant: str, plan: str = FULL_PLAN, seed: int = 0) -> list[Job]:
@@ -164,15 +136,8 @@ def measurement_jobs(lubricant: str, plan: str = FULL_PLAN, seed: int = 0) -> li
     return [*shapes, *jobs, gather]
 
 
-def own_data_job(lubricant: str, place: Path, seed: int = 0) -> Job:
-    """Return the job that takes a user's data set: a folder with points and tests, or a file of points.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, or has too few tests.
-    """
-    read_own(place, seed)
+def _own_data_job(lubricant: str, place: Path, seed: int) -> Job:
+    read_own(place, seed)  # what cannot be used is refused at once
     inputs = {"lubricant": lubricant, "seed": seed}
     return Job(data_name(lubricant), f"{__name__}:take", inputs, data_files(place))
 
@@ -212,9 +177,7 @@ class MeasuredData(TypedDict):
 # --- the functions of the jobs ------------------------------------------------------------------------
 
 
-def upset(
-    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, object]:
+def upset(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict[str, object]:
     """Compute the upsetting runs of one specimen shape into the user's cache, where the laboratory finds them.
 
     Only a matter of time: a laboratory that does not find them computes them itself.
@@ -228,9 +191,7 @@ def upset(
     return {"psi_set": psi}
 
 
-def measure(
-    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, object]:
+def measure(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict[str, object]:
     """Carry out a part of the plan in the virtual laboratory and evaluate it by the twin.
 
     A test depends on the seed and its own row of the plan only, so the parts are those of the whole campaign.
@@ -255,9 +216,7 @@ def measure(
     }
 
 
-def gather(
-    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> MeasuredData:
+def gather(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> MeasuredData:
     """Put the parts together in the order of the tests' names."""
     import pandas as pd
 
@@ -274,9 +233,7 @@ def gather(
     return _write(whole, str(inputs["lubricant"]), folder)
 
 
-def take(
-    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> MeasuredData:
+def take(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> MeasuredData:
     """Take the user's data set, with roles."""
     data = _with_roles(load_data(files, needs), inputs["seed"], str(files["points"]))
     return _write(data, str(inputs["lubricant"]), folder)
@@ -288,6 +245,7 @@ def _with_roles(data: DataSet, seed: int, where: str) -> DataSet:
     import pandas as pd
 
     from friction_models.loads import DataSet, require_every_load
+    from friction_models.loads.splits import hold_out
 
     require_every_load(data.points.columns, where)
     ids = data.points["test_id"].unique()
@@ -299,9 +257,8 @@ def _with_roles(data: DataSet, seed: int, where: str) -> DataSet:
             if not (known["role"] == role).any():
                 raise InputError(f"{where}: no test has the role {role!r}; allowed: tests of both roles")
         return data
-    held = np.random.default_rng(seed).choice(
-        np.sort(ids.astype(str)), max(1, round(HELD_OUT * len(ids))), replace=False
-    )
+    _, out = hold_out(ids.astype(str), len(ids), HELD_OUT, seed)
+    held = ids.astype(str)[out]
     tests = pd.DataFrame({"test_id": ids}) if data.tests is None else data.tests.copy()
     tests["role"] = np.where(tests["test_id"].isin(held), "test", "train")
     return DataSet(data.points, tests, {**data.info, "held_out": f"{len(held)} tests drawn by the seed"})

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import TYPE_CHECKING, TypedDict
 
 from friction_models.common import InputError
 
-from ..jobs.campaign import Job, JobResult
+from ..jobs.campaign import Job
+from ..jobs.job import Files, Inputs, Needs
+
+if TYPE_CHECKING:
+    from friction_models.loads import DataSet
 
 #: The five advanced models, simplest first, and the two constants from the literature.
 ADVANCED = ("linear", "polynomial", "power_law", "gradient_boosting", "ffnn")
@@ -43,7 +47,7 @@ def model_job(
     data: str | Path | None = None,
     *,
     name: str | None = None,
-    parameters: Mapping[str, Any] | None = None,
+    parameters: Mapping[str, object] | None = None,
     tests: Sequence[str] | None = None,
 ) -> Job:
     """Return the job that trains one model.
@@ -57,8 +61,6 @@ def model_job(
         the ``points.csv`` (or Parquet) file of one, whose ``tests.csv`` and ``dataset.json`` lie beside it.
     name : str, optional
         Of the job; ``model-FAMILY-DATA`` by default.
-    parameters : mapping, optional
-        Of the family.
     tests : sequence of str, optional
         Train on these tests only; on those with the role ``train``, or on all where there is none, by default.
     """
@@ -73,14 +75,8 @@ def model_job(
     inputs: dict[str, object] = {"family": family, "parameters": dict(parameters or {})}
     if tests is not None:
         inputs["tests"] = list(tests)
-    return Job(
-        name or model_name(family, label),
-        "orchestrator.studies.models:train_model",
-        inputs,
-        files,
-        needs,
-        seconds=SECONDS.get(family, USUAL_SECONDS),
-    )
+    seconds = SECONDS.get(family, USUAL_SECONDS)
+    return Job(name or model_name(family, label), f"{__name__}:train_model", inputs, files, needs, seconds)
 
 
 def model_name(family: str, data: str) -> str:
@@ -109,17 +105,13 @@ def data_files(data: Path) -> dict[str, Path]:
     """
     if data.is_file():
         return {"points": data}
-    found = {
-        key: data / file
-        for key, file in (("tests", "tests.csv"), ("info", "dataset.json"))
-        if (data / file).is_file()
-    }
     from friction_models.loads.dataset import points_file
 
-    return {"points": points_file(data)} | found
+    beside = {"tests": data / "tests.csv", "info": data / "dataset.json"}
+    return {"points": points_file(data)} | {key: file for key, file in beside.items() if file.is_file()}
 
 
-def load_data(files: Mapping[str, Path], needs: Mapping[str, JobResult]) -> Any:
+def load_data(files: Files, needs: Needs) -> DataSet:
     """Return the data set that a job was given: by files, or as the result of another job."""
     from friction_models.loads import DataSet
 
@@ -132,16 +124,14 @@ def load_data(files: Mapping[str, Path], needs: Mapping[str, JobResult]) -> Any:
     return DataSet.load(result.folder / str(result.values.get("dataset", "dataset")))
 
 
-def train_model(
-    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> TrainedModel:
+def train_model(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> TrainedModel:
     """Train a model, measure it on held-out tests, save it and pack it as an FMU of FMI 3.0 for any number of points."""
     from fmus import pack
     from friction_models.families.registry import make_model
     from friction_models.training import error_measures
 
     family = str(inputs["family"])
-    model: Any = make_model(family, **inputs.get("parameters", {}))
+    model = make_model(family, **inputs.get("parameters", {}))
     made: TrainedModel = {
         "family": family,
         "model": MODEL,

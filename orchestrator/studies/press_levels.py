@@ -7,15 +7,16 @@ import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from friction_models.common import InputError, unknown_name
 
 from ..comparison.level_runs import Level
 from ..jobs.campaign import Job, JobResult
+from ..jobs.job import Files, Inputs, Needs
 
 if TYPE_CHECKING:
-    from ..force_curves.forces import PressCurve
+    from ..force_curves.forces import ForceCurve
 
 #: CPU time of the virtual press by millimetre of stroke of one solver run [s], for estimates.
 SECONDS_A_MM = 0.45
@@ -25,28 +26,19 @@ CURVES = "press"
 
 @dataclass(frozen=True)
 class StudyLevel:
-    """A press level of a study, and where its measured curves are.
-
-    Attributes
-    ----------
-    lubricant : str
-    level : Level
-        What a forming run needs.
-    job : str
-        Name of the job that presses it, or copies one's own curves.
-    file : Path or None
-        CSV of one's own curves, where they came from.
-    synthetic : bool
-        Whether a virtual press made the curves, now or before.
-    """
+    """A press level of a study. One's own curves came from `file`; `synthetic`: a virtual press made them, now or before."""
 
     lubricant: str
     level: Level
-    job: str
     file: Path | None = None
     synthetic: bool = False
 
-    def measured(self, results: Mapping[str, JobResult]) -> PressCurve | None:
+    @property
+    def job(self) -> str:
+        """Name of the job that presses it, or copies one's own curves."""
+        return f"press-{self.lubricant}-{self.level.name}"
+
+    def measured(self, results: Mapping[str, JobResult]) -> Sequence[ForceCurve] | None:
         """Return the measured curves; None where their job failed."""
         from ..force_curves.forces import read_press_curve
 
@@ -63,27 +55,19 @@ def virtual_levels(
 ) -> tuple[list[StudyLevel], list[Job]]:
     """Return the levels of the virtual press and the jobs that press them.
 
-    Parameters
-    ----------
-    lubricants : sequence of str
-        Of the virtual laboratory.
-    conditions : sequence of (T_tool, speed)
-        Tool temperature [degC] and punch speed [mm/s].
-    strokes : mapping of str to float
-        Punch travel [mm] by process.
-    repeats, seed : int
-        Curves a level; seed of the lubricants' laws and of scatter and noise.
+    `conditions` are tool temperature [degC] and punch speed [mm/s], `strokes` the punch travel [mm] by process,
+    `repeats` the curves a level; the seed is that of the lubricants' laws and of scatter and noise.
     """
     from sct_twin.virtual_lab.press import VirtualPress
 
-    levels, jobs = [], []
+    levels: list[StudyLevel] = []
+    jobs: list[Job] = []
     parameters = {"T_billet": VirtualPress().T_billet}
     for lubricant in lubricants:
         for process, stroke in strokes.items():
             for T_tool, speed in conditions:
                 level = Level(process, T_tool, speed, stroke, parameters)
-                name = press_name(lubricant, level)
-                levels.append(StudyLevel(lubricant, level, name, synthetic=True))
+                levels.append(StudyLevel(lubricant, level, synthetic=True))
                 inputs = {
                     "lubricant": lubricant,
                     "process": process,
@@ -93,16 +77,12 @@ def virtual_levels(
                     "repeats": repeats,
                     "seed": seed,
                 }
-                runs = 2 if repeats > 1 else 1
-                jobs.append(
-                    Job(name, f"{__name__}:press_level", inputs, seconds=1.0 + runs * SECONDS_A_MM * stroke)
-                )
+                seconds = 1.0 + (2 if repeats > 1 else 1) * SECONDS_A_MM * stroke
+                jobs.append(Job(levels[-1].job, f"{__name__}:press_level", inputs, seconds=seconds))
     return levels, jobs
 
 
-def press_level(
-    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, object]:
+def press_level(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict[str, object]:
     """Press one level in the virtual laboratory; the function of the jobs of `virtual_levels`."""
     from sct_twin.virtual_lab.law import TrueLaw
     from sct_twin.virtual_lab.press import press_curves
@@ -125,25 +105,12 @@ def press_level(
     return {"file": f"{CURVES}/{curves.levels[0].file}", "synthetic": True}
 
 
-def copied_level(
-    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, object]:
+def copied_level(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict[str, object]:
     """Keep a copy of one's own press curves, so that the folder of the study is whole; the function of `own_levels`."""
     (file,) = files.values()
     (folder / CURVES).mkdir()
     shutil.copyfile(file, folder / CURVES / "level.csv")
     return {"file": f"{CURVES}/level.csv", "synthetic": bool(inputs["synthetic"])}
-
-
-def press_name(lubricant: str, level: Level) -> str:
-    """Return the name of the job that gives the curves of a level.
-
-    Examples
-    --------
-    >>> press_name("oil", Level("fre", T_tool=20.0, speed=50.0, stroke=10.0))
-    'press-oil-fre_50mms_20C'
-    """
-    return f"press-{lubricant}-{level.name}"
 
 
 def chosen_press(texts: Iterable[str] | None) -> list[tuple[str, Path]]:
@@ -169,14 +136,8 @@ def own_levels(
 ) -> tuple[list[StudyLevel], list[Job]]:
     """Return the levels of one's own press curves and the jobs that copy them.
 
-    Parameters
-    ----------
-    folders : iterable of (str, Path)
-        Folders with ``levels.csv``; a name stands for the only lubricant in it.
-    lubricants : sequence of str
-        Those that friction models are trained for.
-    strokes : mapping of str to float
-        Longest punch travel [mm] by process.
+    `folders` hold ``levels.csv``; a name stands for the only lubricant in it. `lubricants` are those that friction
+    models are trained for, `strokes` the longest punch travel [mm] by process.
 
     Raises
     ------
@@ -201,14 +162,15 @@ def own_levels(
             if lubricant not in lubricants:
                 raise unknown_name("lubricant", lubricant, lubricants, f"--press {folder}: none of --data")
             level = Level.of(each, press.info, strokes[each.process], STEP)
-            name, file = press_name(lubricant, level), Path(folder) / each.file
-            levels.append(StudyLevel(lubricant, level, name, file, each.synthetic))
+            file = Path(folder) / each.file
+            item = StudyLevel(lubricant, level, file, each.synthetic)
+            if any(other.job == item.job for other in levels):
+                raise InputError(
+                    f"--press: {level.name} of {lubricant} stands twice; allowed: each level once"
+                )
+            levels.append(item)
             given = {"synthetic": each.synthetic}
-            jobs.append(Job(name, f"{__name__}:copied_level", given, {"curves": file}, seconds=0.1))
-    seen = [(item.lubricant, item.level.name) for item in levels]
-    for lubricant, name in seen:
-        if seen.count((lubricant, name)) > 1:
-            raise InputError(f"--press: {name} of {lubricant} stands twice; allowed: each level once")
+            jobs.append(Job(item.job, f"{__name__}:copied_level", given, {"curves": file}, seconds=0.1))
     for lubricant in lubricants:
         if lubricant not in {item.lubricant for item in levels}:
             raise InputError(

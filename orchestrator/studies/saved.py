@@ -22,13 +22,7 @@ _KEY = re.compile(r"[0-9a-f]{40}")
 class SavedStudy:
     """The folder of a study.
 
-    Attributes
-    ----------
-    folder : Path
-    name : str
-        Of the study.
-    manifest : dict
-        Content of ``manifest.json``.
+    `name` is that of the study, `manifest` the content of ``manifest.json``.
     """
 
     folder: Path
@@ -56,8 +50,7 @@ class SavedStudy:
     @property
     def settings(self) -> dict[str, Any]:
         """What the manifest says of the study."""
-        found: dict[str, Any] = self.manifest["settings"]
-        return found
+        return dict(self.manifest["settings"])
 
     @property
     def names(self) -> list[str]:
@@ -65,7 +58,7 @@ class SavedStudy:
         return [*map(str, self.manifest["jobs"]), *map(str, self.manifest["failed"])]
 
     def numbers(self) -> dict[str, Any]:
-        """Return the file of all numbers, ``NAME.json``."""
+        """Return the content of ``NAME.json``."""
         return read_object(self.folder / f"{self.name}.json", MAX_BYTES)
 
     def results(self, names: Iterable[str], *heads: str) -> dict[str, JobResult]:

@@ -3,24 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar, Generic, Protocol, TypeVar
 
 from ..jobs.campaign import Campaign, Job, JobResult
 
 
-class Study:
+class StudyPlan(Protocol):
+    """What a study does; its seed and what it says for the manifest."""
+
+    @property
+    def seed(self) -> int: ...
+
+    def to_dict(self) -> Mapping[str, object]: ...
+
+
+PlanT = TypeVar("PlanT", bound=StudyPlan, covariant=True)
+
+
+@dataclass(frozen=True)
+class Study(Generic[PlanT]):
     """A study as jobs. Each lies in a folder of its own with the same modules.
 
     ``study`` plans the jobs, ``jobs`` holds their functions where the study has its own, ``result`` evaluates what
-    they gave, ``words`` says it in sentences and tables, ``files`` writes and reads it.
+    they gave, ``words`` says it in sentences and tables, ``files`` writes and reads it where that takes more than a
+    line.
     """
 
     #: Name of the command and in the manifest.
     name: ClassVar[str]
     #: What the seed of the study is the seed of, for the manifest.
     seeds: ClassVar[str] = "virtual_lab"
-    plan: Any
+    plan: PlanT
     jobs: tuple[Job, ...]
 
     def campaign(self, folder: Path) -> Campaign:
@@ -29,5 +44,4 @@ class Study:
 
     def settings(self, results: Mapping[str, JobResult]) -> dict[str, object]:
         """Return what the manifest says of the study."""
-        found: dict[str, object] = self.plan.to_dict()
-        return found
+        return dict(self.plan.to_dict())

@@ -6,7 +6,8 @@ import csv
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from friction_models.common import atomic_path, write_text
+from friction_models.common import atomic_path, write_json, write_text
+from friction_models.common.json_values import plain
 
 
 def write_rows(target: Path, rows: Iterable[Mapping[str, object]], synthetic: bool) -> None:
@@ -28,22 +29,28 @@ def write_rows(target: Path, rows: Iterable[Mapping[str, object]], synthetic: bo
         writer.writerows(table)
 
 
-def write_nested(target: Path, rows: Iterable[Mapping[str, object]], synthetic: bool) -> None:
-    """Write rows with numbers inside numbers as columns ``lag.work_pct``; what a row lacks stays empty.
+def write_study(
+    folder: Path, name: str, numbers: object, rows: Iterable[Mapping[str, object]], synthetic: bool, page: str
+) -> None:
+    """Write numbers as ``NAME.json``, rows as ``NAME.csv`` and the page as ``report.html``.
+
+    Numbers inside numbers of a row become columns ``lag.work_pct``; what a row lacks stays empty.
 
     Examples
     --------
     >>> from tempfile import TemporaryDirectory
     >>> with TemporaryDirectory() as place:
-    ...     write_nested(Path(place) / "runs.csv", [{"model": "a", "lag": {"work_pct": 2.0}}], synthetic=False)
-    ...     print((Path(place) / "runs.csv").read_text())
+    ...     write_study(Path(place), "lag", {}, [{"model": "a", "lag": {"work_pct": 2.0}}], synthetic=False, page="")
+    ...     print((Path(place) / "lag.csv").read_text())
     model,lag.work_pct,synthetic
     a,2.0,False
     """
     import pandas as pd
 
     table = pd.DataFrame([_flat(row) for row in rows]).assign(synthetic=synthetic)
-    write_text(target, table.to_csv(index=False, lineterminator="\n"))
+    write_json(folder / f"{name}.json", plain(numbers))
+    write_text(folder / f"{name}.csv", table.to_csv(index=False, lineterminator="\n"))
+    write_text(folder / "report.html", page)
 
 
 def _flat(row: Mapping[str, object], prefix: str = "") -> dict[str, object]:

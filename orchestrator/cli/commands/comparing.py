@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -91,7 +92,7 @@ def compare(
         if on_tests is not None:
             content = {"synthetic": on_tests.synthetic, **on_tests.to_dict()}
         if study is not None and ran is not None:
-            forces = {"synthetic": study.synthetic, "models": [], "failed": [f.to_dict() for f in ran.failed]}
+            forces = {"synthetic": study.synthetic, "models": [], "failed": [asdict(f) for f in ran.failed]}
             forces |= {} if on_press is None else on_press.to_dict()
             content = {**content, "press": forces} if content else forces
         if in_system is not None:

@@ -96,7 +96,7 @@ def _schedules(
     only: list[str] | None,
     plan: Path | None,
     inputs: Path | None,
-    twin: dict[str, object],
+    twin: dict[str, float | str | None],
 ) -> list[SctSchedule]:
     """Return the tests that one of the three options names."""
     from friction_models.common import InputError

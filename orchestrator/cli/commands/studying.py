@@ -148,8 +148,7 @@ def lag(
 ) -> None:
     """Say what one-step lag costs against iterated coupling as the communication step grows."""
     from ...report.registry import page_of
-    from ...studies.lag.files import write_results
-    from ...studies.lag.result import evaluate
+    from ...studies.lag.result import evaluate, write_results
     from ...studies.lag.study import LagPlan, LagStudy
     from ...studies.lag.words import text_table
     from ...studies.measurements import chosen_data
@@ -180,8 +179,7 @@ def extrapolation(
 ) -> None:
     """Say how friction models behave in forming where the loads leave the domain that they were trained on."""
     from ...report.registry import page_of
-    from ...studies.extrapolation.files import write_results
-    from ...studies.extrapolation.result import evaluate
+    from ...studies.extrapolation.result import evaluate, write_results
     from ...studies.extrapolation.study import ExtrapolationPlan, ExtrapolationStudy
     from ...studies.extrapolation.words import text_table
     from ...studies.measurements import chosen_data

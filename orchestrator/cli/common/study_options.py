@@ -13,7 +13,7 @@ from .files_named import Reads, Writes
 
 if TYPE_CHECKING:
     from ...jobs.campaign import Campaign, JobResult
-    from ...studies.study import Study
+    from ...studies.study import Study, StudyPlan
 
 StudyFolder = Annotated[
     Path,
@@ -48,7 +48,7 @@ LISTED = 10
 
 
 def carry_out(
-    study: Study,
+    study: Study[StudyPlan],
     folder: Path,
     written: Callable[[Campaign, dict[str, JobResult]], str],
     jobs: int | None,

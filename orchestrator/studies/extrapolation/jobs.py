@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from friction_models.common import InputError
 
-from ...jobs.campaign import JobResult
+from ...jobs.job import Files, Inputs, Needs
 from ..models import load_data
 
 #: Loads whose upper half of the tested range is left out of the reduced training data.
@@ -17,9 +15,7 @@ REDUCED_BY = ("sigma_n", "T")
 FEWEST = 4
 
 
-def reduce(
-    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, object]:
+def reduce(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict[str, object]:
     """Keep the training tests with low pressure and temperature: the lower half of the tested range of each.
 
     The tests held out stay all, so that errors beyond the reduced domain are seen.
@@ -39,6 +35,7 @@ def reduce(
     held_out = data.select("test").points["test_id"].unique()
     ids = {*kept, *held_out}
     points = data.points[data.points["test_id"].isin(ids)].reset_index(drop=True)
+    assert data.tests is not None
     tests = data.tests[data.tests["test_id"].isin(ids)].reset_index(drop=True)
     DataSet(points, tests, dict(data.info)).save(folder / "dataset")
     return {

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TypedDict
+from pathlib import Path
+from typing import Required, TypedDict
 
 from friction_models.loads import LOADS, FloatArray
 from friction_models.models.domain import Domain
@@ -12,6 +13,7 @@ from ...jobs.campaign import JobResult
 from ..contact import Contact, Exceedance, Spread, exceedance, reference_areas, spread
 from ..forming_jobs import run_of, synthetic
 from ..models import model_name
+from ..tables import write_study
 from .study import (
     DATA_KINDS,
     RULES,
@@ -34,21 +36,18 @@ class ReachedMu(TypedDict):
     high: float
 
 
-class _RunName(TypedDict):
-    process: str
-    level: str
-    model: str
-    data: DataKind
-    rule: Rule
-
-
-class ExtrapolationRun(_RunName, total=False):
+class ExtrapolationRun(TypedDict, total=False):
     """One run. Only `failed` is there where it was not made; what follows `tau_over_k` is missing without contact.
 
     `states`: markers in contact, over all steps; `outside` and `outside_work`: share of the contact and of its
     friction work beyond the trained domain; `distance`: of that share, in trained ranges.
     """
 
+    process: Required[str]
+    level: Required[str]
+    model: Required[str]
+    data: Required[DataKind]
+    rule: Required[Rule]
     failed: str
     steps: int
     timing: dict[str, float]
@@ -66,16 +65,13 @@ class ExtrapolationRun(_RunName, total=False):
     loads: list[Exceedance]
 
 
-class _PairName(TypedDict):
-    process: str
-    level: str
-    model: str
-    data: DataKind
-
-
-class Pair(_PairName, total=False):
+class Pair(TypedDict, total=False):
     """The extrapolated run over the clamped one; `failed` names those that broke off."""
 
+    process: Required[str]
+    level: Required[str]
+    model: Required[str]
+    data: Required[DataKind]
     failed: list[Rule]
     max_force_kN_pct: float
     work_J_pct: float
@@ -186,6 +182,20 @@ def _add_numbers(row: ExtrapolationRun, result: JobResult | None, domain: Domain
     }
     row["mu_zero"] = contact.share(contact.mu <= 0.0)["share"]
     row["loads"] = [exceedance(k, contact, domain) for k in range(len(LOADS))]
+
+
+def write_results(folder: Path, numbers: ExtrapolationNumbers, page: str) -> None:
+    """Write ``extrapolation.json``, ``extrapolation.csv`` and ``report.html``."""
+    write_study(folder, "extrapolation", numbers, map(_row, numbers["runs"]), numbers["synthetic"], page)
+
+
+def _row(run: ExtrapolationRun) -> dict[str, object]:
+    """Return a run with its share beyond the trained range of each load as columns."""
+    row: dict[str, object] = {name: value for name, value in run.items() if name != "loads"}
+    for item in run.get("loads", []):
+        row[f"{item['load']}_below"] = item["below"]["share"]
+        row[f"{item['load']}_above"] = item["above"]["share"]
+    return row
 
 
 def _pairs(runs: Sequence[ExtrapolationRun]) -> list[Pair]:

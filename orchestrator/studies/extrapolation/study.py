@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypedDict
 
 from ...comparison.level_runs import Level
-from ...jobs.campaign import Job, JobResult
-from ..forming_jobs import check_names, chosen_level, coupled_job, synthetic
-from ..measurements import FULL_PLAN, QUICK_PLAN, data_jobs, data_name, only_lubricant
-from ..models import ADVANCED, model_job
-from ..study import Study
+from ...jobs.campaign import Job
+from ..forming_jobs import CoupledPlan, CoupledStudy, chosen_level, coupled_job
+from ..measurements import QUICK_PLAN, data_name
+from ..models import model_job
 from .jobs import REDUCED_BY
 
 #: Training data: all training tests, or those with low pressure and temperature only.
@@ -37,38 +36,18 @@ class ExtrapolationSettings(TypedDict):
 
 
 @dataclass(frozen=True)
-class ExtrapolationPlan:
-    """What is compared.
+class ExtrapolationPlan(CoupledPlan):
+    """What is compared; see `CoupledPlan`.
 
-    Attributes
-    ----------
-    models : sequence of str
-        Families.
-    processes : sequence of str
-    conditions : sequence of (float, float)
-        Tool temperature [degC] and punch speed [mm/s].
-    stroke : float or None
-        Punch travel [mm]; None for that of a usual run.
-    lubricant, tests : str
-        Lubricant, and plan of the compression tests, of the virtual laboratory.
-    seed : int
+    `conditions`: tool temperature [degC] and punch speed [mm/s] of each press level.
     """
 
-    models: Sequence[str] = ADVANCED
-    processes: Sequence[str] = ("fre", "bce")
     conditions: Sequence[tuple[float, float]] = ((20.0, 5.0), (100.0, 100.0))
-    stroke: float | None = None
-    lubricant: str = "polymer"
-    tests: str = FULL_PLAN
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        check_names(self.models, self.processes)
 
     @classmethod
     def quick(cls) -> ExtrapolationPlan:
         """Return the quick size: two models, one level, short strokes."""
-        return cls(("linear", "polynomial"), ("fre", "bce"), ((20.0, 50.0),), 3.0, tests=QUICK_PLAN)
+        return cls(("linear", "polynomial"), stroke=3.0, tests=QUICK_PLAN, conditions=((20.0, 50.0),))
 
     def levels(self) -> list[Level]:
         """Return the press levels, process by process."""
@@ -91,31 +70,15 @@ class ExtrapolationPlan:
         }
 
 
-@dataclass(frozen=True)
-class ExtrapolationStudy(Study):
-    """The study as jobs.
+class ExtrapolationStudy(CoupledStudy[ExtrapolationPlan]):
+    """The study as jobs."""
 
-    Attributes
-    ----------
-    plan : ExtrapolationPlan
-    jobs : tuple of Job
-    """
-
-    plan: ExtrapolationPlan
-    jobs: tuple[Job, ...] = ()
     name = "extrapolation"
 
     @classmethod
     def of(cls, plan: ExtrapolationPlan, data: Mapping[str, Path] | None = None) -> ExtrapolationStudy:
-        """Plan the jobs: measurements, both training sets, models, runs; `data` holds one's own data set by lubricant.
-
-        Raises
-        ------
-        InputError
-            More than one data set, or one that cannot be used.
-        """
-        plan = replace(plan, lubricant=only_lubricant(data, plan.lubricant))
-        jobs = list(data_jobs(data, (plan.lubricant,), plan.tests, plan.seed)[plan.lubricant])
+        """Plan the jobs: measurements, both training sets, models, runs; `data`: one's own data set by lubricant."""
+        plan, jobs = plan.measured(data)
         whole, reduced = (data_of(plan, kind) for kind in DATA_KINDS)
         jobs.append(
             Job(reduced, "orchestrator.studies.extrapolation.jobs:reduce", needs=(whole,), seconds=3.0)
@@ -137,10 +100,6 @@ class ExtrapolationStudy(Study):
                     for rule, clamped in RULES.items()
                 ]
         return cls(plan, tuple(jobs))
-
-    def settings(self, results: Mapping[str, JobResult]) -> dict[str, object]:
-        """Return what the manifest says of the study."""
-        return {**self.plan.to_dict(), "synthetic": synthetic(results)}
 
 
 def data_of(plan: ExtrapolationPlan, kind: DataKind) -> str:

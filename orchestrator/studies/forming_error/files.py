@@ -10,7 +10,7 @@ from friction_models.common import write_json, write_text
 
 from ...comparison.level_runs import Level
 from ...jobs.campaign import JobResult
-from ..press_levels import StudyLevel, press_name
+from ..press_levels import StudyLevel
 from ..saved import SavedStudy
 from ..tables import write_rows
 from .result import FormingErrors
@@ -38,9 +38,10 @@ def read_study(saved: SavedStudy) -> tuple[FormingErrorStudy, dict[str, JobResul
         if named is None:
             raise ValueError(f"level {found['level']!r:.60}")
         level = Level(named[1], float(named[3]), float(named[2]), float(found["stroke_mm"]))
-        job = press_name(str(found["lubricant"]), level)
-        synthetic = virtual or (job in results and bool(results[job].values["synthetic"]))
-        levels.append(StudyLevel(str(found["lubricant"]), level, job, synthetic=synthetic))
+        item = StudyLevel(str(found["lubricant"]), level, synthetic=virtual)
+        if item.job in results:
+            item = replace(item, synthetic=virtual or bool(results[item.job].values["synthetic"]))
+        levels.append(item)
     plan = Plan(
         models=tuple(map(str, settings["models"])),
         constants=tuple(map(float, settings["constants"])),
@@ -50,4 +51,4 @@ def read_study(saved: SavedStudy) -> tuple[FormingErrorStudy, dict[str, JobResul
     )
     if virtual:
         plan = replace(plan, tests=str(settings["tests"]), repeats=int(settings["repeats"]))
-    return FormingErrorStudy.of_levels(plan, levels, virtual), results
+    return FormingErrorStudy(plan, (), virtual, tuple(levels)), results

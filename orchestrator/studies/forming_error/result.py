@@ -9,7 +9,8 @@ import numpy as np
 
 from friction_models.loads import FloatArray
 
-from ...force_curves.forces import ForceCurve, compare_force
+from ...comparison.level_runs import force_curve
+from ...force_curves.forces import compare_force
 from ...force_curves.metrics import LevelSummary, ScalarError
 from ...jobs.campaign import JobResult
 from ..measurements import data_name, load_measurements
@@ -26,17 +27,8 @@ TAU_OVER_K = 0.6
 class FormingErrors:
     """All results of the study.
 
-    Attributes
-    ----------
-    synthetic : bool
-    frictions : tuple of Friction
-    runs : tuple of RunError
-        Pairs of level and friction that were run and measured.
-    missing : int
-        Pairs without a result.
-    planned : tuple of (str, str, str)
-        Lubricant, process and name of every level of the study, with results or without.
-    models : tuple of ModelRow
+    `runs` are pairs of level and friction that were run and measured, `missing` counts those without a result;
+    `planned`: lubricant, process and name of every level of the study, with results or without.
     """
 
     synthetic: bool
@@ -59,7 +51,6 @@ class FormingErrors:
                     missing += 1
                     continue
                 values = result.values
-                curve = ForceCurve(np.array(values["stroke"]), np.array(values["force"]))
                 outside = values["outside"]
                 runs.append(
                     RunError(
@@ -69,7 +60,7 @@ class FormingErrors:
                         item.level.speed,
                         item.level.name,
                         friction.label,
-                        compare_force(curve, measured, friction.label),
+                        compare_force(force_curve(values), measured, friction.label),
                         float(max(values["tau_over_k"])),
                         None if outside is None else float(outside["share"]),
                         None if outside is None else float(outside["median_distance"]),
@@ -190,7 +181,8 @@ class FormingErrors:
 
             return change
 
-        mean, spread = relative(lambda are: float(are.mean())), relative(_spread)
+        mean = relative(lambda are: float(are.mean()))
+        spread = relative(lambda are: float(are.std(ddof=1)))
         return Change(
             friction,
             constants[0] if len(constants) == 1 else "",
@@ -227,14 +219,12 @@ def held_out(
     found = {}
     for lubricant in study.plan.lubricants:
         data = results.get(data_name(lubricant))
-        points = (
-            None
-            if data is None or "dataset" not in data.values
-            else load_measurements(data).select("test").points
-        )
+        if data is None or "dataset" not in data.values:
+            continue
+        points = load_measurements(data).select("test").points
         for family in study.plan.models:
             trained = results.get(trained_name(lubricant, family))
-            if points is not None and len(points) and trained is not None:
+            if len(points) and trained is not None:
                 model = load_model(trained.file("model"))
                 loads = model.domain.clamp(points[list(LOAD_NAMES)].to_numpy())
                 found[lubricant, family] = (points["mu"].to_numpy(), np.asarray(model.predict(loads)))
@@ -242,15 +232,9 @@ def held_out(
 
 
 def propagated(function: Callable[[FloatArray], float], values: FloatArray, std: FloatArray) -> float:
-    """Return the uncertainty of a function of independent measured values by Gaussian propagation.
+    """Return the uncertainty of a function of independent measured values, from their `std`, by Gaussian propagation.
 
     Both sides of a ratio follow from the same press curves, so derivatives are taken of the whole function.
-
-    Parameters
-    ----------
-    function : callable
-    values, std : ndarray, shape (n,)
-        Measured values and their standard deviations.
 
     Examples
     --------
@@ -267,7 +251,3 @@ def propagated(function: Callable[[FloatArray], float], values: FloatArray, std:
         slope = (function(values + moved) - function(values - moved)) / (2.0 * step)
         total += (slope * std[k]) ** 2
     return float(np.sqrt(total))
-
-
-def _spread(are: FloatArray) -> float:
-    return float(are.std(ddof=1))

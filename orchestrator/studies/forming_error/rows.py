@@ -16,21 +16,14 @@ class RunError:
 
     Attributes
     ----------
-    lubricant, process : str
     T_tool, speed : float
         Tool temperature [degC], punch speed [mm/s].
-    level : str
-        Name of the level.
     friction : str
         Label of the friction law.
-    force : ForceComparison
-        Curves, and the errors of maximum force and work.
     tau_over_k : float
         Highest friction stress over shear yield stress.
-    outside : float or None
-        Share of the markers in contact outside the trained domain.
-    distance : float or None
-        Median distance of these from it, in trained ranges.
+    outside, distance : float or None
+        Share of the markers in contact outside the trained domain, and their median distance from it in trained ranges.
     timing : mapping
         Seconds in friction, forming, master.
     """
@@ -130,14 +123,8 @@ class Summary:
 class Change:
     """Relative change of a friction law's error of the maximum force against constant friction, with uncertainty.
 
-    Attributes
-    ----------
-    friction, constant : str
-        Labels; an empty `constant` stands for the mean over all constants.
-    mare, mare_std : float
-        Change of MARE and its uncertainty; -0.5 is half the error.
-    spread, spread_std : float or None
-        The same of the standard deviation over the levels; None for a single level, which has none.
+    An empty `constant` stands for the mean over all constants. `mare` is the change of MARE, -0.5 is half the error;
+    `spread` that of the standard deviation over the levels, None for a single level, which has none.
     """
 
     friction: str

@@ -9,7 +9,8 @@ from pathlib import Path
 from friction_models.common import InputError
 
 from ...comparison.level_runs import level_job
-from ...jobs.campaign import Job, JobResult
+from ...jobs.campaign import JobResult
+from ..forming_jobs import synthetic
 from ..measurements import FULL_PLAN, QUICK_PLAN, VIRTUAL, data_jobs, data_name
 from ..models import ADVANCED, CONSTANTS, constant_job, model_job, model_name
 from ..press_levels import StudyLevel, own_levels, virtual_levels
@@ -26,22 +27,16 @@ class Plan:
 
     Attributes
     ----------
-    models : tuple of str
-        Families that are trained.
-    constants : tuple of float
-        Constant coefficients of friction beside them.
-    conditions : tuple of (float, float)
+    models, constants
+        Families that are trained, and constant coefficients of friction beside them.
+    conditions
         Tool temperature [degC] and punch speed [mm/s] of the virtual press.
-    strokes : mapping
+    strokes
         Punch travel [mm] by process.
-    lubricants : tuple of str
-        Of the virtual laboratory.
-    tests : str
-        Its plan of compression tests.
-    repeats : int
+    tests, lubricants, seed
+        Of the virtual laboratory; `tests` is its plan of compression tests.
+    repeats
         Strokes of the press a level.
-    seed : int
-        Of the virtual laboratory.
     """
 
     models: tuple[str, ...] = ADVANCED
@@ -74,8 +69,8 @@ class Plan:
 
     def frictions(self) -> tuple[Friction, ...]:
         """Return the friction laws: constants, then trained models."""
-        constants = [Friction(f"constant {mu:g}", "constant", True) for mu in self.constants]
-        return (*constants, *(Friction(family, family, False) for family in self.models))
+        constants = (Friction(f"constant {mu:g}", True) for mu in self.constants)
+        return (*constants, *(Friction(family, False) for family in self.models))
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data."""
@@ -92,42 +87,27 @@ class Plan:
 
 @dataclass(frozen=True)
 class Friction:
-    """A friction law as the study names it.
-
-    Attributes
-    ----------
-    label : str
-        For readers.
-    family : str
-    constant : bool
-        Does not follow from the measurements.
-    """
+    """A friction law as the study names it, a family or a constant that does not follow from the measurements."""
 
     label: str
-    family: str
     constant: bool
 
 
 @dataclass(frozen=True)
-class FormingErrorStudy(Study):
+class FormingErrorStudy(Study[Plan]):
     """The study as jobs, and the names to find their results by.
 
-    Attributes
-    ----------
-    plan : Plan
-    virtual : bool
-        Whether virtual laboratory and press stand in for measurements of one's own.
-    frictions : tuple of Friction
-    levels : tuple of StudyLevel
-    jobs : tuple of Job
+    `virtual`: whether virtual laboratory and press stand in for measurements of one's own.
     """
 
-    plan: Plan
     virtual: bool
-    frictions: tuple[Friction, ...]
     levels: tuple[StudyLevel, ...]
-    jobs: tuple[Job, ...]
     name = "forming-error"
+
+    @property
+    def frictions(self) -> tuple[Friction, ...]:
+        """The friction laws: constants, then trained models."""
+        return self.plan.frictions()
 
     @classmethod
     def of(
@@ -138,13 +118,8 @@ class FormingErrorStudy(Study):
     ) -> FormingErrorStudy:
         """Plan the study.
 
-        Parameters
-        ----------
-        plan : Plan
-        data : mapping of str to Path, optional
-            One's own data sets by lubricant; the virtual laboratory measures otherwise.
-        press : sequence of (str, Path), optional
-            One's own press curves of the same lubricants (`press_levels.chosen_press`).
+        `data` are one's own data sets by lubricant, `press` one's own press curves of the same lubricants
+        (`press_levels.chosen_press`); without them the virtual laboratory measures.
 
         Raises
         ------
@@ -164,42 +139,31 @@ class FormingErrorStudy(Study):
             levels, jobs = virtual_levels(
                 plan.lubricants, plan.conditions, plan.strokes, plan.repeats, plan.seed
             )
-        frictions = plan.frictions()
         measuring = data_jobs(data, plan.lubricants, plan.tests, plan.seed)
         constants = [constant_job(mu) for mu in plan.constants]
-        models = {
-            (lubricant, family): model_job(family, data_name(lubricant))
-            for lubricant in plan.lubricants
-            for family in plan.models
-        }
+        models = [model_job(family, data_name(name)) for name in plan.lubricants for family in plan.models]
         runs = []
         for item in levels:
-            laws = [job.name for job in constants]
-            laws += [models[item.lubricant, family].name for family in plan.models]
+            laws = [job.name for job in constants] + [trained_name(item.lubricant, f) for f in plan.models]
             runs += [
-                level_job(run_name(item, friction), item.level, law) for friction, law in zip(frictions, laws)
+                level_job(run_name(item, friction), item.level, law)
+                for friction, law in zip(plan.frictions(), laws)
             ]
         # What takes long and needs nothing comes first; runs follow as their models are ready.
         every = [
             *(job for jobs_of in measuring.values() for job in jobs_of),
             *constants,
-            *models.values(),
+            *models,
             *jobs,
             *runs,
         ]
-        return cls(plan, not press, frictions, tuple(levels), tuple(every))
-
-    @classmethod
-    def of_levels(cls, plan: Plan, levels: Sequence[StudyLevel], virtual: bool) -> FormingErrorStudy:
-        """Return the study without its jobs, to find results by."""
-        return cls(plan, virtual, plan.frictions(), tuple(levels), ())
+        return cls(plan, tuple(every), not press, tuple(levels))
 
     def synthetic(self, results: Mapping[str, JobResult]) -> bool:
         """Return whether any measurement is synthetic: of this study, or data of one's own that say so."""
-        data = [results.get(data_name(lubricant)) for lubricant in self.plan.lubricants]
-        return any(item.synthetic for item in self.levels) or any(
-            bool(found.values.get("synthetic")) for found in data if found is not None
-        )
+        names = {data_name(lubricant) for lubricant in self.plan.lubricants}
+        data = {name: result for name, result in results.items() if name in names}
+        return any(item.synthetic for item in self.levels) or synthetic(data)
 
     def settings(self, results: Mapping[str, JobResult]) -> dict[str, object]:
         """Return what the manifest says of the study: sizes, levels, and hashes of one's own press curves."""

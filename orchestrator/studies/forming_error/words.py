@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...force_curves.metrics import percent as plain_percent
 from .result import TAU_OVER_K, FormingErrors
 from .rows import Change
 from .study import FormingErrorStudy
@@ -21,14 +22,8 @@ PAPER_TIMES = {"linear": "+18 %", "polynomial": "+18 %", "ffnn": "+61 %"}
 
 
 def percent(value: float, std: float) -> str:
-    """Return a share and its uncertainty in percent.
-
-    Examples
-    --------
-    >>> percent(0.123, 0.01)
-    '12.3 ± 1.0 %'
-    """
-    return f"{100 * value:.1f} ± {100 * std:.1f} %"
+    """Return a share and its uncertainty in percent as a page shows it, ``12.3 ± 1.0 %``."""
+    return plain_percent(value, std).replace("+-", "±")
 
 
 def headline(errors: FormingErrors) -> str:
@@ -252,9 +247,9 @@ def text_table(errors: FormingErrors) -> str:
                 f"{'':{width}}{'MARE max force':>18}{'std over levels':>18}{'MARE work':>18}{'tau/k':>8}{'friction time':>15}",
             ]
         cells = [
-            _plain_percent(s.max_force.mare, s.max_force.mare_std),
-            _plain_percent(s.max_force.spread, s.max_force.spread_std) if s.max_force.levels > 1 else "-",
-            _plain_percent(s.work.mare, s.work.mare_std),
+            plain_percent(s.max_force.mare, s.max_force.mare_std),
+            plain_percent(s.max_force.spread, s.max_force.spread_std) if s.max_force.levels > 1 else "-",
+            plain_percent(s.work.mare, s.work.mare_std),
         ]
         lines.append(
             f"{s.friction:{width}}"
@@ -267,7 +262,3 @@ def text_table(errors: FormingErrors) -> str:
             f"{errors.missing} runs are missing, see failed.json; errors are over levels that all laws have",
         ]
     return "\n".join(lines)
-
-
-def _plain_percent(value: float, std: float) -> str:
-    return percent(value, std).replace("±", "+-")

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypedDict
+from pathlib import Path
+from typing import Literal, Required, TypedDict
 
 import numpy as np
 
 from friction_models.loads import FloatArray
 
 from ...jobs.campaign import JobResult
+from ..contact import by_marker
 from ..forming_jobs import run_of, synthetic
+from ..tables import write_study
 from .study import MODES, LagSettings, LagStudy, Mode, run_name
 
 #: With which run another one is compared: the iterated one of the same step, or of the finest step.
@@ -32,48 +35,42 @@ class Deviation(TypedDict):
 Quantity = Literal["max_force_pct", "work_pct", "rms_pct", "mu_mean"]
 
 
-class RunTime(TypedDict):
-    """Measured time [s]."""
-
-    run_s: float
-
-
-class _RunName(TypedDict):
-    process: str
-    model: str
-    mode: Mode
-    step_mm: float
-
-
-class LagRun(_RunName, total=False):
+class LagRun(TypedDict, total=False):
     """One run. Only `failed` is there where it was not made; the deviations are missing where it broke off."""
+
+    process: Required[str]
+    model: Required[str]
+    mode: Required[Mode]
+    step_mm: Required[float]
 
     failed: str
     steps: int
     repetitions_mean: float
     repetitions_largest: int
-    timing: RunTime
+    timing: dict[Literal["run_s"], float]
     max_force_kN: float
     work_J: float
     to_finest: Deviation | None
     lag: Deviation | None
 
 
-class LagCurve(_RunName):
+class LagCurve(TypedDict):
     """Deviation of the force from the finest iterated run over the stroke [mm]."""
+
+    process: str
+    model: str
+    mode: Mode
+    step_mm: float
 
     stroke: list[float]
     deviation_kN: list[float]
 
 
-class RelativeTime(TypedDict, total=False):
-    """Time of a run as a multiple of gauss_seidel."""
-
-    relative: float
-
-
 class LagSummary(TypedDict, total=False):
-    """Deviations per millimetre of step of one process, model and mode; `runs` of them were compared."""
+    """Deviations per millimetre of step of one process, model and mode, and the time as a multiple of gauss_seidel.
+
+    `runs` of them were compared.
+    """
 
     process: str
     model: str
@@ -83,7 +80,7 @@ class LagSummary(TypedDict, total=False):
     max_force_pct_per_mm: float
     rms_pct_per_mm: float
     mu_mean_per_mm: float
-    timing: RelativeTime
+    timing: dict[Literal["relative"], float]
     failed: int
 
 
@@ -155,14 +152,14 @@ def _sampled(result: JobResult | None, stride: int) -> _Sampled | None:
     if run is None:
         return None
     rows = np.arange(0, len(run.time), stride)
-    mu = np.atleast_2d(run["friction.mu"].T).T
+    mu = by_marker(run, "friction.mu")
     if run.manifest["mode"] == "jacobi":  # a step works with the mu that the step before gave
         mu = np.vstack([mu[:1], mu[:-1]])
     return _Sampled(
         run["forming.stroke"][rows],
         run["forming.force"][rows],
         mu[rows],
-        np.atleast_2d(run["forming.active"].T).T[rows] > 0.5,
+        by_marker(run, "forming.active")[rows] > 0.5,
         float(run["forming.work"][-1]),
         run.complete,
     )
@@ -211,6 +208,11 @@ def _deviation(run: _Sampled, reference: _Sampled | None) -> Deviation | None:
         "mu_mean": float(np.mean(change)) if len(change) else 0.0,
         "mu_max": float(np.max(change, initial=0.0)),
     }
+
+
+def write_results(folder: Path, numbers: LagNumbers, page: str) -> None:
+    """Write ``lag.json``, ``lag.csv`` and ``report.html``."""
+    write_study(folder, "lag", numbers, numbers["rows"], numbers["synthetic"], page)
 
 
 def groups(rows: Sequence[LagRun] | Sequence[LagCurve]) -> list[tuple[str, str]]:

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypedDict
 
 from friction_models.common import InputError
 
 from ...comparison.level_runs import Level
-from ...jobs.campaign import Job, JobResult
-from ..forming_jobs import SPEED, T_TOOL, check_names, chosen_level, coupled_job, synthetic
-from ..measurements import FULL_PLAN, QUICK_PLAN, data_jobs, data_name, only_lubricant
+from ..forming_jobs import SPEED, T_TOOL, CoupledPlan, CoupledStudy, chosen_level, coupled_job
+from ..measurements import QUICK_PLAN, data_name
 from ..models import model_job
-from ..study import Study
 
 Mode = Literal["jacobi", "gauss_seidel", "iterated"]
 MODES: tuple[Mode, ...] = ("jacobi", "gauss_seidel", "iterated")
@@ -34,23 +32,15 @@ class LagSettings(TypedDict):
 
 
 @dataclass(frozen=True)
-class LagPlan:
-    """What is compared.
+class LagPlan(CoupledPlan):
+    """What is compared; see `CoupledPlan`.
 
     Attributes
     ----------
-    models : sequence of str
-        Families.
-    processes : sequence of str
     steps : sequence of float
         Communication steps [mm]; each divides the longest.
-    stroke : float or None
-        Punch travel [mm]; None for that of a usual run.
     speed, T_tool : float
         Level of the press: punch speed [mm/s], tool temperature [degC].
-    lubricant, tests : str
-        Lubricant, and plan of the compression tests, of the virtual laboratory.
-    seed : int
 
     Examples
     --------
@@ -64,17 +54,12 @@ class LagPlan:
     """
 
     models: Sequence[str] = ("polynomial", "ffnn")
-    processes: Sequence[str] = ("fre", "bce")
     steps: Sequence[float] = (0.05, 0.1, 0.2, 0.4, 0.8)
-    stroke: float | None = None
     speed: float = SPEED
     T_tool: float = T_TOOL
-    lubricant: str = "polymer"
-    tests: str = FULL_PLAN
-    seed: int = 0
 
     def __post_init__(self) -> None:
-        check_names(self.models, self.processes)
+        super().__post_init__()
         longest = max(self.steps)
         for step in self.steps:
             if not 0.001 <= step <= 5.0:
@@ -88,7 +73,7 @@ class LagPlan:
     @classmethod
     def quick(cls) -> LagPlan:
         """Return the quick size: one model, a short rod."""
-        return cls(("polynomial",), ("fre",), (0.1, 0.4, 0.8), 4.0, tests=QUICK_PLAN)
+        return cls(("polynomial",), ("fre",), 4.0, tests=QUICK_PLAN, steps=(0.1, 0.4, 0.8))
 
     def level(self, process: str) -> Level:
         """Return the press level of a process."""
@@ -108,31 +93,15 @@ class LagPlan:
         }
 
 
-@dataclass(frozen=True)
-class LagStudy(Study):
-    """The study as jobs.
+class LagStudy(CoupledStudy[LagPlan]):
+    """The study as jobs."""
 
-    Attributes
-    ----------
-    plan : LagPlan
-    jobs : tuple of Job
-    """
-
-    plan: LagPlan
-    jobs: tuple[Job, ...] = ()
     name = "lag"
 
     @classmethod
     def of(cls, plan: LagPlan, data: Mapping[str, Path] | None = None) -> LagStudy:
-        """Plan the jobs: measurements, models, runs; `data` holds one's own data set by lubricant.
-
-        Raises
-        ------
-        InputError
-            More than one data set, or one that cannot be used.
-        """
-        plan = replace(plan, lubricant=only_lubricant(data, plan.lubricant))
-        jobs = list(data_jobs(data, (plan.lubricant,), plan.tests, plan.seed)[plan.lubricant])
+        """Plan the jobs: measurements, models, runs; `data` holds one's own data set by lubricant."""
+        plan, jobs = plan.measured(data)
         for family in plan.models:
             model = model_job(family, data_name(plan.lubricant))
             jobs.append(model)
@@ -146,10 +115,6 @@ class LagStudy(Study):
                     for mode in MODES
                 ]
         return cls(plan, tuple(jobs))
-
-    def settings(self, results: Mapping[str, JobResult]) -> dict[str, object]:
-        """Return what the manifest says of the study."""
-        return {**self.plan.to_dict(), "synthetic": synthetic(results)}
 
 
 def run_name(process: str, family: str, mode: Mode, step: float) -> str:

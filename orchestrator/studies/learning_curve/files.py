@@ -34,9 +34,8 @@ def write_results(folder: Path, curves: LearningCurves, page: str) -> None:
 
 def read_study(saved: SavedStudy) -> tuple[LearningCurveStudy, dict[str, JobResult]]:
     """Return the study in a folder and its results."""
-    given: dict[str, Any] = {
-        k: tuple(v) if isinstance(v, list) else v for k, v in saved.settings.items() if k != "study"
-    }
+    given: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in saved.settings.items()}
+    del given["study"]
     plan = LearningCurvePlan(**given)
     results = saved.results(saved.names, "facts-", "data-", *(f"{x}-" for x in plan.lubricants))
     counts = {
@@ -69,9 +68,7 @@ def numbers(curves: LearningCurves) -> dict[str, object]:
 def _curve(c: Curve, accuracy: float) -> dict[str, object]:
     low, lower, upper = c.lowest
     return {
-        "lubricant": c.lubricant,
-        "collection": c.collection,
-        "model": c.model,
+        **c.head,
         "tests": list(c.sizes),
         "points": list(c.points),
         "mae": c.errors.T.tolist(),
@@ -105,15 +102,8 @@ def _repeats(curves: LearningCurves) -> Iterable[dict[str, object]]:
             for repeat, (error, average) in enumerate(
                 zip(c.errors[:, column], c.averages[:, column].mean(axis=1)), 1
             ):
-                yield {
-                    "lubricant": c.lubricant,
-                    "collection": c.collection,
-                    "model": c.model,
-                    "tests": size,
-                    "repeat": repeat,
-                    "mae": float(error),
-                    "mae_averages": float(average),
-                }
+                made = {"mae": float(error), "mae_averages": float(average)}
+                yield {**c.head, "tests": size, "repeat": repeat, **made}
 
 
 def _points(curves: LearningCurves) -> Iterable[dict[str, object]]:
@@ -121,9 +111,7 @@ def _points(curves: LearningCurves) -> Iterable[dict[str, object]]:
         averages, median = percentile_curve(c.averages), np.median(c.errors, axis=0)
         for k, size in enumerate(c.sizes):
             yield {
-                "lubricant": c.lubricant,
-                "collection": c.collection,
-                "model": c.model,
+                **c.head,
                 "tests": size,
                 "points": c.points[k],
                 "mae_percentile": float(c.percentile[k]),

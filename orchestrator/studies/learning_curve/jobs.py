@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
 
 import numpy as np
 
 from friction_models.loads import LOAD_NAMES, FloatArray
 
 from ...jobs.campaign import JobResult
+from ...jobs.job import Files, Needs
 from ..measurements import load_measurements
 
 if TYPE_CHECKING:
@@ -29,23 +31,43 @@ NOT_VARIED = 0.15
 FOLDS = 5
 
 
-class _Point(TypedDict):
-    model: str
-    tests: int
-    points: int
-    parameters: dict[str, object]
-    errors: list[list[float]]
-    errors_averages: list[list[float]]
+#: Parameters of models that are other than those of `train`, by model.
+Parameters = Mapping[str, Mapping[str, object]]
 
 
-class Point(_Point, total=False):
+class FactsInputs(TypedDict):
+    """What `facts` gets: every `thin`-th point of a test is learned from, and every one."""
+
+    models: list[str]
+    parameters: Parameters
+    thin: int
+    seed: int
+
+
+class LearnInputs(FactsInputs):
+    """What `learn` gets; `search_thin` and `grid`, the values to try by model and parameter, are for the search."""
+
+    collection: str
+    sizes: list[int]
+    repeats: int
+    search_thin: int
+    grid: dict[str, dict[str, list[Any]]]
+
+
+class Point(TypedDict):
     """Errors of one model at one size of the training set.
 
     `errors` and `errors_averages` hold for each repeat what every held-out test contributes, by its time series and
     by its averages; their mean is the MAE (`Collection.errors`). `parameters` are those that the `search` chose.
     """
 
-    search: list[dict[str, object]]
+    model: str
+    tests: int
+    points: int
+    parameters: dict[str, object]
+    errors: list[list[float]]
+    errors_averages: list[list[float]]
+    search: NotRequired[list[dict[str, object]]]
 
 
 class ThinningCost(TypedDict):
@@ -73,25 +95,14 @@ class DataFacts(TypedDict):
     thinning: dict[str, ThinningCost]
 
 
-def learn(
-    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> dict[str, object]:
-    """Fit models to training sets of some sizes, for all repeats; return their errors.
-
-    `inputs`: ``models``, ``collection``, ``sizes``, ``repeats``, ``seed``, ``thin`` (every so many points of a test are
-    learned from), and by model ``parameters`` and ``grid``; ``search_thin`` for the search.
-
-    Returns
-    -------
-    dict
-        ``curves``: one `Point` a model and size.
-    """
+def learn(inputs: LearnInputs, files: Files, needs: Needs, folder: Path) -> dict[str, list[Point]]:
+    """Fit models to training sets of some sizes, for all repeats; ``curves`` are the errors by model and size."""
     from friction_models.training import growing_sets
 
     (result,) = needs.values()
-    data = Collection.of(result, str(inputs["collection"]), int(inputs["thin"]))
-    sets = growing_sets(data.tests, int(inputs["repeats"]), int(inputs["seed"]))
-    sizes = sorted({min(int(size), len(data.tests)) for size in inputs["sizes"]})
+    data = Collection.of(result, inputs["collection"], inputs["thin"])
+    sets = growing_sets(data.tests, inputs["repeats"], inputs["seed"])
+    sizes = sorted({min(size, len(data.tests)) for size in inputs["sizes"]})
     curves = [
         _point(data, model, [tests[:size] for tests in sets], inputs)
         for model in inputs["models"]
@@ -100,23 +111,17 @@ def learn(
     return {"curves": curves}
 
 
-def facts(
-    inputs: Mapping[str, Any], files: Mapping[str, Path], needs: Mapping[str, JobResult], folder: Path
-) -> DataFacts:
-    """Describe the data, and show what it costs to learn from every so many points only.
-
-    `inputs`: ``models`` and ``parameters`` (fitted to all training tests with every point and with every
-    ``thin``-th, where that is another choice), ``seed``.
-    """
+def facts(inputs: FactsInputs, files: Files, needs: Needs, folder: Path) -> DataFacts:
+    """Describe the data, and show what it costs to learn from every `thin`-th point only, where `thin` is not 1."""
     (result,) = needs.values()
-    whole, thinned = (Collection.of(result, SERIES, thin) for thin in (1, int(inputs["thin"])))
+    whole, thinned = (Collection.of(result, SERIES, thin) for thin in (1, inputs["thin"]))
     judge = whole.judge
     means = judge.groupby("test_id")["mu"].transform("mean")
     costs: dict[str, ThinningCost] = {}
-    for name in inputs["models"] if int(inputs["thin"]) > 1 else ():
+    for name in inputs["models"] if inputs["thin"] > 1 else ():
         errors = []
         for data in (whole, thinned):
-            model = _model(name, inputs, len(data.training), int(inputs["seed"]))
+            model = _model(name, inputs, len(data.training), inputs["seed"])
             model.fit(*_lesson(data.training))
             errors.append(float(np.mean(data.errors(model))))
         costs[name] = {"every_point": errors[0], "thinned": errors[1]}
@@ -138,30 +143,23 @@ def facts(
     }
 
 
+@dataclass(frozen=True)
 class Collection:
     """Training points of one data collection, and the held-out tests that judge both.
 
-    Attributes
-    ----------
-    training : pandas.DataFrame
-        Thinned time series, or one average point a test in which loads that the plan did not vary are constant.
-    judge, averages : pandas.DataFrame
-        Time series and averages of the held-out tests.
-    tests : list of str
-        Training tests.
-    not_varied : list of str
+    `training` are thinned time series, or one average point a test in which the loads `not_varied` by the plan are
+    constant; `judge` and `averages` are time series and averages of the held-out tests.
     """
 
-    def __init__(
-        self,
-        training: pd.DataFrame,
-        judge: pd.DataFrame,
-        averages: pd.DataFrame,
-        not_varied: Sequence[str] = (),
-    ) -> None:
-        self.training, self.judge, self.averages = training, judge, averages
-        self.tests = sorted(training["test_id"].astype(str).unique())
-        self.not_varied = list(not_varied)
+    training: pd.DataFrame
+    judge: pd.DataFrame
+    averages: pd.DataFrame
+    not_varied: list[str] = field(default_factory=list)
+
+    @property
+    def tests(self) -> list[str]:
+        """Training tests."""
+        return sorted(self.training["test_id"].astype(str).unique())
 
     @classmethod
     def of(cls, result: JobResult, collection: str, thin: int) -> Collection:
@@ -189,69 +187,56 @@ class Collection:
         return (wrong * (len(wrong) / len(held))).tolist()
 
 
-def _point(data: Collection, name: str, sets: list[list[str]], inputs: Mapping[str, Any]) -> Point:
+def _point(data: Collection, name: str, sets: list[list[str]], inputs: LearnInputs) -> Point:
     """Return the errors of one model at one size of the training set."""
     from friction_models.training import fit_all
 
     parts = [data.training[data.training["test_id"].isin(tests)] for tests in sets]
+    laws: Sequence[FrictionModel | float]
+    best: dict[str, object] = {}
+    search: list[dict[str, object]] | None = None
     if name == MEAN:
-        means = [float(part["mu"].mean()) for part in parts]
-        return _errors(data, name, sets, parts, means)
-    best, search = _search(name, parts[0], len(sets[0]), inputs)
-    # One number for all repeats, so that they are alike and are trained in one batch.
-    most = max(len(part) for part in parts)
-    models = [
-        _model(name, inputs, most, 1000 * k + int(inputs["seed"])).set_params(**best)
-        for k in range(len(parts))
-    ]
-    fit_all(models, [_lesson(part) for part in parts])
-    point = _errors(data, name, sets, parts, models)
-    point["parameters"] = {k: list(v) if isinstance(v, tuple) else v for k, v in best.items()}
-    point["search"] = search
-    return point
-
-
-def _errors(
-    data: Collection,
-    name: str,
-    sets: list[list[str]],
-    parts: list[pd.DataFrame],
-    models: Sequence[FrictionModel | float],
-) -> Point:
-    return {
+        laws = [float(part["mu"].mean()) for part in parts]
+    else:
+        best, search = _search(name, parts[0], len(sets[0]), inputs)
+        # One number for all repeats, so that they are alike and are trained in one batch.
+        most = max(len(part) for part in parts)
+        seeds = (1000 * k + inputs["seed"] for k in range(len(parts)))
+        laws = models = [_model(name, inputs, most, seed).set_params(**best) for seed in seeds]
+        fit_all(models, [_lesson(part) for part in parts])
+    point: Point = {
         "model": name,
         "tests": len(sets[0]),
         "points": len(parts[0]),
-        "parameters": {},
-        "errors": [data.errors(model) for model in models],
-        "errors_averages": [data.errors(model, averages=True) for model in models],
+        "parameters": {k: list(v) if isinstance(v, tuple) else v for k, v in best.items()},
+        "errors": [data.errors(law) for law in laws],
+        "errors_averages": [data.errors(law, averages=True) for law in laws],
     }
+    return point if search is None else {**point, "search": search}
 
 
 def _search(
-    name: str, part: pd.DataFrame, tests: int, inputs: Mapping[str, Any]
+    name: str, part: pd.DataFrame, tests: int, inputs: LearnInputs
 ) -> tuple[dict[str, object], list[dict[str, object]]]:
     """Return the best parameters by cross-validation over whole tests on the first repeat's training set."""
     from friction_models.training import best_parameters
 
-    grid = inputs.get("grid", {}).get(name, {})
+    grid = inputs["grid"].get(name, {})
     if not grid:
         return {}, []
-    thin = int(inputs.get("search_thin", 1)) if inputs["collection"] == SERIES else 1
+    thin = inputs["search_thin"] if inputs["collection"] == SERIES else 1
     thinned = part[part.groupby("test_id").cumcount() % thin == 0].reset_index(drop=True)
-    model = _model(name, inputs, len(thinned), int(inputs["seed"]), searching=True)
+    model = _model(name, inputs, len(thinned), inputs["seed"], searching=True)
     options = {key: [tuple(v) if isinstance(v, list) else v for v in grid[key]] for key in sorted(grid)}
-    best, table = best_parameters(model, options, thinned, folds=min(FOLDS, tests), seed=int(inputs["seed"]))
+    best, table = best_parameters(model, options, thinned, folds=min(FOLDS, tests), seed=inputs["seed"])
     return best, [{str(k): v for k, v in row.items()} for row in table.to_dict("records")]
 
 
-def _model(
-    name: str, inputs: Mapping[str, Any], points: int, seed: int, searching: bool = False
-) -> FrictionModel:
+def _model(name: str, inputs: FactsInputs, points: int, seed: int, searching: bool = False) -> FrictionModel:
     """Return an unfitted model with the study's parameters for a training set of so many points."""
     from friction_models.families.registry import make_model
 
-    given = dict(inputs.get("parameters", {}).get(name, {}))
+    given: dict[str, Any] = dict(inputs["parameters"].get(name, {}))
     if name == "gradient_boosting":
         return make_model(name, seed=seed, **given)
     if name != "ffnn":

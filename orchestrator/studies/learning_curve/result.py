@@ -30,15 +30,9 @@ NO_DIFFERENCE, AT_ONCE = "no clear difference", "both at once"
 class Curve:
     """Errors of one model over the size of its training set.
 
-    Attributes
-    ----------
-    lubricant, collection, model : str
-    sizes, points : tuple of int
-        Training tests, and points of the first repeat.
-    parts, averages : ndarray, shape (repeats, sizes, tests)
-        What each held-out test contributes to the MAE on time series, and on averages; the mean over tests is the MAE.
-    parameters : tuple of dict
-        What the search chose at each size.
+    `points` are those of the first repeat. `parts` and `averages`, of shape (repeats, sizes, tests), hold what each
+    held-out test contributes to the MAE on time series, and on averages; the mean over tests is the MAE.
+    `parameters`: what the search chose at each size.
 
     Examples
     --------
@@ -72,6 +66,11 @@ class Curve:
         )  # fmt: skip
 
     @property
+    def head(self) -> dict[str, object]:
+        """Whose curve it is, as tables say it."""
+        return {"lubricant": self.lubricant, "collection": self.collection, "model": self.model}
+
+    @property
     def errors(self) -> FloatArray:
         """MAE on the held-out time series, shape (repeats, sizes)."""
         return np.asarray(self.parts.mean(axis=2))
@@ -100,17 +99,9 @@ class Curve:
 class Comparison:
     """Time-series-based against average-based data for one model, lubricant and accuracy.
 
-    Attributes
-    ----------
-    lubricant, model : str
-    accuracy : float
-    series, average : NeededTests
-    own : NeededTests
-        Of the average-based data where the averages of the held-out tests judge it instead of their time series.
-    fewer, more : float
-        Shares of the resamples in which the time series needs fewer, or more, tests.
-    judged : bool
-        Whether there are sizes and held-out tests enough to tell the collections apart.
+    `own` is that of the average-based data where the averages of the held-out tests judge it instead of their time
+    series. `fewer` and `more`: shares of the resamples in which the time series needs fewer, or more, tests.
+    `judged`: whether there are sizes and held-out tests enough to tell the collections apart.
     """
 
     lubricant: str
@@ -142,17 +133,7 @@ class Comparison:
 class LearningCurves:
     """All curves of the study.
 
-    Attributes
-    ----------
-    curves : tuple of Curve
-    facts : mapping of str to DataFacts
-        By lubricant.
-    accuracy : float
-    repeats : int
-    missing : int
-        Jobs without a result.
-    virtual : bool
-        Whether the virtual laboratory of the study measured, and not the user.
+    `missing`: jobs without a result. `virtual`: whether the virtual laboratory of the study measured, and not the user.
     """
 
     curves: tuple[Curve, ...]

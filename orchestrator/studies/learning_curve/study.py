@@ -13,7 +13,7 @@ from ...jobs.campaign import Job
 from ..measurements import FULL_PLAN, QUICK_PLAN, VIRTUAL, data_jobs, data_name
 from ..models import ADVANCED
 from ..study import Study
-from .jobs import AVERAGE, MEAN, SERIES
+from .jobs import AVERAGE, MEAN, SERIES, FactsInputs, LearnInputs, Parameters, learn
 
 #: Typical accuracy of a tribometer in mu: the limit of the paper.
 ACCURACY = 0.01
@@ -47,27 +47,23 @@ class LearningCurvePlan:
 
     Attributes
     ----------
-    sizes : tuple of int
+    sizes
         Numbers of training tests; those beyond the data are left out, and all tests are the last.
-    repeats : int
+    repeats
         Random orders in which the training set grows.
-    models : tuple of str
+    models
         Families; the mean of the training tests is always beside them.
-    thin, search_thin : int
+    thin, search_thin
         Every so many points of a time series are learned from; in the search, of these again every so many.
-    steps : int
+    steps
         Steps of the optimiser of a network, whatever the size of the training set.
-    parameters : mapping
-        Parameters of models that are other than those of `train`.
-    grids : mapping
-        Parameters to search by data collection and model.
-    accuracy : float
+    parameters, grids
+        Parameters of models that are other than those of `train`, and those to search by data collection and model.
+    accuracy
         Error in mu that is asked for.
-    tests : str
-        Plan of the virtual laboratory.
-    lubricants : tuple of str
-        Of the virtual laboratory.
-    seed : int
+    tests, lubricants
+        Of the virtual laboratory; `tests` is its plan.
+    seed
         Of the laboratory, of the training sets and of the models.
     """
 
@@ -77,7 +73,7 @@ class LearningCurvePlan:
     thin: int = 1
     search_thin: int = 25
     steps: int = 3200
-    parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    parameters: Parameters = field(default_factory=dict)
     grids: Grids = field(default_factory=lambda: GRIDS)
     accuracy: float = ACCURACY
     tests: str = FULL_PLAN
@@ -88,14 +84,7 @@ class LearningCurvePlan:
     def quick(cls, seed: int = 0) -> LearningCurvePlan:
         """Return a size that only shows the way: fewer tests, three sizes, three repeats, small grids."""
         return cls(
-            sizes=(3, 9, 27),
-            repeats=3,
-            thin=10,
-            search_thin=5,
-            steps=600,
-            grids=QUICK_GRIDS,
-            tests=QUICK_PLAN,
-            seed=seed,
+            (3, 9, 27), 3, thin=10, search_thin=5, steps=600, grids=QUICK_GRIDS, tests=QUICK_PLAN, seed=seed
         )
 
     def to_dict(self) -> dict[str, object]:
@@ -104,23 +93,13 @@ class LearningCurvePlan:
 
 
 @dataclass(frozen=True)
-class LearningCurveStudy(Study):
+class LearningCurveStudy(Study[LearningCurvePlan]):
     """The study as jobs, and the names to find their results by.
 
-    Attributes
-    ----------
-    plan : LearningCurvePlan
-    jobs : tuple of Job
-    curves : mapping of (lubricant, data collection) to tuple of str
-        Names of the jobs that hold their curves.
-    facts : mapping of str to str
-        Name of the job that describes a lubricant's data.
-    virtual : bool
-        Whether the virtual laboratory measures.
+    `curves` are the names of the jobs by lubricant and data collection, `facts` those that describe the data of a
+    lubricant; `virtual`: whether the virtual laboratory measures.
     """
 
-    plan: LearningCurvePlan
-    jobs: tuple[Job, ...]
     curves: Mapping[tuple[str, str], tuple[str, ...]]
     facts: Mapping[str, str]
     virtual: bool
@@ -203,38 +182,31 @@ def _learning_job(
     seconds = START_SECONDS + len(sizes) * fits * sum(FIT_SECONDS.get(m, 0.0) for m in models)
     if "ffnn" in models:
         seconds += sum(_network_seconds(plan, collection, size) for size in sizes)
-    return Job(
-        f"{lubricant}-{collection}-{label}",
-        "orchestrator.studies.learning_curve.jobs:learn",
-        {
-            "models": models,
-            "collection": collection,
-            "sizes": list(sizes),
-            "repeats": plan.repeats,
-            "seed": plan.seed,
-            "thin": plan.thin,
-            "search_thin": plan.search_thin,
-            "grid": grid,
-            "parameters": _parameters(plan, models),
-        },
-        needs=(data_name(lubricant),),
-        seconds=seconds,
-    )
+    inputs: LearnInputs = {
+        "models": models,
+        "collection": collection,
+        "sizes": list(sizes),
+        "repeats": plan.repeats,
+        "seed": plan.seed,
+        "thin": plan.thin,
+        "search_thin": plan.search_thin,
+        "grid": grid,
+        "parameters": _parameters(plan, models),
+    }
+    name, needs = f"{lubricant}-{collection}-{label}", (data_name(lubricant),)
+    return Job(name, f"{learn.__module__}:learn", inputs, needs=needs, seconds=seconds)
 
 
 def _facts_job(plan: LearningCurvePlan, lubricant: str) -> Job:
-    return Job(
-        f"facts-{lubricant}",
-        "orchestrator.studies.learning_curve.jobs:facts",
-        {
-            "models": list(plan.models),
-            "parameters": _parameters(plan, plan.models),
-            "thin": plan.thin,
-            "seed": plan.seed,
-        },
-        needs=(data_name(lubricant),),
-        seconds=START_SECONDS + _network_seconds(plan, AVERAGE, 0),
-    )
+    inputs: FactsInputs = {
+        "models": list(plan.models),
+        "parameters": _parameters(plan, plan.models),
+        "thin": plan.thin,
+        "seed": plan.seed,
+    }
+    seconds = START_SECONDS + _network_seconds(plan, AVERAGE, 0)
+    needs = (data_name(lubricant),)
+    return Job(f"facts-{lubricant}", f"{learn.__module__}:facts", inputs, needs=needs, seconds=seconds)
 
 
 def _network_seconds(plan: LearningCurvePlan, collection: str, size: int) -> float:
@@ -243,7 +215,7 @@ def _network_seconds(plan: LearningCurvePlan, collection: str, size: int) -> flo
     return work * plan.steps / 3200 * (5 + plan.repeats) / 15
 
 
-def _parameters(plan: LearningCurvePlan, models: Sequence[str]) -> dict[str, object]:
+def _parameters(plan: LearningCurvePlan, models: Sequence[str]) -> Parameters:
     given = {
         m: dict(plan.parameters.get(m, {})) | ({"steps": plan.steps} if m == "ffnn" else {}) for m in models
     }

@@ -69,13 +69,8 @@ def _counted(found: Sequence[Comparison], curves: LearningCurves) -> str:
 
 
 def _of_all(cases: Sequence[Comparison], found: Sequence[Comparison]) -> str:
-    return f"{len(cases)} of {len(found)} cases ({_cases(cases)})" if cases else "none"
-
-
-def _cases(cases: Sequence[Comparison]) -> str:
-    return ", ".join(
-        f"{c.model} {c.lubricant}: {_number(c.series)} against {_number(c.average)}" for c in cases
-    )
+    said = (f"{c.model} {c.lubricant}: {_number(c.series)} against {_number(c.average)}" for c in cases)
+    return f"{len(cases)} of {len(found)} cases ({', '.join(said)})" if cases else "none"
 
 
 def _number(needed: NeededTests) -> str:

@@ -13,7 +13,6 @@ from friction_models.common import InputError
 from orchestrator.force_curves.forces import (
     ForceCurve,
     LevelsComparison,
-    PressCurve,
     compare_force,
     levels_table,
     read_press_curve,
@@ -28,7 +27,7 @@ def ramp(top: float, length: float = 10.0, n: int = 101) -> ForceCurve:
 
 
 def test_flat_curves_give_exact_errors() -> None:
-    press = PressCurve((ramp(100.0), ramp(104.0), ramp(96.0)))
+    press = (ramp(100.0), ramp(104.0), ramp(96.0))
     result = compare_force(ramp(110.0), press)
     assert result.max_force.simulated == pytest.approx(110.0)
     assert result.max_force.ae == pytest.approx(10.0)
@@ -44,20 +43,20 @@ def test_flat_curves_give_exact_errors() -> None:
 
 def test_only_the_common_stroke_counts() -> None:
     rising = ForceCurve(np.linspace(0.0, 20.0, 201), np.linspace(0.0, 200.0, 201))
-    press = PressCurve((ForceCurve(np.linspace(1.0, 11.0, 50), np.linspace(10.0, 110.0, 50)),))
+    press = (ForceCurve(np.linspace(1.0, 11.0, 50), np.linspace(10.0, 110.0, 50)),)
     result = compare_force(rising, press)
     assert (result.stroke[0], result.stroke[-1]) == (1.0, 11.0)
     assert result.max_force.are == pytest.approx(0.0, abs=1e-12)
     assert result.work.simulated == pytest.approx(600.0)
     with pytest.raises(InputError, match="no common stroke"):
-        compare_force(rising, PressCurve((ForceCurve(np.array([30.0, 31.0]), np.array([1.0, 1.0])),)))
+        compare_force(rising, (ForceCurve(np.array([30.0, 31.0]), np.array([1.0, 1.0])),))
 
 
 def test_the_moving_mean_removes_ripple_but_not_a_plateau() -> None:
     stroke = np.linspace(0.0, 20.0, 2001)
     smooth = 300.0 * np.minimum(stroke / 3.0, 1.0)
     rippled = smooth + 3.0 * np.sin(2 * np.pi * stroke / 0.5)
-    result = compare_force(ForceCurve(stroke, rippled), PressCurve((ForceCurve(stroke, smooth),)))
+    result = compare_force(ForceCurve(stroke, rippled), (ForceCurve(stroke, smooth),))
     assert result.max_force.ae < 0.2
 
 
@@ -70,9 +69,9 @@ def test_relative_errors_do_not_depend_on_the_unit_of_force(
     top: float, scatter: list[float], scale: float
 ) -> None:
     press = [ramp(top * (1 + s), n=21) for s in scatter]
-    a = compare_force(ramp(1.1 * top, n=21), PressCurve(tuple(press)))
+    a = compare_force(ramp(1.1 * top, n=21), press)
     scaled = tuple(ForceCurve(c.stroke, scale * c.force) for c in press)
-    b = compare_force(ramp(1.1 * top * scale, n=21), PressCurve(scaled))
+    b = compare_force(ramp(1.1 * top * scale, n=21), scaled)
     for x, y in ((a.max_force, b.max_force), (a.work, b.work)):
         assert x.are == pytest.approx(y.are, rel=1e-9, abs=1e-12)
         assert x.are_std == pytest.approx(y.are_std, rel=1e-9, abs=1e-12)
@@ -91,7 +90,7 @@ def test_propagation_agrees_with_monte_carlo() -> None:
 
 
 def test_levels_are_summarised() -> None:
-    press = PressCurve((ramp(100.0), ramp(102.0)))
+    press = (ramp(100.0), ramp(102.0))
     levels = LevelsComparison("constant", tuple(compare_force(ramp(t), press) for t in (110.0, 120.0)))
     assert levels.max_force.mare == pytest.approx((9.0 + 19.0) / 2 / 101.0)
     assert "constant" in levels_table([levels])
@@ -103,8 +102,8 @@ def test_press_files(tmp_path: Path) -> None:
     rows = [(r, s) for r in (1, 2) for s in (0.0, 1.0, 2.0)]
     path.write_text("stroke [mm],force [kN],repeat\n" + "".join(f"{s},{50 * s + r},{r}\n" for r, s in rows))
     press = read_press_curve(path)
-    assert len(press.repeats) == 2
-    np.testing.assert_allclose(press.repeats[1].force, [2.0, 52.0, 102.0])
+    assert len(press) == 2
+    np.testing.assert_allclose(press[1].force, [2.0, 52.0, 102.0])
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from orchestrator.cli.main import run
 from orchestrator.comparison.on_press import ForcesComparison
 from orchestrator.comparison.on_tests import FEWEST_UNITS, compare_on_tests, known_domain, resampled_errors
 from orchestrator.comparison.press_study import FailedRun, PressResults
-from orchestrator.force_curves.forces import ForceCurve, LevelsComparison, PressCurve, compare_force
+from orchestrator.force_curves.forces import ForceCurve, LevelsComparison, compare_force
 from orchestrator.report.comparison_page import comparison_page
 
 
@@ -115,7 +115,7 @@ def forces(levels: int, shares: dict[str, float]) -> ForcesComparison:
     for k in range(levels):
         size = (10.0 + k) * stroke
         repeats = [ForceCurve(stroke, size * (1.0 + 0.01 * rng.standard_normal())) for _ in range(5)]
-        press.append(PressCurve(tuple(repeats)))
+        press.append(tuple(repeats))
     for label, share in shares.items():
         compared = tuple(
             compare_force(ForceCurve(stroke, share * (10.0 + k) * stroke), press[k], label)

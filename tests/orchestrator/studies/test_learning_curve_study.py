@@ -28,7 +28,6 @@ from orchestrator.studies.measurements import (
     data_jobs,
     load_measurements,
     measurement_jobs,
-    own_data_job,
 )
 from tests.friction_models.made_up import campaign
 
@@ -258,10 +257,10 @@ def test_bad_data_options_are_refused(texts: list[str], message: str) -> None:
 
 def test_data_that_cannot_be_studied_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="3 tests; allowed: at least 4"):
-        own_data_job("x", made_up_data(tmp_path / "few", tests=3, held=1))
+        data_jobs({"x": made_up_data(tmp_path / "few", tests=3, held=1)})
     one_role = made_up_data(tmp_path / "one", tests=5, held=5)
     with pytest.raises(InputError, match="no test has the role 'train'"):
-        own_data_job("x", one_role)
+        data_jobs({"x": one_role})
     with pytest.raises(InputError, match="did you mean 'polymer'"):
         measurement_jobs("polymr")
     few: dict[str, Any] = {"x": made_up_data(tmp_path / "lone", tests=4, held=3)}

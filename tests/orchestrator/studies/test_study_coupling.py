@@ -98,7 +98,7 @@ def lag_results(pair: dict[str, Path], tmp_path_factory: pytest.TempPathFactory)
 
 
 def study() -> LagStudy:
-    return LagStudy.of(LagPlan(("polynomial",), ("fre",), STEPS, STROKE))
+    return LagStudy.of(LagPlan(("polynomial",), ("fre",), STROKE, steps=STEPS))
 
 
 def test_lag_is_one_step_and_two_steps(lag_results: dict[str, JobResult]) -> None:
@@ -160,7 +160,7 @@ def test_steps_of_the_lag_study_divide_the_longest() -> None:
         LagPlan(steps=(0.3, 0.8))
     with pytest.raises(InputError, match="did you mean 'polynomial'"):
         LagPlan(models=("polynomal",))
-    assert evaluate(LagStudy(LagPlan(lubricant="oil")), {})["settings"]["lubricant"] == "oil"
+    assert evaluate(LagStudy(LagPlan(lubricant="oil"), ()), {})["settings"]["lubricant"] == "oil"
     names = [job.name for job in LagStudy.of(LagPlan()).jobs]
     assert len(names) == len(set(names)) and sum("-iterated-" in n for n in names) == 2 * 2 * 5
 
@@ -185,7 +185,7 @@ def test_what_is_outside_by_load_and_by_work(monkeypatch: pytest.MonkeyPatch) ->
     runs = {"clamp": recorded(2000.0, 0.1), "extrapolate": recorded(2000.0, 0.12)}
     monkeypatch.setattr(extrapolation, "run_of", lambda result: runs.get(result.name.rpartition("-")[2]))
     monkeypatch.setattr(extrapolation, "reference_areas", lambda level: np.array([1.0, 3.0, 90.0]))
-    small = ExtrapolationStudy.of(ExtrapolationPlan(("linear",), ("fre",), ((20.0, 5.0),), 0.2))
+    small = ExtrapolationStudy.of(ExtrapolationPlan(("linear",), ("fre",), 0.2, conditions=((20.0, 5.0),)))
     facts = {
         "domain": box.to_dict(),
         "points": 10,
@@ -224,7 +224,7 @@ def test_what_is_outside_by_load_and_by_work(monkeypatch: pytest.MonkeyPatch) ->
     assert "broke off" in words.text_table(values)
     for run in runs.values():
         run.values["forming.active"][:] = 0.0
-    oil = ExtrapolationStudy(replace(small.plan, lubricant="oil"))
+    oil = ExtrapolationStudy(replace(small.plan, lubricant="oil"), ())
     untouched = extrapolation.evaluate(oil, results)
     assert untouched["settings"]["lubricant"] == "oil" and not untouched["runs"]
     untouched = extrapolation.evaluate(small, results)
