@@ -13,34 +13,23 @@ from .mesh.shape import FloatArray, IntArray, gauss_volumes
 
 @dataclass
 class Body:
-    """Workpiece in the half plane r >= 0, z along the axis.
+    """Workpiece in the half plane r >= 0, z along the axis."""
 
-    Attributes
-    ----------
-    x : ndarray, shape (n, 2)
-        Node positions r, z [mm].
-    quads : ndarray, shape (n_e, 4)
-        Elements, counter-clockwise.
-    chain : ndarray, shape (n_s,)
-        Surface nodes in counter-clockwise order, from the axis to the axis (without the axis between);
-        for a ring the closed loop, its first node repeated at the end.
-    stress : ndarray, shape (n_e, 4, 4)
-        rr, zz, tt, rz at the Gauss points [MPa].
-    strain, rate : ndarray, shape (n_e, 4)
-        Equivalent plastic strain and its rate in the last increment [1/s].
-    T : ndarray, shape (n,)
-        Temperature [degC].
-    velocity : ndarray, shape (n, 2)
-        Mean velocity of the last increment [mm/s]; the predictor of the next.
-    """
-
+    #: Node positions r, z [mm], shape (n, 2).
     x: FloatArray
+    #: Elements, counter-clockwise, shape (n_e, 4).
     quads: IntArray
+    #: Surface nodes in counter-clockwise order, from the axis to the axis (without the axis between); for a
+    #: ring the closed loop, its first node repeated at the end, shape (n_s,).
     chain: IntArray
+    #: rr, zz, tt, rz at the Gauss points [MPa], shape (n_e, 4, 4).
     stress: FloatArray
+    #: Equivalent plastic strain and its rate in the last increment [1/s], shape (n_e, 4).
     strain: FloatArray
     rate: FloatArray
+    #: Temperature [degC], shape (n,).
     T: FloatArray
+    #: Mean velocity of the last increment [mm/s]; the predictor of the next, shape (n, 2).
     velocity: FloatArray
 
     @classmethod

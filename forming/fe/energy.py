@@ -17,52 +17,36 @@ from .mesh.shape import FloatArray
 
 
 class Loading(NamedTuple):
-    """Contact at one end of an increment.
+    """Contact at one end of an increment."""
 
-    Attributes
-    ----------
-    tables : list of ndarray, shape (n_s, 7)
-        Contact tables of the tools.
-    weights : ndarray, shape (n_s,)
-        Surface area per radian of the surface nodes [mm2].
-    forces : ndarray, shape (n_tools, 2)
-        Forces on the tools [N].
-    """
-
+    #: Contact tables of the tools, shape (n_s, 7).
     tables: list[FloatArray]
+    #: Surface area per radian of the surface nodes [mm2], shape (n_s,).
     weights: FloatArray
+    #: Forces on the tools [N], shape (n_tools, 2).
     forces: FloatArray
 
 
 @dataclass
 class Energy:
-    """Energy account of the workpiece [N mm].
+    """Energy account of the workpiece [N mm]."""
 
-    Attributes
-    ----------
-    external : float
-        Work of the tool surfaces on the workpiece; what deforms the tools themselves is no part of it.
-    plastic, friction, elastic : float
-        Where it went.
-    contact : float
-        Work against the springs that keep the workpiece out of the tools (penalty): some 5 N/mm of contact at 1000 MPa.
-        It is summed up from the motion, because a contact that grows makes the energy stored in them grow by itself.
-    heat_generated : float
-        Heat released in the workpiece: of plastic work, and its share of the friction.
-    heat_to_tools, heat_to_environment : float
-        Heat that left it by conduction, and by convection and radiation.
-    heat_content, heat_start : float
-        Heat in it above `heat_reference` [degC] now and at the start.
-    """
-
+    #: Work of the tool surfaces on the workpiece; what deforms the tools themselves is no part of it.
     external: float = 0.0
+    #: Where it went.
     plastic: float = 0.0
     friction: float = 0.0
     elastic: float = 0.0
+    #: Work against the springs that keep the workpiece out of the tools (penalty): some 5 N/mm of contact at
+    #: 1000 MPa. It is summed up from the motion, because a contact that grows makes the energy stored in them
+    #: grow by itself.
     contact: float = 0.0
+    #: Heat released in the workpiece: of plastic work, and its share of the friction.
     heat_generated: float = 0.0
+    #: Heat that left it by conduction, and by convection and radiation.
     heat_to_tools: float = 0.0
     heat_to_environment: float = 0.0
+    #: Heat in it above `heat_reference` [degC] now and at the start.
     heat_content: float = 0.0
     heat_start: float = 0.0
     heat_reference: float | None = None

@@ -24,42 +24,27 @@ KEEPING, SMALL, MOST = 4, 1e-3, 0.2
 
 @dataclass(frozen=True)
 class Environment:
-    """Surroundings of free workpiece surfaces: still air and walls of one temperature.
+    """Surroundings of free workpiece surfaces: still air and walls of one temperature."""
 
-    Attributes
-    ----------
-    T : float
-        Temperature [degC].
-    h : float
-        Heat transfer coefficient of convection [N/(mm s K)]; 0.01 is 10 W/(m2 K), still air.
-    radiation : bool
-        Whether the surface radiates, with the emissivity of the material.
-    shelter : float
-        A free surface closer to a tool than this exchanges nothing: the gap shelters it [mm].
-    """
-
+    #: Temperature [degC].
     T: float = 20.0
+    #: Heat transfer coefficient of convection [N/(mm s K)]; 0.01 is 10 W/(m2 K), still air.
     h: float = 0.01
+    #: Whether the surface radiates, with the emissivity of the material.
     radiation: bool = True
+    #: A free surface closer to a tool than this exchanges nothing: the gap shelters it [mm].
     shelter: float = 2.0
 
 
 @dataclass(frozen=True)
 class HeatExchange:
-    """Transfer between workpiece, tools and environment.
+    """Transfer between workpiece, tools and environment."""
 
-    Attributes
-    ----------
-    htc : float
-        Heat transfer coefficient of the contact [N/(mm s K)], the number in kW/(m2 K).
-    friction_share : float
-        Share of the frictional power that enters the workpiece.
-    environment : Environment or None
-        None: free surfaces are insulated.
-    """
-
+    #: Heat transfer coefficient of the contact [N/(mm s K)], the number in kW/(m2 K).
     htc: float = 35.0
+    #: Share of the frictional power that enters the workpiece.
     friction_share: float = 0.5
+    #: None: free surfaces are insulated.
     environment: Environment | None = field(default_factory=Environment)
 
 

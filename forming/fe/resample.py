@@ -182,10 +182,7 @@ def surface_chain(mesh: Mesh, surface: FloatArray) -> IntArray:
 def body_within(outline: FloatArray, size: SizeField, tools: list[Tool], T: float) -> Body:
     """Return a body at rest of temperature `T` [degC] whose surface follows the corners of an outline.
 
-    Raises
-    ------
-    MeshError
-        The region cannot be meshed with elements of this size.
+    Raises MeshError: the region cannot be meshed with elements of this size.
     """
     surface = resample(outline, size, tools, None).points
     mesh = mesh_inside(surface, size)

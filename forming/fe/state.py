@@ -18,30 +18,20 @@ SCALES = (1.0, 0.85, 0.7)
 
 @dataclass(frozen=True)
 class StepControl:
-    """Limits of the increments, in mm of tool travel.
+    """Limits of the increments, in mm of tool travel."""
 
-    Attributes
-    ----------
-    first, largest : float
-        First and largest increment.
-    smallest : float
-        Below this the run stops.
-    slip : float
-        Largest sliding of a contact node in one increment.
-    after_remesh : float
-        Share of the largest increment allowed after a remeshing.
-    force_change : float
-        Largest change of the force in one increment [N]; larger ones are repeated in halves.
-    attempts : int
-        Increments, failed ones included, after which a run stops: a run that creeps must end, too.
-    """
-
+    #: First and largest increment.
     first: float = 0.02
     largest: float = 0.1
+    #: Below this the run stops.
     smallest: float = 0.1 / 256.0
+    #: Largest sliding of a contact node in one increment.
     slip: float = 0.2
+    #: Share of the largest increment allowed after a remeshing.
     after_remesh: float = 0.3
+    #: Largest change of the force in one increment [N]; larger ones are repeated in halves.
     force_change: float = np.inf
+    #: Increments, failed ones included, after which a run stops: a run that creeps must end, too.
     attempts: int = 5000
 
 

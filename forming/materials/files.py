@@ -163,13 +163,7 @@ class MaterialFile(_Part):
     emissivity: Number = 0.5
 
     def material(self, where: str) -> Material:
-        """Return the material.
-
-        Raises
-        ------
-        InputError
-            Values that cannot be.
-        """
+        """Return the material. Raises InputError: values that cannot be."""
         for name, unit, values in (
             ("density", "kg/m3", [self.density]),
             ("elasticity.E", "MPa", [self.elasticity.E]),
@@ -270,10 +264,7 @@ def read_material(source: str | os.PathLike[str]) -> Material:
 def material_from_content(content: object, where: str = "material") -> Material:
     """Return the material that the content of a file describes.
 
-    Raises
-    ------
-    InputError
-        Unknown keys, missing ones, or values that cannot be.
+    Raises InputError: unknown keys, missing ones, or values that cannot be.
 
     Examples
     --------

@@ -316,10 +316,7 @@ class Ejection:
 def ejection_choice(process: StepwiseProcess, how: str | bool) -> str:
     """Return the name of a way to eject the product of a process.
 
-    Raises
-    ------
-    InputError
-        The process has no such way.
+    Raises InputError: the process has no such way.
     """
     if not process.ejections:
         raise InputError(f"{process.name}: eject = {how!r}; allowed: False, its product is held by no tool")

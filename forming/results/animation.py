@@ -29,6 +29,8 @@ def animation(
 ) -> str:
     """Return the HTML of an animation with a slider and a choice of fields; its data take at most `largest` bytes.
 
+    Raises InputError: no snapshots, or an unknown field.
+
     Parameters
     ----------
     field : str
@@ -37,11 +39,6 @@ def animation(
         Where it stands at first [mm]; by default at the end.
     force : tuple of ndarray, optional
         Stroke [mm] and force [kN], drawn beside it.
-
-    Raises
-    ------
-    InputError
-        No snapshots, or an unknown field.
     """
     history.at(stroke)
     low_high = {name: history.extremes(name, 0.002) for name in FIELDS}

@@ -117,10 +117,7 @@ def save_ejection(result: EjectionResult, folder: Path) -> None:
 def load_ejection(folder: Path) -> EjectionResult | None:
     """Read what `save_ejection` wrote, without the contact history; None where there is none.
 
-    Raises
-    ------
-    ValueError, KeyError, TypeError, OSError
-        The files hold something else.
+    Raises ValueError, KeyError, TypeError, OSError: the files hold something else.
     """
     table, figures = folder / "ejection.csv", folder / "ejection.json"
     if not table.is_file() and not figures.is_file():

@@ -135,10 +135,7 @@ class FieldWriter(FieldRecorder):
 def writer_from_environment(name: str) -> FieldWriter | None:
     """Return the writer that the environment variables ask for, or None.
 
-    Raises
-    ------
-    InputError
-        The stroke between two snapshots is not a number from 0.01 to 100 mm.
+    Raises InputError: the stroke between two snapshots is not a number from 0.01 to 100 mm.
     """
     folder = os.environ.get(FIELDS_FOLDER)
     if not folder:
@@ -161,10 +158,7 @@ def checked_spacing(spacing: float, where: str) -> float:
 def recorder_for(snapshots: int | Sequence[float] | FloatArray, stroke: float, where: str) -> FieldRecorder:
     """Return a recorder of so many snapshots, evenly from the start to `stroke`, or of those at given strokes.
 
-    Raises
-    ------
-    InputError
-        Fewer than 2, more than 1000, or strokes that the run does not reach.
+    Raises InputError: fewer than 2, more than 1000, or strokes that the run does not reach.
     """
     if isinstance(snapshots, (int, np.integer)) and not isinstance(snapshots, bool):
         if not 2 <= snapshots <= MOST:

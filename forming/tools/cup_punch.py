@@ -22,17 +22,6 @@ RELIEF_ANGLE = 25.0
 class CupPunch:
     """Punch with a flat or conical nose, a land and a relieved shaft; z = 0 is the lowest point of the nose.
 
-    Attributes
-    ----------
-    radius, edge_radius, land : float
-        Radius at the land, rounding between nose and land, length of the land [mm].
-    nose_angle : float
-        Angle between the nose and a plane across the axis [degrees]; 0 is flat.
-    tip_radius : float
-        Rounding of a conical nose on the axis [mm].
-    relief : float
-        How far the shaft steps back behind the land [mm].
-
     Examples
     --------
     >>> from forming.tools.cup_punch import CupPunch
@@ -43,11 +32,15 @@ class CupPunch:
     True
     """
 
+    #: Radius at the land, rounding between nose and land, length of the land [mm].
     radius: float
     edge_radius: float
     land: float
+    #: Angle between the nose and a plane across the axis [degrees]; 0 is flat.
     nose_angle: float = 0.0
+    #: Rounding of a conical nose on the axis [mm].
     tip_radius: float = 2.0
+    #: How far the shaft steps back behind the land [mm].
     relief: float = 0.28
 
     def __post_init__(self) -> None:

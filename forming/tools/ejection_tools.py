@@ -19,22 +19,6 @@ EDGE = 0.05
 class Stage:
     """One motion.
 
-    Attributes
-    ----------
-    name : str
-        ``"withdraw"``, ``"release"`` or ``"eject"``.
-    tools : tuple of Tool
-        As they stand at its start; those with a velocity move, the others hold. A tool of the stage before
-        keeps its name, and with it its force.
-    mover : str
-        Name of the moving tool whose force is asked for.
-    longest : float
-        It ends after this travel [mm] at the latest.
-    clear : float or None
-        It ends when the moving tool has touched nothing over this travel [mm].
-    opening : float or None
-        It ends when the tools at rest touch the product above this height only [mm].
-
     Examples
     --------
     >>> stage = Stage("withdraw", tools=(), mover="punch", longest=20.0, clear=0.5)
@@ -42,11 +26,18 @@ class Stage:
     ('punch', 20.0, None)
     """
 
+    #: ``"withdraw"``, ``"release"`` or ``"eject"``.
     name: str
+    #: As they stand at its start; those with a velocity move, the others hold. A tool of the stage before
+    #: keeps its name, and with it its force.
     tools: tuple[Tool, ...]
+    #: Name of the moving tool whose force is asked for.
     mover: str
+    #: It ends after this travel [mm] at the latest.
     longest: float
+    #: It ends when the moving tool has touched nothing over this travel [mm].
     clear: float | None = None
+    #: It ends when the tools at rest touch the product above this height only [mm].
     opening: float | None = None
 
 

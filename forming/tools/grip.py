@@ -15,17 +15,6 @@ from ..fe.simulation import Simulation
 class GripPatch:
     """A part of the surface that a tool at rest holds after unloading.
 
-    Attributes
-    ----------
-    tool : str
-        Which tool.
-    r_low, r_high, z_low, z_high : float
-        Where it is [mm].
-    pressure : float
-        Mean contact pressure [MPa].
-    friction : float
-        Axial force that friction can carry there, mu times the contact force [kN].
-
     Examples
     --------
     >>> patch = GripPatch("container", 10.0, 10.0, 0.0, 5.0, pressure=50.0, friction=1.25)
@@ -33,12 +22,16 @@ class GripPatch:
     ('container', 5.0)
     """
 
+    #: Which tool.
     tool: str
+    #: Where it is [mm].
     r_low: float
     r_high: float
     z_low: float
     z_high: float
+    #: Mean contact pressure [MPa].
     pressure: float
+    #: Axial force that friction can carry there, mu times the contact force [kN].
     friction: float
 
 

@@ -143,10 +143,7 @@ def readings(process: RingCompression, mu: float, count: int = 5, sharp: bool = 
 
     The bore is the straight one of the same volume. `sharp` all but takes the slip regularisation away.
 
-    Raises
-    ------
-    Unfinished
-        The run stopped.
+    Raises Unfinished: the run stopped.
     """
     process.start(mu)
     if sharp:

@@ -66,10 +66,7 @@ def straight_ring(law: str, value: float) -> Simulation:
 def straight_readings(law: str, value: float) -> list[float]:
     """Return the decrease of the bore diameter in % at the reductions that the closed form has for this law.
 
-    Raises
-    ------
-    Unfinished
-        The run stopped.
+    Raises Unfinished: the run stopped.
     """
     simulation = straight_ring(law, value)
     found = []

@@ -40,10 +40,7 @@ def rate_independent() -> HenselSpittel:
 def finished(process: FormingProcess, result: FormingResult) -> FormingResult:
     """Return the result of a run that has reached its end.
 
-    Raises
-    ------
-    Unfinished
-        The run stopped before its end.
+    Raises Unfinished: the run stopped before its end.
     """
     if result.status != "ok":
         raise Unfinished(f"{process.name}: {result.message}")

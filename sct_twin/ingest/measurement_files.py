@@ -49,13 +49,7 @@ def passed_over(source: Source) -> list[LeftOut]:
 
 
 def tests_beside(folder: Path) -> Path | None:
-    """Return the test table of a folder, None without one.
-
-    Raises
-    ------
-    InputError
-        There are two.
-    """
+    """Return the test table of a folder, None without one. Raises InputError: there are two."""
     found = [folder / name for name in _TESTS if (folder / name).is_file()]
     if len(found) > 1:
         names = " and ".join(file.name for file in found)
@@ -68,10 +62,7 @@ def tests_beside(folder: Path) -> Path | None:
 def measurement_files(source: Source) -> tuple[list[Path], Path | None]:
     """Return the measurement files and the folder that may hold a test table.
 
-    Raises
-    ------
-    InputError
-        No such file or folder, or no measurement files in it.
+    Raises InputError: no such file or folder, or no measurement files in it.
     """
     if isinstance(source, str | os.PathLike):
         path = Path(source)

@@ -53,10 +53,7 @@ class NameTemplate:
     def test_of(self, name: str) -> str:
         """Return the name of the test in a file name (without suffix).
 
-        Raises
-        ------
-        InputError
-            The name does not fit.
+        Raises InputError: the name does not fit.
         """
         form = re.escape(self.text).replace(re.escape(MARK), "(.+?)")
         found = re.fullmatch(form.replace(r"\*", ".*?").replace(r"\?", "."), name)

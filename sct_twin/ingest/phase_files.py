@@ -104,6 +104,9 @@ def join(
 ) -> tuple[dict[str, FloatArray], list[str]]:
     """Return the channels of both files one after the other, and what was assumed.
 
+    Raises InputError: a file without rows, an upsetting file that begins under load and so on are found
+    later; here: a waiting time that is none, and files that overlap only in part.
+
     Parameters
     ----------
     upsetting, sliding : mapping of str to ndarray
@@ -113,12 +116,6 @@ def join(
         For messages.
     wait : object
         Stated time between the files [s]; not needed when the second begins after the first on one clock.
-
-    Raises
-    ------
-    InputError
-        A file without rows, an upsetting file that begins under load and so on are found later; here: a
-        waiting time that is none, and files that overlap only in part.
     """
     notes: list[str] = []
     t_up, t_slide = upsetting["t"], sliding["t"]

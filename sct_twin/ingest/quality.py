@@ -64,18 +64,15 @@ SIGMA_USUAL = (20.0, 5000.0)
 def quality_row(record: SctRecord, moving_mass: float = 0.0) -> dict[str, object]:
     """Return the figures of one test as a row of the quality table (units in the names).
 
+    Raises InputError: the test is never loaded or never slides, or forces or speed say that columns are
+    swapped or a unit is wrong.
+
     Parameters
     ----------
     record : SctRecord
         The test.
     moving_mass : float
         Mass between force cell and contact [kg].
-
-    Raises
-    ------
-    InputError
-        The test is never loaded or never slides, or forces or speed say that columns are swapped or a
-        unit is wrong.
     """
     _check_columns(record)
     signals = process(record, moving_mass)

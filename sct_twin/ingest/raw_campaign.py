@@ -142,10 +142,7 @@ def read_test_table(path: Path) -> pd.DataFrame:
 def check_test_id(test_id: str, where: str) -> str:
     """Return the name of a test, which also names its files, or refuse what cannot be a file name.
 
-    Raises
-    ------
-    InputError
-        Empty, hidden, or with characters that lead out of the folder.
+    Raises InputError: empty, hidden, or with characters that lead out of the folder.
 
     Examples
     --------

@@ -67,32 +67,21 @@ class FileFound:
 
 @dataclass
 class Survey:
-    """What was found.
+    """What was found."""
 
-    Attributes
-    ----------
-    files : list of FileFound
-        Readable files; the first one of each layout keeps its table.
-    rows : list of dict
-        Quality of the tests that can be used.
-    tests : list of dict
-        Their rows of the test table.
-    left_out : list of LeftOut
-        Files that cannot be used, and why.
-    info : dict
-        What is known about the campaign.
-    count : int
-        Tests that were looked at.
-    proposal : str or None
-        Template by which files would get the names of the test table.
-    """
-
+    #: Readable files; the first one of each layout keeps its table.
     files: list[FileFound] = field(default_factory=list)
+    #: Quality of the tests that can be used.
     rows: list[dict[str, object]] = field(default_factory=list)
+    #: Their rows of the test table.
     tests: list[dict[str, object]] = field(default_factory=list)
+    #: Files that cannot be used, and why.
     left_out: list[LeftOut] = field(default_factory=list)
+    #: What is known about the campaign.
     info: dict[str, Any] = field(default_factory=dict)
+    #: Tests that were looked at.
     count: int = 0
+    #: Template by which files would get the names of the test table.
     proposal: str | None = None
 
     @property
@@ -114,10 +103,8 @@ def survey(
 
     The other arguments are those of `sct_twin.ingest.campaign_files.ingest`.
 
-    Raises
-    ------
-    InputError
-        No files, or a bad channel map or test table. A file that cannot be used is left out with a reason.
+    Raises InputError: no files, or a bad channel map or test table. A file that cannot be used is left out
+    with a reason.
     """
     mapping = ChannelMap.load(channel_map)
     files, home = measurement_files(source)

@@ -33,10 +33,7 @@ _DOCTYPE = tuple(
 def read_excel(file: Path) -> RawTable:
     """Read the first sheet that has a row of names, a row of units if there is one, and numbers.
 
-    Raises
-    ------
-    InputError
-        Not a workbook, a zip bomb, XML with entities, or no such sheet.
+    Raises InputError: not a workbook, a zip bomb, XML with entities, or no such sheet.
     """
     check_package(file)
     openpyxl = library("openpyxl", "openpyxl", file, "Excel")
@@ -59,10 +56,8 @@ def read_excel(file: Path) -> RawTable:
 def check_package(file: Path) -> None:
     """Refuse a zip bomb and XML that declares a document type, before any parser sees the parts.
 
-    Raises
-    ------
-    InputError
-        Not a zip archive, encrypted, too many or too large parts, a ratio no table has, or a DOCTYPE.
+    Raises InputError: not a zip archive, encrypted, too many or too large parts, a ratio no table has, or a
+    DOCTYPE.
     """
     try:
         with zipfile.ZipFile(file) as package:

@@ -70,10 +70,7 @@ class _Process:
     def ask(self, question: Mapping[str, str], patience: float) -> _Answer | None:
         """Return the answer; None when the process ended.
 
-        Raises
-        ------
-        TimeoutError
-            No answer within `patience` seconds.
+        Raises TimeoutError: no answer within `patience` seconds.
         """
         assert self.process.stdin is not None
         try:
@@ -113,10 +110,7 @@ atexit.register(close)
 def read_guarded(file: Path, kind: str, patience: float | None = None) -> RawTable:
     """Read a file of one of the kinds of `readers.formats` in the reading process.
 
-    Raises
-    ------
-    InputError
-        What the reader says; or it took too long, too much memory, or crashed.
+    Raises InputError: what the reader says; or it took too long, too much memory, or crashed.
     """
     global _reader
     limit = PATIENCE + file.stat().st_size / BYTES_PER_SECOND if patience is None else patience

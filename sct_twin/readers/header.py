@@ -34,6 +34,8 @@ def find_header(above: Sequence[Sequence[str]], numbered: Sequence[int], where: 
     The units are the last row of which at least half the cells are units; the row above it holds the names. Without
     units, the names are the last row with ``name [unit]``, or else the last one that names the most columns.
 
+    Raises InputError: the row of names has fewer cells than the rows of numbers: they cannot be told apart.
+
     Parameters
     ----------
     above : sequence of sequence of str
@@ -42,11 +44,6 @@ def find_header(above: Sequence[Sequence[str]], numbered: Sequence[int], where: 
         Columns with numbers.
     where : str
         For messages.
-
-    Raises
-    ------
-    InputError
-        The row of names has fewer cells than the rows of numbers: they cannot be told apart.
     """
     rows = [index for index, row in enumerate(above) if any(row)]
     names, units = None, None

@@ -37,10 +37,7 @@ def decimal_mark(cells: Iterable[str], where: str) -> str:
 
     A mark is decimal where what stands behind it is no group of three digits, or where the other one groups thousands.
 
-    Raises
-    ------
-    InputError
-        Both marks occur as decimal marks, or it cannot be told which is.
+    Raises InputError: both marks occur as decimal marks, or it cannot be told which is.
 
     Examples
     --------

@@ -24,29 +24,20 @@ DELIMITERS = "\t;,"
 
 @dataclass(frozen=True)
 class TextLayout:
-    """What stands before the numbers, and where they begin.
+    """What stands before the numbers, and where they begin."""
 
-    Attributes
-    ----------
-    delimiter, decimal, encoding : str
-        How cells, numbers and characters are written.
-    names, units : tuple of str
-        One a column; names are unique, a unit is '' where the file says none.
-    unnamed : tuple of str
-        Columns without a name in the file: dropped where they hold no numbers.
-    start : int
-        Lines before the first row of numbers.
-    notes : tuple of str
-        What the user should know.
-    """
-
+    #: How cells, numbers and characters are written.
     delimiter: str
     decimal: str
     encoding: str
+    #: One a column; names are unique, a unit is '' where the file says none.
     names: tuple[str, ...]
     units: tuple[str, ...]
+    #: Columns without a name in the file: dropped where they hold no numbers.
     unnamed: tuple[str, ...]
+    #: Lines before the first row of numbers.
     start: int
+    #: What the user should know.
     notes: tuple[str, ...]
 
 
@@ -64,10 +55,7 @@ class _Block:
 def text_layout(file: Path) -> TextLayout:
     """Find the densest block of rows of numbers, and names and units above it.
 
-    Raises
-    ------
-    InputError
-        Binary content, no delimiter, no numbers, or two tables.
+    Raises InputError: binary content, no delimiter, no numbers, or two tables.
     """
     with file.open("rb") as stream:
         raw = stream.read(HEAD_BYTES)
@@ -125,10 +113,7 @@ def _worth(row: list[str]) -> int:
 def decode(raw: bytes, file: Path) -> tuple[str, str]:
     """Return the text and its encoding: UTF-8, UTF-16 with a byte order mark, or Windows-1252.
 
-    Raises
-    ------
-    InputError
-        Binary content.
+    Raises InputError: binary content.
     """
     if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return raw[: len(raw) // 2 * 2].decode("utf-16", "replace"), "utf-16"
@@ -150,10 +135,7 @@ def _binary(file: Path) -> InputError:
 def _table(lines: list[str], file: Path) -> _Block:
     """Return the block with the most numbers; refuse a file with two tables.
 
-    Raises
-    ------
-    InputError
-        No delimiter, no rows of numbers, or another table before this one.
+    Raises InputError: no delimiter, no rows of numbers, or another table before this one.
     """
     found: list[_Block] = []
     for delimiter in DELIMITERS:

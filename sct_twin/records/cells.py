@@ -36,10 +36,7 @@ def is_number(value: Any) -> bool:
 def check_keys(content: Iterable[Any], allowed: Sequence[str], where: str) -> None:
     """Refuse keys of a channel map that it does not know.
 
-    Raises
-    ------
-    InputError
-        Names the key and the nearest one that is allowed.
+    Raises InputError: names the key and the nearest one that is allowed.
     """
     for key in content:
         if key not in allowed:

@@ -21,10 +21,7 @@ _POWERS = str.maketrans({"²": "2", "³": "3", "·": "*", " ": "*", "µ": "μ"})
 def channel_conversion(quantity: str, unit: str, where: str = "") -> tuple[float, float]:
     """Return (factor, offset) from a unit to the canonical unit of a quantity.
 
-    Raises
-    ------
-    InputError
-        No such unit, or it measures something else.
+    Raises InputError: no such unit, or it measures something else.
 
     Examples
     --------
@@ -43,6 +40,8 @@ def channel_conversion(quantity: str, unit: str, where: str = "") -> tuple[float
 def scale_factor(quantity: str, unit: str, scale: str, inverse: bool, where: str) -> float:
     """Return what a reading in `unit` is multiplied by to be in the canonical unit of a quantity.
 
+    Raises InputError: not a number with a unit, zero, or units that do not give the quantity.
+
     Parameters
     ----------
     quantity : str
@@ -55,11 +54,6 @@ def scale_factor(quantity: str, unit: str, scale: str, inverse: bool, where: str
         Whether `scale` is readings a quantity (a sensitivity).
     where : str
         For messages.
-
-    Raises
-    ------
-    InputError
-        Not a number with a unit, zero, or units that do not give the quantity.
 
     Examples
     --------

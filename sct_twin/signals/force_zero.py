@@ -21,22 +21,15 @@ _FREE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class ForceZero:
-    """The zero of one cell.
+    """The zero of one cell."""
 
-    Attributes
-    ----------
-    before, after : float or None
-        Unloaded reading before the load (0 where there is none) and after the test [N].
-    values, std : ndarray, shape (n,)
-        Zero and its standard uncertainty at every sample [N].
-    drift : float or None
-        Change of the zero [N/s]: between both ends, or over the unloaded samples there are.
-    """
-
+    #: Unloaded reading before the load (0 where there is none) and after the test [N].
     before: float
     after: float | None
+    #: Zero and its standard uncertainty at every sample [N], shape (n,).
     values: FloatArray
     std: FloatArray
+    #: Change of the zero [N/s]: between both ends, or over the unloaded samples there are.
     drift: float | None
 
 

@@ -28,10 +28,6 @@ def low_pass(values: FloatArray, dt: float, corner: float, padding: int) -> Floa
     padding : int
         Samples by which the signal is continued at both ends, mirrored at its end points; below n.
 
-    Returns
-    -------
-    ndarray, shape (n,)
-
     Examples
     --------
     A constant signal stays as it is:

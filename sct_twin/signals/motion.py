@@ -47,10 +47,7 @@ class Motion:
     def first(self) -> int:
         """Return a sample at which the plate has begun to move.
 
-        Raises
-        ------
-        InputError
-            It never moves, or moves from the first sample on.
+        Raises InputError: it never moves, or moves from the first sample on.
         """
         travel = float(np.ptp(self.s))
         what = "column 's'" if self.measured else "the integral of column 'v'"

@@ -17,32 +17,22 @@ STEADY = (0.15, 0.9)
 
 @dataclass(frozen=True, eq=False)
 class SlidingSeries:
-    """Friction at equal distances of sliding; all arrays of shape (n,).
+    """Friction at equal distances of sliding; all arrays of shape (n,)."""
 
-    Attributes
-    ----------
-    t : ndarray
-        Time since sliding began [s].
-    sd : ndarray
-        Sliding distance [mm].
-    v_rel : ndarray
-        Sliding speed [mm/s].
-    F_n, friction : ndarray
-        Normal force and friction force [N].
-    noise_std : ndarray
-        Standard uncertainty of mu from noise: independent from point to point where a point holds
-        samples of its own.
-    common_std : ndarray
-        Standard uncertainty of mu that all points of the test share: zeros of the cells, and what is
-        stated about the cells.
-    """
-
+    #: Time since sliding began [s].
     t: FloatArray
+    #: Sliding distance [mm].
     sd: FloatArray
+    #: Sliding speed [mm/s].
     v_rel: FloatArray
+    #: Normal force and friction force [N].
     F_n: FloatArray
     friction: FloatArray
+    #: Standard uncertainty of mu from noise: independent from point to point where a point holds samples of
+    #: its own.
     noise_std: FloatArray
+    #: Standard uncertainty of mu that all points of the test share: zeros of the cells, and what is stated
+    #: about the cells.
     common_std: FloatArray
 
     @property
@@ -111,6 +101,8 @@ def binned(
 ) -> SlidingSeries:
     """Average speed and forces over equal distances, one point every `spacing` mm.
 
+    Raises InputError: less than ten points of sliding.
+
     Parameters
     ----------
     t, sd, v, F_n, friction : ndarray, shape (n,)
@@ -119,11 +111,6 @@ def binned(
         Standard uncertainties of normal and friction force that all samples share [N].
     spacing : float
         Distance between points [mm].
-
-    Raises
-    ------
-    InputError
-        Less than ten points of sliding.
     """
     last = float(sd[-1])
     count = int(np.floor(last / spacing - 0.5 + 1e-9))

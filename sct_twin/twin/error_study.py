@@ -54,6 +54,8 @@ def check(
 ) -> pd.DataFrame:
     """Evaluate some tests with each of `variants` and compare with the twin itself.
 
+    Raises InputError: less than one test.
+
     Parameters
     ----------
     twin : TwinSettings
@@ -73,11 +75,6 @@ def check(
         One row a test and variant: `test_id, variant`, and for each of `QUANTITIES` the change of its mean
         over the sliding [%]; temperatures in percent of the mean rise above the tool. A variant that
         cannot be evaluated is missing.
-
-    Raises
-    ------
-    InputError
-        Less than one test.
     """
     if count < 1:
         raise InputError(f"check = {count} tests; allowed: at least 1")

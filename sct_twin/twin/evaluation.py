@@ -27,10 +27,7 @@ from .upsetting import UpsettingRun, contact_forces, geometry, shear_share, upse
 class TwinSettings:
     """Settings of the twin, explained in `SctTwin`, and how a test is evaluated with them.
 
-    Raises
-    ------
-    InputError
-        A setting outside its limits.
+    Raises InputError: a setting outside its limits.
     """
 
     material: MaterialSource = field(default_factory=steel_16MnCr5)
@@ -74,6 +71,8 @@ class TwinSettings:
     def evaluate(self, record: SctRecord, moving_mass: float | None = None) -> TestResult:
         """Evaluate one record.
 
+        Raises InputError: a phase is missing, or the specimen cannot carry the force.
+
         Parameters
         ----------
         record : SctRecord
@@ -81,11 +80,6 @@ class TwinSettings:
             `bore`, `tip`, ...
         moving_mass : float, optional
             Mass between force cell and contact [kg]; the twin's own, or 0, by default.
-
-        Raises
-        ------
-        InputError
-            A phase is missing, or the specimen cannot carry the force.
         """
         where = record.source or f"test {record.test_id}"
         mass = next((m for m in (self.moving_mass, moving_mass) if m is not None), 0.0)

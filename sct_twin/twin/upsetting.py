@@ -21,30 +21,20 @@ from .contact_temperature import SlidingContact, ThermalSettings
 
 @dataclass(frozen=True, eq=False)
 class ContactState:
-    """The contact at the end of upsetting; kept while the specimen slides.
+    """The contact at the end of upsetting; kept while the specimen slides."""
 
-    Attributes
-    ----------
-    force : float
-        Normal force it belongs to [N].
-    area, radius : float
-        Contact area [mm2] and the radius of the circle of that area [mm].
-    height : float
-        Height of the specimen [mm].
-    psi : float
-        Area-weighted mean of the local surface expansion dA/dA0.
-    T_specimen : float
-        Temperature of the specimen near the contact [degC].
-    radius_fraction, pressure : ndarray, shape (m,)
-        Contact pressure [MPa] over r / radius.
-    """
-
+    #: Normal force it belongs to [N].
     force: float
+    #: Contact area [mm2] and the radius of the circle of that area [mm].
     area: float
     radius: float
+    #: Height of the specimen [mm].
     height: float
+    #: Area-weighted mean of the local surface expansion dA/dA0.
     psi: float
+    #: Temperature of the specimen near the contact [degC].
     T_specimen: float
+    #: Contact pressure [MPa] over r / radius, shape (m,).
     radius_fraction: FloatArray
     pressure: FloatArray
 
@@ -111,24 +101,16 @@ def geometry(record: SctRecord) -> PunchGeometry:
 
 @dataclass(frozen=True, eq=False)
 class UpsettingRun:
-    """An upsetting run that is read at forces.
+    """An upsetting run that is read at forces."""
 
-    Attributes
-    ----------
-    result : UpsettingResult
-        The run.
-    T_tool : float
-        Temperature of the tools in it [degC].
-    flow_stress : float
-        Flow stress of the specimen over that of the run: the contact under a force F is that of the run under
-        F / `flow_stress`, with its pressure in proportion.
-    area_factor : float
-        Measured contact area over that of the run.
-    """
-
+    #: The run.
     result: UpsettingResult
+    #: Temperature of the tools in it [degC].
     T_tool: float
+    #: Flow stress of the specimen over that of the run: the contact under a force F is that of the run under
+    #: F / `flow_stress`, with its pressure in proportion.
     flow_stress: float = 1.0
+    #: Measured contact area over that of the run.
     area_factor: float = 1.0
 
     def at(self, force: float) -> ContactState:
@@ -192,10 +174,7 @@ def upset_specimen(
     flow stress knows the history through it (with an exponent of 0.025), everything else is a function of
     the force.
 
-    Raises
-    ------
-    InputError
-        The force cannot be reached with this specimen.
+    Raises InputError: the force cannot be reached with this specimen.
     """
     reached = float(np.max(F_n))
 
@@ -261,10 +240,7 @@ def robust_upset(
 ) -> UpsettingResult:
     """Upset up to `force`; where a fold closes badly, another mesh usually gets through.
 
-    Raises
-    ------
-    InputError
-        No mesh reaches the force.
+    Raises InputError: no mesh reaches the force.
     """
     message = ""
     largest = punch.specimen_diameter / 8.0

@@ -348,10 +348,7 @@ def _test_to_files(
 def _unfinished(target: Path) -> Path:
     """Make the folder beside `target` in which finished tests wait, and return it.
 
-    Raises
-    ------
-    InputError
-        A folder of this name holds something else.
+    Raises InputError: a folder of this name holds something else.
     """
     partial = check_folder(target.parent / f".{target.name}.partial", UNFINISHED)
     partial.mkdir(parents=True, exist_ok=True)

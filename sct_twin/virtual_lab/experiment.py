@@ -31,20 +31,13 @@ BRAKING, STANDING = 40000.0, 30
 
 @dataclass(frozen=True, eq=False)
 class VirtualTest:
-    """The record of a virtual test, and the truth behind it.
+    """The record of a virtual test, and the truth behind it."""
 
-    Attributes
-    ----------
-    frame : pandas.DataFrame
-        Channels in canonical names and units.
-    truth : dict of ndarray
-        Loads and friction at equal distances.
-    scatter : dict of float
-        True values of this specimen, force cell and lubricant film.
-    """
-
+    #: Channels in canonical names and units.
     frame: pd.DataFrame
+    #: Loads and friction at equal distances.
     truth: dict[str, FloatArray]
+    #: True values of this specimen, force cell and lubricant film.
     scatter: dict[str, float]
 
 
@@ -94,10 +87,7 @@ def run_test(
 ) -> VirtualTest:
     """Carry out one test of the plan; `seed` is the campaign's, the test draws from a stream of its own.
 
-    Raises
-    ------
-    InputError
-        A protocol that cannot be.
+    Raises InputError: a protocol that cannot be.
     """
     test_id = str(row["test_id"])
     rng = np.random.default_rng([seed, 7003, stream(test_id)])

@@ -201,10 +201,7 @@ FORCE_ZERO, FORCE_OFFSET = "force_zero", 2000.0
 def without_offset(names: str | Sequence[str] | None) -> tuple[tuple[str, ...], bool]:
     """Return the names of hidden effects of mu, and whether the friction cell has an offset.
 
-    Raises
-    ------
-    InputError
-        An unknown name.
+    Raises InputError: an unknown name.
     """
     parts = () if names is None else tuple(names.split("+") if isinstance(names, str) else names)
     for part in parts:
@@ -216,10 +213,7 @@ def without_offset(names: str | Sequence[str] | None) -> tuple[tuple[str, ...], 
 def with_offset(faults: Faults | None, seed: int) -> Faults:
     """Return the faults of a campaign whose friction cell has an offset in every test, drawn within 10 %.
 
-    Raises
-    ------
-    InputError
-        The faults have an offset of their own, or happen to some tests only.
+    Raises InputError: the faults have an offset of their own, or happen to some tests only.
     """
     faults = faults or Faults()
     if faults.force_zero or faults.tests:
@@ -234,10 +228,7 @@ def with_offset(faults: Faults | None, seed: int) -> Faults:
 def hidden_effects(names: str | Sequence[str] | None) -> tuple[HiddenEffect, ...]:
     """Return the effects of a name, of several (``"stribeck+wear_out"`` or a sequence), or none.
 
-    Raises
-    ------
-    InputError
-        An unknown name.
+    Raises InputError: an unknown name.
 
     Examples
     --------

@@ -23,15 +23,6 @@ LEAST_MU = 0.005
 class TrueLaw:
     """Base coefficients and hidden effects with the parameters that were drawn.
 
-    Attributes
-    ----------
-    base : mapping
-        Coefficients of the base law: keys as in `BASE`, or the parameters of the lubricant.
-    hidden : tuple of (HiddenEffect, parameters)
-        What is added to it.
-    lubricant : str or None
-        Whose law the base is; None: linear in the five loads.
-
     Examples
     --------
     A law with a slope of the pressure only:
@@ -46,8 +37,11 @@ class TrueLaw:
     True
     """
 
+    #: Coefficients of the base law: keys as in `BASE`, or the parameters of the lubricant.
     base: Mapping[str, float]
+    #: What is added to it.
     hidden: tuple[tuple[HiddenEffect, Mapping[str, float]], ...] = field(default=())
+    #: Whose law the base is; None: linear in the five loads.
     lubricant: str | None = None
 
     @classmethod

@@ -62,10 +62,7 @@ _MAX_BYTES = 4_000_000
 def parse_plan(name: str) -> tuple[PlanFamily, int]:
     """Return the family and the number of held-out tests of ``family-count[+heldout]``.
 
-    Raises
-    ------
-    InputError
-        Not such a name.
+    Raises InputError: not such a name.
 
     Examples
     --------
@@ -183,10 +180,7 @@ def make_plan(name: str, seed: int, repeats: int = 1) -> pd.DataFrame:
 def read_plan(source: pd.DataFrame | str | os.PathLike[str], seed: int) -> pd.DataFrame:
     """Return the test table of a plan that the user gives, as a table or a CSV file; see `complete_plan`.
 
-    Raises
-    ------
-    InputError
-        No such file, not a table, too many rows, or what `complete_plan` refuses.
+    Raises InputError: no such file, not a table, too many rows, or what `complete_plan` refuses.
     """
     if isinstance(source, pd.DataFrame):
         return complete_plan(source, seed, "plan")

@@ -19,20 +19,13 @@ NEAR = 0.3
 
 @dataclass(frozen=True)
 class ToolSteel:
-    """Heat data of a tool steel; by default 1.2379 (handbook values).
+    """Heat data of a tool steel; by default 1.2379 (handbook values)."""
 
-    Attributes
-    ----------
-    conductivity : float or pairs (T, value)
-        [W/(m K)].
-    rho : float
-        [kg/m3].
-    cp : float or pairs (T, value)
-        [J/(kg K)].
-    """
-
+    #: [W/(m K)].
     conductivity: Property = 20.0
+    #: [kg/m3].
     rho: float = 7700.0
+    #: [J/(kg K)].
     cp: Property = 460.0
 
     @property
@@ -66,25 +59,17 @@ def nearest_on_chain(points: FloatArray, chain: FloatArray) -> tuple[IntArray, F
 
 @dataclass
 class ToolField:
-    """Temperatures of one tool, in the tool's own frame.
+    """Temperatures of one tool, in the tool's own frame."""
 
-    Attributes
-    ----------
-    x, quads : ndarray
-        Mesh.
-    surface : ndarray, shape (n_s,)
-        Nodes along the working surface.
-    far : ndarray
-        Nodes on the outside, held at `far_T`.
-    T : ndarray, shape (n,)
-        Temperature [degC].
-    """
-
+    #: Mesh.
     x: FloatArray
     quads: IntArray
+    #: Nodes along the working surface, shape (n_s,).
     surface: IntArray
+    #: Nodes on the outside, held at `far_T`.
     far: IntArray
     far_T: float
+    #: Temperature [degC], shape (n,).
     T: FloatArray
     steel: ToolSteel = field(default_factory=ToolSteel)
 

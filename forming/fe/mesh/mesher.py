@@ -42,17 +42,14 @@ class Mesh:
 def quad_mesh(loop: FloatArray, size: SizeField) -> Mesh:
     """Mesh the inside of a counter-clockwise loop of nodes (an even number).
 
+    Raises MeshError: the triangulation misses a boundary edge, or an element is folded.
+
     Parameters
     ----------
     loop : ndarray, shape (n, 2)
         Boundary nodes, kept exactly.
     size : callable
         Wanted element size [mm] at points of shape (m, 2).
-
-    Raises
-    ------
-    MeshError
-        The triangulation misses a boundary edge, or an element is folded.
     """
     coarse = np.ascontiguousarray(loop[::2])
     points, triangles, edges = _triangulate(coarse, size)

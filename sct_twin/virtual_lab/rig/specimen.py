@@ -119,23 +119,15 @@ class _Part(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class SpecimenTable:
-    """Upsetting of one specimen shape, at the two tool temperatures of `TEMPERATURES`.
+    """Upsetting of one specimen shape, at the two tool temperatures of `TEMPERATURES`."""
 
-    Attributes
-    ----------
-    runs : tuple of UpsettingResult
-        At the two temperatures.
-    m1 : float
-        Temperature coefficient of the flow stress [1/K].
-    changed : mapping of str to UpsettingResult
-        At the first temperature, with one thing changed by its step of `STEPS`.
-    deviations : mapping of str to float
-        How this specimen deviates in the same things.
-    """
-
+    #: At the two temperatures.
     runs: tuple[UpsettingResult, UpsettingResult]
+    #: Temperature coefficient of the flow stress [1/K].
     m1: float
+    #: At the first temperature, with one thing changed by its step of `STEPS`.
     changed: Mapping[str, UpsettingResult] = field(default_factory=dict)
+    #: How this specimen deviates in the same things.
     deviations: Mapping[str, float] = field(default_factory=dict)
 
     def of(self, **deviations: float) -> SpecimenTable:
