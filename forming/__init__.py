@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from .processes.batch import run_batch as run_batch
     from .processes.forward_rod_extrusion import ForwardRodExtrusion as ForwardRodExtrusion
     from .processes.names import PROCESSES as PROCESSES
-    from .processes.ring import RingCompression as RingCompression
-    from .processes.ring import Upsetting as Upsetting
-    from .processes.upsetting import UpsettingResult as UpsettingResult
-    from .processes.upsetting import upset as upset
+    from .processes.specimen_upsetting import UpsettingResult as UpsettingResult
+    from .processes.specimen_upsetting import upset as upset
+    from .processes.upsetting import RingCompression as RingCompression
+    from .processes.upsetting import Upsetting as Upsetting
     from .results.contact_history import ContactHistory as ContactHistory
     from .results.result import FormingResult as FormingResult
     from .tools.punch_geometry import PunchGeometry as PunchGeometry
@@ -37,12 +37,12 @@ _EXPORTS = {
     "FlowTable": "materials.materials",
     "steel_16MnCr5": "materials.materials",
     "PunchGeometry": "tools.punch_geometry",
-    "UpsettingResult": "processes.upsetting",
-    "upset": "processes.upsetting",
+    "UpsettingResult": "processes.specimen_upsetting",
+    "upset": "processes.specimen_upsetting",
     "ForwardRodExtrusion": "processes.forward_rod_extrusion",
     "BackwardCupExtrusion": "processes.backward_cup_extrusion",
-    "Upsetting": "processes.ring",
-    "RingCompression": "processes.ring",
+    "Upsetting": "processes.upsetting",
+    "RingCompression": "processes.upsetting",
     "FormingResult": "results.result",
     "ContactHistory": "results.contact_history",
     "FormingTask": "processes.batch",

@@ -69,14 +69,9 @@ class Energy:
     def add_contact(self, du: FloatArray, moves: list[FloatArray], ends: list[Loading]) -> None:
         """Add the work of the tools in an increment, and what friction and the springs of the contact took of it.
 
-        Parameters
-        ----------
-        du : ndarray, shape (n_s, 2)
-            Displacement of the surface nodes [mm].
-        moves : list of ndarray, shape (2,)
-            Displacements of the tools [mm].
-        ends : list of Loading
-            Start and end of the increment; after a remeshing, which leaves no start, the end alone.
+        - `du`, shape (n_s, 2): displacement of the surface nodes [mm].
+        - `moves`, shape (2,): displacements of the tools [mm].
+        - `ends`: start and end of the increment; after a remeshing, which leaves no start, the end alone.
         """
         for tables, weights, forces in ends:
             share = weights / len(ends)

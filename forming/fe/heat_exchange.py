@@ -66,18 +66,11 @@ def exchange_heat(
     it is after it: each half is implicit, so the exchange is stable at any increment. Radiation is linear
     in the temperature after the increment, with the slope of before.
 
-    Parameters
-    ----------
-    tables : list of ndarray, shape (n_s, 7)
-        Contact tables of the tools.
-    weights : ndarray, shape (n_s,)
-        Surface area per radian of the surface nodes [mm2].
-    source : ndarray, shape (n_e, 4)
-        Heat released per volume in the increment [N/mm2].
-    account : Energy, optional
-        Its heat is brought up to date.
-    rubbing : float
-        Friction heat of the increment over that with friction stress and slip velocity of its end.
+    - `tables`, shape (n_s, 7): contact tables of the tools.
+    - `weights`, shape (n_s,): surface area per radian of the surface nodes [mm2].
+    - `source`, shape (n_e, 4): heat released per volume in the increment [N/mm2].
+    - `account`: its heat is brought up to date.
+    - `rubbing`: friction heat of the increment over that with friction stress and slip velocity of its end.
     """
     surface = body.surface
     nodes, conductance, outside, power = [], [], [], []

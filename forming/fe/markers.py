@@ -30,12 +30,8 @@ class SurfaceMarkers:
     expansion is the area between neighbouring markers over that area in the undeformed billet, so no
     error accumulates.
 
-    Parameters
-    ----------
-    surface : ndarray, shape (n_s, 2)
-        Undeformed surface.
-    arc : ndarray, shape (n,)
-        Increasing arc lengths of the markers on it [mm].
+    - `surface`, shape (n_s, 2): undeformed surface.
+    - `arc`, shape (n,): increasing arc lengths of the markers on it [mm].
     """
 
     def __init__(self, surface: FloatArray, arc: FloatArray, T: float) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .heat.tool_field import ToolField, ToolSteel
+from .heat.tool_field import ToolField
 from .mesh.polyline import SizeField
 from .mesh.shape import FloatArray
 
@@ -95,12 +95,10 @@ def polylines(segments: FloatArray) -> list[FloatArray]:
     return pieces
 
 
-def block_field(
-    radius: float, z: float, depth: float, size: SizeField, T: float, steel: ToolSteel | None = None
-) -> ToolField:
+def block_field(radius: float, z: float, depth: float, size: SizeField, T: float) -> ToolField:
     """Return the heat field of a cylindrical tool: working face at `z`, its body above (below: depth < 0)."""
     face = np.array([[0.0, z], [radius, z]])
     back = np.array([[radius, z], [radius, z + depth], [0.0, z + depth], [0.0, z]])
     if depth < 0.0:
         face, back = face[::-1], back[::-1]
-    return ToolField.build([face], back, size, T, steel)
+    return ToolField.build([face], back, size, T)

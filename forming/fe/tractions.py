@@ -29,10 +29,7 @@ def along_contact(values: FloatArray, weights: FloatArray, tool: IntArray) -> Fl
     Node-wise contact pressures alternate from node to node by some percent around the traction that they
     stand for; the average takes that away and keeps the resultant force to 0.1 %.
 
-    Parameters
-    ----------
-    tool : ndarray of int, shape (n,)
-        Which tool the node touches; -1: none.
+    - `tool`, shape (n,): which tool the node touches; -1: none.
     """
     joined = ((tool[1:] == tool[:-1]) & (tool[1:] >= 0)).astype(np.float64)
     sums = []

@@ -9,7 +9,7 @@ import numpy as np
 from ..fe.contact import gap_and_normal
 from ..fe.mesh.polyline import distance_to_arc, distance_to_segment
 from ..fe.mesh.shape import FloatArray
-from ..fe.resample import body_within
+from ..fe.remesh import body_within
 from ..fe.simulation import Simulation
 from ..fe.state import State, StepControl
 from ..fe.tooling import Tool, block_field, flat_punch
@@ -17,7 +17,7 @@ from ..materials.materials import MaterialSource
 from ..tools.ejection_tools import OPENING, Stage, ejector, opened, withdrawn
 from ..tools.elasticity import ElasticTools
 from ..tools.extrusion_die import ExtrusionDie
-from .extrusion import Extrusion
+from .base import Extrusion
 from .thermal_conditions import TOOLS, ThermalConditions
 
 #: Gap between billet and container, so that the first touch is at the die shoulder [mm].
@@ -165,8 +165,10 @@ class ForwardRodExtrusion(Extrusion):
         self._cone_end = self.die.segments(1.0)[1]
         self._billet_bottom = self._first_touch()
         needed = self._billet_bottom + billet_length - self._cone_end
-        self._optional("container_length", container_length, needed, 1000.0, "mm")
-        self.container_length = needed + 2.0 if container_length is None else float(container_length)
+        self.units["container_length"] = "mm"
+        if container_length is not None:
+            self._number("container_length", container_length, needed, 1000.0, "mm")
+        self.container_length = float(needed + 2.0 if container_length is None else container_length)
         self._check_stroke(billet_length)
 
     @property

@@ -62,7 +62,7 @@ class ThermalConditions:
     def apply(self, simulation: Simulation) -> Simulation:
         """Give a simulation at its start the heat data of tools, contact and environment; return it."""
         assert isinstance(self.tool_material, Material)
-        steel = ToolSteel(self.tool_material.conductivity, self.tool_material.rho, self.tool_material.cp)
+        steel = ToolSteel(self.tool_material.conductivity, self.tool_material.heat_capacity)
         for tool in simulation.state.tools:
             if tool.heat_field is not None:
                 tool.heat_field.steel = steel

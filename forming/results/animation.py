@@ -31,14 +31,9 @@ def animation(
 
     Raises InputError: no snapshots, or an unknown field.
 
-    Parameters
-    ----------
-    field : str
-        Field shown first.
-    stroke : float, optional
-        Where it stands at first [mm]; by default at the end.
-    force : tuple of ndarray, optional
-        Stroke [mm] and force [kN], drawn beside it.
+    - `field`: field shown first.
+    - `stroke`: where it stands at first [mm]; by default at the end.
+    - `force`: stroke [mm] and force [kN], drawn beside it.
     """
     history.at(stroke)
     low_high = {name: history.extremes(name, 0.002) for name in FIELDS}

@@ -7,7 +7,6 @@ import json
 import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -20,6 +19,7 @@ from .contact_history import ContactHistory
 from .force_curve import averaged
 
 _COLUMNS = {"travel": "mm", "force": "kN", "work": "J", "grip": "kN"}
+_HEAD = ["phase", *(f"{name} [{unit}]" for name, unit in _COLUMNS.items())]
 #: Names of the phases.
 PHASES = ("withdraw", "release", "eject")
 _FIGURES = ("energy_balance", "slip_regularisation")
@@ -104,7 +104,7 @@ def save_ejection(result: EjectionResult, folder: Path) -> None:
     """Write ``ejection.csv`` and ``ejection.json`` into a folder."""
     with (folder / "ejection.csv").open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(["phase", *(f"{name} [{unit}]" for name, unit in _COLUMNS.items())])
+        writer.writerow(_HEAD)
         numbers = zip(*(getattr(result, name) for name in _COLUMNS))
         writer.writerows([phase, *(f"{v:.9g}" for v in row)] for phase, row in zip(result.phase, numbers))
     found: dict[str, object] = {
@@ -129,8 +129,7 @@ def load_ejection(folder: Path) -> EjectionResult | None:
             rows = list(csv.reader(stream))
     except csv.Error as error:
         raise ValueError(f"ejection.csv: {error}") from None
-    head = ["phase", *(f"{name} [{unit}]" for name, unit in _COLUMNS.items())]
-    if not rows or rows[0] != head or len(rows) > _ROWS or any(len(row) != len(head) for row in rows):
+    if not rows or rows[0] != _HEAD or len(rows) > _ROWS or any(len(row) != len(_HEAD) for row in rows):
         raise ValueError("ejection.csv holds other columns or rows")
     if not {row[0] for row in rows[1:]} <= set(PHASES):
         raise ValueError(f"ejection.csv holds a phase that is none of {', '.join(PHASES)}")
@@ -146,12 +145,17 @@ def load_ejection(folder: Path) -> EjectionResult | None:
     found = [*figure.values(), *(v for p in patches for v in list(vars(p).values())[1:])]
     if not np.isfinite(numbers).all() or not all(map(math.isfinite, found)):
         raise ValueError("the ejection holds numbers that are not finite")
-    read: dict[str, Any] = {name: numbers[:, k].copy() for k, name in enumerate(_COLUMNS)}
+    travel, force, work, grip = (column.copy() for column in numbers.T)
     return EjectionResult(
         how=str(given["how"]),
         phase=tuple(row[0] for row in rows[1:]),
+        travel=travel,
+        force=force,
+        work=work,
+        grip=grip,
         patches=patches,
-        **read | figure,
+        energy_balance=figure["energy_balance"],
+        slip_regularisation=figure["slip_regularisation"],
         status=str(given["status"]),
         message=str(given["message"]),
     )

@@ -9,7 +9,7 @@ import numpy as np
 
 from friction_models.common import InputError
 
-from ..fe.heat.tool_field import ToolField, ToolSteel
+from ..fe.heat.tool_field import ToolField
 from ..fe.mesh.polyline import SizeField
 from ..fe.mesh.shape import FloatArray
 from ..fe.tooling import Point, arc, line, polylines
@@ -90,9 +90,7 @@ class CupPunch:
         rows += [line(start, right), arc(right, (-right[0], right[1]), (0.0, tip), tip)]
         return np.array(rows)
 
-    def heat_field(
-        self, shaft: float, size: SizeField, T: float, steel: ToolSteel | None = None
-    ) -> ToolField:
+    def heat_field(self, shaft: float, size: SizeField, T: float) -> ToolField:
         """Return the heat field of the punch with `shaft` mm above the relief; `size` counts z from the tip."""
         face = [piece[::-1] for piece in polylines(self.segments(shaft))[::-1]]
         # The last piece crosses the axis; only its part at r >= 0 belongs to the mesh.
@@ -100,4 +98,4 @@ class CupPunch:
         face[0] = np.concatenate([[[0.0, 0.0]], beyond])
         top = face[-1][-1]
         back = np.array([top, [0.0, top[1]], [0.0, 0.0]])
-        return ToolField.build(face, back, size, T, steel)
+        return ToolField.build(face, back, size, T)

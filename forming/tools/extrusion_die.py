@@ -9,7 +9,7 @@ import numpy as np
 
 from friction_models.common import InputError
 
-from ..fe.heat.tool_field import ToolField, ToolSteel
+from ..fe.heat.tool_field import ToolField
 from ..fe.mesh.polyline import SizeField
 from ..fe.mesh.shape import FloatArray
 from ..fe.tooling import arc, line, polylines
@@ -18,19 +18,6 @@ from ..fe.tooling import arc, line, polylines
 @dataclass(frozen=True)
 class ExtrusionDie:
     """Die for forward rod extrusion; z = 0 is the lower end of its land.
-
-    Parameters
-    ----------
-    container_radius, exit_radius : float
-        Radii before and behind the cone [mm].
-    half_angle : float
-        Angle between the cone and the axis [degrees].
-    entry_radius, edge_radius : float
-        Rounding from container to cone and from cone to land [mm]; shortened where the cone is too short.
-    land : float
-        Length of the calibrating land [mm].
-    relief : float
-        Radius at the lower end of the land, behind which the rod runs free [mm].
 
     Examples
     --------
@@ -43,12 +30,17 @@ class ExtrusionDie:
     5.1
     """
 
+    #: Radii before and behind the cone [mm].
     container_radius: float
     exit_radius: float
+    #: Angle between the cone and the axis [degrees].
     half_angle: float
+    #: Rounding from container to cone and from cone to land [mm]; shortened where the cone is too short.
     entry_radius: float = 2.0
     edge_radius: float = 1.5
+    #: Length of the calibrating land [mm].
     land: float = 2.0
+    #: Radius at the lower end of the land, behind which the rod runs free [mm].
     relief: float = 1.0
 
     def __post_init__(self) -> None:
@@ -89,7 +81,7 @@ class ExtrusionDie:
         ]
         return np.array(rows), z_entry
 
-    def heat_field(self, top: float, size: SizeField, T: float, steel: ToolSteel | None = None) -> ToolField:
+    def heat_field(self, top: float, size: SizeField, T: float) -> ToolField:
         """Return the heat field of the die with its container up to z = `top`."""
         segments, z_entry = self.segments(1.0)
         inner = [piece[::-1] for piece in polylines(segments)[:0:-1]]
@@ -97,4 +89,4 @@ class ExtrusionDie:
         start, end = inner[0][0], inner[-1][-1]
         outside = self.container_radius + max(1.5 * self.container_radius, 12.0)
         back = np.array([end, [outside, end[1]], [outside, top], start])
-        return ToolField.build(inner, back, size, T, steel)
+        return ToolField.build(inner, back, size, T)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from ..materials.materials import Material
 from ..processes.friction_input import CONSTANT_SHEAR
-from ..processes.ring import RingCompression
+from ..processes.upsetting import RingCompression
 from .calculix import Compression
 from .calculix_rows import KeptNumbers, bore_key, calculix_numbers, calculix_row
 from .case import Case, Outcome, Row, Unfinished

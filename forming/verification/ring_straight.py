@@ -17,7 +17,7 @@ from ..fe.state import StepControl
 from ..fe.tooling import flat_punch, plate
 from ..materials.materials import PowerLaw, steel_16MnCr5
 from ..processes.friction_input import CONSTANT_SHEAR
-from ..processes.ring import bore_profile
+from ..processes.upsetting import bore_profile
 from .case import Outcome, Row, Unfinished
 from .ring_tables import CURVES, POINTS, REDUCTIONS, SOURCE, within, worst
 

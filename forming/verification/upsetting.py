@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ..materials.materials import steel_16MnCr5
-from ..processes.ring import Upsetting
+from ..processes.upsetting import Upsetting
 from .calculix import Compression
 from .calculix_rows import KeptNumbers, calculix_numbers, calculix_row
 from .case import Case, Row

@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from friction_models.common import InputError
+from friction_models.common.ranges import is_number
 from friction_models.common.yaml_files import read_yaml
 from friction_models.loads import FloatArray, missing_column
 
 from ..readers import RawTable
-from ..records.cells import check_keys, is_given, is_number
+from ..records.cells import check_keys, is_given
 from ..records.channels import CHANNEL_NAMES, MOTION, REQUIRED, channel, check_scale
 from ..records.record import SctRecord
 from ..records.units import channel_conversion, scale_factor

@@ -67,12 +67,8 @@ def quality_row(record: SctRecord, moving_mass: float = 0.0) -> dict[str, object
     Raises InputError: the test is never loaded or never slides, or forces or speed say that columns are
     swapped or a unit is wrong.
 
-    Parameters
-    ----------
-    record : SctRecord
-        The test.
-    moving_mass : float
-        Mass between force cell and contact [kg].
+    - `record`: the test.
+    - `moving_mass`: mass between force cell and contact [kg].
     """
     _check_columns(record)
     signals = process(record, moving_mass)

@@ -11,7 +11,7 @@ from pathlib import Path
 from friction_models.common import InputError
 
 from .header import find_header, named_columns
-from .numerals import decimal_mark, is_missing, is_number
+from .numerals import decimal_mark, is_missing, is_numeral
 
 #: So much of a file is looked at.
 HEAD_BYTES = 1 << 18
@@ -71,7 +71,7 @@ def text_layout(file: Path) -> TextLayout:
     block = _table(lines, file)
     delimiter = block.delimiter
     rows = [cells(line, delimiter) for line in lines[block.first : block.last + 1]]
-    numbered = [k for k in range(block.width) if any(k < len(row) and is_number(row[k]) for row in rows)]
+    numbered = [k for k in range(block.width) if any(k < len(row) and is_numeral(row[k]) for row in rows)]
     above = [cells(line, delimiter) for line in lines[: block.first]]
     header = find_header(above, numbered, str(file))
     mark = decimal_mark((cell for row in rows for cell in row), str(file))
@@ -99,14 +99,14 @@ def cells(line: str, delimiter: str) -> list[str]:
 
 def is_data(row: list[str]) -> bool:
     """Whether cells are a row of a table of numbers: more numbers than text."""
-    numbers = sum(map(is_number, row))
+    numbers = sum(map(is_numeral, row))
     text = sum(1 for cell in row if cell and not is_missing(cell)) - numbers
     return numbers > text and (numbers > 1 or len(row) > 1)
 
 
 def _worth(row: list[str]) -> int:
     """Return how much a row speaks for its delimiter: "0,5;1,5" split at commas leaves text between two numbers."""
-    text = sum(not is_number(cell) and not is_missing(cell) for cell in row)
+    text = sum(not is_numeral(cell) and not is_missing(cell) for cell in row)
     return len(row) - 2 * text
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -19,18 +18,6 @@ def is_given(value: Any) -> bool:
     [True, True, False, False, False]
     """
     return value is not None and value != "" and not (isinstance(value, float) and math.isnan(value))
-
-
-def is_number(value: Any) -> bool:
-    """Whether an entry is a finite number that fits into a float; Booleans are none.
-
-    Examples
-    --------
-    >>> [is_number(entry) for entry in (1, 2.5, True, "3", float("inf"))]
-    [True, True, False, False, False]
-    """
-    largest = sys.float_info.max
-    return isinstance(value, int | float) and not isinstance(value, bool) and -largest <= value <= largest
 
 
 def check_keys(content: Iterable[Any], allowed: Sequence[str], where: str) -> None:

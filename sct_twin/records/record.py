@@ -226,12 +226,8 @@ def usual_step(t: FloatArray) -> float:
 def write_csv(path: Path, columns: Mapping[str, npt.ArrayLike] | pd.DataFrame) -> None:
     """Write channels as CSV: header, units row, rounded to what a data logger resolves.
 
-    Parameters
-    ----------
-    path : Path
-        File to write.
-    columns : mapping of str to array_like, shape (n,)
-        Channels by canonical name and in canonical units.
+    - `path`: file to write.
+    - `columns`, shape (n,): channels by canonical name and in canonical units.
     """
     import pyarrow as pa
     import pyarrow.csv as pa_csv

@@ -38,19 +38,10 @@ def can_smooth(count: int, dt: float, corner: float) -> bool:
 def smooth(values: FloatArray, dt: float, corner: float = CORNER_HZ) -> FloatArray:
     """Low-pass without phase shift: Butterworth of second order, forwards and backwards.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Equally spaced samples.
-    dt : float
-        Step [s].
-    corner : float
-        Frequency at which half of the amplitude is left [Hz].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        The values themselves where the rate or the number of samples is too low for the corner.
+    - `values`, shape (n,): equally spaced samples.
+    - `dt`: step [s].
+    - `corner`: frequency at which half of the amplitude is left [Hz].
+    - returns: the values themselves where the rate or the number of samples is too low for the corner.
     """
     if not can_smooth(len(values), dt, corner):
         return values

@@ -17,16 +17,10 @@ from friction_models.loads import FloatArray
 def low_pass(values: FloatArray, dt: float, corner: float, padding: int) -> FloatArray:
     """Return equally spaced samples after the filter.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Samples.
-    dt : float
-        Step [s].
-    corner : float
-        Frequency at which half of the amplitude is left [Hz], below half the sampling rate.
-    padding : int
-        Samples by which the signal is continued at both ends, mirrored at its end points; below n.
+    - `values`, shape (n,): samples.
+    - `dt`: step [s].
+    - `corner`: frequency at which half of the amplitude is left [Hz], below half the sampling rate.
+    - `padding`: samples by which the signal is continued at both ends, mirrored at its end points; below n.
 
     Examples
     --------

@@ -23,14 +23,10 @@ class Motion:
     of the acceleration above. With the position alone it is the derivative of the low-passed position; the
     corner is as high as the noise of the position allows. A recorded speed is taken as it is.
 
-    Parameters
-    ----------
-    s, v, a : ndarray, shape (n,), or None
-        Position [mm], speed [mm/s], acceleration [mm/s2]; position or speed at least.
-    dt : float
-        Step [s].
-    where : str
-        For messages.
+    - `s`, `v`, `a`, shape (n,): position [mm], speed [mm/s], acceleration [mm/s2]; position or speed at
+      least.
+    - `dt`: step [s].
+    - `where`: for messages.
     """
 
     def __init__(

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from friction_models.common import InputError
+from friction_models.common.ranges import is_number
 from friction_models.loads import FloatArray, missing_column
 
 from ..readers import RawTable
-from ..records.cells import check_keys, is_given, is_number
+from ..records.cells import check_keys, is_given
 from ..records.record import SctRecord
 
 _KEYS = ("upsetting", "sliding", "channel")

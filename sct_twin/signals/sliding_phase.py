@@ -73,15 +73,12 @@ def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
     Raises InputError: the test is never loaded, never slides, or slides before it is loaded; stated times
     contradict each other or the record; a plate temperature is neither recorded nor stated.
 
-    Parameters
-    ----------
-    record : SctRecord
-        Raw channels. Its metadata may state `t_upsetting`, `t_sliding`, `t_end` [s] (what is stated is
-        not detected), `despike` (replace spikes), `low_pass` ([Hz], or ``auto``: a tenth of the sampling
-        rate; for the forces), `F_n_std`, `F_r_std` [N], and `T_tool` [degC] where no plate temperature
-        was recorded.
-    moving_mass : float
-        Mass between force cell and contact [kg]; the cell also accelerates it: F_r - m a is friction.
+    - `record`: raw channels. Its metadata may state `t_upsetting`, `t_sliding`, `t_end` [s] (what is stated
+      is not detected), `despike` (replace spikes), `low_pass` ([Hz], or ``auto``: a tenth of the sampling
+      rate; for the forces), `F_n_std`, `F_r_std` [N], and `T_tool` [degC] where no plate temperature was
+      recorded.
+    - `moving_mass`: mass between force cell and contact [kg]; the cell also accelerates it: F_r - m a is
+      friction.
     """
     where = record.where
     times = PhaseTimes.of(record)

@@ -52,14 +52,9 @@ class Bins:
     A point at distance g stands for g +- spacing/2, whether that holds one sample in fifty or a part of
     the way between two samples.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Distances of the samples, increasing [mm].
-    spacing : float
-        Distance between points and width of each [mm].
-    count : int
-        Number of points, the first at `spacing`.
+    - `x`, shape (n,): distances of the samples, increasing [mm].
+    - `spacing`: distance between points and width of each [mm].
+    - `count`: number of points, the first at `spacing`.
     """
 
     def __init__(self, x: FloatArray, spacing: float, count: int) -> None:
@@ -103,14 +98,10 @@ def binned(
 
     Raises InputError: less than ten points of sliding.
 
-    Parameters
-    ----------
-    t, sd, v, F_n, friction : ndarray, shape (n,)
-        Samples from the start of sliding on; `sd` never decreases.
-    common : tuple of ndarray, shape (n,)
-        Standard uncertainties of normal and friction force that all samples share [N].
-    spacing : float
-        Distance between points [mm].
+    - `t`, `sd`, `v`, `F_n`, `friction`, shape (n,): samples from the start of sliding on; `sd` never
+      decreases.
+    - `common`, shape (n,): standard uncertainties of normal and friction force that all samples share [N].
+    - `spacing`: distance between points [mm].
     """
     last = float(sd[-1])
     count = int(np.floor(last / spacing - 0.5 + 1e-9))

@@ -78,16 +78,11 @@ def read_at_diameter(
     relation of area and force is the smoothed one of `UpsettingRun.at`. Where the area hardly depends on the
     force, it replaces that of the run; a filled bore stays.
 
-    Parameters
-    ----------
-    run_to : callable
-        Returns the run to somewhat beyond a force [N]; asked for more than `force` only where the diameter says so.
-    force : float
-        Highest force of the test [N].
-    diameter : float
-        As measured [mm].
-    punch : PunchGeometry
-        Its bore limits the contact.
+    - `run_to`: returns the run to somewhat beyond a force [N]; asked for more than `force` only where the
+      diameter says so.
+    - `force`: highest force of the test [N].
+    - `diameter`: as measured [mm].
+    - `punch`: its bore limits the contact.
     """
     bore = punch.bore_diameter or math.inf
     upsetting = run_to(force)

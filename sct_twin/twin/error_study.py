@@ -56,25 +56,14 @@ def check(
 
     Raises InputError: less than one test.
 
-    Parameters
-    ----------
-    twin : TwinSettings
-        The twin as it is used.
-    campaign : RawCampaign
-        Where the records are.
-    test_ids : sequence of str
-        Tests to choose from; those that are chosen lie evenly among them.
-    count : int
-        How many.
-    jobs, progress
-        As in `SctTwin.run`.
-
-    Returns
-    -------
-    pandas.DataFrame
-        One row a test and variant: `test_id, variant`, and for each of `QUANTITIES` the change of its mean
-        over the sliding [%]; temperatures in percent of the mean rise above the tool. A variant that
-        cannot be evaluated is missing.
+    - `twin`: the twin as it is used.
+    - `campaign`: where the records are.
+    - `test_ids`: tests to choose from; those that are chosen lie evenly among them.
+    - `count`: how many.
+    - `jobs`, `progress`: as in `SctTwin.run`.
+    - returns: one row a test and variant: `test_id, variant`, and for each of `QUANTITIES` the change of its
+      mean over the sliding [%]; temperatures in percent of the mean rise above the tool. A variant that
+      cannot be evaluated is missing.
     """
     if count < 1:
         raise InputError(f"check = {count} tests; allowed: at least 1")

@@ -73,13 +73,9 @@ class TwinSettings:
 
         Raises InputError: a phase is missing, or the specimen cannot carry the force.
 
-        Parameters
-        ----------
-        record : SctRecord
-            Raw channels with metadata: `T_tool` (the plate's temperature where missing), `T_specimen`,
-            `bore`, `tip`, ...
-        moving_mass : float, optional
-            Mass between force cell and contact [kg]; the twin's own, or 0, by default.
+        - `record`: raw channels with metadata: `T_tool` (the plate's temperature where missing),
+          `T_specimen`, `bore`, `tip`, ...
+        - `moving_mass`: mass between force cell and contact [kg]; the twin's own, or 0, by default.
         """
         where = record.source or f"test {record.test_id}"
         mass = next((m for m in (self.moving_mass, moving_mass) if m is not None), 0.0)

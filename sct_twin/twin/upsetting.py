@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from forming.materials.materials import Material
-from forming.processes.upsetting import UpsettingResult, upset
+from forming.processes.specimen_upsetting import UpsettingResult, upset
 from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError
 from friction_models.loads import FloatArray

@@ -10,7 +10,7 @@ import numpy as np
 
 from friction_models.loads import FloatArray
 
-from .hidden import HiddenEffect, LawInput, hidden_effects
+from .hidden import HIDDEN, HiddenEffect, LawInput, hidden_names
 from .lubricants import lubricant_named
 
 #: Constant, and change of mu per mm/s, K, MPa, mm and 1; each test campaign draws its own around these.
@@ -53,7 +53,7 @@ class TrueLaw:
             for name, value in BASE.items()
         }
         effects = []
-        for effect in hidden_effects(hidden):
+        for effect in (HIDDEN[name] for name in hidden_names(hidden)):
             drawn = {name: value * float(rng.uniform(0.9, 1.1)) for name, value in effect.parameters.items()}
             effects.append((effect, drawn))
         if lubricant is not None:
@@ -66,7 +66,7 @@ class TrueLaw:
     def from_dict(cls, content: Mapping[str, Any]) -> TrueLaw:
         """Rebuild from `to_dict`."""
         effects = tuple(
-            (hidden_effects(item["name"])[0], dict(item["parameters"])) for item in content["hidden"]
+            (HIDDEN[hidden_names(item["name"])[0]], dict(item["parameters"])) for item in content["hidden"]
         )
         return cls(dict(content["base"]), effects, content.get("lubricant"))
 

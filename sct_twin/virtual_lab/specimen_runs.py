@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from forming.processes.upsetting import UpsettingResult
+from forming.processes.specimen_upsetting import UpsettingResult
 from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError, atomic_path
 from friction_models.common.cached_results import cache_folder, code_digest, fingerprint, is_kept, keep

@@ -7,7 +7,7 @@ import pytest
 
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
 from forming.fe.energy import Energy, Loading
-from forming.processes.ring import RingCompression, Upsetting
+from forming.processes.upsetting import RingCompression, Upsetting
 
 #: Process, coefficient of friction, strokes at which the account is looked at [mm].
 CASES = {

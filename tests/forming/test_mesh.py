@@ -15,10 +15,10 @@ from forming.fe.mesh.mesher import grid_mesh, quad_mesh
 from forming.fe.mesh.polyline import arc_length, enclosed_volume
 from forming.fe.mesh.shape import gauss_volumes
 from forming.fe.mesh.transfer import transfer
-from forming.fe.resample import mesh_inside, resample
+from forming.fe.remesh import mesh_inside, resample
 from forming.fe.tooling import plate
 from forming.fe.tractions import surface_loads
-from forming.processes.ring import Upsetting
+from forming.processes.upsetting import Upsetting
 
 CCW_RECTANGLE = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 12.0], [0.0, 12.0]])
 

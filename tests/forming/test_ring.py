@@ -9,10 +9,10 @@ import pytest
 
 from forming.fe.mesh.mesh_kernels import qualities
 from forming.fe.mesh.polyline import enclosed_volume
-from forming.fe.resample import mesh_inside, resample, surface_chain
+from forming.fe.remesh import mesh_inside, resample, surface_chain
 from forming.fe.tooling import plate
 from forming.processes.friction_input import CONSTANT_SHEAR
-from forming.processes.ring import RingCompression, Upsetting, bore_profile
+from forming.processes.upsetting import RingCompression, Upsetting, bore_profile
 from friction_models.common import InputError
 
 COARSE = {"mesh_size": 0.5, "n_points": 40, "tool_heating": False}

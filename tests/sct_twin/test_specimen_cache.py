@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from forming.processes.upsetting import UpsettingResult
+from forming.processes.specimen_upsetting import UpsettingResult
 from forming.tools.punch_geometry import PunchGeometry
 from sct_twin.virtual_lab import specimen_runs
 from sct_twin.virtual_lab.rig.specimen import Rig

@@ -44,12 +44,8 @@ def quad_mesh(loop: FloatArray, size: SizeField) -> Mesh:
 
     Raises MeshError: the triangulation misses a boundary edge, or an element is folded.
 
-    Parameters
-    ----------
-    loop : ndarray, shape (n, 2)
-        Boundary nodes, kept exactly.
-    size : callable
-        Wanted element size [mm] at points of shape (m, 2).
+    - `loop`, shape (n, 2): boundary nodes, kept exactly.
+    - `size`: wanted element size [mm] at points of shape (m, 2).
     """
     coarse = np.ascontiguousarray(loop[::2])
     points, triangles, edges = _triangulate(coarse, size)

@@ -7,12 +7,14 @@ from numba import njit
 
 from .shape import ETA, N_GAUSS, XI, FloatArray, IntArray, local_coordinates
 
+#: Search grid over a mesh: lowest r and z, width of a cell [mm], numbers of cells along r and z.
+Grid = tuple[float, float, float, int, int]
+
 
 @njit(cache=True)
-def bin_elements(
-    x: FloatArray, quads: IntArray, low_r: float, low_z: float, cell: float, n_r: int, n_z: int
-) -> tuple[IntArray, IntArray]:
+def bin_elements(x: FloatArray, quads: IntArray, grid: Grid) -> tuple[IntArray, IntArray]:
     """Return for each cell of a grid the elements whose bounding box meets it, as (start, list)."""
+    low_r, low_z, cell, n_r, n_z = grid
     box = np.empty((quads.shape[0], 4), np.int64)
     start = np.zeros(n_r * n_z + 1, np.int64)
     for e in range(quads.shape[0]):
@@ -50,16 +52,13 @@ def locate(
     pz: float,
     x: FloatArray,
     quads: IntArray,
-    low_r: float,
-    low_z: float,
-    cell: float,
-    n_r: int,
-    n_z: int,
+    grid: Grid,
     start: IntArray,
     members: IntArray,
     local: FloatArray,
 ) -> int:
     """Return the element that holds the point, or the nearest; write its local coordinates, bounded to +-1."""
+    low_r, low_z, cell, n_r, n_z = grid
     ci = min(n_r - 1, max(0, int((pr - low_r) / cell)))
     cj = min(n_z - 1, max(0, int((pz - low_z) / cell)))
     nearest = 0
@@ -118,11 +117,7 @@ def interpolate_state(
     nodal_old: FloatArray,
     x_new: FloatArray,
     quads_new: IntArray,
-    low_r: float,
-    low_z: float,
-    cell: float,
-    n_r: int,
-    n_z: int,
+    grid: Grid,
     start: IntArray,
     members: IntArray,
 ) -> tuple[FloatArray, FloatArray]:
@@ -145,7 +140,7 @@ def interpolate_state(
             for a in range(4):
                 pr += N_GAUSS[g, a] * x_new[quads_new[e, a], 0]
                 pz += N_GAUSS[g, a] * x_new[quads_new[e, a], 1]
-            k = locate(pr, pz, x_old, quads_old, low_r, low_z, cell, n_r, n_z, start, members, local)
+            k = locate(pr, pz, x_old, quads_old, grid, start, members, local)
             for a in range(4):
                 weight = 0.25 * (1.0 + XI[a] * local[0] * stretch) * (1.0 + ETA[a] * local[1] * stretch)
                 for c in range(gauss_old.shape[2]):
@@ -153,9 +148,7 @@ def interpolate_state(
             for c in range(gauss_old.shape[2]):
                 gauss_new[e, g, c] = min(high[k, c], max(low[k, c], gauss_new[e, g, c]))
     for n in range(x_new.shape[0]):
-        k = locate(
-            x_new[n, 0], x_new[n, 1], x_old, quads_old, low_r, low_z, cell, n_r, n_z, start, members, local
-        )
+        k = locate(x_new[n, 0], x_new[n, 1], x_old, quads_old, grid, start, members, local)
         for a in range(4):
             weight = 0.25 * (1.0 + XI[a] * local[0]) * (1.0 + ETA[a] * local[1])
             for c in range(nodal_old.shape[1]):
@@ -175,8 +168,6 @@ def transfer(
     low_r, low_z = x_old.min(axis=0) - 1e-6
     high_r, high_z = x_old.max(axis=0)
     cell = 0.5 * float(np.sqrt((high_r - low_r) * (high_z - low_z) * 4.0 / len(quads_old)))
-    n_r, n_z = int((high_r - low_r) / cell) + 1, int((high_z - low_z) / cell) + 1
-    start, members = bin_elements(x_old, quads_old, low_r, low_z, cell, n_r, n_z)
-    return interpolate_state(
-        x_old, quads_old, gauss_old, nodal_old, x_new, quads_new, low_r, low_z, cell, n_r, n_z, start, members
-    )
+    grid = low_r, low_z, cell, int((high_r - low_r) / cell) + 1, int((high_z - low_z) / cell) + 1
+    start, members = bin_elements(x_old, quads_old, grid)
+    return interpolate_state(x_old, quads_old, gauss_old, nodal_old, x_new, quads_new, grid, start, members)

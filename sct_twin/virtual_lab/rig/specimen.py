@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from forming.materials.materials import HenselSpittel, steel_16MnCr5
-from forming.processes.upsetting import UpsettingResult
+from forming.processes.specimen_upsetting import UpsettingResult
 from friction_models.loads import FloatArray
 
 from ...twin.contact_temperature import ThermalBody, ThermalSettings

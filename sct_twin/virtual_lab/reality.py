@@ -1,15 +1,12 @@
-"""Content of `campaign.json` of a virtual campaign, with what differs between the laboratory and the twin."""
+"""What `campaign.json` of a virtual campaign says of units and of what differs between the laboratory and the twin."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Any
 
 from ..twin.contact_temperature import ThermalSettings
-from .rig.drive import RATE
 from .rig.instruments import Instruments
-from .rig.specimen import DIAMETER, HEIGHT, Rig
+from .rig.specimen import Rig
 
 #: Units of the columns of the test table.
 UNITS = {
@@ -33,33 +30,6 @@ UNITS = {
     "hold": "s",
     "zero_reading": "s",
 }
-
-
-def campaign_info(
-    plan: Mapping[str, Any],
-    seed: int,
-    lubricant: str | None,
-    repeats: int,
-    kind: str,
-    rig: Rig,
-    instruments: Instruments,
-) -> dict[str, object]:
-    """Return what stands in `campaign.json`; `plan` names the plan, `kind` the format of the files."""
-    return {
-        "synthetic": True,
-        "notice": "synthetic: made by the virtual laboratory, not measured",
-        **plan,
-        "seed": seed,
-        **({} if lubricant is None else {"lubricant": f"{lubricant} (virtual)"}),
-        **({} if repeats == 1 else {"repeats": repeats}),
-        "files": kind,
-        "reality": perturbations(rig, instruments),
-        "moving_mass_kg": instruments.moving_mass,
-        "sampling_rate_Hz": RATE,
-        "specimen": {"diameter_mm": DIAMETER, "height_mm": HEIGHT, "material": "16MnCr5"},
-        "plate": {"material": "1.2379"},
-        "units": UNITS,
-    }
 
 
 def perturbations(rig: Rig, instruments: Instruments) -> dict[str, object]:
