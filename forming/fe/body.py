@@ -1,13 +1,15 @@
-"""The deforming workpiece: mesh, state at nodes and Gauss points."""
+"""The deforming workpiece: mesh, state at nodes and Gauss points, properties of its material."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numba import njit
 
 from .flow import flow_stress
+from .heat.properties import Property
 from .mesh.shape import FloatArray, IntArray, gauss_volumes
 
 
@@ -100,3 +102,34 @@ def nodal_shear_yield(
         if count[n] > 0.0:
             total[n] /= count[n]
     return total
+
+
+class WorkpieceMaterial(Protocol):
+    """Properties that the solver reads; `forming.materials.materials.Material` has them."""
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus [MPa]."""
+
+    @property
+    def bulk_modulus(self) -> float:
+        """Bulk modulus [MPa]."""
+
+    @property
+    def heat_capacity(self) -> Property:
+        """Heat capacity of a volume [N/(mm2 K)]."""
+
+    @property
+    def conductivity(self) -> Property:
+        """Heat conductivity [W/(m K)]."""
+
+    @property
+    def taylor_quinney(self) -> float:
+        """Share of plastic work that becomes heat."""
+
+    @property
+    def emissivity(self) -> float:
+        """Emissivity of the surface, for radiation."""
+
+    def vector(self) -> FloatArray:
+        """Return the flow curve as numbers; see `forming.fe.flow`."""

@@ -6,14 +6,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .body import Body
+from .body import Body, WorkpieceMaterial
 from .contact import GAP, PRESSURE, SHEAR, SLIP
-from .energy import Energy
 from .heat.conduction import heat_step
 from .heat.properties import integral
 from .mesh.shape import N_GAUSS, FloatArray, gauss_volumes
+from .state import Energy
 from .tooling import Tool
-from .workpiece_material import WorkpieceMaterial
 
 #: Stefan-Boltzmann constant [N/(mm s K4)]; 0 degC [K].
 STEFAN_BOLTZMANN, ZERO = 5.670374419e-11, 273.15

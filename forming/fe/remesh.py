@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from scipy.spatial import QhullError
 
-from .body import Body
+from .body import Body, WorkpieceMaterial
 from .contact import gap_and_normal
 from .heat_exchange import keep_heat
 from .mesh.mesher import Mesh, MeshError, quad_mesh
@@ -21,7 +21,6 @@ from .mesh.shape import FloatArray, IntArray
 from .mesh.transfer import transfer
 from .state import SCALES, OldMesh, State
 from .tooling import Tool
-from .workpiece_material import WorkpieceMaterial
 
 #: Turns of the surface beyond this angle stay nodes.
 CORNER = np.radians(35.0)

@@ -9,20 +9,17 @@ import numpy as np
 
 from friction_models.common.one_blas_thread import one_blas_thread
 
-from .body import Body
+from .body import Body, WorkpieceMaterial
 from .contact import SHEAR, SLIP
-from .energy import Loading
 from .heat_exchange import HeatExchange, exchange_heat
 from .increment import Attempt, Settings, Step, StepError, Workspace, solve_increment
-from .markers import SurfaceLoads, SurfaceMarkers
+from .markers import SurfaceLoads, SurfaceMarkers, bore_pressure, surface_loads
 from .mesh.mesh_kernels import qualities
 from .mesh.polyline import SizeField, first_crossing
 from .mesh.shape import FloatArray, gauss_volumes
 from .remesh import remesh
-from .state import SCALES, OldMesh, Record, RemeshPolicy, State, StepControl
+from .state import SCALES, Loading, OldMesh, Record, RemeshPolicy, State, StepControl
 from .tooling import Tool
-from .tractions import bore_pressure, surface_loads
-from .workpiece_material import WorkpieceMaterial
 
 #: Share of the missing expansion that a tool makes up for in one increment. The workpiece pushes back up to
 #: three times as hard as the tool, which limits a stable share to 0.5.

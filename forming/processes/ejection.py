@@ -18,8 +18,7 @@ from ..fe.mesh.shape import FloatArray
 from ..fe.simulation import Simulation
 from ..fe.state import RemeshPolicy, State, StepControl
 from ..results.ejection_result import EjectionResult
-from ..tools.ejection_tools import Stage
-from ..tools.grip import grip_patches
+from ..tools.ejection_tools import Stage, grip_patches
 from .ejection_state import TRIALS, EjectionState, Motion, Progress, Row
 from .friction_input import Friction, checked_mu
 from .run_log import ContactLog

@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 from ..fe.mesh.shape import FloatArray
 from ..fe.state import State
-from ..tools.ejection_tools import Stage
-from ..tools.grip import GripPatch
+from ..tools.ejection_tools import GripPatch, Stage
 
 #: First guesses of the velocity, as shares of the last one, and v0 of the friction law as shares of the tool
 #: speed, tried one after the other: the slip turns round in single increments, which a sharp law with a poor

@@ -50,10 +50,7 @@ class ThermalConditions:
     def resolved(self, process: str) -> ThermalConditions:
         """Return the conditions with a checked switch and with the material itself instead of its name.
 
-        Raises
-        ------
-        InputError
-            The switch or the material of the tools cannot be; `process` is for the message.
+        Raises InputError: the switch or the material of the tools cannot be; `process` is for the message.
         """
         heating = check_flag(process, "tool_heating", self.tool_heating)
         steel = TOOLS if self.tool_material is None else self.tool_material

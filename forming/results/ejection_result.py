@@ -14,7 +14,7 @@ import pandas as pd
 from friction_models.common import write_json
 
 from ..fe.mesh.shape import FloatArray
-from ..tools.grip import GripPatch
+from ..tools.ejection_tools import GripPatch
 from .contact_history import ContactHistory
 from .force_curve import averaged
 
@@ -29,45 +29,33 @@ _ROWS, _BYTES = 100_000, 20_000_000
 
 @dataclass(frozen=True)
 class EjectionResult:
-    """Force against travel, first while the punch is withdrawn, then while the ejector pushes.
+    """Force against travel, first while the punch is withdrawn, then while the ejector pushes."""
 
-    Attributes
-    ----------
-    how : str
-        ``"ejector"`` or ``"stripper"``.
-    phase : tuple of str
-        ``"withdraw"`` (the punch), ``"release"`` (the stripper goes back) or ``"eject"``, one entry an increment.
-    travel : ndarray, shape (n,)
-        Of the tool that moves in the phase, from its start in the phase [mm].
-    force : ndarray, shape (n,)
-        Of that tool, positive against its motion [kN]: negative where the workpiece, springing back, drives it.
-    work : ndarray, shape (n,)
-        Of that tool in the phase so far [J].
-    grip : ndarray, shape (n,)
-        Axial force that the friction of the tools at rest can carry, mu times the contact force [kN].
-    patches : tuple of GripPatch
-        Where the tools hold the product once the punch is free.
-    contact : ContactHistory
-        Loads at the material markers; its `stroke` is the travel of all phases together.
-    energy_balance : float
-        (plastic + friction + elastic + contact springs) / external - 1 over forming and ejection.
-    slip_regularisation : float
-        v0 of the friction law that the solver needed, as a share of the tool speed; the friction of parts that
-        slip slower than this is not all used.
-    status, message : str
-        ``"ok"``, or ``"stopped"`` and where and why.
-    """
-
+    #: ``"ejector"`` or ``"stripper"``.
     how: str
+    #: ``"withdraw"`` (the punch), ``"release"`` (the stripper goes back) or ``"eject"``, one entry an
+    #: increment.
     phase: tuple[str, ...]
+    #: Of the tool that moves in the phase, from its start in the phase [mm], shape (n,).
     travel: FloatArray
+    #: Of that tool, positive against its motion [kN]: negative where the workpiece, springing back, drives
+    #: it, shape (n,).
     force: FloatArray
+    #: Of that tool in the phase so far [J], shape (n,).
     work: FloatArray
+    #: Axial force that the friction of the tools at rest can carry, mu times the contact force [kN], shape
+    #: (n,).
     grip: FloatArray
+    #: Where the tools hold the product once the punch is free.
     patches: tuple[GripPatch, ...]
+    #: Loads at the material markers; its `stroke` is the travel of all phases together.
     contact: ContactHistory | None = None
+    #: (plastic + friction + elastic + contact springs) / external - 1 over forming and ejection.
     energy_balance: float = 0.0
+    #: v0 of the friction law that the solver needed, as a share of the tool speed; the friction of parts that
+    #: slip slower than this is not all used.
     slip_regularisation: float = 0.02
+    #: ``"ok"``, or ``"stopped"`` and where and why.
     status: str = "ok"
     message: str = ""
 

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from ..fe.mesh.shape import FloatArray
-from .runs import FROZEN_RATE, published_flow_stress
+from .case import FROZEN_RATE, published_flow_stress
 
 #: A run takes 2 - 20 s; one that takes longer than this is given up [s].
 TIME_LIMIT = 180.0

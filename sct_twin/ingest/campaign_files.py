@@ -13,31 +13,24 @@ from friction_models.common.folders import CAMPAIGN
 from friction_models.common.pool import Progress
 
 from ..records.record import SctRecord, write_csv
+from .channel_map import Map
 from .measurement_files import Source
 from .preview import remarks
 from .raw_campaign import RawCampaign, write_tables
-from .survey import Map, Survey, survey
+from .survey import Survey, survey
 
 
 @dataclass
 class IngestReport:
-    """Result of `ingest`: the new campaign, the quality of its tests, and the files left out.
+    """Result of `ingest`: the new campaign, the quality of its tests, and the files left out."""
 
-    Attributes
-    ----------
-    campaign : RawCampaign
-        The new folder.
-    quality : pandas.DataFrame
-        One row a test: sampling rate, gaps, clipping, zeros and drift, spikes, phases, friction, repeats.
-    left_out : pandas.DataFrame
-        `file` and `reason` of what could not be used.
-    found : Survey
-        All that was found.
-    """
-
+    #: The new folder.
     campaign: RawCampaign
+    #: One row a test: sampling rate, gaps, clipping, zeros and drift, spikes, phases, friction, repeats.
     quality: pd.DataFrame
+    #: `file` and `reason` of what could not be used.
     left_out: pd.DataFrame
+    #: All that was found.
     found: Survey
 
     def __str__(self) -> str:
@@ -78,9 +71,6 @@ def ingest(
     test_id : str, optional
         Which part of a file's name is that of the test (``*_SCT{test_id}_raw``); by default what the map says, or all.
 
-    Returns
-    -------
-    IngestReport
 
     Raises
     ------

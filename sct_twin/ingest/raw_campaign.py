@@ -16,6 +16,7 @@ from friction_models.loads import dataset
 from friction_models.loads.dataset import says_synthetic
 
 from ..readers import read_csv
+from ..records.cells import Cell
 from ..records.record import SctRecord
 from .channel_map import ChannelMap
 
@@ -105,7 +106,7 @@ class RawCampaign:
         """Return the file of a test."""
         return self.folder / "raw" / f"{test_id}.csv"
 
-    def metadata(self, test_id: str) -> dict[str, Any]:
+    def metadata(self, test_id: str) -> dict[str, Cell]:
         """Return the test's row of the test table.
 
         Raises

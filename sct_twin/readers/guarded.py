@@ -97,11 +97,15 @@ class _Process:
 
 def close() -> None:
     """End the reading process, if there is one."""
-    global _reader
     with _lock:
-        if _reader is not None:
-            _reader.end()
-            _reader = None
+        _end_locked()
+
+
+def _end_locked() -> None:
+    global _reader
+    if _reader is not None:
+        _reader.end()
+        _reader = None
 
 
 atexit.register(close)
@@ -134,13 +138,6 @@ def read_guarded(file: Path, kind: str, patience: float | None = None) -> RawTab
         if "error" in answer:
             raise InputError(str(answer["error"]))
         return _load(Path(folder), answer, str(file))
-
-
-def _end_locked() -> None:
-    global _reader
-    if _reader is not None:
-        _reader.end()
-        _reader = None
 
 
 def _load(folder: Path, answer: _Answer, where: str) -> RawTable:

@@ -8,6 +8,9 @@ from typing import Any
 
 from friction_models.common import unknown_name
 
+#: What a cell of a test table holds.
+Cell = str | float | None
+
 
 def is_given(value: Any) -> bool:
     """Whether a cell of a test table holds something.

@@ -61,11 +61,6 @@ class TestSignals:
         """Zeros of F_n and F_r before the load [N]."""
         return self.zeros.F_n.before, self.zeros.F_r.before
 
-    @property
-    def slide_time(self) -> FloatArray:
-        """Time since sliding began [s], of the samples from `slide_start` on."""
-        return np.asarray(self.t[self.slide_start :] - self.t[self.slide_start])
-
 
 def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
     """Find the phases of a test and compute what is measured only indirectly.
@@ -150,7 +145,7 @@ def resample(signals: TestSignals, spacing: float = 0.1) -> SlidingSeries:
     """
     rows = slice(signals.slide_start, None)
     return binned(
-        signals.slide_time,
+        signals.t[rows] - signals.t[signals.slide_start],
         signals.sd[rows],
         signals.v[rows],
         signals.F_n[rows],

@@ -221,6 +221,3 @@ def _software() -> dict[str, str]:
         return {"tribofmu": version("tribofmu")}
     except PackageNotFoundError:
         return {"tribofmu": "unknown"}
-
-
-__all__: list[str] = ["SctTwin", "TwinResult"]

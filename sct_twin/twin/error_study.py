@@ -81,12 +81,12 @@ def check(
     rows: list[dict[str, str | float]] = []
     for test_id, name in names:
         if name and (test_id, name) in means and (test_id, "") in means:
-            T_tool = float(campaign.metadata(test_id).get("T_tool", np.nan))
+            told = campaign.metadata(test_id).get("T_tool")
             base, other = means[test_id, ""], means[test_id, name]
             row: dict[str, str | float] = {"test_id": test_id, "variant": name}
             for quantity in QUANTITIES:
-                zero = T_tool if quantity.startswith("T") else 0.0
-                whole = base[quantity] - (zero if np.isfinite(zero) else 0.0)
+                zero = float(told) if quantity.startswith("T") and told is not None else 0.0
+                whole = base[quantity] - zero
                 row[quantity] = round(100.0 * (other[quantity] - base[quantity]) / max(whole, 1e-9), 3)
             rows.append(row)
     return pd.DataFrame(rows, columns=["test_id", "variant", *QUANTITIES])

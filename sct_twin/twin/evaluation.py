@@ -13,6 +13,7 @@ from forming.materials.materials import MaterialSource, as_material, steel_16MnC
 from friction_models.common import InputError
 
 from ..ingest.raw_campaign import RawCampaign
+from ..records.cells import Cell
 from ..records.record import SctRecord
 from ..signals.filters import smooth
 from ..signals.sliding_phase import TestSignals, process, resample
@@ -163,7 +164,7 @@ class TwinSettings:
 
 
 def evaluate_file(
-    twin: TwinSettings, folder: str, metadata: dict[str, object], mass: float
+    twin: TwinSettings, folder: str, metadata: dict[str, Cell], mass: float
 ) -> TestResult | str:
     """Evaluate one test of a campaign in a pool; a reason where it cannot be."""
     test_id = str(metadata["test_id"])

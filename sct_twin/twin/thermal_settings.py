@@ -101,14 +101,6 @@ def _shipped(name: str) -> ThermalBody:
     return ThermalBody.of(load(name))
 
 
-def _plate() -> ThermalBody:
-    return _shipped("1.2379")
-
-
-def _specimen() -> ThermalBody:
-    return _shipped("16MnCr5")
-
-
 @dataclass(frozen=True)
 class ThermalSettings:
     """Numerical and physical settings of the sliding model.
@@ -149,8 +141,8 @@ class ThermalSettings:
     growth: float = 1.25
     depth: float = 12.0
     heat_transfer: float = 35.0
-    plate: ThermalBody = field(default_factory=_plate)
-    specimen: ThermalBody = field(default_factory=_specimen)
+    plate: ThermalBody = field(default_factory=lambda: _shipped("1.2379"))
+    specimen: ThermalBody = field(default_factory=lambda: _shipped("16MnCr5"))
 
     def __post_init__(self) -> None:
         for name, low, high in (

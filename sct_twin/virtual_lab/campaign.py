@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 import numpy as np
 import pandas as pd
@@ -23,17 +23,15 @@ from friction_models.common.pool import Progress, map_unordered
 from ..ingest.raw_campaign import RawCampaign, write_tables
 from .experiment import Specimen, contact_reading, run_test
 from .hidden import FORCE_ZERO, HIDDEN, hidden_names, with_offset
-from .law import TrueLaw
+from .law import TrueLaw, write_truth
 from .lubricants import lubricant_named
-from .plans import make_plan, parse_plan, read_plan
-from .reality import UNITS, perturbations
+from .plans import UNITS, PlanRow, make_plan, parse_plan, read_plan
 from .rig.drive import RATE
 from .rig.file_formats import file_format as file_format_named
 from .rig.file_formats import write_channel_map
 from .rig.instruments import Faults, Instruments
-from .rig.specimen import DIAMETER, HEIGHT, Rig, SpecimenTable
+from .rig.specimen import DIAMETER, HEIGHT, Rig, SpecimenTable, perturbations
 from .specimen_runs import solver_fingerprint, specimen_tables
-from .truth import write_truth
 
 
 @dataclass(eq=False)
@@ -203,7 +201,7 @@ class Campaign:
         target = Path(out)
         check_folder(target, CAMPAIGN)
         tests = self.tests
-        rows = tests.to_dict("records")
+        rows = cast("list[PlanRow]", tests.to_dict("records"))
         report = progress or (lambda done, of, what: None)
         # Finished tests wait in a folder beside the target, so that an interrupted run goes on.
         waiting = check_folder(target.parent / f".{target.name}.partial", UNFINISHED)
@@ -241,7 +239,7 @@ class Campaign:
                 report(len(known) + done + 1, len(rows), f"virtual test {test_id}")
             with atomic_folder(target, CAMPAIGN) as folder:
                 (waiting / "raw").rename(folder / "raw")
-                ids = [str(row["test_id"]) for row in rows]
+                ids = [row["test_id"] for row in rows]
                 truth = {
                     "law": self.true_law.to_dict(),
                     "rig": asdict(self.true_rig),
@@ -312,13 +310,13 @@ class Campaign:
         }
 
 
-def _shape(row: dict[Any, Any]) -> float:
+def _shape(row: PlanRow) -> float:
     tip = row["tip"]
     return 0.0 if tip is None or np.isnan(tip) else float(tip)
 
 
 def _test_to_files(
-    row: dict[str, object],
+    row: PlanRow,
     table: SpecimenTable,
     law: TrueLaw,
     rig: Rig,
@@ -330,7 +328,7 @@ def _test_to_files(
 ) -> None:
     """Carry out one test in a pool; its truth, written last, says that it is finished."""
     test = run_test(row, law, table, rig, instruments, seed, faults)
-    test_id, form = str(row["test_id"]), file_format_named(kind)
+    test_id, form = row["test_id"], file_format_named(kind)
     with atomic_path(folder / "raw" / f"{test_id}{form.suffix}") as temporary:
         form.save(temporary, test.frame)
     content = {**test.truth, **{f"scatter/{name}": np.array(value) for name, value in test.scatter.items()}}

@@ -25,9 +25,8 @@ from friction_models.loads import FloatArray
 
 from ..ingest.raw_campaign import RawCampaign
 from .campaign import Campaign
-from .law import ContactLaw, TrueLaw
+from .law import ContactLaw, TrueLaw, load_truth
 from .rig.specimen import virtual_steel
-from .truth import load_truth
 
 #: Tool temperature [degC] and punch speed [mm/s] of the levels that are pressed by default.
 LEVELS = ((20.0, 5.0), (100.0, 5.0), (20.0, 50.0))
@@ -124,9 +123,6 @@ def press_curves(
     progress : callable, optional
         Called with (done, total, what).
 
-    Returns
-    -------
-    PressCurves
 
     Raises
     ------

@@ -83,7 +83,7 @@ class Schedule:
         return np.interp(sd, x, y)
 
 
-def schedule(row: Mapping[str, Any], where: str) -> Schedule:
+def schedule(row: Mapping[str, object], where: str) -> Schedule:
     """Return the schedule of a row of the plan.
 
     Raises InputError: an unknown protocol, a parameter that is missing or outside its limits.
@@ -116,7 +116,7 @@ def schedule(row: Mapping[str, Any], where: str) -> Schedule:
     return Schedule((v_set,))
 
 
-def number(row: Mapping[str, Any], name: str, where: str, highest: float = math.inf) -> float:
+def number(row: Mapping[str, object], name: str, where: str, highest: float = math.inf) -> float:
     """Return a number of a row within its limits.
 
     Raises InputError: it is missing, not a number, or outside.
@@ -126,7 +126,7 @@ def number(row: Mapping[str, Any], name: str, where: str, highest: float = math.
     return _checked(row[name], name, where, highest)
 
 
-def numbers(row: Mapping[str, Any], name: str, where: str, highest: float = math.inf) -> tuple[float, ...]:
+def numbers(row: Mapping[str, object], name: str, where: str, highest: float = math.inf) -> tuple[float, ...]:
     """Return the numbers of a text such as ``"5;500;50"``.
 
     Raises InputError: see `number`; too many or too few of them.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
-from forming.fe.energy import Energy, Loading
+from forming.fe.state import Energy, Loading
 from forming.processes.upsetting import RingCompression, Upsetting
 
 #: Process, coefficient of friction, strokes at which the account is looked at [mm].

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from forming import ForwardRodExtrusion
 from forming.fe.contact import FACING
-from forming.fe.markers import SurfaceLoads, SurfaceMarkers
+from forming.fe.markers import SurfaceLoads, SurfaceMarkers, surface_loads
 from forming.fe.mesh.mesh_kernels import qualities
 from forming.fe.mesh.mesher import grid_mesh, quad_mesh
 from forming.fe.mesh.polyline import arc_length, enclosed_volume
@@ -17,7 +17,6 @@ from forming.fe.mesh.shape import gauss_volumes
 from forming.fe.mesh.transfer import transfer
 from forming.fe.remesh import mesh_inside, resample
 from forming.fe.tooling import plate
-from forming.fe.tractions import surface_loads
 from forming.processes.upsetting import Upsetting
 
 CCW_RECTANGLE = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 12.0], [0.0, 12.0]])

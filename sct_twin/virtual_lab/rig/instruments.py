@@ -216,7 +216,7 @@ def measured(
     true: dict[str, FloatArray],
     sliding: npt.NDArray[np.bool_],
     instruments: Instruments,
-    gains: tuple[float, float],
+    gains: FloatArray,
     rng: np.random.Generator,
     more: np.random.Generator,
 ) -> pd.DataFrame:

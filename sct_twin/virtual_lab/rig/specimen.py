@@ -7,7 +7,7 @@ force and temperature; results are kept in a cache folder, keyed by everything t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +18,7 @@ from friction_models.loads import FloatArray
 
 from ...twin.contact_temperature import ThermalBody, ThermalSettings
 from ...twin.upsetting import ContactState
+from .instruments import Instruments
 
 #: Thermal grid and heat data that hold in the laboratory: other values, and another dependence on temperature.
 FINE = ThermalSettings(
@@ -182,3 +183,24 @@ class SpecimenTable:
             radius_fraction=parts[0][0].radius_fraction,
             pressure=blend("pressure"),
         )
+
+
+def perturbations(rig: Rig, instruments: Instruments) -> dict[str, object]:
+    """Return what is otherwise in the laboratory: mesh, material, upsetting, heat, scatter, sensors.
+
+    The truth is computed with these, never with the settings of the twin; friction is not among them.
+    """
+    material, here, usual = rig.material, asdict(rig.thermal), asdict(ThermalSettings())
+    return {
+        "note": "the truth is computed with these instead of the settings of the twin",
+        "upsetting_mesh_mm": rig.mesh_size,
+        "flow_stress_factor": rig.flow_stress,
+        "flow_stress_exponent_factor": rig.flow_exponent,
+        "flow_stress_scatter": rig.flow_stress_scatter,
+        "specimen_scatter_mm": {"diameter": rig.diameter_scatter, "height": rig.height_scatter},
+        "material": material.name,
+        "ram_speed_mm_s": rig.ram_speed,
+        "compliance_mm_per_N": rig.compliance,
+        "thermal": {name: {"laboratory": here[name], "twin": usual[name]} for name in here},
+        "sensors": asdict(instruments),
+    }
