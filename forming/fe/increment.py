@@ -46,11 +46,9 @@ class Attempt:
     @classmethod
     def number(cls, failures: int) -> Attempt:
         """Return the choice after so many failures in a row."""
-        early = (2, 5) if failures > 0 and failures % 2 == 0 else ()
-        changes = 5 if early else 3
         if failures % 2:
-            return cls(1e-4, 600.0, early, changes)
-        return cls(2e-3, 300.0, early, changes)
+            return cls(separation=1e-4, light_pressure=600.0)
+        return cls(early_changes=(2, 5), max_changes=5) if failures > 0 else cls()
 
 
 @dataclass

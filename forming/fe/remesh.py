@@ -34,7 +34,7 @@ class Surface:
     old_arc: FloatArray
 
 
-def resample(
+def resample_surface(
     chain: FloatArray, size: SizeField, tools: list[Tool], tables: list[FloatArray] | None
 ) -> Surface:
     """Return new nodes spaced after `size` along the surface `chain`.
@@ -188,7 +188,7 @@ def body_within(outline: FloatArray, size: SizeField, tools: list[Tool], T: floa
 
     Raises MeshError: the region cannot be meshed with elements of this size.
     """
-    surface = resample(outline, size, tools, None).points
+    surface = resample_surface(outline, size, tools, None).points
     mesh = mesh_inside(surface, size)
     return Body.at_rest(mesh.x, mesh.quads, np.ascontiguousarray(mesh.loop[: len(surface)]), T)
 
@@ -210,7 +210,7 @@ def remesh(state: State, size: SizeField, material: WorkpieceMaterial, heat: boo
             return scale * size(points)
 
         try:
-            surface = resample(old_surface, scaled, state.tools, state.tables)
+            surface = resample_surface(old_surface, scaled, state.tools, state.tables)
             mesh = mesh_inside(surface.points, scaled)
             break
         except (MeshError, QhullError, ValueError, IndexError):

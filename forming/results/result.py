@@ -44,6 +44,8 @@ class FormingResult(FormingRecord):
     >>> result = FormingResult(stroke, force, work, 0.1, 0.0, 0.0, 0.0, 2, 0, 0, contact)
     >>> result.max_force, result.status, len(result.fields)
     (100.0, 'ok', 0)
+    >>> result.to_frame()["work"].tolist()
+    [0.0, 250.0, 750.0]
     """
 
     def picture(self, path: str | os.PathLike[str], field: str = "T", stroke: float | None = None) -> Path:

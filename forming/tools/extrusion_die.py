@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from friction_models.common import InputError
-
 from ..fe.heat.tool_field import ToolField
 from ..fe.mesh.polyline import SizeField
 from ..fe.mesh.shape import FloatArray
@@ -17,7 +15,7 @@ from ..fe.tooling import arc, line, polylines
 
 @dataclass(frozen=True)
 class ExtrusionDie:
-    """Die for forward rod extrusion; z = 0 is the lower end of its land.
+    """Die for forward rod extrusion, which checks its dimensions; z = 0 is the lower end of its land.
 
     Examples
     --------
@@ -44,16 +42,6 @@ class ExtrusionDie:
     relief: float = 1.0
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.exit_radius < self.container_radius:
-            raise InputError(
-                f"forming: exit radius {self.exit_radius:g} mm with a container radius of "
-                f"{self.container_radius:g} mm; allowed: 0 < exit radius < container radius"
-            )
-        if not 5.0 <= self.half_angle <= 85.0:
-            raise InputError(f"forming: half_angle = {self.half_angle:g} degrees; allowed: 5 to 85")
-        for name in ("entry_radius", "edge_radius", "land", "relief"):
-            if not getattr(self, name) > 0.0:
-                raise InputError(f"forming: {name} = {getattr(self, name):g} mm; allowed: > 0")
         cone = (self.container_radius - self.exit_radius) / math.sin(math.radians(self.half_angle))
         tangents = (self.entry_radius + self.edge_radius) * math.tan(math.radians(self.half_angle) / 2.0)
         if tangents > 0.95 * cone:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -99,11 +99,12 @@ def run_test(
         batch = np.random.default_rng([seed, 7016, *str(row["batch"]).encode()])
         offset += instruments.batch_scatter * float(batch.standard_normal())
     specimen = Specimen.draw(test_id, rig, instruments, seed)
-    table = table.of(
-        diameter=specimen.diameter - DIAMETER,
-        height=specimen.height - HEIGHT,
-        mu=specimen.upsetting_mu - TABLE_MU,
-    )
+    deviations = {
+        "diameter": specimen.diameter - DIAMETER,
+        "height": specimen.height - HEIGHT,
+        "mu": specimen.upsetting_mu - TABLE_MU,
+    }
+    table = replace(table, deviations=deviations)
     T_tool, force = float(row["T_tool"]), float(row["F_set"])
     context = {
         "Ra": float(row["Ra"]),

@@ -18,19 +18,11 @@ def bin_elements(x: FloatArray, quads: IntArray, grid: Grid) -> tuple[IntArray, 
     box = np.empty((quads.shape[0], 4), np.int64)
     start = np.zeros(n_r * n_z + 1, np.int64)
     for e in range(quads.shape[0]):
-        r_min = 1e30
-        r_max = -1e30
-        z_min = 1e30
-        z_max = -1e30
-        for k in range(4):
-            r_min = min(r_min, x[quads[e, k], 0])
-            r_max = max(r_max, x[quads[e, k], 0])
-            z_min = min(z_min, x[quads[e, k], 1])
-            z_max = max(z_max, x[quads[e, k], 1])
-        box[e, 0] = max(0, int((r_min - low_r) / cell))
-        box[e, 1] = min(n_r - 1, int((r_max - low_r) / cell))
-        box[e, 2] = max(0, int((z_min - low_z) / cell))
-        box[e, 3] = min(n_z - 1, int((z_max - low_z) / cell))
+        corners = x[quads[e]]
+        box[e, 0] = max(0, int((corners[:, 0].min() - low_r) / cell))
+        box[e, 1] = min(n_r - 1, int((corners[:, 0].max() - low_r) / cell))
+        box[e, 2] = max(0, int((corners[:, 1].min() - low_z) / cell))
+        box[e, 3] = min(n_z - 1, int((corners[:, 1].max() - low_z) / cell))
         for i in range(box[e, 0], box[e, 1] + 1):
             for j in range(box[e, 2], box[e, 3] + 1):
                 start[i * n_z + j + 1] += 1
@@ -86,27 +78,13 @@ def locate(
     return nearest
 
 
-@njit(cache=True)
 def patch_range(quads: IntArray, gauss: FloatArray, n_nodes: int) -> tuple[FloatArray, FloatArray]:
     """Return the smallest and largest value of each field in each element and its neighbours, [e, c]."""
-    n_c = gauss.shape[2]
-    node_low = np.full((n_nodes, n_c), np.inf)
-    node_high = np.full((n_nodes, n_c), -np.inf)
-    for e in range(quads.shape[0]):
-        for a in range(4):
-            n = quads[e, a]
-            for g in range(4):
-                for c in range(n_c):
-                    node_low[n, c] = min(node_low[n, c], gauss[e, g, c])
-                    node_high[n, c] = max(node_high[n, c], gauss[e, g, c])
-    low = np.full((quads.shape[0], n_c), np.inf)
-    high = np.full((quads.shape[0], n_c), -np.inf)
-    for e in range(quads.shape[0]):
-        for a in range(4):
-            for c in range(n_c):
-                low[e, c] = min(low[e, c], node_low[quads[e, a], c])
-                high[e, c] = max(high[e, c], node_high[quads[e, a], c])
-    return low, high
+    lowest = np.full((n_nodes, gauss.shape[2]), np.inf)
+    highest = -lowest
+    np.minimum.at(lowest, quads, gauss.min(axis=1)[:, None])
+    np.maximum.at(highest, quads, gauss.max(axis=1)[:, None])
+    return lowest[quads].min(axis=1), highest[quads].max(axis=1)
 
 
 @njit(cache=True)
@@ -114,6 +92,8 @@ def interpolate_state(
     x_old: FloatArray,
     quads_old: IntArray,
     gauss_old: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
     nodal_old: FloatArray,
     x_new: FloatArray,
     quads_new: IntArray,
@@ -128,7 +108,6 @@ def interpolate_state(
     the value is kept within the range of the element and its neighbours: otherwise the many remeshings
     of a long run amplify a peak without bound.
     """
-    low, high = patch_range(quads_old, gauss_old, x_old.shape[0])
     gauss_new = np.zeros((quads_new.shape[0], 4, gauss_old.shape[2]))
     nodal_new = np.zeros((x_new.shape[0], nodal_old.shape[1]))
     local = np.zeros(2)
@@ -170,4 +149,7 @@ def transfer(
     cell = 0.5 * float(np.sqrt((high_r - low_r) * (high_z - low_z) * 4.0 / len(quads_old)))
     grid = low_r, low_z, cell, int((high_r - low_r) / cell) + 1, int((high_z - low_z) / cell) + 1
     start, members = bin_elements(x_old, quads_old, grid)
-    return interpolate_state(x_old, quads_old, gauss_old, nodal_old, x_new, quads_new, grid, start, members)
+    low, high = patch_range(quads_old, gauss_old, len(x_old))
+    return interpolate_state(
+        x_old, quads_old, gauss_old, low, high, nodal_old, x_new, quads_new, grid, start, members
+    )

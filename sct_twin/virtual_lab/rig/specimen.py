@@ -131,10 +131,6 @@ class SpecimenTable:
     #: How this specimen deviates in the same things.
     deviations: Mapping[str, float] = field(default_factory=dict)
 
-    def of(self, **deviations: float) -> SpecimenTable:
-        """Return the table of a specimen that deviates; figures are linear in the deviations."""
-        return replace(self, deviations=deviations)
-
     def _parts(self, T_tool: float, flow_stress: float) -> list[_Part]:
         """Return the runs that make up the specimen, all read where they are loaded equally.
 
