@@ -44,41 +44,30 @@ Source = Campaign | RawCampaign | TrueLaw | str | os.PathLike[str]
 
 @dataclass(frozen=True)
 class VirtualPress:
-    """The press and its billets as they really are; standard deviations unless said otherwise.
+    """The press and its billets as they really are; standard deviations unless said otherwise."""
 
-    Attributes
-    ----------
-    mesh_size, cup_mesh_size : float
-        Elements of the solver runs of forward and of backward extrusion [mm].
-    flow_stress, flow_exponent : float
-        True flow stress and strain hardening exponent over the ones in the tables.
-    htc : float
-        True heat transfer coefficient between billet and tools [kW/(m2 K)].
-    flow_stress_scatter, mu_scatter : float
-        From billet to billet.
-    compliance, compliance_scatter : float
-        Elastic give of machine and tools that the stroke sensor sees as travel [mm/kN], and its relative scatter.
-    force_noise, stroke_noise : float
-        Of the sensors [kN], [mm].
-    gain, zero : float
-        Of the force cell's amplification, and of its zero [kN], from repeat to repeat.
-    T_billet : float
-        Billet temperature before the stroke [degC].
-    """
-
+    #: Elements of the solver runs of forward and of backward extrusion [mm].
     mesh_size: float = 0.35
     cup_mesh_size: float = 0.30
+    #: True flow stress and strain hardening exponent over the ones in the tables.
     flow_stress: float = 1.006
     flow_exponent: float = 1.005
+    #: True heat transfer coefficient between billet and tools [kW/(m2 K)].
     htc: float = 33.0
+    #: From billet to billet.
     flow_stress_scatter: float = 0.006
     mu_scatter: float = 0.003
+    #: Elastic give of machine and tools that the stroke sensor sees as travel [mm/kN], and its relative
+    #: scatter.
     compliance: float = 8.0e-4
     compliance_scatter: float = 0.05
+    #: Of the sensors [kN], [mm].
     force_noise: float = 0.6
     stroke_noise: float = 0.002
+    #: Of the force cell's amplification, and of its zero [kN], from repeat to repeat.
     gain: float = 0.002
     zero: float = 0.3
+    #: Billet temperature before the stroke [degC].
     T_billet: float = 20.0
 
 
