@@ -22,36 +22,28 @@ if TYPE_CHECKING:
     from .processes.batch import run_batch as run_batch
     from .processes.forward_rod_extrusion import ForwardRodExtrusion as ForwardRodExtrusion
     from .processes.names import PROCESSES as PROCESSES
-    from .processes.ring import RingCompression as RingCompression
-    from .processes.ring import Upsetting as Upsetting
-    from .processes.upsetting import UpsettingResult as UpsettingResult
-    from .processes.upsetting import upset as upset
+    from .processes.specimen_upsetting import UpsettingResult as UpsettingResult
+    from .processes.specimen_upsetting import upset as upset
+    from .processes.upsetting import RingCompression as RingCompression
+    from .processes.upsetting import Upsetting as Upsetting
     from .results.contact_history import ContactHistory as ContactHistory
     from .results.result import FormingResult as FormingResult
     from .tools.punch_geometry import PunchGeometry as PunchGeometry
 
-_EXPORTS = {
-    "Material": "materials.materials",
-    "HenselSpittel": "materials.materials",
-    "PowerLaw": "materials.materials",
-    "FlowTable": "materials.materials",
-    "steel_16MnCr5": "materials.materials",
-    "PunchGeometry": "tools.punch_geometry",
-    "UpsettingResult": "processes.upsetting",
-    "upset": "processes.upsetting",
-    "ForwardRodExtrusion": "processes.forward_rod_extrusion",
-    "BackwardCupExtrusion": "processes.backward_cup_extrusion",
-    "Upsetting": "processes.ring",
-    "RingCompression": "processes.ring",
-    "FormingResult": "results.result",
-    "ContactHistory": "results.contact_history",
-    "FormingTask": "processes.batch",
-    "FormingRun": "processes.batch",
-    "run_batch": "processes.batch",
-    "PROCESSES": "processes.names",
-    "PressCurves": "press",
-    "PressLevel": "press",
+_MODULES = {
+    "materials.materials": ("Material", "HenselSpittel", "PowerLaw", "FlowTable", "steel_16MnCr5"),
+    "tools.punch_geometry": ("PunchGeometry",),
+    "processes.specimen_upsetting": ("UpsettingResult", "upset"),
+    "processes.forward_rod_extrusion": ("ForwardRodExtrusion",),
+    "processes.backward_cup_extrusion": ("BackwardCupExtrusion",),
+    "processes.upsetting": ("Upsetting", "RingCompression"),
+    "processes.batch": ("FormingTask", "FormingRun", "run_batch"),
+    "processes.names": ("PROCESSES",),
+    "results.result": ("FormingResult",),
+    "results.contact_history": ("ContactHistory",),
+    "press": ("PressCurves", "PressLevel"),
 }
+_EXPORTS = {name: module for module, names in _MODULES.items() for name in names}
 
 __all__ = sorted(_EXPORTS)
 

@@ -203,10 +203,7 @@ def read_curves(path: str | os.PathLike[str]) -> pd.DataFrame:
     Units stand in the header (``force [kN]``) or in a row below it; N, MN, m and cm are converted. A
     missing `repeat` column means one repeat.
 
-    Raises
-    ------
-    InputError
-        See `PressCurves.read`.
+    Raises InputError: see `PressCurves.read`.
 
     Examples
     --------

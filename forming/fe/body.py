@@ -1,46 +1,37 @@
-"""The deforming workpiece: mesh, state at nodes and Gauss points."""
+"""The deforming workpiece: mesh, state at nodes and Gauss points, properties of its material."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numba import njit
 
 from .flow import flow_stress
+from .heat.properties import Property
 from .mesh.shape import FloatArray, IntArray, gauss_volumes
 
 
 @dataclass
 class Body:
-    """Workpiece in the half plane r >= 0, z along the axis.
+    """Workpiece in the half plane r >= 0, z along the axis."""
 
-    Attributes
-    ----------
-    x : ndarray, shape (n, 2)
-        Node positions r, z [mm].
-    quads : ndarray, shape (n_e, 4)
-        Elements, counter-clockwise.
-    chain : ndarray, shape (n_s,)
-        Surface nodes in counter-clockwise order, from the axis to the axis (without the axis between);
-        for a ring the closed loop, its first node repeated at the end.
-    stress : ndarray, shape (n_e, 4, 4)
-        rr, zz, tt, rz at the Gauss points [MPa].
-    strain, rate : ndarray, shape (n_e, 4)
-        Equivalent plastic strain and its rate in the last increment [1/s].
-    T : ndarray, shape (n,)
-        Temperature [degC].
-    velocity : ndarray, shape (n, 2)
-        Mean velocity of the last increment [mm/s]; the predictor of the next.
-    """
-
+    #: Node positions r, z [mm], shape (n, 2).
     x: FloatArray
+    #: Elements, counter-clockwise, shape (n_e, 4).
     quads: IntArray
+    #: Surface nodes in counter-clockwise order, from the axis to the axis (without the axis between); for a
+    #: ring the closed loop, its first node repeated at the end, shape (n_s,).
     chain: IntArray
+    #: rr, zz, tt, rz at the Gauss points [MPa], shape (n_e, 4, 4).
     stress: FloatArray
+    #: Equivalent plastic strain and its rate in the last increment [1/s], shape (n_e, 4).
     strain: FloatArray
     rate: FloatArray
+    #: Temperature [degC], shape (n,).
     T: FloatArray
+    #: Mean velocity of the last increment [mm/s]; the predictor of the next, shape (n, 2).
     velocity: FloatArray
 
     @classmethod
@@ -111,3 +102,34 @@ def nodal_shear_yield(
         if count[n] > 0.0:
             total[n] /= count[n]
     return total
+
+
+class WorkpieceMaterial(Protocol):
+    """Properties that the solver reads; `forming.materials.materials.Material` has them."""
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus [MPa]."""
+
+    @property
+    def bulk_modulus(self) -> float:
+        """Bulk modulus [MPa]."""
+
+    @property
+    def heat_capacity(self) -> Property:
+        """Heat capacity of a volume [N/(mm2 K)]."""
+
+    @property
+    def conductivity(self) -> Property:
+        """Heat conductivity [W/(m K)]."""
+
+    @property
+    def taylor_quinney(self) -> float:
+        """Share of plastic work that becomes heat."""
+
+    @property
+    def emissivity(self) -> float:
+        """Emissivity of the surface, for radiation."""
+
+    def vector(self) -> FloatArray:
+        """Return the flow curve as numbers; see `forming.fe.flow`."""

@@ -169,19 +169,11 @@ def add_contact(
     in 0..1 blends the secant modulus into the friction tangent, for the first iterations. The pressure
     dependence of friction makes the tangent unsymmetric.
 
-    Parameters
-    ----------
-    offset, move : ndarray, shape (2,)
-        Position of the tool at the end of the increment, and its displacement in it [mm].
-    force : ndarray, shape (n_dof,)
-        Contact forces on the nodes per radian are subtracted from it.
-    table : ndarray, shape (n, 7)
-        Written: pressure, shear, slip velocity, gap, normal.
-
-    Returns
-    -------
-    int
-        Number of changes in the active set.
+    - `offset`, `move`, shape (2,): position of the tool at the end of the increment, and its displacement in
+      it [mm].
+    - `force`, shape (n_dof,): contact forces on the nodes per radian are subtracted from it.
+    - `table`, shape (n, 7): written: pressure, shear, slip velocity, gap, normal.
+    - returns: number of changes in the active set.
     """
     diagonal = 2 * ((band.shape[1] - 1) // 3)
     changes = 0

@@ -67,20 +67,13 @@ def assemble(
 ) -> int:
     """Assemble internal forces and tangent for the displacement increment `du` from the configuration `x0`.
 
-    Parameters
-    ----------
-    band : ndarray, shape (n_dof, 3 b + 1)
-        Column-wise LAPACK band storage, added to: entry (i, j) stands at ``band[j, 2 b + i - j]``.
-    force : ndarray, shape (n_dof,)
-        Internal nodal forces per radian, added to.
-    stress1, strain1, work : ndarray, shape (n_e, 4, 4), (n_e, 4), (n_e, 4)
-        Written: stress and plastic strain at the end of the increment, and the plastic work in it [N/mm2], with the
-        mean of the stresses at both ends.
-
-    Returns
-    -------
-    int
-        Number of Gauss points with a non-positive Jacobian (the step is too large).
+    - `band`, shape (n_dof, 3 b + 1): column-wise LAPACK band storage, added to: entry (i, j) stands at
+      ``band[j, 2 b + i - j]``.
+    - `force`, shape (n_dof,): internal nodal forces per radian, added to.
+    - `stress1`, `strain1`, `work`, shape (n_e, 4, 4), (n_e, 4), (n_e, 4): written: stress and plastic strain
+      at the end of the increment, and the plastic work in it [N/mm2], with the mean of the stresses at both
+      ends.
+    - returns: number of Gauss points with a non-positive Jacobian (the step is too large).
     """
     xm = np.empty((4, 2))
     x1 = np.empty((4, 2))

@@ -6,14 +6,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .body import Body
+from .body import Body, WorkpieceMaterial
 from .contact import GAP, PRESSURE, SHEAR, SLIP
-from .energy import Energy
 from .heat.conduction import heat_step
 from .heat.properties import integral
 from .mesh.shape import N_GAUSS, FloatArray, gauss_volumes
+from .state import Energy
 from .tooling import Tool
-from .workpiece_material import WorkpieceMaterial
 
 #: Stefan-Boltzmann constant [N/(mm s K4)]; 0 degC [K].
 STEFAN_BOLTZMANN, ZERO = 5.670374419e-11, 273.15
@@ -24,42 +23,27 @@ KEEPING, SMALL, MOST = 4, 1e-3, 0.2
 
 @dataclass(frozen=True)
 class Environment:
-    """Surroundings of free workpiece surfaces: still air and walls of one temperature.
+    """Surroundings of free workpiece surfaces: still air and walls of one temperature."""
 
-    Attributes
-    ----------
-    T : float
-        Temperature [degC].
-    h : float
-        Heat transfer coefficient of convection [N/(mm s K)]; 0.01 is 10 W/(m2 K), still air.
-    radiation : bool
-        Whether the surface radiates, with the emissivity of the material.
-    shelter : float
-        A free surface closer to a tool than this exchanges nothing: the gap shelters it [mm].
-    """
-
+    #: Temperature [degC].
     T: float = 20.0
+    #: Heat transfer coefficient of convection [N/(mm s K)]; 0.01 is 10 W/(m2 K), still air.
     h: float = 0.01
+    #: Whether the surface radiates, with the emissivity of the material.
     radiation: bool = True
+    #: A free surface closer to a tool than this exchanges nothing: the gap shelters it [mm].
     shelter: float = 2.0
 
 
 @dataclass(frozen=True)
 class HeatExchange:
-    """Transfer between workpiece, tools and environment.
+    """Transfer between workpiece, tools and environment."""
 
-    Attributes
-    ----------
-    htc : float
-        Heat transfer coefficient of the contact [N/(mm s K)], the number in kW/(m2 K).
-    friction_share : float
-        Share of the frictional power that enters the workpiece.
-    environment : Environment or None
-        None: free surfaces are insulated.
-    """
-
+    #: Heat transfer coefficient of the contact [N/(mm s K)], the number in kW/(m2 K).
     htc: float = 35.0
+    #: Share of the frictional power that enters the workpiece.
     friction_share: float = 0.5
+    #: None: free surfaces are insulated.
     environment: Environment | None = field(default_factory=Environment)
 
 
@@ -81,18 +65,11 @@ def exchange_heat(
     it is after it: each half is implicit, so the exchange is stable at any increment. Radiation is linear
     in the temperature after the increment, with the slope of before.
 
-    Parameters
-    ----------
-    tables : list of ndarray, shape (n_s, 7)
-        Contact tables of the tools.
-    weights : ndarray, shape (n_s,)
-        Surface area per radian of the surface nodes [mm2].
-    source : ndarray, shape (n_e, 4)
-        Heat released per volume in the increment [N/mm2].
-    account : Energy, optional
-        Its heat is brought up to date.
-    rubbing : float
-        Friction heat of the increment over that with friction stress and slip velocity of its end.
+    - `tables`, shape (n_s, 7): contact tables of the tools.
+    - `weights`, shape (n_s,): surface area per radian of the surface nodes [mm2].
+    - `source`, shape (n_e, 4): heat released per volume in the increment [N/mm2].
+    - `account`: its heat is brought up to date.
+    - `rubbing`: friction heat of the increment over that with friction stress and slip velocity of its end.
     """
     surface = body.surface
     nodes, conductance, outside, power = [], [], [], []

@@ -19,27 +19,18 @@ MOST_TENSION = 100.0
 
 @dataclass(frozen=True)
 class Settings:
-    """Numerical settings of an increment.
+    """Numerical settings of an increment."""
 
-    Attributes
-    ----------
-    penalty : float
-        Contact stiffness [MPa/mm].
-    tolerance : float
-        Norm of the residual over that of the contact forces.
-    max_iterations : int
-        Then the increment has failed.
-    slip_regularisation : float
-        v0 of the friction law as a share of the tool speed.
-    shear_cap : float
-        Friction stress at most this share of the shear yield stress k. With a large mu the friction is
-        then tau = m k, m = `shear_cap`: the law of constant shear.
-    """
-
+    #: Contact stiffness [MPa/mm].
     penalty: float = 1e5
+    #: Norm of the residual over that of the contact forces.
     tolerance: float = 1e-4
+    #: Then the increment has failed.
     max_iterations: int = 30
+    #: v0 of the friction law as a share of the tool speed.
     slip_regularisation: float = 0.02
+    #: Friction stress at most this share of the shear yield stress k. With a large mu the friction is then
+    #: tau = m k, m = `shear_cap`: the law of constant shear.
     shear_cap: float = 1.0
 
 
@@ -55,11 +46,9 @@ class Attempt:
     @classmethod
     def number(cls, failures: int) -> Attempt:
         """Return the choice after so many failures in a row."""
-        early = (2, 5) if failures > 0 and failures % 2 == 0 else ()
-        changes = 5 if early else 3
         if failures % 2:
-            return cls(1e-4, 600.0, early, changes)
-        return cls(2e-3, 300.0, early, changes)
+            return cls(separation=1e-4, light_pressure=600.0)
+        return cls(early_changes=(2, 5), max_changes=5) if failures > 0 else cls()
 
 
 @dataclass
@@ -97,10 +86,7 @@ class Workspace:
     def solve(self, residual: FloatArray) -> FloatArray:
         """Return the solution of band * d = residual; both are overwritten.
 
-        Raises
-        ------
-        StepError
-            The matrix is singular.
+        Raises StepError: the matrix is singular.
         """
         _, _, d, info = dgbsv(self.half, self.half, self.band.T, residual, overwrite_ab=1, overwrite_b=1)
         if info != 0:
@@ -125,10 +111,7 @@ def solve_increment(
     The tools move by `moves` [mm], without them by their velocity; `share` of the body's velocity is the first
     guess.
 
-    Raises
-    ------
-    StepError
-        No convergence, an inverted element or a singular matrix.
+    Raises StepError: no convergence, an inverted element or a singular matrix.
     """
     chain = body.chain
     n_s = len(chain)

@@ -1,43 +1,206 @@
-"""How a fresh mesh is made over the same body: surface sampled anew, fields carried over, heat kept.
+"""A fresh mesh over the same body: surface sampled anew with its contact and volume kept, fields carried over.
 
 When it is due, `simulation.py` decides by the `RemeshPolicy` of the run (`state.py`).
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from itertools import pairwise
+
 import numpy as np
+from numba import njit
 from scipy.spatial import QhullError
 
-from .body import Body
+from .body import Body, WorkpieceMaterial
+from .contact import gap_and_normal
 from .heat_exchange import keep_heat
-from .mesh.mesher import MeshError
-from .mesh.polyline import SizeField
-from .mesh.shape import FloatArray
+from .mesh.mesher import Mesh, MeshError, quad_mesh
+from .mesh.polyline import SizeField, arc_length, at_arc_length, enclosed_volume, spaced
+from .mesh.shape import FloatArray, IntArray
 from .mesh.transfer import transfer
-from .resample import mesh_inside, resample, surface_chain
 from .state import SCALES, OldMesh, State
-from .workpiece_material import WorkpieceMaterial
+from .tooling import Tool
+
+#: Turns of the surface beyond this angle stay nodes.
+CORNER = np.radians(35.0)
+
+
+@dataclass(frozen=True)
+class Surface:
+    """New surface nodes and the arc length at which each one stood on the old surface."""
+
+    points: FloatArray
+    old_arc: FloatArray
+
+
+def resample_surface(
+    chain: FloatArray, size: SizeField, tools: list[Tool], tables: list[FloatArray] | None
+) -> Surface:
+    """Return new nodes spaced after `size` along the surface `chain`.
+
+    - `chain`, shape (n, 2): old surface nodes from axis to axis, or the closed loop of a ring, its first node
+      repeated.
+    - `tables`, shape (n, 7): contact tables of the tools; None for a body that has not been in contact: it is
+      then only pushed out of the tools and its volume is not corrected.
+    """
+    lengths = arc_length(chain)
+    steps = np.diff(lengths)
+    direction = np.diff(chain, axis=0) / steps[:, None]
+    anchors = _anchors(direction, lengths, size(chain))
+    tangent = np.concatenate([direction[:1], np.empty((len(chain) - 2, 2)), direction[-1:]])
+    before, after = steps[:-1, None], steps[1:, None]
+    tangent[1:-1] = (direction[:-1] * before + direction[1:] * after) / (before + after)
+    arcs = []
+    for a, b in pairwise(anchors):
+        s = lengths[a] + spaced(chain[a : b + 1], size)
+        arcs.append(s if b == anchors[-1] else s[:-1])
+    s = np.concatenate(arcs)
+    k = np.clip(np.searchsorted(lengths, s, side="right") - 1, 0, len(steps) - 1)
+    u = (s - lengths[k]) / steps[k]
+    anchored = np.zeros(len(chain), dtype=bool)
+    anchored[anchors] = True
+    start = np.where(anchored[k][:, None], direction[k], tangent[k])
+    end = np.where(anchored[k + 1][:, None], direction[k], tangent[k + 1])
+    points = _hermite(chain[k], chain[k + 1], start, end, steps[k][:, None], u[:, None])
+    closed = is_closed(chain)
+    _join_ends(points, closed)
+    held = np.zeros(len(points), dtype=bool)
+    for i, tool in enumerate(tools):
+        table = np.zeros((len(chain), 6)) if tables is None else tables[i]
+        _seat(points, k, u, table, tool.segments, tool.offset, held)
+    _join_ends(points, closed)
+    if tables is not None:
+        _restore_volume(points, enclosed_volume(chain), held)
+    return Surface(points, s)
+
+
+def is_closed(chain: FloatArray) -> bool:
+    """Return whether the surface is that of a ring, which ends where it starts."""
+    return bool((chain[0] == chain[-1]).all())
+
+
+def _join_ends(points: FloatArray, closed: bool) -> None:
+    """Put the ends of the surface on the axis, or those of a ring on each other."""
+    if closed:
+        points[-1] = points[0]
+    else:
+        points[[0, -1], 0] = 0.0
+
+
+def _anchors(direction: FloatArray, lengths: FloatArray, size: FloatArray) -> list[int]:
+    """Return the indices of both ends and of the corners, without corners that make a piece too short."""
+    n = len(lengths)
+    cross = direction[:-1, 0] * direction[1:, 1] - direction[:-1, 1] * direction[1:, 0]
+    turn = np.zeros(n)
+    turn[1:-1] = np.abs(np.arctan2(cross, (direction[:-1] * direction[1:]).sum(axis=1)))
+    anchors = [0, *np.flatnonzero(turn > CORNER).tolist(), n - 1]
+    while len(anchors) > 2:
+        pieces = [(lengths[b] - lengths[a]) / size[a] for a, b in pairwise(anchors)]
+        k = int(np.argmin(pieces))
+        if pieces[k] > 0.8:
+            break
+        a, b = anchors[k], anchors[k + 1]
+        if a == 0 or (b != n - 1 and turn[b] <= turn[a]):
+            anchors.remove(b)
+        else:
+            anchors.remove(a)
+    return anchors
+
+
+def _hermite(
+    p0: FloatArray, p1: FloatArray, t0: FloatArray, t1: FloatArray, h: FloatArray, u: FloatArray
+) -> FloatArray:
+    """Cubic Hermite interpolation with unit tangents t0, t1 over pieces of length h."""
+    return (
+        (2 * u**3 - 3 * u**2 + 1) * p0
+        + (u**3 - 2 * u**2 + u) * h * t0
+        + (3 * u**2 - 2 * u**3) * p1
+        + (u**3 - u**2) * h * t1
+    )
+
+
+@njit(cache=True)
+def _seat(
+    points: FloatArray,
+    k: np.ndarray,
+    u: FloatArray,
+    table: FloatArray,
+    segments: FloatArray,
+    offset: FloatArray,
+    held: np.ndarray,
+) -> None:
+    """Give points between two contact nodes the penetration of these, and push others out of the tool."""
+    for i in range(points.shape[0]):
+        gap, nr, nz = gap_and_normal(points[i, 0], points[i, 1], segments, offset[0], offset[1])
+        first = table[k[i], 0] != 0.0
+        second = table[k[i] + 1, 0] != 0.0
+        shift = 0.0
+        if (first and second) or (first and u[i] < 1e-6) or (second and u[i] > 1.0 - 1e-6):
+            shift = (1.0 - u[i]) * table[k[i], 3] + u[i] * table[k[i] + 1, 3] - gap
+            held[i] = True
+        elif -0.5 < gap < 0.0:
+            shift = -gap
+            held[i] = True
+        points[i, 0] += nr * shift
+        points[i, 1] += nz * shift
+
+
+def _restore_volume(points: FloatArray, volume: float, held: np.ndarray) -> None:
+    """Move the nodes without contact along their normal until the enclosed volume is as before."""
+    free = ~held
+    free[[0, -1]] = False
+    for _ in range(3):
+        along = np.zeros_like(points)
+        along[1:-1] = points[2:] - points[:-2]
+        length = np.hypot(*along.T) + 1e-30
+        normal = np.column_stack([along[:, 1], -along[:, 0]]) / length[:, None]
+        area = float((2.0 * np.pi * points[:, 0] * 0.5 * length)[free].sum())
+        if area < 1.0:
+            return
+        missing = volume - enclosed_volume(points)
+        points[free] += normal[free] * np.clip(missing / area, -0.01, 0.01)
+
+
+def mesh_inside(surface: FloatArray, size: SizeField) -> Mesh:
+    """Mesh a body of revolution; its loop starts with the surface and ends with the nodes on the axis, if any."""
+    if is_closed(surface):
+        loop = surface[:-1]
+    else:
+        axis_ends = np.array([surface[-1], surface[0]])
+        axis = at_arc_length(spaced(axis_ends, size), arc_length(axis_ends), axis_ends)[1:-1]
+        axis[:, 0] = 0.0
+        loop = np.concatenate([surface, axis])
+    mesh = quad_mesh(loop, size)
+    mesh.x[mesh.loop] = loop
+    return mesh
+
+
+def surface_chain(mesh: Mesh, surface: FloatArray) -> IntArray:
+    """Return the nodes along the surface that the mesh was made from, in its order."""
+    if is_closed(surface):
+        return np.append(mesh.loop, mesh.loop[0])
+    return np.ascontiguousarray(mesh.loop[: len(surface)])
+
+
+def body_within(outline: FloatArray, size: SizeField, tools: list[Tool], T: float) -> Body:
+    """Return a body at rest of temperature `T` [degC] whose surface follows the corners of an outline.
+
+    Raises MeshError: the region cannot be meshed with elements of this size.
+    """
+    surface = resample_surface(outline, size, tools, None).points
+    mesh = mesh_inside(surface, size)
+    return Body.at_rest(mesh.x, mesh.quads, np.ascontiguousarray(mesh.loop[: len(surface)]), T)
 
 
 def remesh(state: State, size: SizeField, material: WorkpieceMaterial, heat: bool, trial: int = 0) -> bool:
     """Replace the mesh of a state; the mesh before stays in `State.old_mesh`.
 
-    Parameters
-    ----------
-    state : State
-        Changed in place, unless no mesh was found.
-    size : callable
-        Element size [mm] at points, shape (n, 2) -> (n,).
-    material : WorkpieceMaterial
-    heat : bool
-        Whether temperatures are shifted so that the heat content stays.
-    trial : int
-        First of `SCALES` that is tried; a mesh that fails is tried finer.
-
-    Returns
-    -------
-    bool
-        False where none of the scales gave a mesh.
+    - `state`: changed in place, unless no mesh was found.
+    - `size`: element size [mm] at points, shape (n, 2) -> (n,).
+    - `heat`: whether temperatures are shifted so that the heat content stays.
+    - `trial`: first of `SCALES` that is tried; a mesh that fails is tried finer.
+    - returns: False where none of the scales gave a mesh.
     """
     body = state.body
     old_surface = body.surface
@@ -47,7 +210,7 @@ def remesh(state: State, size: SizeField, material: WorkpieceMaterial, heat: boo
             return scale * size(points)
 
         try:
-            surface = resample(old_surface, scaled, state.tools, state.tables)
+            surface = resample_surface(old_surface, scaled, state.tools, state.tables)
             mesh = mesh_inside(surface.points, scaled)
             break
         except (MeshError, QhullError, ValueError, IndexError):

@@ -9,20 +9,17 @@ import numpy as np
 
 from friction_models.common.one_blas_thread import one_blas_thread
 
-from .body import Body
+from .body import Body, WorkpieceMaterial
 from .contact import SHEAR, SLIP
-from .energy import Loading
 from .heat_exchange import HeatExchange, exchange_heat
 from .increment import Attempt, Settings, Step, StepError, Workspace, solve_increment
-from .markers import SurfaceLoads, SurfaceMarkers
+from .markers import SurfaceLoads, SurfaceMarkers, bore_pressure, surface_loads
 from .mesh.mesh_kernels import qualities
 from .mesh.polyline import SizeField, first_crossing
 from .mesh.shape import FloatArray, gauss_volumes
 from .remesh import remesh
-from .state import SCALES, OldMesh, Record, RemeshPolicy, State, StepControl
+from .state import SCALES, Loading, OldMesh, Record, RemeshPolicy, State, StepControl
 from .tooling import Tool
-from .tractions import bore_pressure, surface_loads
-from .workpiece_material import WorkpieceMaterial
 
 #: Share of the missing expansion that a tool makes up for in one increment. The workpiece pushes back up to
 #: three times as hard as the tool, which limits a stable share to 0.5.
@@ -34,22 +31,13 @@ STEEPEST = 3e6
 class Simulation:
     """An axisymmetric body formed by rigid tools, one of which drives.
 
-    Parameters
-    ----------
-    body : Body
-        Mesh and start state; its `velocity` is the first guess.
-    tools : list of Tool
-        Tools; those with a velocity share its magnitude. `stroke` is their travel.
-    material : WorkpieceMaterial
-        Workpiece material.
-    marker_arc : ndarray, shape (n,)
-        Arc lengths of the material markers on the surface [mm].
-    mu : float
-        Coefficient of friction until `set_mu` is called.
-    size : callable or None
-        Returns the size field for remeshing at a travel of the tools [mm]; None: never remesh.
-    compliance : float
-        Shortening of punch and press for the force on the moving tools [mm/N].
+    - `body`: mesh and start state; its `velocity` is the first guess.
+    - `tools`: tools; those with a velocity share its magnitude. `stroke` is their travel.
+    - `material`: workpiece material.
+    - `marker_arc`, shape (n,): arc lengths of the material markers on the surface [mm].
+    - `mu`: coefficient of friction until `set_mu` is called.
+    - `size`: returns the size field for remeshing at a travel of the tools [mm]; None: never remesh.
+    - `compliance`: shortening of punch and press for the force on the moving tools [mm/N].
     """
 
     def __init__(
@@ -107,6 +95,7 @@ class Simulation:
         self.state = copy.deepcopy(snapshot)
         self._space = Workspace(self.state.body)
 
+    @one_blas_thread()
     def advance_to(
         self,
         stroke: float,
@@ -115,28 +104,10 @@ class Simulation:
     ) -> bool:
         """Move the tools until `stroke` [mm].
 
-        Parameters
-        ----------
-        on_increment : callable, optional
-            Called after each increment, before a remeshing; True ends the advance.
-        limit : callable, optional
-            Returns the largest next increment [mm].
-
-        Returns
-        -------
-        bool
-            False when the run has stopped; `state.status` and `state.message` then say why.
+        - `on_increment`: called after each increment, before a remeshing; True ends the advance.
+        - `limit`: returns the largest next increment [mm].
+        - returns: False when the run has stopped; `state.status` and `state.message` then say why.
         """
-        with one_blas_thread():
-            self._advance(stroke, on_increment, limit)
-        return self.state.status == "ok"
-
-    def _advance(
-        self,
-        stroke: float,
-        on_increment: Callable[[Simulation], bool] | None,
-        limit: Callable[[Simulation], float] | None,
-    ) -> None:
         state = self.state
         while state.status == "ok" and state.stroke < stroke - 1e-9:
             if state.increments + state.failures >= self.control.attempts:
@@ -164,6 +135,7 @@ class Simulation:
             self._choose_next(step, dt)
             if done:
                 break
+        return state.status == "ok"
 
     def _stop(self, reason: str) -> None:
         """End the run, keeping what it has."""

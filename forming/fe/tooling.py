@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .heat.tool_field import ToolField, ToolSteel
+from .heat.tool_field import ToolField
 from .mesh.polyline import SizeField
 from .mesh.shape import FloatArray
 
@@ -29,41 +29,27 @@ def arc(start: Point, end: Point, centre: Point, radius: float) -> list[float]:
 
 @dataclass
 class Tool:
-    """A rigid tool moving at constant velocity.
+    """A rigid tool moving at constant velocity."""
 
-    Attributes
-    ----------
-    name : str
-        For messages.
-    segments : ndarray, shape (n, 8)
-        Rows of `line` and `arc`, in the tool's own frame [mm].
-    velocity : ndarray, shape (2,)
-        Radial and axial velocity [mm/s].
-    offset : ndarray, shape (2,)
-        Where the tool's frame is now [mm].
-    reach : float
-        Deepest penetration that still counts as contact [mm]; deeper points are on another side.
-    temperature : float
-        Temperature at the start and, without a `heat_field`, always [degC].
-    heat_field : ToolField or None
-        Temperature field; its frame is the tool's.
-    flexibility : float
-        How far the whole surface moves outward for its mean contact pressure [mm/MPa]; 0: rigid.
-    spread : float
-        Least area per radian over which the contact force is taken to act for that [mm2].
-    pressure : float
-        That pressure after the last increment [MPa]: the mean over the contact, seen in radial direction.
-    """
-
+    #: For messages.
     name: str
+    #: Rows of `line` and `arc`, in the tool's own frame [mm], shape (n, 8).
     segments: FloatArray
+    #: Radial and axial velocity [mm/s], shape (2,).
     velocity: FloatArray = field(default_factory=lambda: np.zeros(2))
+    #: Where the tool's frame is now [mm], shape (2,).
     offset: FloatArray = field(default_factory=lambda: np.zeros(2))
+    #: Deepest penetration that still counts as contact [mm]; deeper points are on another side.
     reach: float = 1.0
+    #: Temperature at the start and, without a `heat_field`, always [degC].
     temperature: float = 20.0
+    #: Temperature field; its frame is the tool's.
     heat_field: ToolField | None = None
+    #: How far the whole surface moves outward for its mean contact pressure [mm/MPa]; 0: rigid.
     flexibility: float = 0.0
+    #: Least area per radian over which the contact force is taken to act for that [mm2].
     spread: float = 0.0
+    #: That pressure after the last increment [MPa]: the mean over the contact, seen in radial direction.
     pressure: float = 0.0
 
     @property
@@ -109,12 +95,10 @@ def polylines(segments: FloatArray) -> list[FloatArray]:
     return pieces
 
 
-def block_field(
-    radius: float, z: float, depth: float, size: SizeField, T: float, steel: ToolSteel | None = None
-) -> ToolField:
+def block_field(radius: float, z: float, depth: float, size: SizeField, T: float) -> ToolField:
     """Return the heat field of a cylindrical tool: working face at `z`, its body above (below: depth < 0)."""
     face = np.array([[0.0, z], [radius, z]])
     back = np.array([[radius, z], [radius, z + depth], [0.0, z + depth], [0.0, z]])
     if depth < 0.0:
         face, back = face[::-1], back[::-1]
-    return ToolField.build([face], back, size, T, steel)
+    return ToolField.build([face], back, size, T)

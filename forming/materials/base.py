@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import asdict, dataclass, field
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from friction_models.common import InputError
+from friction_models.common.ranges import is_number
 
 from ..fe.flow import flow_stresses
 from ..fe.heat.properties import Property, checked_property, scaled
 from ..fe.mesh.shape import FloatArray
 
 Range = tuple[float, float] | None
-
-
-def is_number(value: Any) -> bool:
-    """Return whether `value` is a finite number, and no Boolean."""
-    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-    return number and math.isfinite(value)
 
 
 @dataclass(frozen=True, kw_only=True)

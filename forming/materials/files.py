@@ -12,17 +12,18 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from friction_models.common import InputError, nearest, unknown_name
 from friction_models.common.yaml_files import read_yaml
 
-from .base import Material
+from ..fe.heat.properties import Property
+from .base import Material, Range
 from .flow_curves import FlowTable, HenselSpittel, PowerLaw
 
 SHIPPED = Path(__file__).parent
 MAX_BYTES = 1024 * 1024
 #: What metals and tool materials have; a value beyond is most often in another unit.
 METALS = {
-    "density": (500.0, 25_000.0),
-    "elasticity.E": (1e3, 2e6),
-    "conductivity": (0.5, 3000.0),
-    "heat_capacity": (50.0, 20_000.0),
+    "density": (500.0, 25_000.0, "kg/m3"),
+    "elasticity.E": (1e3, 2e6, "MPa"),
+    "conductivity": (0.5, 3000.0, "W/(m K)"),
+    "heat_capacity": (50.0, 20_000.0, "J/(kg K)"),
 }
 
 
@@ -163,41 +164,32 @@ class MaterialFile(_Part):
     emissivity: Number = 0.5
 
     def material(self, where: str) -> Material:
-        """Return the material.
-
-        Raises
-        ------
-        InputError
-            Values that cannot be.
-        """
-        for name, unit, values in (
-            ("density", "kg/m3", [self.density]),
-            ("elasticity.E", "MPa", [self.elasticity.E]),
-            ("conductivity", "W/(m K)", _values(self.conductivity)),
-            ("heat_capacity", "J/(kg K)", _values(self.heat_capacity)),
-        ):
-            low, high = METALS[name]
-            for value in values:
+        """Return the material. Raises InputError: values that cannot be."""
+        given = (self.density, self.elasticity.E, self.conductivity, self.heat_capacity)
+        for (name, (low, high, unit)), found in zip(METALS.items(), given):
+            for value in [found] if isinstance(found, float) else found.value:
                 if not low <= value <= high:
                     raise InputError(
                         f"{where}: {name} = {value:g} {unit}; allowed: {low:g} to {high:g} {unit} (any metal or tool ceramic)"
                     )
-        common: dict[str, Any] = {
-            "name": self.name,
-            "source": self.source,
-            "E": self.elasticity.E,
-            "nu": self.elasticity.nu,
-            "rho": self.density,
-            "conductivity": _property(self.conductivity, f"{where}: conductivity"),
-            "cp": _property(self.heat_capacity, f"{where}: heat_capacity"),
-            "taylor_quinney": self.taylor_quinney,
-            "emissivity": self.emissivity,
-        }
-        for name in ("strain", "rate", "T"):
-            limits = getattr(self.valid, name)
-            common[f"{name}_range"] = None if limits is None else tuple(limits)
+        conductivity = _property(self.conductivity, f"{where}: conductivity")
+        cp = _property(self.heat_capacity, f"{where}: heat_capacity")
         try:
-            return _build(self.flow_curve, common)
+            plain = Material(
+                name=self.name,
+                source=self.source,
+                E=self.elasticity.E,
+                nu=self.elasticity.nu,
+                rho=self.density,
+                conductivity=conductivity,
+                cp=cp,
+                taylor_quinney=self.taylor_quinney,
+                emissivity=self.emissivity,
+                strain_range=_range(self.valid.strain),
+                rate_range=_range(self.valid.rate),
+                T_range=_range(self.valid.T),
+            )
+            return plain if self.flow_curve is None else _with_flow_curve(plain, self.flow_curve)
         except InputError as error:
             raise InputError(f"{where}: {error}") from None
 
@@ -206,10 +198,8 @@ class MaterialFile(_Part):
 _GMT_NAMES = {"C1": "A", "C2": "m1", "n2": "m2", "l2": "m4", "m1": "m8", "m2": "m3"}
 
 
-def _build(curve: Any, common: dict[str, Any]) -> Material:
-    if curve is None:
-        return Material(**common)
-    law: dict[str, Any] = curve.model_dump(exclude={"form"})
+def _with_flow_curve(plain: Material, curve: FlowCurve) -> Material:
+    common, law = vars(plain), curve.model_dump(exclude={"form"})
     if isinstance(curve, _RateTemperature):
         return HenselSpittel(**law, form="rate_temperature", **common)
     if isinstance(curve, _HenselSpittel):
@@ -217,18 +207,23 @@ def _build(curve: Any, common: dict[str, Any]) -> Material:
     if isinstance(curve, _Gmt):
         return HenselSpittel(**{_GMT_NAMES.get(name, name): value for name, value in law.items()}, **common)
     if isinstance(curve, _Table):
-        table: dict[str, Any] = {"strains": curve.strain, "rates": curve.rate, "temperatures": curve.T}
-        return FlowTable(**table, stresses=curve.stress, **common)  # type: ignore[arg-type]
+        law = {
+            "strains": curve.strain,
+            "rates": curve.rate,
+            "temperatures": curve.T,
+            "stresses": curve.stress,
+        }
+        return FlowTable(**law, **common)
     if isinstance(curve, _Constant):
         return PowerLaw(yield_stress=curve.stress, **common)
     return PowerLaw(**law, **common)
 
 
-def _values(value: float | _OverT) -> list[float]:
-    return [value] if isinstance(value, float) else value.value
+def _range(limits: list[float] | None) -> Range:
+    return None if limits is None else (limits[0], limits[1])
 
 
-def _property(value: float | _OverT, where: str) -> Any:
+def _property(value: float | _OverT, where: str) -> Property:
     if isinstance(value, float):
         return value
     if len(value.T) != len(value.value):
@@ -270,10 +265,7 @@ def read_material(source: str | os.PathLike[str]) -> Material:
 def material_from_content(content: object, where: str = "material") -> Material:
     """Return the material that the content of a file describes.
 
-    Raises
-    ------
-    InputError
-        Unknown keys, missing ones, or values that cannot be.
+    Raises InputError: unknown keys, missing ones, or values that cannot be.
 
     Examples
     --------

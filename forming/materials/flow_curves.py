@@ -11,10 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from friction_models.common import InputError, unknown_name
+from friction_models.common.ranges import is_number
 
 from ..fe.flow import EXTENDED, POWER, TABLE
 from ..fe.mesh.shape import FloatArray
-from .base import Material, is_number
+from .base import Material
 
 FORMS = ("inverse_strain", "rate_temperature")
 

@@ -14,28 +14,13 @@ from friction_models.common import InputError, unknown_name
 from .base import Material
 from .flow_curves import FlowTable, HenselSpittel, PowerLaw
 
-__all__ = [
-    "FlowTable",
-    "HenselSpittel",
-    "Material",
-    "MaterialSource",
-    "PowerLaw",
-    "as_material",
-    "load",
-    "material_from_dict",
-    "steel_16MnCr5",
-]
-
 KINDS: dict[str, type[Material]] = {c.__name__: c for c in (HenselSpittel, PowerLaw, FlowTable, Material)}
 
 
 def material_from_dict(content: Mapping[str, Any]) -> Material:
     """Return the material that `Material.to_dict` described; without a kind: Hensel-Spittel.
 
-    Raises
-    ------
-    InputError
-        An unknown kind or parameter, a missing one, or a value outside its limits.
+    Raises InputError: an unknown kind or parameter, a missing one, or a value outside its limits.
 
     Examples
     --------
@@ -93,10 +78,7 @@ MaterialSource = Material | str | float | os.PathLike[str] | Mapping[str, Any] |
 def as_material(material: MaterialSource, name: str = "material") -> Material:
     """Return a material as it is, or by name or path; None: 16MnCr5. `name` is that of the parameter.
 
-    Raises
-    ------
-    InputError
-        Something else, or see `load`.
+    Raises InputError: something else, or see `load`.
 
     Examples
     --------

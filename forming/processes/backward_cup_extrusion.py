@@ -8,7 +8,7 @@ import numpy as np
 
 from ..fe.heat.tool_field import ToolField
 from ..fe.mesh.shape import FloatArray
-from ..fe.resample import body_within
+from ..fe.remesh import body_within
 from ..fe.simulation import Simulation
 from ..fe.state import State, StepControl
 from ..fe.tooling import Tool, line, plate
@@ -16,7 +16,7 @@ from ..materials.materials import MaterialSource
 from ..tools.cup_punch import CupPunch
 from ..tools.ejection_tools import OPENING, Stage, ejector, opened, stripper, withdrawn
 from ..tools.elasticity import ElasticTools
-from .extrusion import Extrusion
+from .base import Extrusion
 from .thermal_conditions import TOOLS, ThermalConditions
 
 #: Elements on the rounding of the punch are smaller than elsewhere below this radius of it and below this wall of the

@@ -6,15 +6,24 @@ import pickle
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 from friction_models.common import InputError, check_folder, unknown_name
 from friction_models.common.folders import FORMING
 from friction_models.common.pool import Progress, map_unordered
 
+from ..materials.materials import MaterialSource
 from ..results.result import FormingResult
 from .friction_input import Friction
 from .names import PROCESSES
+
+
+class RunOptions(TypedDict, total=False):
+    """Further arguments of `FormingProcess.run`."""
+
+    communication_step: float
+    snapshots: int | Sequence[float] | None
+    eject: bool | str
 
 
 @dataclass(frozen=True)
@@ -48,10 +57,10 @@ class FormingTask:
     """
 
     process: str = "fre"
-    parameters: Mapping[str, Any] = field(default_factory=dict)
+    parameters: Mapping[str, MaterialSource] = field(default_factory=dict)
     friction: Friction = 0.08
     stroke: float = 10.0
-    options: Mapping[str, Any] = field(default_factory=dict)
+    options: RunOptions = field(default_factory=RunOptions)
     name: str = ""
 
 

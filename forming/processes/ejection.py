@@ -18,9 +18,8 @@ from ..fe.mesh.shape import FloatArray
 from ..fe.simulation import Simulation
 from ..fe.state import RemeshPolicy, State, StepControl
 from ..results.ejection_result import EjectionResult
-from ..tools.ejection_tools import Stage
-from ..tools.grip import grip_patches
-from .ejection_state import TRIALS, EjectionState, Motion, Progress, Row
+from ..tools.ejection_tools import Stage, grip_patches
+from .ejection_state import TRIALS, EjectionProgress, EjectionRow, EjectionState, StageUnderWay
 from .friction_input import Friction, checked_mu
 from .run_log import ContactLog
 from .stepwise import StepwiseProcess
@@ -68,7 +67,7 @@ class Ejection:
         self._forming_force = max(abs(formed.force), 1.0)
         self.status, self.message = "ok", ""
         self.contact = ContactLog(process.n_points)
-        self._progress = Progress()
+        self._progress = EjectionProgress()
         self._begin(0, formed.snapshot())
 
     def _begin(self, number: int, state: State) -> None:
@@ -79,7 +78,7 @@ class Ejection:
             return
         kept = {tool.name: force for tool, force in zip(state.tools, state.forces)}
         incoming = state.body.velocity.copy()
-        self._motion = Motion(number, stage, incoming, Row(stage.name, 0.0, 0.0, 0.0, 0.0))
+        self._motion = StageUnderWay(number, stage, incoming, EjectionRow(stage.name, 0.0, 0.0, 0.0, 0.0))
         control = self._control()
         tools = list(copy.deepcopy(stage.tools))
         self.simulation = self._simulation(
@@ -198,7 +197,7 @@ class Ejection:
         grip = sum(p.friction for p in grip_patches(simulation))
         last, force = self._motion.last, self._force(simulation)
         work = last.work + 0.5 * (last.force + force) * (state.stroke - last.travel)
-        self._motion.last = Row(self.stage.name, state.stroke, force, work, grip)
+        self._motion.last = EjectionRow(self.stage.name, state.stroke, force, work, grip)
         self._progress.rows.append(self._motion.last)
         load = self._load(simulation)
         self._motion.start_load = max(self._motion.start_load, load)
@@ -316,10 +315,7 @@ class Ejection:
 def ejection_choice(process: StepwiseProcess, how: str | bool) -> str:
     """Return the name of a way to eject the product of a process.
 
-    Raises
-    ------
-    InputError
-        The process has no such way.
+    Raises InputError: the process has no such way.
     """
     if not process.ejections:
         raise InputError(f"{process.name}: eject = {how!r}; allowed: False, its product is held by no tool")

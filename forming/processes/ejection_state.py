@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 from ..fe.mesh.shape import FloatArray
 from ..fe.state import State
-from ..tools.ejection_tools import Stage
-from ..tools.grip import GripPatch
+from ..tools.ejection_tools import GripPatch, Stage
 
 #: First guesses of the velocity, as shares of the last one, and v0 of the friction law as shares of the tool
 #: speed, tried one after the other: the slip turns round in single increments, which a sharp law with a poor
@@ -16,7 +15,7 @@ from ..tools.grip import GripPatch
 TRIALS = ((0.0, 0.02), (-1.0, 0.02), (0.0, 0.05), (-1.0, 0.1), (0.0, 0.2))
 
 
-class Row(NamedTuple):
+class EjectionRow(NamedTuple):
     """Travel, force, work and grip at the end of an increment."""
 
     stage: str
@@ -27,7 +26,7 @@ class Row(NamedTuple):
 
 
 @dataclass
-class Motion:
+class StageUnderWay:
     """The stage under way; `stage` holds the tools as they stood at its start."""
 
     number: int
@@ -35,7 +34,7 @@ class Motion:
     #: Velocity of the nodes when the stage began [mm/s].
     incoming: FloatArray
     #: The last increment.
-    last: Row
+    last: EjectionRow
     #: Which of `TRIALS` is in use.
     trial: int = 0
     #: Travel at which something was last held [mm], and the highest load so far [N].
@@ -44,10 +43,10 @@ class Motion:
 
 
 @dataclass
-class Progress:
+class EjectionProgress:
     """Result of all stages so far."""
 
-    rows: list[Row] = field(default_factory=list)
+    rows: list[EjectionRow] = field(default_factory=list)
     patches: tuple[GripPatch, ...] = ()
     travel: float = 0.0
     #: v0 of the bluntest friction law that was needed, as a share of the tool speed.
@@ -58,6 +57,6 @@ class Progress:
 class EjectionState(NamedTuple):
     """All that changes during an ejection."""
 
-    motion: Motion
-    progress: Progress
+    motion: StageUnderWay
+    progress: EjectionProgress
     simulation: State

@@ -9,7 +9,7 @@ import numpy as np
 from ..fe.contact import gap_and_normal
 from ..fe.mesh.polyline import distance_to_arc, distance_to_segment
 from ..fe.mesh.shape import FloatArray
-from ..fe.resample import body_within
+from ..fe.remesh import body_within
 from ..fe.simulation import Simulation
 from ..fe.state import State, StepControl
 from ..fe.tooling import Tool, block_field, flat_punch
@@ -17,7 +17,7 @@ from ..materials.materials import MaterialSource
 from ..tools.ejection_tools import OPENING, Stage, ejector, opened, withdrawn
 from ..tools.elasticity import ElasticTools
 from ..tools.extrusion_die import ExtrusionDie
-from .extrusion import Extrusion
+from .base import Extrusion
 from .thermal_conditions import TOOLS, ThermalConditions
 
 #: Gap between billet and container, so that the first touch is at the die shoulder [mm].
@@ -43,7 +43,16 @@ class _DieSize:
         low = np.array([die.exit_radius, die.land - 0.5])
         high = np.array([die.container_radius, self.cone_end_z])
         along = self.base + 0.12 * np.maximum(0.0, distance_to_segment(points, low, high) - 1.0)
-        edge, entry = self._distances(points)
+        # Distances from the roundings of cone to land and of container to cone.
+        edge = distance_to_arc(
+            points,
+            (die.exit_radius + die.edge_radius, die.land),
+            die.edge_radius,
+            180.0 - die.half_angle,
+            180.0,
+        )
+        centre = die.container_radius - die.entry_radius, self.cone_end_z
+        entry = distance_to_arc(points, centre, die.entry_radius, -die.half_angle, 0.0)
         fine = np.minimum(
             self.on_edge + 0.2 * np.maximum(0.0, edge - 0.3),
             self.on_entry + 0.2 * np.maximum(0.0, entry - 0.3),
@@ -51,19 +60,6 @@ class _DieSize:
         largest = 2.25 * self.base
         rod = min(largest, max(die.exit_radius / 4.0, self.base))
         return np.minimum(np.minimum(along, fine), np.where(points[:, 1] < die.land, rod, largest))
-
-    def _distances(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the distances from the roundings of cone to land and container to cone."""
-        die = self.die
-        edge = (die.exit_radius + die.edge_radius, die.land), die.edge_radius, 180.0 - die.half_angle, 180.0
-        entry = (
-            (die.container_radius - die.entry_radius, self.cone_end_z),
-            die.entry_radius,
-            -die.half_angle,
-            0.0,
-        )
-        first, second = (distance_to_arc(points, *given) for given in (edge, entry))
-        return first, second
 
 
 class ForwardRodExtrusion(Extrusion):
@@ -165,8 +161,10 @@ class ForwardRodExtrusion(Extrusion):
         self._cone_end = self.die.segments(1.0)[1]
         self._billet_bottom = self._first_touch()
         needed = self._billet_bottom + billet_length - self._cone_end
-        self._optional("container_length", container_length, needed, 1000.0, "mm")
-        self.container_length = needed + 2.0 if container_length is None else float(container_length)
+        self.units["container_length"] = "mm"
+        if container_length is not None:
+            self._number("container_length", container_length, needed, 1000.0, "mm")
+        self.container_length = float(needed + 2.0 if container_length is None else container_length)
         self._check_stroke(billet_length)
 
     @property

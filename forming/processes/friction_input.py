@@ -22,10 +22,7 @@ CONSTANT_SHEAR = MU.upper
 def checked_mu(mu: npt.ArrayLike, n: int, stroke: float) -> FloatArray:
     """Return friction coefficients of shape (n,), checked.
 
-    Raises
-    ------
-    InputError
-        Not numbers, wrong shape, NaN, infinite, negative or above the physical limit.
+    Raises InputError: not numbers, wrong shape, NaN, infinite, negative or above the physical limit.
 
     Examples
     --------

@@ -5,7 +5,7 @@ from __future__ import annotations
 from .backward_cup_extrusion import BackwardCupExtrusion
 from .base import FormingProcess
 from .forward_rod_extrusion import ForwardRodExtrusion
-from .ring import RingCompression, Upsetting
+from .upsetting import RingCompression, Upsetting
 
 PROCESSES: dict[str, type[FormingProcess]] = {
     "fre": ForwardRodExtrusion,

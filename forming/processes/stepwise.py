@@ -87,11 +87,6 @@ class StepwiseProcess(ABC):
         check_range(self.name, name, value, low, high, unit)
         return value
 
-    def _optional(self, name: str, value: float | None, low: float, high: float, unit: str) -> float | None:
-        """Return a checked number that may be left out (None), and remember its unit."""
-        self.units[name] = unit
-        return None if value is None else self._number(name, value, low, high, unit)
-
     def ejection_stage(self, how: str, number: int, state: State) -> Stage | None:
         """Return the stage of an ejection that starts from a state; None when there is no further one."""
         raise NotImplementedError(self.name)

@@ -50,10 +50,7 @@ class ThermalConditions:
     def resolved(self, process: str) -> ThermalConditions:
         """Return the conditions with a checked switch and with the material itself instead of its name.
 
-        Raises
-        ------
-        InputError
-            The switch or the material of the tools cannot be; `process` is for the message.
+        Raises InputError: the switch or the material of the tools cannot be; `process` is for the message.
         """
         heating = check_flag(process, "tool_heating", self.tool_heating)
         steel = TOOLS if self.tool_material is None else self.tool_material
@@ -62,7 +59,7 @@ class ThermalConditions:
     def apply(self, simulation: Simulation) -> Simulation:
         """Give a simulation at its start the heat data of tools, contact and environment; return it."""
         assert isinstance(self.tool_material, Material)
-        steel = ToolSteel(self.tool_material.conductivity, self.tool_material.rho, self.tool_material.cp)
+        steel = ToolSteel(self.tool_material.conductivity, self.tool_material.heat_capacity)
         for tool in simulation.state.tools:
             if tool.heat_field is not None:
                 tool.heat_field.steel = steel

@@ -1,297 +1,216 @@
-"""Upsetting of the cylinder of a sliding compression test: contact pressure and surface expansion by force."""
+"""Upsetting of a cylinder, and compression of a ring, between flat tools."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from typing import TypedDict, Unpack
 
 import numpy as np
-import numpy.typing as npt
 
 from friction_models.common import InputError
-from friction_models.common.ranges import check_range
+from friction_models.common.ranges import check_flag
 
-from ..fe.mesh.polyline import arc_length
+from ..fe.body import Body
+from ..fe.increment import Settings
+from ..fe.mesh.mesher import grid_mesh
 from ..fe.mesh.shape import FloatArray
-from ..fe.resample import body_within
 from ..fe.simulation import Simulation
 from ..fe.state import RemeshPolicy, StepControl
-from ..fe.tooling import Tool, flat_punch, plate, sleeve
-from ..materials.materials import Material, MaterialSource, as_material
-from ..tools.punch_geometry import PunchGeometry
-from .friction_input import Friction, checked_mu, start_mu
-from .plate_contact import plate_contact
+from ..fe.tooling import block_field, flat_punch, plate
+from ..materials.materials import MaterialSource
+from .base import FormingProcess
+from .thermal_conditions import TOOLS, ThermalConditions
 
-#: Highest force, forces, or (instants, forces).
-Force = float | npt.ArrayLike | tuple[npt.ArrayLike, npt.ArrayLike]
-
-
-class ContactEdgeSize:
-    """Element size: `mesh_size`, finer around the edge of the contact, which it follows.
-
-    Parameters
-    ----------
-    mesh_size : float
-        Size away from the edge [mm].
-    edge : float
-        Radius of the contact edge now [mm]; to be kept up to date.
-
-    Examples
-    --------
-    >>> size = ContactEdgeSize(mesh_size=1.0, edge=6.0)
-    >>> size(np.array([[6.0, 0.0], [6.0, 50.0]])).tolist()
-    [0.4, 1.0]
-    """
-
-    def __init__(self, mesh_size: float, edge: float) -> None:
-        self.mesh_size = mesh_size
-        self.finest = min(0.4 * mesh_size, edge / 6.0)
-        self.edge = edge
-
-    def __call__(self, points: FloatArray) -> FloatArray:
-        """Return the element size at points of shape (n, 2)."""
-        distance = np.hypot(points[:, 0] - self.edge, points[:, 1])
-        growth = np.maximum(0.0, distance - 2.0 * self.finest)
-        return np.minimum(self.mesh_size, self.finest + 0.2 * growth)
+#: Largest share of the height that a stroke may take.
+MOST = 0.8
 
 
-@dataclass(frozen=True)
-class UpsettingResult:
-    """Contact with the plate over the force history; n instants, m radii.
+class Upsetting(FormingProcess):
+    """Compression of a cylinder or a ring between a flat plate and a flat punch.
 
-    Attributes
-    ----------
-    time, force : ndarray, shape (n,)
-        As asked for [s], [N]; without a history: of the increments.
-    contact_radius : ndarray, shape (n,)
-        Radius of the contact [mm]: where the gap, extrapolated from the first two nodes out of contact, closes.
-    radius_fraction : ndarray, shape (m,)
-        r over contact radius, 0 to 1.
-    sigma_n, psi : ndarray, shape (n, m)
-        Contact pressure [MPa] and local surface expansion dA/dA0 at ``radius_fraction * contact_radius``.
-    sigma_n_mean, psi_mean : ndarray, shape (n,)
-        Area-weighted means over the contact.
-    area_ratio : ndarray, shape (n,)
-        Contact area over the area of the undeformed lower face.
-    T_contact : ndarray, shape (n,)
-        Mean contact temperature [degC], mean of workpiece and plate surface.
-    height : ndarray, shape (n,)
-        Height of the specimen [mm].
-    status, message : str
-        ``"ok"``, or ``"stopped"`` and where and why the force was not reached; what was computed is kept.
-
-    Examples
-    --------
-    A run makes it; here one instant by hand, a contact of 5 mm radius under an even pressure:
-
-    >>> one = np.ones(1)
-    >>> result = UpsettingResult(
-    ...     time=0.0 * one,
-    ...     force=np.array([78540.0]),
-    ...     contact_radius=5.0 * one,
-    ...     radius_fraction=np.array([0.0, 1.0]),
-    ...     sigma_n=np.full((1, 2), 1000.0),
-    ...     psi=np.ones((1, 2)),
-    ...     sigma_n_mean=1000.0 * one,
-    ...     psi_mean=one,
-    ...     area_ratio=one,
-    ...     T_contact=20.0 * one,
-    ...     height=15.0 * one,
-    ... )
-    >>> result.status, round(float(result.force[0] / (math.pi * result.contact_radius[0] ** 2)))
-    ('ok', 1000)
-    """
-
-    time: FloatArray
-    force: FloatArray
-    contact_radius: FloatArray
-    radius_fraction: FloatArray
-    sigma_n: FloatArray
-    psi: FloatArray
-    sigma_n_mean: FloatArray
-    psi_mean: FloatArray
-    area_ratio: FloatArray
-    T_contact: FloatArray
-    height: FloatArray
-    status: str = "ok"
-    message: str = ""
-
-    @property
-    def r(self) -> FloatArray:
-        """Radii of the profiles, shape (n, m) [mm]."""
-        return self.contact_radius[:, None] * self.radius_fraction
-
-    def at_force(self, force: npt.ArrayLike, time: npt.ArrayLike | None = None) -> UpsettingResult:
-        """Return the state at given forces; where the force falls, the contact stays as at the highest before.
-
-        Pressure scales with the force while it falls (elastic unloading). Forces above the last one
-        computed give the last state.
-        """
-        wanted = np.atleast_1d(np.asarray(force, dtype=np.float64))
-        peak = np.maximum.accumulate(wanted)
-        known = np.maximum.accumulate(self.force)
-        scale = np.divide(wanted, peak, out=np.zeros_like(wanted), where=peak > 0.0)
-
-        def at(values: FloatArray) -> FloatArray:
-            if values.ndim == 1:
-                return np.interp(peak, known, values)
-            return np.column_stack([np.interp(peak, known, column) for column in values.T])
-
-        times = at(self.time) if time is None else np.atleast_1d(np.asarray(time, dtype=np.float64))
-        return replace(
-            self,
-            time=times,
-            force=wanted,
-            contact_radius=at(self.contact_radius),
-            sigma_n=at(self.sigma_n) * scale[:, None],
-            psi=at(self.psi),
-            sigma_n_mean=at(self.sigma_n_mean) * scale,
-            psi_mean=at(self.psi_mean),
-            area_ratio=at(self.area_ratio),
-            T_contact=at(self.T_contact),
-            height=at(self.height),
-        )
-
-
-def upset(
-    punch: PunchGeometry | None = None,
-    force: Force = 519e3,
-    material: MaterialSource = None,
-    mu: Friction = 0.08,
-    T0: float = 20.0,
-    T_tool: float = 20.0,
-    mesh_size: float = 0.6,
-    speed: float = 10.0,
-    n_radii: int = 25,
-) -> UpsettingResult:
-    """Upset a specimen up to a force and report its contact with the plate.
+    The mesh is a regular grid that moves with the material: where the side folds onto the tools it carries
+    further than meshes that are replaced, and contact changes less. The parameters of speed, heat, material and
+    markers are described in `StepwiseProcess`.
 
     Parameters
     ----------
-    punch : PunchGeometry, optional
-        Specimen and punch.
-    force : float or (t, F)
-        Highest force [N], or a force history: instants [s] and forces [N], each of shape (n,). An
-        array of forces alone gives the states at these forces.
-    material : Material, name or path, optional
-        Workpiece; 16MnCr5 by default.
-    mu : float or callable
-        Coefficient of friction, or ``mu(loads[n, 5], t) -> mu[n]`` evaluated at material markers after each
-        increment and used in the next.
-    T0, T_tool : float
-        Temperatures of specimen and tools [degC]; the tools stay at theirs.
-    mesh_size : float
-        Element size [mm]: 0.6 for the twin, 0.3 for reference runs.
-    speed : float
-        Punch speed [mm/s]: it sets strain rate and cooling; the force history only picks the states.
-    n_radii : int
-        Number of radii of the profiles.
+    diameter, height : float
+        Billet [mm].
+    bore_diameter : float
+        Bore of a ring [mm]; 0: a solid cylinder.
+    T_billet, T_tool : float
+        Temperatures at the start [degC].
+    mesh_size : float, optional
+        Element size [mm]; by default the smaller of height and wall, over 12.
+    shear_factor : float
+        Friction stress at most this share m of the shear yield stress k. With the coefficient of friction
+        `forming.processes.friction_input.CONSTANT_SHEAR` the friction is then tau = m k.
+    isothermal : bool
+        Let no heat arise or flow: the billet stays at `T_billet`.
+    remeshing : bool
+        Replace the mesh when its elements have become poor.
 
     Raises
     ------
     InputError
-        Impossible geometry, forces, speed or friction.
+        A dimension, speed, temperature or factor that cannot be; the message names it and what is allowed.
+
+    Examples
+    --------
+    >>> from forming import Upsetting
+    >>> process = Upsetting(diameter=12.0, height=18.0)
+    >>> process.mesh_size, round(process.max_stroke, 6)
+    (0.5, 14.4)
     """
-    punch = punch or PunchGeometry()
-    times, forces = _force_history(force)
-    check_range("upset", "speed", speed, 1e-3, 1e5, "mm/s")
-    check_range("upset", "mesh_size", mesh_size, 0.1, punch.specimen_diameter / 8.0, "mm")
-    check_range("upset", "T0", T0, -273.15, 2000.0, "degC")
-    check_range("upset", "T_tool", T_tool, -273.15, 2000.0, "degC")
-    check_range("upset", "n_radii", n_radii, 2, 10_000, "")
-    highest = float(forces.max())
-    steel = as_material(material)
-    steel.check_start("upset", T0, "T0")
-    simulation, size = _build(punch, steel, T0, T_tool, mesh_size, speed, highest)
-    n_markers = len(simulation.state.markers)
-    simulation.state.mu = start_mu(mu, n_markers, T0)
-    fraction = np.linspace(0.0, 1.0, int(n_radii))
-    rows = [plate_contact(simulation, punch, fraction)]
 
-    def observe(sim: Simulation) -> bool:
-        state = sim.state
-        if callable(mu):
-            state.mu = checked_mu(mu(state.markers.loads(), state.time), n_markers, state.stroke)
-        rows.append(plate_contact(sim, punch, fraction))
-        size.edge = float(rows[-1]["contact_radius"])
-        return sim.force >= highest
+    name = "upsetting"
+    #: As a share of the diameter.
+    smallest_bore = 0.0
 
-    def force_step(sim: Simulation) -> float:
-        past = sim.state.history
-        if len(past) < 2:
-            return sim.control.first
-        stiffness = (past[-1].force - past[-2].force) / (past[-1].stroke - past[-2].stroke)
-        return max(highest / 30.0 / max(stiffness, 1e-9), 4.0 * sim.control.smallest)
-
-    reached = simulation.advance_to(0.9 * punch.specimen_height, observe, force_step)
-    columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    message = simulation.state.message
-    if reached and simulation.force < highest:
-        reached, message = False, "stopped: the specimen is upset by 90 % before the force is reached"
-    result = UpsettingResult(
-        radius_fraction=fraction, status="ok" if reached else "stopped", message=message, **columns
-    )
-    if isinstance(force, (int, float)):
-        return result.at_force(
-            np.append(result.force[result.force < highest], min(highest, result.force.max()))
-        )
-    return result.at_force(forces, times)
-
-
-def _force_history(force: Force) -> tuple[FloatArray | None, FloatArray]:
-    times: FloatArray | None = None
-    try:
-        given = [
-            np.asarray(part, dtype=np.float64) for part in (force if isinstance(force, tuple) else (force,))
-        ]
-    except (TypeError, ValueError):
-        given = []
-    if len(given) != (2 if isinstance(force, tuple) else 1):
-        raise InputError(
-            f"upset: force = {force!r:.60}; allowed: a number, numbers, or (instants, forces), in s and N"
-        )
-    if isinstance(force, tuple):
-        times, forces = given
-        if times.shape != forces.shape:
+    def __init__(
+        self,
+        diameter: float = 15.0,
+        height: float = 15.0,
+        bore_diameter: float = 0.0,
+        speed: float = 5.0,
+        T_billet: float = 20.0,
+        T_tool: float = 20.0,
+        material: MaterialSource = None,
+        mesh_size: float | None = None,
+        n_points: int = 60,
+        shear_factor: float = 1.0,
+        tool_heating: bool = True,
+        isothermal: bool = False,
+        remeshing: bool = False,
+        tool_material: MaterialSource = TOOLS,
+        htc: float = 35.0,
+        T_ambient: float = 20.0,
+        h_ambient: float = 10.0,
+    ) -> None:
+        thermal = ThermalConditions(T_billet, T_tool, tool_heating, tool_material, htc, T_ambient, h_ambient)
+        super().__init__(speed, material, n_points, thermal)
+        self._number("diameter", diameter, 1.0, 300.0, "mm")
+        self._number("height", height, 0.1 * diameter, 2.5 * diameter, "mm")
+        smallest = self.smallest_bore * diameter
+        self._number("bore_diameter", bore_diameter, smallest, 0.9 * diameter, "mm")
+        if 0.0 < bore_diameter < 0.05 * diameter:
             raise InputError(
-                f"upset: {times.size} instants and {forces.size} forces; allowed: as many of each"
+                f"{self.name}: bore_diameter = {bore_diameter!r} mm; allowed: 0 (solid), or "
+                f"{0.05 * diameter:g} to {0.9 * diameter:g} mm"
             )
-    else:
-        forces = np.atleast_1d(given[0])
-    highest = float(forces.max(initial=-np.inf))
-    if forces.ndim != 1 or not np.isfinite(forces).all() or not 1e3 <= highest <= 1e7:
-        raise InputError(
-            f"upset: highest force = {highest:g} N; allowed: finite forces whose highest is between 1e3 and 1e7 N"
+        wall = 0.5 * (diameter - bore_diameter)
+        thin = min(wall, height)
+        mesh_size = thin / 12.0 if mesh_size is None else mesh_size
+        self._number("mesh_size", mesh_size, thin / 60.0, thin / 4.0, "mm")
+        self._number("shear_factor", shear_factor, 0.0, 1.0, "")
+        self.diameter, self.height, self.bore_diameter = diameter, height, bore_diameter
+        self.mesh_size = mesh_size
+        self.shear_factor = shear_factor
+        self.isothermal = check_flag(self.name, "isothermal", isothermal)
+        self.remeshing = check_flag(self.name, "remeshing", remeshing)
+
+    @property
+    def max_stroke(self) -> float:
+        """Largest stroke [mm]."""
+        return MOST * self.height
+
+    def _build(self) -> Simulation:
+        inner, outer, height = 0.5 * self.bore_diameter, 0.5 * self.diameter, self.height
+        n_r, n_z = (max(4, round(length / self.mesh_size)) for length in (outer - inner, height))
+        mesh = grid_mesh(np.linspace(inner, outer, n_r + 1), np.linspace(0.0, height, n_z + 1))
+        chain = np.append(mesh.loop, mesh.loop[0]) if inner else mesh.loop[: 2 * n_r + n_z + 1]
+        body = Body.at_rest(mesh.x, mesh.quads, np.ascontiguousarray(chain), self.T_billet)
+        body.velocity = np.column_stack([0.5 * (body.x[:, 0] - inner), -body.x[:, 1]]) * self.speed / height
+        tools = [plate(0.0, self.T_tool), flat_punch(height, self.speed, self.T_tool)]
+        if self.tool_heating and not self.isothermal:
+            reach, depth = outer / math.sqrt(1.0 - MOST) + 2.0, 1.5 * outer
+            tools[0].heat_field = block_field(reach, 0.0, -depth, self._size, self.T_tool)
+            tools[1].heat_field = block_field(reach, height, depth, self._size, self.T_tool)
+        lengths = np.hypot(*np.diff(body.surface, axis=0).T)
+        simulation = Simulation(
+            body,
+            tools,
+            self.material,
+            np.linspace(0.0, float(lengths.sum()), self.n_points),
+            size=(lambda stroke: self._size) if self.remeshing else None,
+            settings=Settings(penalty=2e5, shear_cap=self.shear_factor),
+            control=StepControl(first=0.005 * height, largest=0.0125 * height, slip=self.mesh_size),
+            policy=RemeshPolicy(every=1_000_000, quality=0.25, strain=math.inf),
+            isothermal=self.isothermal,
         )
-    return times, forces
+        return self.thermal.apply(simulation)
+
+    def _size(self, points: FloatArray) -> FloatArray:
+        return np.full(len(points), self.mesh_size)
 
 
-def _build(
-    punch: PunchGeometry,
-    material: Material,
-    T0: float,
-    T_tool: float,
-    mesh_size: float,
-    speed: float,
-    highest: float,
-) -> tuple[Simulation, ContactEdgeSize]:
-    height = punch.specimen_height
-    size = ContactEdgeSize(mesh_size, math.sqrt(punch.first_contact_area / math.pi))
-    tools: list[Tool] = [plate(0.0, T_tool), flat_punch(height, speed, T_tool)]
-    if punch.bore_diameter is not None:
-        tools.append(sleeve(0.5 * punch.bore_diameter, height, speed, T_tool))
-    body = body_within(punch.outline(), size, tools, T0)
-    body.velocity = np.column_stack([0.5 * body.x[:, 0], -body.x[:, 1]]) * speed / height
-    lengths = arc_length(punch.outline())
-    face, top = lengths[-3] if punch.tip_diameter is None else lengths[2], lengths[-2]
-    fine = np.linspace(0.0, face, 33)
-    side = np.linspace(face, top, 17)[1:]
-    arc = np.concatenate([fine, side, np.linspace(top, lengths[-1], 7)[1:]])
-    control = StepControl(
-        first=0.005, largest=min(0.2, 0.4 * mesh_size), slip=0.5 * size.finest, force_change=highest / 15.0
-    )
-    policy = RemeshPolicy(every=15, quality=0.35, strain=0.4)
-    simulation = Simulation(
-        body, tools, material, arc, size=lambda stroke: size, control=control, policy=policy
-    )
-    return simulation, size
+class UpsettingOptions(TypedDict, total=False):
+    """Parameters of `Upsetting` besides the dimensions of the billet."""
+
+    speed: float
+    T_billet: float
+    T_tool: float
+    material: MaterialSource
+    mesh_size: float | None
+    n_points: int
+    shear_factor: float
+    tool_heating: bool
+    isothermal: bool
+    remeshing: bool
+    tool_material: MaterialSource
+    htc: float
+    T_ambient: float
+    h_ambient: float
+
+
+class RingCompression(Upsetting):
+    """Compression of a ring between flat tools, the usual test of friction: 6:3:2 by default.
+
+    The bore grows where friction is low and shrinks where it is high; the parameters are those of `Upsetting`.
+
+    Examples
+    --------
+    >>> from forming import RingCompression
+    >>> ring = RingCompression(diameter=18.0, height=6.0, bore_diameter=9.0)
+    >>> round(ring.max_stroke, 6)
+    4.8
+    """
+
+    name = "ring compression"
+    smallest_bore = 0.05
+
+    def __init__(
+        self,
+        diameter: float = 12.0,
+        height: float = 4.0,
+        bore_diameter: float = 6.0,
+        **more: Unpack[UpsettingOptions],
+    ) -> None:
+        super().__init__(diameter, height, bore_diameter, **more)
+
+    def bore_profile(self, levels: int = 200) -> FloatArray:
+        """Return the radius of the bore at `levels` equal steps of the height, shape (levels,) [mm]."""
+        return bore_profile(self.simulation.state.body.surface, levels)
+
+    @property
+    def bore_radius(self) -> float:
+        """Radius of the straight bore of the same volume [mm]."""
+        return float(np.sqrt((self.bore_profile() ** 2).mean()))
+
+    @property
+    def bore_change(self) -> float:
+        """Change of the bore diameter, that of the straight bore of the same volume, over the one at the start.
+
+        Positive where the bore has grown.
+        """
+        return 2.0 * self.bore_radius / self.bore_diameter - 1.0
+
+
+def bore_profile(surface: FloatArray, levels: int) -> FloatArray:
+    """Return the smallest radius of a closed outline in the middle of `levels` equal steps of its height."""
+    low, high = surface[:, 1].min(), surface[:, 1].max()
+    z = low + (high - low) * (np.arange(levels) + 0.5) / levels
+    (r0, z0), (r1, z1) = surface[:-1].T, surface[1:].T
+    crosses = (z0[None, :] > z[:, None]) != (z1[None, :] > z[:, None])
+    share = (z[:, None] - z0) / np.where(z1 == z0, 1.0, z1 - z0)
+    return np.where(crosses, r0 + share * (r1 - r0), np.inf).min(axis=1)

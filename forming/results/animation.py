@@ -29,19 +29,11 @@ def animation(
 ) -> str:
     """Return the HTML of an animation with a slider and a choice of fields; its data take at most `largest` bytes.
 
-    Parameters
-    ----------
-    field : str
-        Field shown first.
-    stroke : float, optional
-        Where it stands at first [mm]; by default at the end.
-    force : tuple of ndarray, optional
-        Stroke [mm] and force [kN], drawn beside it.
+    Raises InputError: no snapshots, or an unknown field.
 
-    Raises
-    ------
-    InputError
-        No snapshots, or an unknown field.
+    - `field`: field shown first.
+    - `stroke`: where it stands at first [mm]; by default at the end.
+    - `force`: stroke [mm] and force [kN], drawn beside it.
     """
     history.at(stroke)
     low_high = {name: history.extremes(name, 0.002) for name in FIELDS}

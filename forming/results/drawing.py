@@ -19,53 +19,23 @@ BANDS = 32
 FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif'
 INK, SOFT, STEEL, STEEL_EDGE = "#1b2530", "#566474", "#d3d8de", "#7d8894"
 #: Stops of equal distance: perceptually even maps from dark to light, and one that is white at 0.
-MAPS: dict[str, tuple[str, ...]] = {
-    "heat": (
-        "#140b34",
-        "#420a68",
-        "#781c6d",
-        "#a92e5e",
-        "#d8454f",
-        "#f1731d",
-        "#fca50a",
-        "#f6d746",
-        "#fcffa4",
-    ),
-    "even": (
-        "#440154",
-        "#472d7b",
-        "#3b528b",
-        "#2c728e",
-        "#21918c",
-        "#28ae80",
-        "#5ec962",
-        "#addc30",
-        "#fde725",
-    ),
-    "signed": (
-        "#16366f",
-        "#2f62a8",
-        "#6b9bcb",
-        "#b4cfe4",
-        "#f4f3f0",
-        "#f0c3ab",
-        "#dc8367",
-        "#b43a3c",
-        "#76102a",
-    ),
+MAPS = {
+    "heat": "#140b34 #420a68 #781c6d #a92e5e #d8454f #f1731d #fca50a #f6d746 #fcffa4",
+    "even": "#440154 #472d7b #3b528b #2c728e #21918c #28ae80 #5ec962 #addc30 #fde725",
+    "signed": "#16366f #2f62a8 #6b9bcb #b4cfe4 #f4f3f0 #f0c3ab #dc8367 #b43a3c #76102a",
 }
 
 
-def map_of(name: str, signed: bool) -> tuple[str, ...]:
+def map_of(name: str, signed: bool) -> str:
     """Return the stops for a field."""
     return MAPS["signed" if signed else "heat" if name == "T" else "even"]
 
 
-def colours(stops: tuple[str, ...], count: int) -> list[str]:
+def colours(stops: str, count: int) -> list[str]:
     """Return `count` colours from the first to the last stop."""
-    rgb = np.array([[int(s[k : k + 2], 16) for k in (1, 3, 5)] for s in stops], dtype=np.float64)
-    at = np.linspace(0.0, len(stops) - 1, count)
-    mixed = np.column_stack([np.interp(at, np.arange(len(stops)), channel) for channel in rgb.T])
+    rgb = np.array([[int(s[k : k + 2], 16) for k in (1, 3, 5)] for s in stops.split()], dtype=np.float64)
+    at = np.linspace(0.0, len(rgb) - 1, count)
+    mixed = np.column_stack([np.interp(at, np.arange(len(rgb)), channel) for channel in rgb.T])
     return ["#" + "".join(f"{round(c):02x}" for c in row) for row in mixed]
 
 

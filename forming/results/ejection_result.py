@@ -7,7 +7,6 @@ import json
 import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,11 +14,12 @@ import pandas as pd
 from friction_models.common import write_json
 
 from ..fe.mesh.shape import FloatArray
-from ..tools.grip import GripPatch
+from ..tools.ejection_tools import GripPatch
 from .contact_history import ContactHistory
 from .force_curve import averaged
 
 _COLUMNS = {"travel": "mm", "force": "kN", "work": "J", "grip": "kN"}
+_HEAD = ["phase", *(f"{name} [{unit}]" for name, unit in _COLUMNS.items())]
 #: Names of the phases.
 PHASES = ("withdraw", "release", "eject")
 _FIGURES = ("energy_balance", "slip_regularisation")
@@ -29,45 +29,33 @@ _ROWS, _BYTES = 100_000, 20_000_000
 
 @dataclass(frozen=True)
 class EjectionResult:
-    """Force against travel, first while the punch is withdrawn, then while the ejector pushes.
+    """Force against travel, first while the punch is withdrawn, then while the ejector pushes."""
 
-    Attributes
-    ----------
-    how : str
-        ``"ejector"`` or ``"stripper"``.
-    phase : tuple of str
-        ``"withdraw"`` (the punch), ``"release"`` (the stripper goes back) or ``"eject"``, one entry an increment.
-    travel : ndarray, shape (n,)
-        Of the tool that moves in the phase, from its start in the phase [mm].
-    force : ndarray, shape (n,)
-        Of that tool, positive against its motion [kN]: negative where the workpiece, springing back, drives it.
-    work : ndarray, shape (n,)
-        Of that tool in the phase so far [J].
-    grip : ndarray, shape (n,)
-        Axial force that the friction of the tools at rest can carry, mu times the contact force [kN].
-    patches : tuple of GripPatch
-        Where the tools hold the product once the punch is free.
-    contact : ContactHistory
-        Loads at the material markers; its `stroke` is the travel of all phases together.
-    energy_balance : float
-        (plastic + friction + elastic + contact springs) / external - 1 over forming and ejection.
-    slip_regularisation : float
-        v0 of the friction law that the solver needed, as a share of the tool speed; the friction of parts that
-        slip slower than this is not all used.
-    status, message : str
-        ``"ok"``, or ``"stopped"`` and where and why.
-    """
-
+    #: ``"ejector"`` or ``"stripper"``.
     how: str
+    #: ``"withdraw"`` (the punch), ``"release"`` (the stripper goes back) or ``"eject"``, one entry an
+    #: increment.
     phase: tuple[str, ...]
+    #: Of the tool that moves in the phase, from its start in the phase [mm], shape (n,).
     travel: FloatArray
+    #: Of that tool, positive against its motion [kN]: negative where the workpiece, springing back, drives
+    #: it, shape (n,).
     force: FloatArray
+    #: Of that tool in the phase so far [J], shape (n,).
     work: FloatArray
+    #: Axial force that the friction of the tools at rest can carry, mu times the contact force [kN], shape
+    #: (n,).
     grip: FloatArray
+    #: Where the tools hold the product once the punch is free.
     patches: tuple[GripPatch, ...]
+    #: Loads at the material markers; its `stroke` is the travel of all phases together.
     contact: ContactHistory | None = None
+    #: (plastic + friction + elastic + contact springs) / external - 1 over forming and ejection.
     energy_balance: float = 0.0
+    #: v0 of the friction law that the solver needed, as a share of the tool speed; the friction of parts that
+    #: slip slower than this is not all used.
     slip_regularisation: float = 0.02
+    #: ``"ok"``, or ``"stopped"`` and where and why.
     status: str = "ok"
     message: str = ""
 
@@ -104,7 +92,7 @@ def save_ejection(result: EjectionResult, folder: Path) -> None:
     """Write ``ejection.csv`` and ``ejection.json`` into a folder."""
     with (folder / "ejection.csv").open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(["phase", *(f"{name} [{unit}]" for name, unit in _COLUMNS.items())])
+        writer.writerow(_HEAD)
         numbers = zip(*(getattr(result, name) for name in _COLUMNS))
         writer.writerows([phase, *(f"{v:.9g}" for v in row)] for phase, row in zip(result.phase, numbers))
     found: dict[str, object] = {
@@ -117,10 +105,7 @@ def save_ejection(result: EjectionResult, folder: Path) -> None:
 def load_ejection(folder: Path) -> EjectionResult | None:
     """Read what `save_ejection` wrote, without the contact history; None where there is none.
 
-    Raises
-    ------
-    ValueError, KeyError, TypeError, OSError
-        The files hold something else.
+    Raises ValueError, KeyError, TypeError, OSError: the files hold something else.
     """
     table, figures = folder / "ejection.csv", folder / "ejection.json"
     if not table.is_file() and not figures.is_file():
@@ -132,8 +117,7 @@ def load_ejection(folder: Path) -> EjectionResult | None:
             rows = list(csv.reader(stream))
     except csv.Error as error:
         raise ValueError(f"ejection.csv: {error}") from None
-    head = ["phase", *(f"{name} [{unit}]" for name, unit in _COLUMNS.items())]
-    if not rows or rows[0] != head or len(rows) > _ROWS or any(len(row) != len(head) for row in rows):
+    if not rows or rows[0] != _HEAD or len(rows) > _ROWS or any(len(row) != len(_HEAD) for row in rows):
         raise ValueError("ejection.csv holds other columns or rows")
     if not {row[0] for row in rows[1:]} <= set(PHASES):
         raise ValueError(f"ejection.csv holds a phase that is none of {', '.join(PHASES)}")
@@ -149,12 +133,17 @@ def load_ejection(folder: Path) -> EjectionResult | None:
     found = [*figure.values(), *(v for p in patches for v in list(vars(p).values())[1:])]
     if not np.isfinite(numbers).all() or not all(map(math.isfinite, found)):
         raise ValueError("the ejection holds numbers that are not finite")
-    read: dict[str, Any] = {name: numbers[:, k].copy() for k, name in enumerate(_COLUMNS)}
+    travel, force, work, grip = (column.copy() for column in numbers.T)
     return EjectionResult(
         how=str(given["how"]),
         phase=tuple(row[0] for row in rows[1:]),
+        travel=travel,
+        force=force,
+        work=work,
+        grip=grip,
         patches=patches,
-        **read | figure,
+        energy_balance=figure["energy_balance"],
+        slip_regularisation=figure["slip_regularisation"],
         status=str(given["status"]),
         message=str(given["message"]),
     )

@@ -28,12 +28,8 @@ class FieldRecorder:
 
     A simulation that was put back to an earlier state takes its later snapshots again.
 
-    Parameters
-    ----------
-    strokes : sequence of float, optional
-        Strokes [mm]; each is kept at the first increment that reaches it.
-    every : int, optional
-        Instead: one snapshot each so many increments.
+    - `strokes`: strokes [mm]; each is kept at the first increment that reaches it.
+    - `every`: instead: one snapshot each so many increments.
     """
 
     def __init__(self, strokes: Sequence[float] | FloatArray | None = None, every: int | None = None) -> None:
@@ -84,14 +80,10 @@ class FieldRecorder:
 class FieldWriter(FieldRecorder):
     """Writes each snapshot into a file at once: for a simulation inside an FMU, in a process of another program.
 
-    Parameters
-    ----------
-    folder : path-like
-        Where a folder is made for the files ``0000.npz``, ``0001.npz`` ..., which `FieldHistory.load` reads.
-    name : str
-        Name of that folder; a number follows if it is there already.
-    spacing : float
-        Stroke between two snapshots [mm].
+    - `folder`: where a folder is made for the files ``0000.npz``, ``0001.npz`` ..., which `FieldHistory.load`
+      reads.
+    - `name`: name of that folder; a number follows if it is there already.
+    - `spacing`: stroke between two snapshots [mm].
     """
 
     def __init__(self, folder: str | os.PathLike[str], name: str, spacing: float) -> None:
@@ -135,10 +127,7 @@ class FieldWriter(FieldRecorder):
 def writer_from_environment(name: str) -> FieldWriter | None:
     """Return the writer that the environment variables ask for, or None.
 
-    Raises
-    ------
-    InputError
-        The stroke between two snapshots is not a number from 0.01 to 100 mm.
+    Raises InputError: the stroke between two snapshots is not a number from 0.01 to 100 mm.
     """
     folder = os.environ.get(FIELDS_FOLDER)
     if not folder:
@@ -161,10 +150,7 @@ def checked_spacing(spacing: float, where: str) -> float:
 def recorder_for(snapshots: int | Sequence[float] | FloatArray, stroke: float, where: str) -> FieldRecorder:
     """Return a recorder of so many snapshots, evenly from the start to `stroke`, or of those at given strokes.
 
-    Raises
-    ------
-    InputError
-        Fewer than 2, more than 1000, or strokes that the run does not reach.
+    Raises InputError: fewer than 2, more than 1000, or strokes that the run does not reach.
     """
     if isinstance(snapshots, (int, np.integer)) and not isinstance(snapshots, bool):
         if not 2 <= snapshots <= MOST:

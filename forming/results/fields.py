@@ -86,7 +86,7 @@ class FieldHistory:
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write all snapshots into one compressed file (NumPy .npz), read back by `load`; return its path."""
-        arrays: dict[str, Any] = {
+        arrays: dict[str, npt.NDArray[Any]] = {
             "strokes": self.strokes,
             "times": np.array([s.time for s in self.snapshots]),
             "tools": np.array(sorted({name for s in self.snapshots for name in s.tools}), dtype=np.str_),
@@ -96,7 +96,7 @@ class FieldHistory:
                 arrays[f"{k}.{name}"] = getattr(s, name)
             arrays |= {f"{k}.tool.{name}": chain for name, chain in s.tools.items()}
         with atomic_path(path) as place, place.open("wb") as stream:
-            np.savez_compressed(stream, **arrays)
+            np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]
         return Path(path)
 
     @classmethod

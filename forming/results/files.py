@@ -17,8 +17,7 @@ from friction_models.loads import LOADS
 from .contact_history import ContactHistory
 from .ejection_result import load_ejection
 from .fields import FieldHistory
-from .result import FormingResult
-from .saving import CURVES
+from .result import CURVES, FormingResult
 
 #: Most entries of an array that is read back: 1e4 steps of 1e3 markers and five loads.
 _MOST = 50_000_000
@@ -32,7 +31,6 @@ def load_result(folder: str | os.PathLike[str]) -> tuple[FormingResult, str]:
     InputError
         Files are missing or cannot be read.
     """
-
     place = Path(folder)
     for name in ("forming.json", "force.csv", "contact.nc"):
         if not (place / name).is_file():
@@ -54,7 +52,7 @@ def load_result(folder: str | os.PathLike[str]) -> tuple[FormingResult, str]:
             k: tuple(v) if isinstance(v, list) else v for k, v in figures.items() if k in known
         }
         name = str(figures.get("name", place.name))
-        read: dict[str, Any] = {column: table[:, k].copy() for k, column in enumerate(head)}
+        plain |= {column: table[:, k].copy() for k, column in enumerate(head)}
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(
             f"{place}: the result cannot be read ({' '.join(str(error).split())[:200]})"
@@ -62,7 +60,7 @@ def load_result(folder: str | os.PathLike[str]) -> tuple[FormingResult, str]:
     kept = place / "fields" / "fields.npz"
     history = FieldHistory.load(kept) if kept.is_file() else FieldHistory(())
     try:
-        return FormingResult(**read, **plain, contact=contact, fields=history, ejection=ejection), name
+        return FormingResult(**plain, contact=contact, fields=history, ejection=ejection), name
     except TypeError:
         raise InputError(f"{place}: forming.json does not hold all numbers of a result") from None
 

@@ -13,10 +13,7 @@ FORCE_WINDOW = 0.5
 def averaged(travel: FloatArray, force: FloatArray, window: float = FORCE_WINDOW) -> FloatArray:
     """Return the force averaged over `window` [mm] of travel, less near the ends.
 
-    Parameters
-    ----------
-    travel, force : ndarray, shape (n,)
-        `travel` grows.
+    - `travel`, `force`, shape (n,): `travel` grows.
 
     Examples
     --------

@@ -40,10 +40,7 @@ def write_picture(
 ) -> Path:
     """Write one snapshot as ``.svg``, or all of them as a page (``.html``) that opens with it; return the path.
 
-    Raises
-    ------
-    InputError
-        No snapshots, an unknown field, another kind of file.
+    Raises InputError: no snapshots, an unknown field, another kind of file.
     """
     if field not in FIELDS:
         raise unknown_name("field", field, FIELDS, "forming")

@@ -51,31 +51,6 @@ class FormingRecord:
         law's own extension.
     ejection : EjectionResult or None
         Forces and work of ejecting the product, if the run was asked for it.
-
-    Examples
-    --------
-    A record is made by a run; here one by hand, of a force that rises to 100 kN and stays:
-
-    >>> from forming.results.contact_history import ContactHistory
-    >>> stroke, none = np.array([0.0, 5.0, 10.0]), np.zeros((3, 0))
-    >>> contact = ContactHistory(stroke, np.zeros((3, 0, 5)), none > 0, none, np.zeros((3, 0, 2)), none)
-    >>> record = FormingRecord(
-    ...     stroke=stroke,
-    ...     force=np.array([0.0, 100.0, 100.0]),
-    ...     work=np.array([0.0, 250.0, 750.0]),
-    ...     max_tau_over_k=0.1,
-    ...     share_above_0_6k=0.0,
-    ...     energy_balance=0.0,
-    ...     volume_change=0.0,
-    ...     increments=2,
-    ...     remeshes=0,
-    ...     failed_increments=0,
-    ...     contact=contact,
-    ... )
-    >>> record.max_force, record.status
-    (100.0, 'ok')
-    >>> record.to_frame()["work"].tolist()
-    [0.0, 250.0, 750.0]
     """
 
     stroke: FloatArray

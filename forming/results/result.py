@@ -2,14 +2,30 @@
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import dataclass
+from dataclasses import fields as attributes
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+import numpy as np
+
+from friction_models.common import atomic_folder, write_json
+from friction_models.common.folders import FORMING
+from friction_models.loads import LOADS, MU
+
+from .contact_history import ContactHistory
+from .ejection_result import save_ejection
 from .page import write_report
 from .picture import write_picture
 from .record import FormingRecord
-from .saving import save_result
+
+if TYPE_CHECKING:
+    import xarray
+
+#: Attributes of a result with one entry a communication step, and their units.
+CURVES = {"stroke": "mm", "force": "kN", "work": "J", "compression": "mm", "expansion": "mm"}
 
 
 @dataclass(frozen=True)
@@ -28,6 +44,8 @@ class FormingResult(FormingRecord):
     >>> result = FormingResult(stroke, force, work, 0.1, 0.0, 0.0, 0.0, 2, 0, 0, contact)
     >>> result.max_force, result.status, len(result.fields)
     (100.0, 'ok', 0)
+    >>> result.to_frame()["work"].tolist()
+    [0.0, 250.0, 750.0]
     """
 
     def picture(self, path: str | os.PathLike[str], field: str = "T", stroke: float | None = None) -> Path:
@@ -54,8 +72,60 @@ class FormingResult(FormingRecord):
 
         ``tribofmu report FOLDER`` makes a page of it; ``fields/fields.pvd`` opens in ParaView.
         """
-        return save_result(self, Path(folder), name)
+        with atomic_folder(folder, FORMING) as place:
+            write_json(place / "forming.json", {"name": name} | key_figures(self))
+            curves = {
+                f"{k} [{u}]": c for k, u in CURVES.items() if len(c := getattr(self, k)) == len(self.stroke)
+            }
+            columns = np.column_stack(list(curves.values()))
+            np.savetxt(place / "force.csv", columns, "%.9g", ",", header=",".join(curves), comments="")
+            _save_contact(self.contact, place / "contact.nc")
+            if self.ejection is not None:
+                save_ejection(self.ejection, place)
+                if self.ejection.contact is not None:
+                    _save_contact(self.ejection.contact, place / "ejection_contact.nc")
+            if len(self.fields):
+                self.fields.write_vtu(place / "fields")
+                self.fields.save(place / "fields" / "fields.npz")
+        return Path(folder)
 
     def report(self, path: str | os.PathLike[str], name: str = "forming") -> Path:
         """Write a self-contained HTML page: key figures, force, animation of the fields, contact."""
         return write_report(self, path, name)
+
+
+def key_figures(result: FormingRecord) -> dict[str, object]:
+    """Return the numbers and texts of a result, those that are one number or one text."""
+    found: dict[str, object] = {"max_force": result.max_force}
+    for attribute in attributes(result):
+        value = getattr(result, attribute.name)
+        if isinstance(value, (int, str)) or (isinstance(value, float) and math.isfinite(value)):
+            found[attribute.name] = value
+        elif isinstance(value, (list, tuple)) and all(isinstance(v, str) for v in value):
+            found[attribute.name] = list(value)
+    return found
+
+
+def _save_contact(contact: ContactHistory, path: Path) -> None:
+    data = contact_dataset(contact)
+    encoding = {str(v): {"zlib": True, "complevel": 4} for v in data.data_vars}
+    data.to_netcdf(path, engine="netcdf4", encoding=encoding)
+
+
+def contact_dataset(contact: ContactHistory) -> xarray.Dataset:
+    """Return a contact history as a data set over time steps and markers, with units."""
+    import xarray
+
+    columns = [(q.name, contact.loads[:, :, k], q.unit, q.meaning) for k, q in enumerate(LOADS)]
+    columns += [
+        ("mu", contact.mu, "1", MU.meaning),
+        ("tau_over_k", contact.tau_over_k, "1", "friction stress over shear yield stress"),
+        ("active", contact.active.astype(np.int8), "1", "in contact (1) or not (0)"),
+        ("r", contact.position[:, :, 0], "mm", "r of the marker"),
+        ("z", contact.position[:, :, 1], "mm", "z of the marker"),
+    ]
+    values = {
+        name: (("step", "point"), array, {"units": unit, "long_name": meaning})
+        for name, array, unit, meaning in columns
+    }
+    return xarray.Dataset(values, coords={"stroke": ("step", contact.stroke, {"units": "mm"})})

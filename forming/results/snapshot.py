@@ -10,10 +10,10 @@ import numpy.typing as npt
 from friction_models.common import unknown_name
 
 from ..fe.body import nodal_shear_yield
+from ..fe.markers import surface_loads
 from ..fe.mesh.shape import FloatArray, gauss_volumes
 from ..fe.simulation import Simulation
 from ..fe.tooling import polylines
-from ..fe.tractions import surface_loads
 
 Floats = npt.NDArray[np.float32]
 Ints = npt.NDArray[np.int32]
@@ -62,39 +62,26 @@ CONTACT_FIELDS = (
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Fields at one stroke, in single precision.
+    """Fields at one stroke, in single precision."""
 
-    Attributes
-    ----------
-    stroke, time : float
-        Stroke [mm] and time [s].
-    x : ndarray, shape (n, 2)
-        Node positions r, z [mm].
-    quads : ndarray, shape (n_e, 4)
-        Elements.
-    T : ndarray, shape (n,)
-        Temperature at the nodes [degC].
-    velocity : ndarray, shape (n, 2)
-        Velocity at the nodes [mm/s].
-    elements : ndarray, shape (n_e, 8)
-        `ELEMENT_FIELDS`, in their order.
-    chain : ndarray, shape (n_s,)
-        Nodes of the surface, from the lower to the upper end of the axis.
-    contact : ndarray, shape (n_s, 6)
-        `CONTACT_FIELDS` in their order; 0 where no tool touches (mu is always there).
-    tools : dict of str to ndarray of shape (m, 2)
-        Surface of each tool as a chain of points with the workpiece on its left [mm].
-    """
-
+    #: Stroke [mm] and time [s].
     stroke: float
     time: float
+    #: Node positions r, z [mm], shape (n, 2).
     x: Floats
+    #: Elements, shape (n_e, 4).
     quads: Ints
+    #: Temperature at the nodes [degC], shape (n,).
     T: Floats
+    #: Velocity at the nodes [mm/s], shape (n, 2).
     velocity: Floats
+    #: `ELEMENT_FIELDS`, in their order, shape (n_e, 8).
     elements: Floats
+    #: Nodes of the surface, from the lower to the upper end of the axis, shape (n_s,).
     chain: Ints
+    #: `CONTACT_FIELDS` in their order; 0 where no tool touches (mu is always there), shape (n_s, 6).
     contact: Floats
+    #: Surface of each tool as a chain of points with the workpiece on its left [mm], shape (m, 2).
     tools: dict[str, Floats]
 
     @classmethod
@@ -131,10 +118,7 @@ class Snapshot:
     def nodal(self, name: str) -> FloatArray:
         """Return a field at the nodes, shape (n,); element fields as means of the elements around.
 
-        Raises
-        ------
-        InputError
-            No such field; the message names the nearest.
+        Raises InputError: no such field; the message names the nearest.
         """
         if name == "T":
             return self.T.astype(np.float64)

@@ -9,7 +9,7 @@ import numpy as np
 
 from friction_models.common import InputError
 
-from ..fe.heat.tool_field import ToolField, ToolSteel
+from ..fe.heat.tool_field import ToolField
 from ..fe.mesh.polyline import SizeField
 from ..fe.mesh.shape import FloatArray
 from ..fe.tooling import Point, arc, line, polylines
@@ -22,17 +22,6 @@ RELIEF_ANGLE = 25.0
 class CupPunch:
     """Punch with a flat or conical nose, a land and a relieved shaft; z = 0 is the lowest point of the nose.
 
-    Attributes
-    ----------
-    radius, edge_radius, land : float
-        Radius at the land, rounding between nose and land, length of the land [mm].
-    nose_angle : float
-        Angle between the nose and a plane across the axis [degrees]; 0 is flat.
-    tip_radius : float
-        Rounding of a conical nose on the axis [mm].
-    relief : float
-        How far the shaft steps back behind the land [mm].
-
     Examples
     --------
     >>> from forming.tools.cup_punch import CupPunch
@@ -43,11 +32,15 @@ class CupPunch:
     True
     """
 
+    #: Radius at the land, rounding between nose and land, length of the land [mm].
     radius: float
     edge_radius: float
     land: float
+    #: Angle between the nose and a plane across the axis [degrees]; 0 is flat.
     nose_angle: float = 0.0
+    #: Rounding of a conical nose on the axis [mm].
     tip_radius: float = 2.0
+    #: How far the shaft steps back behind the land [mm].
     relief: float = 0.28
 
     def __post_init__(self) -> None:
@@ -97,9 +90,7 @@ class CupPunch:
         rows += [line(start, right), arc(right, (-right[0], right[1]), (0.0, tip), tip)]
         return np.array(rows)
 
-    def heat_field(
-        self, shaft: float, size: SizeField, T: float, steel: ToolSteel | None = None
-    ) -> ToolField:
+    def heat_field(self, shaft: float, size: SizeField, T: float) -> ToolField:
         """Return the heat field of the punch with `shaft` mm above the relief; `size` counts z from the tip."""
         face = [piece[::-1] for piece in polylines(self.segments(shaft))[::-1]]
         # The last piece crosses the axis; only its part at r >= 0 belongs to the mesh.
@@ -107,4 +98,4 @@ class CupPunch:
         face[0] = np.concatenate([[[0.0, 0.0]], beyond])
         top = face[-1][-1]
         back = np.array([top, [0.0, top[1]], [0.0, 0.0]])
-        return ToolField.build(face, back, size, T, steel)
+        return ToolField.build(face, back, size, T)

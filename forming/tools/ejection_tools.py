@@ -1,12 +1,15 @@
-"""Tools of ejection: the withdrawn punch, the ejector, the stripper, the opening of a container."""
+"""Tools of ejection, and where tools at rest hold the product and how much axial force friction can carry there."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..fe.contact import NORMAL_R, PRESSURE
 from ..fe.mesh.shape import FloatArray
+from ..fe.simulation import Simulation
 from ..fe.tooling import BEYOND, Tool, arc, line
 
 #: Rounding of the container's opening, as a share of its radius.
@@ -19,22 +22,6 @@ EDGE = 0.05
 class Stage:
     """One motion.
 
-    Attributes
-    ----------
-    name : str
-        ``"withdraw"``, ``"release"`` or ``"eject"``.
-    tools : tuple of Tool
-        As they stand at its start; those with a velocity move, the others hold. A tool of the stage before
-        keeps its name, and with it its force.
-    mover : str
-        Name of the moving tool whose force is asked for.
-    longest : float
-        It ends after this travel [mm] at the latest.
-    clear : float or None
-        It ends when the moving tool has touched nothing over this travel [mm].
-    opening : float or None
-        It ends when the tools at rest touch the product above this height only [mm].
-
     Examples
     --------
     >>> stage = Stage("withdraw", tools=(), mover="punch", longest=20.0, clear=0.5)
@@ -42,11 +29,18 @@ class Stage:
     ('punch', 20.0, None)
     """
 
+    #: ``"withdraw"``, ``"release"`` or ``"eject"``.
     name: str
+    #: As they stand at its start; those with a velocity move, the others hold. A tool of the stage before
+    #: keeps its name, and with it its force.
     tools: tuple[Tool, ...]
+    #: Name of the moving tool whose force is asked for.
     mover: str
+    #: It ends after this travel [mm] at the latest.
     longest: float
+    #: It ends when the moving tool has touched nothing over this travel [mm].
     clear: float | None = None
+    #: It ends when the tools at rest touch the product above this height only [mm].
     opening: float | None = None
 
 
@@ -88,3 +82,57 @@ def opened(container: Tool, radius: float, top: float) -> Tool:
         line((radius + edge, top), (radius + edge + BEYOND, top)),
     ]
     return replace(container, segments=np.vstack([container.segments[:-1], bore[None], rim]))
+
+
+@dataclass(frozen=True)
+class GripPatch:
+    """A part of the surface that a tool at rest holds after unloading.
+
+    Examples
+    --------
+    >>> patch = GripPatch("container", 10.0, 10.0, 0.0, 5.0, pressure=50.0, friction=1.25)
+    >>> patch.tool, patch.z_high - patch.z_low
+    ('container', 5.0)
+    """
+
+    #: Which tool.
+    tool: str
+    #: Where it is [mm].
+    r_low: float
+    r_high: float
+    z_low: float
+    z_high: float
+    #: Mean contact pressure [MPa].
+    pressure: float
+    #: Axial force that friction can carry there, mu times the contact force [kN].
+    friction: float
+
+
+def grip_patches(simulation: Simulation) -> tuple[GripPatch, ...]:
+    """Return the parts of the surface that the tools at rest touch, from the lower axis point on."""
+    state, found = simulation.state, []
+    mu = state.markers.at_nodes(state.mu, len(state.body.chain))
+    surface = state.body.surface
+    for tool, table in zip(state.tools, state.tables or []):
+        if tool.speed > 0.0:
+            continue
+        on = np.flatnonzero(table[:, PRESSURE] > 0.0)
+        for patch in np.split(on, np.flatnonzero(np.diff(on) > 1) + 1):
+            if not len(patch):
+                continue
+            force = 2.0 * math.pi * table[patch, PRESSURE] * state.weights[patch]
+            (r_low, z_low), (r_high, z_high) = surface[patch].min(axis=0), surface[patch].max(axis=0)
+            area = 2.0 * math.pi * float(state.weights[patch].sum())
+            axial = float((mu[patch] * force * np.abs(table[patch, NORMAL_R])).sum())
+            found.append(
+                GripPatch(
+                    tool.name,
+                    float(r_low),
+                    float(r_high),
+                    float(z_low),
+                    float(z_high),
+                    float(force.sum()) / area,
+                    axial * 1e-3,
+                )
+            )
+    return tuple(found)

@@ -19,12 +19,8 @@ def bore_flexibility(bore_radius: float, outer_radius: float, modulus: float) ->
     Thick-walled cylinder with free ends (Lame): ``u = p a / E ((b^2 + a^2) / (b^2 - a^2) + nu)``. It is loaded
     along its whole length; see `ElasticTools.spread` for a short contact.
 
-    Parameters
-    ----------
-    bore_radius, outer_radius : float
-        a and b [mm].
-    modulus : float
-        E [MPa].
+    - `bore_radius`, `outer_radius`: a and b [mm].
+    - `modulus`: E [MPa].
 
     Examples
     --------
@@ -41,21 +37,6 @@ def bore_flexibility(bore_radius: float, outer_radius: float, modulus: float) ->
 class ElasticTools:
     """Die, punch and press that give way under the forming force; None is rigid.
 
-    Parameters
-    ----------
-    process : str
-        For messages.
-    diameter, punch_diameter : float
-        Bore of the die and diameter of the punch [mm].
-    die_outer_diameter : float or None
-        Outer diameter of the die, a shrink ring included [mm].
-    punch_length : float or None
-        Length of the punch column [mm].
-    press_stiffness : float or None
-        Stiffness of press and tool holder [kN/mm].
-    tool_modulus : float
-        Young's modulus of the tools [GPa].
-
     Examples
     --------
     Under 100 kN a press of 500 kN/mm gives way by 0.2 mm:
@@ -68,12 +49,18 @@ class ElasticTools:
     0.0
     """
 
+    #: For messages.
     process: str
+    #: Bore of the die and diameter of the punch [mm].
     diameter: float
     punch_diameter: float
+    #: Outer diameter of the die, a shrink ring included [mm].
     die_outer_diameter: float | None = None
+    #: Length of the punch column [mm].
     punch_length: float | None = None
+    #: Stiffness of press and tool holder [kN/mm].
     press_stiffness: float | None = None
+    #: Young's modulus of the tools [GPa].
     tool_modulus: float = 210.0
 
     def __post_init__(self) -> None:

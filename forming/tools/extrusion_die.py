@@ -7,9 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from friction_models.common import InputError
-
-from ..fe.heat.tool_field import ToolField, ToolSteel
+from ..fe.heat.tool_field import ToolField
 from ..fe.mesh.polyline import SizeField
 from ..fe.mesh.shape import FloatArray
 from ..fe.tooling import arc, line, polylines
@@ -17,20 +15,7 @@ from ..fe.tooling import arc, line, polylines
 
 @dataclass(frozen=True)
 class ExtrusionDie:
-    """Die for forward rod extrusion; z = 0 is the lower end of its land.
-
-    Parameters
-    ----------
-    container_radius, exit_radius : float
-        Radii before and behind the cone [mm].
-    half_angle : float
-        Angle between the cone and the axis [degrees].
-    entry_radius, edge_radius : float
-        Rounding from container to cone and from cone to land [mm]; shortened where the cone is too short.
-    land : float
-        Length of the calibrating land [mm].
-    relief : float
-        Radius at the lower end of the land, behind which the rod runs free [mm].
+    """Die for forward rod extrusion, which checks its dimensions; z = 0 is the lower end of its land.
 
     Examples
     --------
@@ -43,25 +28,20 @@ class ExtrusionDie:
     5.1
     """
 
+    #: Radii before and behind the cone [mm].
     container_radius: float
     exit_radius: float
+    #: Angle between the cone and the axis [degrees].
     half_angle: float
+    #: Rounding from container to cone and from cone to land [mm]; shortened where the cone is too short.
     entry_radius: float = 2.0
     edge_radius: float = 1.5
+    #: Length of the calibrating land [mm].
     land: float = 2.0
+    #: Radius at the lower end of the land, behind which the rod runs free [mm].
     relief: float = 1.0
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.exit_radius < self.container_radius:
-            raise InputError(
-                f"forming: exit radius {self.exit_radius:g} mm with a container radius of "
-                f"{self.container_radius:g} mm; allowed: 0 < exit radius < container radius"
-            )
-        if not 5.0 <= self.half_angle <= 85.0:
-            raise InputError(f"forming: half_angle = {self.half_angle:g} degrees; allowed: 5 to 85")
-        for name in ("entry_radius", "edge_radius", "land", "relief"):
-            if not getattr(self, name) > 0.0:
-                raise InputError(f"forming: {name} = {getattr(self, name):g} mm; allowed: > 0")
         cone = (self.container_radius - self.exit_radius) / math.sin(math.radians(self.half_angle))
         tangents = (self.entry_radius + self.edge_radius) * math.tan(math.radians(self.half_angle) / 2.0)
         if tangents > 0.95 * cone:
@@ -89,7 +69,7 @@ class ExtrusionDie:
         ]
         return np.array(rows), z_entry
 
-    def heat_field(self, top: float, size: SizeField, T: float, steel: ToolSteel | None = None) -> ToolField:
+    def heat_field(self, top: float, size: SizeField, T: float) -> ToolField:
         """Return the heat field of the die with its container up to z = `top`."""
         segments, z_entry = self.segments(1.0)
         inner = [piece[::-1] for piece in polylines(segments)[:0:-1]]
@@ -97,4 +77,4 @@ class ExtrusionDie:
         start, end = inner[0][0], inner[-1][-1]
         outside = self.container_radius + max(1.5 * self.container_radius, 12.0)
         back = np.array([end, [outside, end[1]], [outside, top], start])
-        return ToolField.build(inner, back, size, T, steel)
+        return ToolField.build(inner, back, size, T)

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from ..fe.mesh.shape import FloatArray
-from .runs import FROZEN_RATE, published_flow_stress
+from .case import FROZEN_RATE, published_flow_stress
 
 #: A run takes 2 - 20 s; one that takes longer than this is given up [s].
 TIME_LIMIT = 180.0
@@ -35,29 +35,20 @@ class CalculixError(Exception):
 
 @dataclass(frozen=True)
 class Compression:
-    """Input of a CalculiX run.
+    """Input of a CalculiX run."""
 
-    Attributes
-    ----------
-    outer, inner, height : float
-        Radii and height of the billet [mm]; inner 0: a cylinder.
-    mu : float
-        Coefficient of friction.
-    columns, rows : int
-        Elements across the wall and over half the height.
-    reduction : float
-        Of the height.
-    stick : float
-        Stiffness of sticking contact [MPa/mm].
-    """
-
+    #: Radii and height of the billet [mm]; inner 0: a cylinder.
     outer: float
     inner: float
     height: float
+    #: Coefficient of friction.
     mu: float
+    #: Elements across the wall and over half the height.
     columns: int
     rows: int
+    #: Of the height.
     reduction: float = 0.5
+    #: Stiffness of sticking contact [MPa/mm].
     stick: float = 2e4
 
 
@@ -94,10 +85,7 @@ def version(program: str) -> str:
 def compress(setup: Compression) -> CompressionResult:
     """Run CalculiX in a folder of its own.
 
-    Raises
-    ------
-    CalculixError
-        Not installed, stopped before the end, or slower than the time limit.
+    Raises CalculixError: not installed, stopped before the end, or slower than the time limit.
     """
     program = executable()
     if program is None:
@@ -242,10 +230,7 @@ def _bore_nodes(setup: Compression) -> list[int]:
 def _read(setup: Compression, text: str, program_version: str) -> CompressionResult:
     """Read the last force and the bore of every increment from the result file.
 
-    Raises
-    ------
-    CalculixError
-        The last increment is not at the end of the step.
+    Raises CalculixError: the last increment is not at the end of the step.
     """
     lines = text.splitlines()
     forces = [k for k, line in enumerate(lines) if "total force" in line]

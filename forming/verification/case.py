@@ -1,4 +1,4 @@
-"""A verification case: a run, and rows of reference, ours, deviation, tolerance, verdict."""
+"""A verification case: a run, and rows of reference, ours, deviation, tolerance, verdict; common parts of the cases."""
 
 from __future__ import annotations
 
@@ -8,7 +8,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+import numpy.typing as npt
+
 from friction_models.common import InputError
+
+from ..fe.mesh.shape import FloatArray
+from ..materials.materials import HenselSpittel, steel_16MnCr5
+from ..processes.base import FormingProcess
+from ..results.result import FormingResult
 
 Verdict = Literal["pass", "fail", "skipped", "not judged"]
 VERDICTS: tuple[Verdict, ...] = ("pass", "fail", "skipped", "not judged")
@@ -16,41 +24,28 @@ VERDICTS: tuple[Verdict, ...] = ("pass", "fail", "skipped", "not judged")
 
 @dataclass(frozen=True)
 class Row:
-    """One number against its reference.
+    """One number against its reference."""
 
-    Attributes
-    ----------
-    quantity, unit : str
-        What is compared, and its unit (empty: a bare number).
-    reference : float
-        The number to compare with.
-    source : str
-        Where it comes from.
-    ours : float
-        What was computed.
-    tolerance : float
-        Allowed deviation: in % of the reference, or in the unit where `absolute`.
-    absolute : bool
-        The deviation is a difference in the unit, not a share of the reference.
-    standing : {"judged", "skipped", "not judged"}
-        ``"skipped"``: the reference could not be computed here, and the one kept from an earlier run stands in
-        for it; a deviation within the tolerance then counts as skipped, not as passed. ``"not judged"``: the
-        reference does not hold here; `note` says why.
-    note : str
-        Reason or remark.
-    case : str
-        Name of the case, set when it runs.
-    """
-
+    #: What is compared, and its unit (empty: a bare number).
     quantity: str
     unit: str
+    #: The number to compare with.
     reference: float
+    #: Where it comes from.
     source: str
+    #: What was computed.
     ours: float
+    #: Allowed deviation: in % of the reference, or in the unit where `absolute`.
     tolerance: float
+    #: The deviation is a difference in the unit, not a share of the reference.
     absolute: bool = False
+    #: ``"skipped"``: the reference could not be computed here, and the one kept from an earlier run stands in
+    #: for it; a deviation within the tolerance then counts as skipped, not as passed. ``"not judged"``: the
+    #: reference does not hold here; `note` says why.
     standing: Literal["judged", "skipped", "not judged"] = "judged"
+    #: Reason or remark.
     note: str = ""
+    #: Name of the case, set when it runs.
     case: str = ""
 
     @property
@@ -77,19 +72,8 @@ class Row:
 
     def to_dict(self) -> dict[str, object]:
         """Return the row for JSON."""
-        return {
-            "case": self.case,
-            "quantity": self.quantity,
-            "unit": self.unit,
-            "reference": self.reference,
-            "source": self.source,
-            "ours": self.ours,
-            "deviation": self.deviation,
-            "tolerance": self.tolerance,
-            "deviation_unit": self.deviation_unit,
-            "verdict": self.verdict,
-            "note": self.note,
-        }
+        shown = "case quantity unit reference source ours deviation tolerance deviation_unit verdict note"
+        return {name: getattr(self, name) for name in shown.split(" ")}
 
 
 class Unfinished(Exception):
@@ -121,26 +105,17 @@ class CaseResult:
 
 @dataclass(frozen=True)
 class Case:
-    """A verification case.
+    """A verification case."""
 
-    Attributes
-    ----------
-    name : str
-        Short and unique, for ``--only``.
-    group : str
-        Heading in the documentation.
-    title : str
-        The set-up in one sentence.
-    compute : callable
-        Runs it and returns its rows, or an `Outcome`.
-    fast : bool
-        Takes at most a few seconds.
-    """
-
+    #: Short and unique, for ``--only``.
     name: str
+    #: Heading in the documentation.
     group: str
+    #: The set-up in one sentence.
     title: str
+    #: Runs it and returns its rows, or an `Outcome`.
     compute: Callable[[], list[Row] | Outcome]
+    #: Takes at most a few seconds.
     fast: bool = True
 
     def run(self) -> CaseResult:
@@ -153,3 +128,47 @@ class Case:
         outcome = found if isinstance(found, Outcome) else Outcome(found)
         rows = [replace(row, case=self.name) for row in outcome.rows]
         return CaseResult(self, rows, outcome.details, time.perf_counter() - start)
+
+
+#: Published coefficients of 16MnCr5, kept apart from the product's: A [MPa], m1 [1/K], m2, m3, m4.
+PUBLISHED = (677.443, -0.000788968, 0.103451, 0.0253737, 8.45076e-05)
+#: Rate at which rate-independent comparisons hold the flow curve [1/s].
+FROZEN_RATE = 0.5
+#: Allowed error of the energy balance and of the unloaded volume [%].
+ENERGY, VOLUME = 0.5, 0.1
+
+
+def published_flow_stress(strain: npt.ArrayLike, T: float, rate: float) -> FloatArray:
+    """Return the flow stress of 16MnCr5 after Hensel and Spittel from the published coefficients [MPa].
+
+    The strain is bounded from below as the product does it: sqrt(strain^2 + 0.002^2).
+    """
+    A, m1, m2, m3, m4 = PUBLISHED
+    phi = np.hypot(np.asarray(strain, dtype=np.float64), 2e-3)
+    return A * np.exp(m1 * T + m4 / phi) * phi**m2 * rate**m3
+
+
+def rate_independent() -> HenselSpittel:
+    """Return 16MnCr5 with its flow curve held at 0.5/s, as CalculiX is given it."""
+    steel = steel_16MnCr5()
+    return replace(steel, A=steel.A * FROZEN_RATE**steel.m3, m3=0.0)
+
+
+def finished(process: FormingProcess, result: FormingResult) -> FormingResult:
+    """Return the result of a run that has reached its end.
+
+    Raises Unfinished: the run stopped before its end.
+    """
+    if result.status != "ok":
+        raise Unfinished(f"{process.name}: {result.message}")
+    return result
+
+
+def account_rows(result: FormingResult) -> list[Row]:
+    """Return the rows on the energy balance and the unloaded volume of a run."""
+    balance = "work of the punch = plastic + friction + elastic + contact springs"
+    energy, volume = 100.0 * result.energy_balance, 100.0 * result.volume_change
+    return [
+        Row("energy balance", "%", 0.0, balance, energy, ENERGY, absolute=True),
+        Row("unloaded volume", "%", 0.0, "plastic flow keeps it", volume, VOLUME, absolute=True),
+    ]

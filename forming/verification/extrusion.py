@@ -9,8 +9,7 @@ import numpy as np
 from ..fe.simulation import Simulation
 from ..processes.backward_cup_extrusion import BackwardCupExtrusion
 from ..processes.forward_rod_extrusion import ForwardRodExtrusion
-from .case import Case, Row
-from .runs import account_rows, finished, published_flow_stress
+from .case import Case, Row, account_rows, finished, published_flow_stress
 
 GROUP = "Extrusion"
 #: Strokes between which the force of the rod is steady: the front has left the land, the punch is above the cone [mm].

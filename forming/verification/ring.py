@@ -7,23 +7,25 @@ from dataclasses import replace
 
 from ..materials.materials import Material
 from ..processes.friction_input import CONSTANT_SHEAR
-from ..processes.ring import RingCompression
+from ..processes.upsetting import RingCompression
 from .calculix import Compression
 from .calculix_rows import KeptNumbers, bore_key, calculix_numbers, calculix_row
-from .case import Case, Outcome, Row, Unfinished
-from .ring_straight import as_closed_form, perfectly_plastic, straight_readings
-from .ring_tables import (
+from .case import FROZEN_RATE, Case, Outcome, Row, Unfinished, account_rows, finished, rate_independent
+from .ring_closed_form import (
     BY_M,
     BY_MU,
+    CURVES,
     POINTS,
     PUBLISHED_BY_M,
     REDUCTIONS,
     Readings,
-    side_by_side,
+    as_closed_form,
+    perfectly_plastic,
+    straight_readings,
+    table_of_readings,
     within,
     worst,
 )
-from .runs import FROZEN_RATE, account_rows, finished, rate_independent
 
 GROUP = "Ring compression"
 #: Above these frictions the bore bulges at 50 % by more than the tolerance (middle against straight bore of equal
@@ -106,15 +108,13 @@ def bulging_with_calculix() -> Outcome:
 
 
 def _three(ours: Readings, others: Readings) -> str:
-    reductions = REDUCTIONS[:5]
-    lines = ["| mu | " + " | ".join(f"{r} %" for r in reductions) + " |"]
-    lines.append("| ---: |" + " ---: |" * len(reductions))
+    rows = {}
     for mu in ours:
         closed = BY_M[1.0] if mu == STICKING else BY_MU[mu]
         cells = [f"{a:.1f} / {b:.1f} / {c:.1f}" for a, b, c in zip(ours[mu], others[mu], closed)]
-        lines.append(f"| {'m 1' if mu == STICKING else f'{mu:g}'} | " + " | ".join(cells) + " |")
+        rows["m 1" if mu == STICKING else f"{mu:g}"] = cells
     title = "Decrease of the bore in % by mu and reduction of height, ours / CalculiX / closed form with a straight bore:"
-    return title + "\n\n" + "\n".join(lines)
+    return table_of_readings("mu", rows, title)
 
 
 def _shares(calculix: float) -> str:
@@ -143,10 +143,7 @@ def readings(process: RingCompression, mu: float, count: int = 5, sharp: bool = 
 
     The bore is the straight one of the same volume. `sharp` all but takes the slip regularisation away.
 
-    Raises
-    ------
-    Unfinished
-        The run stopped.
+    Raises Unfinished: the run stopped.
     """
     process.start(mu)
     if sharp:
@@ -193,7 +190,12 @@ def _calibration(law: str, ours: Mapping[float, list[float]]) -> Outcome:
         f"Decrease of the bore in % by {law} and reduction of height, ours / closed form; {counts.good} of {counts.all} "
         f"readings are within {POINTS:g} points:"
     )
-    return Outcome(rows, side_by_side(law, ours, title))
+    shown = {
+        f"{value:g}": [f"{a:.1f} / {b:.1f}" for a, b in zip(ours[value], closed)]
+        for value, closed in CURVES[law].items()
+        if value in ours
+    }
+    return Outcome(rows, table_of_readings(law, shown, title))
 
 
 CASES = (

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 
 from ..materials.materials import steel_16MnCr5
-from ..processes.ring import Upsetting
+from ..processes.upsetting import Upsetting
 from .calculix import Compression
 from .calculix_rows import KeptNumbers, calculix_numbers, calculix_row
-from .case import Case, Row
-from .runs import account_rows, finished, published_flow_stress, rate_independent
+from .case import Case, Row, account_rows, finished, published_flow_stress, rate_independent
 
 GROUP = "Upsetting"
 #: Numbers of an earlier CalculiX run, for machines without CalculiX.

@@ -2,9 +2,24 @@
 
 from __future__ import annotations
 
+import sys
+from typing import Any, TypeGuard
+
 import numpy as np
 
 from . import InputError
+
+
+def is_number(value: Any) -> TypeGuard[float]:
+    """Return whether a value is a finite number, of Python or NumPy, that fits into a float; Booleans are none.
+
+    Examples
+    --------
+    >>> [is_number(value) for value in (1, 2.5, np.int64(3), True, "3", float("inf"), 10**400)]
+    [True, True, True, False, False, False, False]
+    """
+    number = isinstance(value, (int, float, np.floating, np.integer)) and not isinstance(value, bool)
+    return number and bool(abs(value) <= sys.float_info.max)
 
 
 def check_range(where: str, name: str, value: float, low: float, high: float, unit: str) -> None:
@@ -20,8 +35,7 @@ def check_range(where: str, name: str, value: float, low: float, high: float, un
         ...
     friction_models.common.errors.InputError: upsetting: friction = 0.7 1; allowed: 0 to 0.5 1
     """
-    number = isinstance(value, (int, float, np.floating, np.integer)) and not isinstance(value, bool)
-    if not (number and low <= value <= high):
+    if not (is_number(value) and low <= value <= high):
         raise InputError(f"{where}: {name} = {value!r:.60} {unit}; allowed: {low:g} to {high:g} {unit}")
 
 

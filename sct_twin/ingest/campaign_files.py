@@ -13,31 +13,24 @@ from friction_models.common.folders import CAMPAIGN
 from friction_models.common.pool import Progress
 
 from ..records.record import SctRecord, write_csv
+from .channel_map import Map
 from .measurement_files import Source
 from .preview import remarks
 from .raw_campaign import RawCampaign, write_tables
-from .survey import Map, Survey, survey
+from .survey import Survey, survey
 
 
 @dataclass
 class IngestReport:
-    """Result of `ingest`: the new campaign, the quality of its tests, and the files left out.
+    """Result of `ingest`: the new campaign, the quality of its tests, and the files left out."""
 
-    Attributes
-    ----------
-    campaign : RawCampaign
-        The new folder.
-    quality : pandas.DataFrame
-        One row a test: sampling rate, gaps, clipping, zeros and drift, spikes, phases, friction, repeats.
-    left_out : pandas.DataFrame
-        `file` and `reason` of what could not be used.
-    found : Survey
-        All that was found.
-    """
-
+    #: The new folder.
     campaign: RawCampaign
+    #: One row a test: sampling rate, gaps, clipping, zeros and drift, spikes, phases, friction, repeats.
     quality: pd.DataFrame
+    #: `file` and `reason` of what could not be used.
     left_out: pd.DataFrame
+    #: All that was found.
     found: Survey
 
     def __str__(self) -> str:
@@ -59,34 +52,20 @@ def ingest(
 ) -> IngestReport:
     """Read measurement files and write a raw campaign folder, atomically.
 
-    Parameters
-    ----------
-    source : path-like or iterable of path-like
-        A folder (its measurement files, or those in its `raw/`) or single files, one test each (two,
-        where the map says how upsetting and sliding files end); the name of the file is the name of
-        the test, or the part of it that `test_id` says.
-    channel_map : path-like or mapping, optional
-        YAML file or dictionary, see `ChannelMap.load`; canonical names and a units row by default.
-    out : path-like
-        Folder to write.
-    tests : path-like, optional
-        Test table with a column `test_id`; by default `tests.csv` beside the files.
-    progress : callable, optional
-        Called with (done, total, test_id).
-    show : callable, optional
-        Called with what was found, before the folder appears; an exception keeps it from appearing.
-    test_id : str, optional
-        Which part of a file's name is that of the test (``*_SCT{test_id}_raw``); by default what the map says, or all.
+    Raises InputError: no files, a bad channel map or test table, no file that can be used, or `out` holds
+    something else than a campaign.
 
-    Returns
-    -------
-    IngestReport
-
-    Raises
-    ------
-    InputError
-        No files, a bad channel map or test table, no file that can be used, or `out` holds something
-        else than a campaign.
+    - `source`: a folder (its measurement files, or those in its `raw/`) or single files, one test each (two,
+      where the map says how upsetting and sliding files end); the name of the file is the name of the test,
+      or the part of it that `test_id` says.
+    - `channel_map`: YAML file or dictionary, see `ChannelMap.load`; canonical names and a units row by
+      default.
+    - `out`: folder to write.
+    - `tests`: test table with a column `test_id`; by default `tests.csv` beside the files.
+    - `progress`: called with (done, total, test_id).
+    - `show`: called with what was found, before the folder appears; an exception keeps it from appearing.
+    - `test_id`: which part of a file's name is that of the test (``*_SCT{test_id}_raw``); by default what the
+      map says, or all.
     """
     if out is None:
         raise InputError("ingest: out is missing; allowed: the folder to write")

@@ -127,8 +127,11 @@ def guess_channels(table: RawTable) -> list[Guess]:
     taken: dict[str, str] = {}
     for quantity, names in scores.items():
         best = _best(names)
-        if len(best) == 1 and names[best[0]] >= _PLAIN and _claims(scores, best[0]) <= names[best[0]]:
-            taken[quantity] = best[0]
+        # No other channel claims the column more surely.
+        if len(best) == 1 and names[best[0]] >= _PLAIN:
+            surest = max(others.get(best[0], 0) for others in scores.values())
+            if surest <= names[best[0]]:
+                taken[quantity] = best[0]
     guesses = []
     for quantity, names in scores.items():
         if quantity in taken and list(taken.values()).count(taken[quantity]) == 1:
@@ -173,11 +176,6 @@ def _score(quantity: str, name: str) -> int:
 def _best(scores: dict[str, int]) -> list[str]:
     top = max(scores.values(), default=0)
     return [name for name, score in scores.items() if score == top and top > 0]
-
-
-def _claims(scores: dict[str, dict[str, int]], name: str) -> int:
-    """Return how sure the surest of the channels is that a column is it."""
-    return max(names.get(name, 0) for names in scores.values())
 
 
 def _fits(quantity: str, unit: str) -> bool:

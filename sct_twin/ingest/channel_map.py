@@ -10,18 +10,21 @@ from pathlib import Path
 from typing import Any
 
 from friction_models.common import InputError
+from friction_models.common.ranges import is_number
 from friction_models.common.yaml_files import read_yaml
 from friction_models.loads import FloatArray, missing_column
 
 from ..readers import RawTable
-from ..records.cells import check_keys, is_given, is_number
+from ..records.cells import Cell, check_keys, is_given
 from ..records.channels import CHANNEL_NAMES, MOTION, REQUIRED, channel, check_scale
 from ..records.record import SctRecord
 from ..records.units import channel_conversion, scale_factor
 from ..signals.phases import TIMES, Phases
-from .name_template import NameTemplate
+from .measurement_files import NameTemplate
 from .phase_files import PhaseFiles, join
 
+#: How a channel map is given: a YAML file, or its content.
+Map = str | os.PathLike[str] | Mapping[str, Any] | None
 #: A channel map is a page of text.
 _MAX_BYTES = 1_000_000
 _KEYS = ("channels", "moving_mass", "metadata", "phases", "despike", "low_pass", "test_id")
@@ -79,14 +82,14 @@ class ChannelMap:
 
     columns: Mapping[str, MappedColumn] | None = None
     moving_mass: float | None = None
-    metadata: Mapping[str, Any] = field(default_factory=dict)
+    metadata: Mapping[str, Cell] = field(default_factory=dict)
     phases: Phases | None = None
     files: PhaseFiles | None = None
     names: NameTemplate | None = None
     source: str = "channel map"
 
     @classmethod
-    def load(cls, source: str | os.PathLike[str] | Mapping[str, Any] | None) -> ChannelMap:
+    def load(cls, source: Map) -> ChannelMap:
         """Read a channel map from YAML or a dictionary; None stands for canonical names.
 
         The layout is ``channels: {column name: {quantity, unit, sign, offset}}``, ``moving_mass: kg``,
@@ -170,10 +173,7 @@ class ChannelMap:
     def channels(self, table: RawTable, upsetting: bool = False) -> dict[str, FloatArray]:
         """Return the channels that a table holds, in canonical units.
 
-        Raises
-        ------
-        InputError
-            A column is missing, has no unit or one that does not fit, or holds text.
+        Raises InputError: a column is missing, has no unit or one that does not fit, or holds text.
         """
         for name in self.missing(table, upsetting):
             twice = [
@@ -212,42 +212,32 @@ class ChannelMap:
             data[column.quantity] = readings
         return data
 
-    def record(self, table: RawTable, test_id: str, metadata: Mapping[str, Any] | None = None) -> SctRecord:
+    def record(self, table: RawTable, test_id: str, metadata: Mapping[str, Cell] | None = None) -> SctRecord:
         """Return the record that a file holds, in canonical channels and units.
 
-        Raises
-        ------
-        InputError
-            A mapped column is missing, has no unit or one that does not fit, its values are bad, or the
-            map and the metadata disagree about the phases.
+        Raises InputError: a mapped column is missing, has no unit or one that does not fit, its values are
+        bad, or the map and the metadata disagree about the phases.
         """
-        channels: dict[str, Any] = {**self.channels(table)}
+        channels = self.channels(table)
         about = {**self.metadata, **(metadata or {})}
         if self.phases is not None:
             _add_times(about, self.phases.times(channels["t"], table), table.source)
-        return SctRecord(
-            test_id=test_id, metadata=about, source=table.source, first_line=table.first_line, **channels
-        )
+        return SctRecord.of_channels(test_id, channels, about, table.source, table.first_line)
 
     def joined(
-        self, upsetting: RawTable, sliding: RawTable, test_id: str, metadata: Mapping[str, Any] | None = None
+        self, upsetting: RawTable, sliding: RawTable, test_id: str, metadata: Mapping[str, Cell] | None = None
     ) -> tuple[SctRecord, list[str]]:
         """Return the record that an upsetting file and a sliding file make, and what was assumed.
 
-        Raises
-        ------
-        InputError
-            As `record`; or the two do not fit together.
+        Raises InputError: as `record`; or the two do not fit together.
         """
         about = {**self.metadata, **(metadata or {})}
         parts = self.channels(upsetting, upsetting=True), self.channels(sliding)
         channels, notes = join(*parts, upsetting.source, sliding.source, about.get("t_wait"))
-        return SctRecord(
-            test_id=test_id, metadata=about, source=sliding.source, **dict[str, Any](channels)
-        ), notes
+        return SctRecord.of_channels(test_id, channels, about, sliding.source), notes
 
 
-def _add_times(about: dict[str, object], times: Mapping[str, float], where: str) -> None:
+def _add_times(about: dict[str, Cell], times: Mapping[str, float], where: str) -> None:
     for name in TIMES:
         known = about.get(name)
         if is_given(known) and str(known) != str(times[name]):

@@ -104,21 +104,14 @@ def join(
 ) -> tuple[dict[str, FloatArray], list[str]]:
     """Return the channels of both files one after the other, and what was assumed.
 
-    Parameters
-    ----------
-    upsetting, sliding : mapping of str to ndarray
-        Channels; those that the upsetting file lacks are taken to stay as the sliding file begins (position,
-        temperature, friction force) or to be 0 (speed, acceleration).
-    upsetting_file, sliding_file : str
-        For messages.
-    wait : object
-        Stated time between the files [s]; not needed when the second begins after the first on one clock.
+    Raises InputError: a file without rows, an upsetting file that begins under load and so on are found
+    later; here: a waiting time that is none, and files that overlap only in part.
 
-    Raises
-    ------
-    InputError
-        A file without rows, an upsetting file that begins under load and so on are found later; here: a
-        waiting time that is none, and files that overlap only in part.
+    - `upsetting`, `sliding`: channels; those that the upsetting file lacks are taken to stay as the sliding
+      file begins (position, temperature, friction force) or to be 0 (speed, acceleration).
+    - `upsetting_file`, `sliding_file`: for messages.
+    - `wait`: stated time between the files [s]; not needed when the second begins after the first on one
+      clock.
     """
     notes: list[str] = []
     t_up, t_slide = upsetting["t"], sliding["t"]

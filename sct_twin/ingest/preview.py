@@ -16,10 +16,10 @@ from friction_models.common.pool import Progress
 
 from ..records.channels import CHANNELS
 from .channel_guess import draft
-from .channel_map import ChannelMap
+from .channel_map import ChannelMap, Map
 from .measurement_files import LeftOut, Source
 from .quality import warnings
-from .survey import FileFound, Map, Survey, survey
+from .survey import FileFound, Survey, survey
 
 _NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 _QUOTED = re.compile(r"'[^']*'")
@@ -54,10 +54,7 @@ def preview(
 
     Where the map does not fit the columns, a draft of `channels.yaml` is added.
 
-    Raises
-    ------
-    InputError
-        No files, or a bad channel map or test table.
+    Raises InputError: no files, or a bad channel map or test table.
     """
     return describe(survey(source, channel_map, tests, None, progress, test_id), channel_map, width)
 

@@ -64,18 +64,11 @@ SIGMA_USUAL = (20.0, 5000.0)
 def quality_row(record: SctRecord, moving_mass: float = 0.0) -> dict[str, object]:
     """Return the figures of one test as a row of the quality table (units in the names).
 
-    Parameters
-    ----------
-    record : SctRecord
-        The test.
-    moving_mass : float
-        Mass between force cell and contact [kg].
+    Raises InputError: the test is never loaded or never slides, or forces or speed say that columns are
+    swapped or a unit is wrong.
 
-    Raises
-    ------
-    InputError
-        The test is never loaded or never slides, or forces or speed say that columns are swapped or a
-        unit is wrong.
+    - `record`: the test.
+    - `moving_mass`: mass between force cell and contact [kg].
     """
     _check_columns(record)
     signals = process(record, moving_mass)
@@ -87,6 +80,8 @@ def quality_row(record: SctRecord, moving_mass: float = 0.0) -> dict[str, object
     usual = usual_step(record.t)
     gaps, largest = _gaps(record.t, usual)
     begin = float(record.t[0])
+    # Friction breaks away where sliding begins: what stands out there is no spike.
+    outliers, sliding_begins = record.t[spike_rows(record.F_r)], begin + float(signals.t[signals.slide_start])
     times = PhaseTimes.of(record)
     stated = [name for name in TIMES if is_given(record.metadata.get(name))]
     found = _detected(record, moving_mass) if stated else signals
@@ -107,12 +102,12 @@ def quality_row(record: SctRecord, moving_mass: float = 0.0) -> dict[str, object
         "F_n_clipped": clipped(record.F_n),
         "F_r_clipped": clipped(record.F_r),
         "F_n_spikes": len(spike_rows(record.F_n)),
-        "F_r_spikes": _friction_spikes(record, begin + float(signals.t[signals.slide_start])),
+        "F_r_spikes": int((np.abs(outliers - sliding_begins) > BREAK_AWAY).sum()),
         "spikes_removed": signals.spikes,
         "low_pass_Hz": round(signals.low_pass, 3),
         "phases": f"stated: {' '.join(stated)}" if stated else "detected",
         "upsetting_s": round(begin + float(signals.t[signals.load_start]), 4),
-        "sliding_s": round(begin + float(signals.t[signals.slide_start]), 4),
+        "sliding_s": round(sliding_begins, 4),
         "end_s": round(times.end if times.end is not None else begin + float(signals.t[-1]), 4),
         "upsetting_detected_s": _time(found, "load_start", begin),
         "sliding_detected_s": _time(found, "slide_start", begin),
@@ -153,12 +148,6 @@ def _detected(record: SctRecord, moving_mass: float) -> TestSignals | None:
 
 def _time(signals: TestSignals | None, name: str, begin: float) -> float | None:
     return None if signals is None else round(begin + float(signals.t[getattr(signals, name)]), 4)
-
-
-def _friction_spikes(record: SctRecord, sliding: float) -> int:
-    """Return how many samples of F_r stand out, without those of the break-away."""
-    times = record.t[spike_rows(record.F_r)]
-    return int((np.abs(times - sliding) > BREAK_AWAY).sum())
 
 
 def _zeros(zeros: Zeros) -> dict[str, float | None]:

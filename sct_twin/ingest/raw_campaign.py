@@ -16,6 +16,7 @@ from friction_models.loads import dataset
 from friction_models.loads.dataset import says_synthetic
 
 from ..readers import read_csv
+from ..records.cells import Cell
 from ..records.record import SctRecord
 from .channel_map import ChannelMap
 
@@ -105,7 +106,7 @@ class RawCampaign:
         """Return the file of a test."""
         return self.folder / "raw" / f"{test_id}.csv"
 
-    def metadata(self, test_id: str) -> dict[str, Any]:
+    def metadata(self, test_id: str) -> dict[str, Cell]:
         """Return the test's row of the test table.
 
         Raises
@@ -142,10 +143,7 @@ def read_test_table(path: Path) -> pd.DataFrame:
 def check_test_id(test_id: str, where: str) -> str:
     """Return the name of a test, which also names its files, or refuse what cannot be a file name.
 
-    Raises
-    ------
-    InputError
-        Empty, hidden, or with characters that lead out of the folder.
+    Raises InputError: empty, hidden, or with characters that lead out of the folder.
 
     Examples
     --------

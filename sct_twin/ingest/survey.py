@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,13 +18,18 @@ from friction_models.loads.dataset import says_synthetic
 
 from ..readers import RawTable, read_file
 from ..records.record import SctRecord
-from .channel_map import ChannelMap
-from .measurement_files import LeftOut, Source, measurement_files, passed_over, tests_beside
-from .name_template import NameTemplate, proposed
+from .channel_map import ChannelMap, Map
+from .measurement_files import (
+    LeftOut,
+    NameTemplate,
+    Source,
+    measurement_files,
+    passed_over,
+    proposed,
+    tests_beside,
+)
 from .quality import quality_row, repeats
 from .raw_campaign import check_test_id, read_test_table
-
-Map = str | os.PathLike[str] | Mapping[str, Any] | None
 
 
 @dataclass(frozen=True)
@@ -67,32 +72,21 @@ class FileFound:
 
 @dataclass
 class Survey:
-    """What was found.
+    """What was found."""
 
-    Attributes
-    ----------
-    files : list of FileFound
-        Readable files; the first one of each layout keeps its table.
-    rows : list of dict
-        Quality of the tests that can be used.
-    tests : list of dict
-        Their rows of the test table.
-    left_out : list of LeftOut
-        Files that cannot be used, and why.
-    info : dict
-        What is known about the campaign.
-    count : int
-        Tests that were looked at.
-    proposal : str or None
-        Template by which files would get the names of the test table.
-    """
-
+    #: Readable files; the first one of each layout keeps its table.
     files: list[FileFound] = field(default_factory=list)
+    #: Quality of the tests that can be used.
     rows: list[dict[str, object]] = field(default_factory=list)
+    #: Their rows of the test table.
     tests: list[dict[str, object]] = field(default_factory=list)
+    #: Files that cannot be used, and why.
     left_out: list[LeftOut] = field(default_factory=list)
+    #: What is known about the campaign.
     info: dict[str, Any] = field(default_factory=dict)
+    #: Tests that were looked at.
     count: int = 0
+    #: Template by which files would get the names of the test table.
     proposal: str | None = None
 
     @property
@@ -114,14 +108,14 @@ def survey(
 
     The other arguments are those of `sct_twin.ingest.campaign_files.ingest`.
 
-    Raises
-    ------
-    InputError
-        No files, or a bad channel map or test table. A file that cannot be used is left out with a reason.
+    Raises InputError: no files, or a bad channel map or test table. A file that cannot be used is left out
+    with a reason.
     """
     mapping = ChannelMap.load(channel_map)
     files, home = measurement_files(source)
-    table = _test_table(tests, home)
+    # The test table that is named, or else the one beside the files, if there is one.
+    beside = Path(tests) if tests is not None else None if home is None else tests_beside(home)
+    table = None if beside is None else read_test_table(beside)
     result = Survey(info=_info(home, table, mapping))
     mass = float(result.info.get("moving_mass_kg") or 0.0)
     work: list[tuple[str, Path | None, Path]] = [(file.stem, None, file) for file in files]
@@ -136,7 +130,7 @@ def survey(
     for number, (name, before, file) in enumerate(work):
         test = name
         try:
-            test = name if names is None else _named(names, name, file)
+            test = name if names is None else names.test_of(name, f"{file}: ")
             check_test_id(test, str(file))
             if test in known:
                 raise InputError(
@@ -175,12 +169,6 @@ def survey(
     return result
 
 
-def _test_table(tests: str | os.PathLike[str] | None, home: Path | None) -> pd.DataFrame | None:
-    """Return the test table that is named, or else the one beside the files, if there is one."""
-    file = Path(tests) if tests is not None else None if home is None else tests_beside(home)
-    return None if file is None else read_test_table(file)
-
-
 def _info(home: Path | None, table: pd.DataFrame | None, mapping: ChannelMap) -> dict[str, object]:
     """Return what is known about the campaign: its own file, if there is one, the test table, the channel map."""
     info: dict[str, object] = {"synthetic": False}
@@ -191,13 +179,6 @@ def _info(home: Path | None, table: pd.DataFrame | None, mapping: ChannelMap) ->
     if mapping.moving_mass is not None:
         info["moving_mass_kg"] = mapping.moving_mass
     return info
-
-
-def _named(names: NameTemplate, name: str, file: Path) -> str:
-    try:
-        return names.test_of(name)
-    except InputError as error:
-        raise InputError(f"{file}: {error}") from None
 
 
 def _not_listed(test: str, listed: Sequence[str]) -> str:

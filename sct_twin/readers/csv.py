@@ -132,10 +132,7 @@ def _without_footer(
 ) -> tuple[pd.DataFrame, list[str]]:
     """Return the table without the lines behind the numbers, and a note about them.
 
-    Raises
-    ------
-    InputError
-        Numbers follow behind lines that hold none: a second table.
+    Raises InputError: numbers follow behind lines that hold none: a second table.
     """
     count, words = np.zeros(len(frame), np.int16), np.zeros(len(frame), np.int16)
     for name in frame.columns:

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from friction_models.common import InputError
+from friction_models.common.ranges import is_number
 
 from .formats import library
 from .header import find_header, named_columns
@@ -33,10 +34,7 @@ _DOCTYPE = tuple(
 def read_excel(file: Path) -> RawTable:
     """Read the first sheet that has a row of names, a row of units if there is one, and numbers.
 
-    Raises
-    ------
-    InputError
-        Not a workbook, a zip bomb, XML with entities, or no such sheet.
+    Raises InputError: not a workbook, a zip bomb, XML with entities, or no such sheet.
     """
     check_package(file)
     openpyxl = library("openpyxl", "openpyxl", file, "Excel")
@@ -59,10 +57,8 @@ def read_excel(file: Path) -> RawTable:
 def check_package(file: Path) -> None:
     """Refuse a zip bomb and XML that declares a document type, before any parser sees the parts.
 
-    Raises
-    ------
-    InputError
-        Not a zip archive, encrypted, too many or too large parts, a ratio no table has, or a DOCTYPE.
+    Raises InputError: not a zip archive, encrypted, too many or too large parts, a ratio no table has, or a
+    DOCTYPE.
     """
     try:
         with zipfile.ZipFile(file) as package:
@@ -110,9 +106,7 @@ def _sheet(
         cells = _trim(row)
         if len(cells) > MAX_COLUMNS:
             raise InputError(f"{where}: {len(cells)} columns; allowed: at most {MAX_COLUMNS}")
-        numbers = (
-            len(cells) > 1 and sum(map(_is_number, cells)) > sum(cell is not None for cell in cells) // 2
-        )
+        numbers = len(cells) > 1 and sum(map(is_number, cells)) > sum(cell is not None for cell in cells) // 2
         if not table and not numbers:
             above.append(["" if cell is None else text_of(cell) for cell in cells])
             if len(above) > _HEAD_ROWS:
@@ -122,9 +116,7 @@ def _sheet(
                 f"{where}, row {line}: a second table of numbers begins behind {closing[0][1]!r} in row {closing[0][0]}; "
                 "allowed: one table (one test) a sheet"
             )
-        elif numbers or (
-            table and any(map(_is_number, cells)) and not any(isinstance(c, str) for c in cells)
-        ):
+        elif numbers or (table and any(map(is_number, cells)) and not any(isinstance(c, str) for c in cells)):
             table.append(cells)
         elif cells:
             closing.append((line, text_of(next(cell for cell in cells if cell is not None))))
@@ -141,7 +133,7 @@ def _framed(
     """Return a sheet's rows as a table with names and units."""
     width = max(map(len, [*table, *above]))
     numbered = [
-        k for k in range(width) if any(k < len(row) and _is_number(row[k]) for row in table[:_HEAD_ROWS])
+        k for k in range(width) if any(k < len(row) and is_number(row[k]) for row in table[:_HEAD_ROWS])
     ]
     header = find_header([[*row, *[""] * (width - len(row))] for row in above], numbered, where)
     names, notes = named_columns(header.names)
@@ -165,7 +157,7 @@ def _framed(
 
 
 def _numbers(values: tuple[Any, ...], name: str, first: int, where: str) -> np.ndarray:
-    text = [row for row, value in enumerate(values) if value is not None and not _is_number(value)]
+    text = [row for row, value in enumerate(values) if value is not None and not is_number(value)]
     if 2 * len(text) > sum(value is not None for value in values):
         # Dates and remarks.
         return np.array([None if value is None else text_of(value) for value in values], dtype=object)
@@ -175,10 +167,6 @@ def _numbers(values: tuple[Any, ...], name: str, first: int, where: str) -> np.n
             "allowed: numbers (mend the cell, or take the row out)"
         )
     return np.array([np.nan if value is None else float(value) for value in values])
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _trim(row: tuple[Any, ...]) -> tuple[Any, ...]:

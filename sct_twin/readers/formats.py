@@ -42,11 +42,8 @@ _HDF5 = b"\x89HDF\r\n\x1a\n"
 def kind_of(file: Path) -> str:
     """Return the kind of a file.
 
-    Raises
-    ------
-    InputError
-        No such file, empty, too large, a suffix without a reader, or content that is something else than
-        the suffix says.
+    Raises InputError: no such file, empty, too large, a suffix without a reader, or content that is something
+    else than the suffix says.
     """
     check_file(file)
     kind = SUFFIXES.get(file.suffix.lower())
@@ -96,13 +93,7 @@ def _allowed(kind: str) -> str:
 
 
 def library(module: str, package: str, file: Path, kind: str) -> ModuleType:
-    """Import a library of an extra.
-
-    Raises
-    ------
-    InputError
-        It is not installed; names the extra.
-    """
+    """Import a library of an extra. Raises InputError: it is not installed; names the extra."""
     try:
         return importlib.import_module(module)
     except ImportError as error:

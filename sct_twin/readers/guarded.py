@@ -70,10 +70,7 @@ class _Process:
     def ask(self, question: Mapping[str, str], patience: float) -> _Answer | None:
         """Return the answer; None when the process ended.
 
-        Raises
-        ------
-        TimeoutError
-            No answer within `patience` seconds.
+        Raises TimeoutError: no answer within `patience` seconds.
         """
         assert self.process.stdin is not None
         try:
@@ -100,11 +97,15 @@ class _Process:
 
 def close() -> None:
     """End the reading process, if there is one."""
-    global _reader
     with _lock:
-        if _reader is not None:
-            _reader.end()
-            _reader = None
+        _end_locked()
+
+
+def _end_locked() -> None:
+    global _reader
+    if _reader is not None:
+        _reader.end()
+        _reader = None
 
 
 atexit.register(close)
@@ -113,10 +114,7 @@ atexit.register(close)
 def read_guarded(file: Path, kind: str, patience: float | None = None) -> RawTable:
     """Read a file of one of the kinds of `readers.formats` in the reading process.
 
-    Raises
-    ------
-    InputError
-        What the reader says; or it took too long, too much memory, or crashed.
+    Raises InputError: what the reader says; or it took too long, too much memory, or crashed.
     """
     global _reader
     limit = PATIENCE + file.stat().st_size / BYTES_PER_SECOND if patience is None else patience
@@ -140,13 +138,6 @@ def read_guarded(file: Path, kind: str, patience: float | None = None) -> RawTab
         if "error" in answer:
             raise InputError(str(answer["error"]))
         return _load(Path(folder), answer, str(file))
-
-
-def _end_locked() -> None:
-    global _reader
-    if _reader is not None:
-        _reader.end()
-        _reader = None
 
 
 def _load(folder: Path, answer: _Answer, where: str) -> RawTable:

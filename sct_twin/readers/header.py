@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from friction_models.common import InputError
 
-from .numerals import is_number
+from .numerals import is_numeral
 from .table import split_unit
 
 _ATOM = (
@@ -34,19 +34,11 @@ def find_header(above: Sequence[Sequence[str]], numbered: Sequence[int], where: 
     The units are the last row of which at least half the cells are units; the row above it holds the names. Without
     units, the names are the last row with ``name [unit]``, or else the last one that names the most columns.
 
-    Parameters
-    ----------
-    above : sequence of sequence of str
-        Cells of the rows above the first row of numbers, from the beginning of the file.
-    numbered : sequence of int
-        Columns with numbers.
-    where : str
-        For messages.
+    Raises InputError: the row of names has fewer cells than the rows of numbers: they cannot be told apart.
 
-    Raises
-    ------
-    InputError
-        The row of names has fewer cells than the rows of numbers: they cannot be told apart.
+    - `above`: cells of the rows above the first row of numbers, from the beginning of the file.
+    - `numbered`: columns with numbers.
+    - `where`: for messages.
     """
     rows = [index for index, row in enumerate(above) if any(row)]
     names, units = None, None
@@ -114,13 +106,13 @@ def _are_units(row: Sequence[str], numbered: Sequence[int]) -> bool:
     cells = [row[k] for k in numbered if k < len(row) and row[k]]
     units = sum(map(is_unit, cells))
     # Zeros of another line of a logger are no units.
-    return 2 * units >= max(len(cells), 1) and not all(map(is_number, cells))
+    return 2 * units >= max(len(cells), 1) and not all(map(is_numeral, cells))
 
 
 def _names_columns(row: Sequence[str], numbered: Sequence[int]) -> bool:
     """Whether a row names most columns with numbers; a line ``key; value`` does not."""
     cells = [row[k] for k in numbered if k < len(row) and row[k]]
-    words = sum(not is_number(cell) for cell in cells)
+    words = sum(not is_numeral(cell) for cell in cells)
     return 2 * words > len(numbered) and 2 * words > len(cells)
 
 

@@ -21,10 +21,7 @@ def read_matlab(file: Path) -> RawTable:
 
     A variable ``units`` (a struct with the channels' names, or a cell array beside ``names``) gives units.
 
-    Raises
-    ------
-    InputError
-        Version 7.3, damaged, too large, or no vectors of numbers.
+    Raises InputError: version 7.3, damaged, too large, or no vectors of numbers.
     """
     from scipy.io import loadmat, whosmat
     from scipy.io.matlab import MatReadError

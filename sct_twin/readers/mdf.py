@@ -18,10 +18,7 @@ _FORMULA = {3: (10,), 4: (3,)}
 def read_mdf(file: Path) -> RawTable:
     """Read all channels that hold numbers; each channel group has its own master (time) channel.
 
-    Raises
-    ------
-    InputError
-        Not finalised, damaged, too large, or nothing that holds numbers.
+    Raises InputError: not finalised, damaged, too large, or nothing that holds numbers.
     """
     with file.open("rb") as stream:
         head = stream.read(8)

@@ -22,7 +22,7 @@ _GROUPED = {
 _MISSING = {"", "nan", "na", "n/a", "#n/a", "null", "none", "inf", "+inf", "-inf"}
 
 
-def is_number(cell: str) -> bool:
+def is_numeral(cell: str) -> bool:
     """Whether a cell holds a number in any spelling."""
     return bool(_PLAIN.match(cell)) or any(form.match(cell) for form in _GROUPED.values())
 
@@ -37,10 +37,7 @@ def decimal_mark(cells: Iterable[str], where: str) -> str:
 
     A mark is decimal where what stands behind it is no group of three digits, or where the other one groups thousands.
 
-    Raises
-    ------
-    InputError
-        Both marks occur as decimal marks, or it cannot be told which is.
+    Raises InputError: both marks occur as decimal marks, or it cannot be told which is.
 
     Examples
     --------
@@ -51,7 +48,7 @@ def decimal_mark(cells: Iterable[str], where: str) -> str:
     open_: dict[str, str] = {}
     for cell in cells:
         marks = [c for c in cell if c in ".,"]
-        if not marks or not is_number(cell):
+        if not marks or not is_numeral(cell):
             continue
         last = marks[-1]
         if len(set(marks)) == 2:

@@ -15,10 +15,7 @@ from .table import RawTable, Signal, check_shape, split_unit, table_of_signals, 
 def read_parquet(file: Path) -> RawTable:
     """Read the columns that hold numbers; what other libraries left in the metadata is not looked at.
 
-    Raises
-    ------
-    InputError
-        Damaged, too large, or no column of numbers.
+    Raises InputError: damaged, too large, or no column of numbers.
     """
     parquet = pq.ParquetFile(file, thrift_string_size_limit=10**7, thrift_container_size_limit=10**6)
     head = parquet.metadata

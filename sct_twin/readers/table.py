@@ -30,10 +30,7 @@ _BRACKET = re.compile(r"^(.*\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*$")
 def check_file(file: Path) -> None:
     """Raise before a file is opened that is not there, empty or too large.
 
-    Raises
-    ------
-    InputError
-        Names the file and what is allowed.
+    Raises InputError: names the file and what is allowed.
     """
     if not file.is_file():
         raise InputError(f"{file}: no such file")
@@ -132,13 +129,7 @@ def is_time(name: str) -> bool:
 
 
 def check_shape(rows: int, columns: int, where: str) -> None:
-    """Refuse a table that would fill the memory.
-
-    Raises
-    ------
-    InputError
-        Too many rows, columns or cells.
-    """
+    """Refuse a table that would fill the memory. Raises InputError: too many rows, columns or cells."""
     if not 0 <= rows <= MAX_ROWS or not 0 <= columns <= MAX_COLUMNS or rows * columns > MAX_CELLS:
         raise InputError(
             f"{where}: {rows} rows in {columns} columns; allowed: at most {MAX_ROWS} rows, "
@@ -152,10 +143,7 @@ def table_of_signals(signals: Sequence[Signal], where: str, kind: str, notes: Se
     A slower channel with a time of its own is interpolated linearly, its ends held; one of another
     length without a time cannot be placed and is left out with a note.
 
-    Raises
-    ------
-    InputError
-        No channel, or more cells than allowed.
+    Raises InputError: no channel, or more cells than allowed.
 
     Examples
     --------

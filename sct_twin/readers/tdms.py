@@ -18,10 +18,7 @@ _UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit", "units")
 def read_tdms(file: Path) -> RawTable:
     """Read all channels that hold numbers; time is a channel of the group or the waveform's step.
 
-    Raises
-    ------
-    InputError
-        Damaged, more values than the file has bytes for, or nothing that holds numbers.
+    Raises InputError: damaged, more values than the file has bytes for, or nothing that holds numbers.
     """
     nptdms = library("nptdms", "npTDMS", file, "TDMS")
     notes: list[str] = []

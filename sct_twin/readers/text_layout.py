@@ -11,7 +11,7 @@ from pathlib import Path
 from friction_models.common import InputError
 
 from .header import find_header, named_columns
-from .numerals import decimal_mark, is_missing, is_number
+from .numerals import decimal_mark, is_missing, is_numeral
 
 #: So much of a file is looked at.
 HEAD_BYTES = 1 << 18
@@ -24,29 +24,20 @@ DELIMITERS = "\t;,"
 
 @dataclass(frozen=True)
 class TextLayout:
-    """What stands before the numbers, and where they begin.
+    """What stands before the numbers, and where they begin."""
 
-    Attributes
-    ----------
-    delimiter, decimal, encoding : str
-        How cells, numbers and characters are written.
-    names, units : tuple of str
-        One a column; names are unique, a unit is '' where the file says none.
-    unnamed : tuple of str
-        Columns without a name in the file: dropped where they hold no numbers.
-    start : int
-        Lines before the first row of numbers.
-    notes : tuple of str
-        What the user should know.
-    """
-
+    #: How cells, numbers and characters are written.
     delimiter: str
     decimal: str
     encoding: str
+    #: One a column; names are unique, a unit is '' where the file says none.
     names: tuple[str, ...]
     units: tuple[str, ...]
+    #: Columns without a name in the file: dropped where they hold no numbers.
     unnamed: tuple[str, ...]
+    #: Lines before the first row of numbers.
     start: int
+    #: What the user should know.
     notes: tuple[str, ...]
 
 
@@ -64,10 +55,7 @@ class _Block:
 def text_layout(file: Path) -> TextLayout:
     """Find the densest block of rows of numbers, and names and units above it.
 
-    Raises
-    ------
-    InputError
-        Binary content, no delimiter, no numbers, or two tables.
+    Raises InputError: binary content, no delimiter, no numbers, or two tables.
     """
     with file.open("rb") as stream:
         raw = stream.read(HEAD_BYTES)
@@ -83,7 +71,7 @@ def text_layout(file: Path) -> TextLayout:
     block = _table(lines, file)
     delimiter = block.delimiter
     rows = [cells(line, delimiter) for line in lines[block.first : block.last + 1]]
-    numbered = [k for k in range(block.width) if any(k < len(row) and is_number(row[k]) for row in rows)]
+    numbered = [k for k in range(block.width) if any(k < len(row) and is_numeral(row[k]) for row in rows)]
     above = [cells(line, delimiter) for line in lines[: block.first]]
     header = find_header(above, numbered, str(file))
     mark = decimal_mark((cell for row in rows for cell in row), str(file))
@@ -111,24 +99,21 @@ def cells(line: str, delimiter: str) -> list[str]:
 
 def is_data(row: list[str]) -> bool:
     """Whether cells are a row of a table of numbers: more numbers than text."""
-    numbers = sum(map(is_number, row))
+    numbers = sum(map(is_numeral, row))
     text = sum(1 for cell in row if cell and not is_missing(cell)) - numbers
     return numbers > text and (numbers > 1 or len(row) > 1)
 
 
 def _worth(row: list[str]) -> int:
     """Return how much a row speaks for its delimiter: "0,5;1,5" split at commas leaves text between two numbers."""
-    text = sum(not is_number(cell) and not is_missing(cell) for cell in row)
+    text = sum(not is_numeral(cell) and not is_missing(cell) for cell in row)
     return len(row) - 2 * text
 
 
 def decode(raw: bytes, file: Path) -> tuple[str, str]:
     """Return the text and its encoding: UTF-8, UTF-16 with a byte order mark, or Windows-1252.
 
-    Raises
-    ------
-    InputError
-        Binary content.
+    Raises InputError: binary content.
     """
     if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return raw[: len(raw) // 2 * 2].decode("utf-16", "replace"), "utf-16"
@@ -150,10 +135,7 @@ def _binary(file: Path) -> InputError:
 def _table(lines: list[str], file: Path) -> _Block:
     """Return the block with the most numbers; refuse a file with two tables.
 
-    Raises
-    ------
-    InputError
-        No delimiter, no rows of numbers, or another table before this one.
+    Raises InputError: no delimiter, no rows of numbers, or another table before this one.
     """
     found: list[_Block] = []
     for delimiter in DELIMITERS:

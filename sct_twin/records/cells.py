@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 from friction_models.common import unknown_name
+
+#: What a cell of a test table holds.
+Cell = str | float | None
 
 
 def is_given(value: Any) -> bool:
@@ -21,25 +23,10 @@ def is_given(value: Any) -> bool:
     return value is not None and value != "" and not (isinstance(value, float) and math.isnan(value))
 
 
-def is_number(value: Any) -> bool:
-    """Whether an entry is a finite number that fits into a float; Booleans are none.
-
-    Examples
-    --------
-    >>> [is_number(entry) for entry in (1, 2.5, True, "3", float("inf"))]
-    [True, True, False, False, False]
-    """
-    largest = sys.float_info.max
-    return isinstance(value, int | float) and not isinstance(value, bool) and -largest <= value <= largest
-
-
 def check_keys(content: Iterable[Any], allowed: Sequence[str], where: str) -> None:
     """Refuse keys of a channel map that it does not know.
 
-    Raises
-    ------
-    InputError
-        Names the key and the nearest one that is allowed.
+    Raises InputError: names the key and the nearest one that is allowed.
     """
     for key in content:
         if key not in allowed:

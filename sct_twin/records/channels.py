@@ -51,10 +51,7 @@ MOTION = ("s", "v")
 def channel(name: str, where: str = "") -> Channel:
     """Return the channel of this name.
 
-    Raises
-    ------
-    InputError
-        No such channel; names the nearest one.
+    Raises InputError: no such channel; names the nearest one.
 
     Examples
     --------

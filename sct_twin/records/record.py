@@ -15,7 +15,7 @@ import pandas as pd
 from friction_models.common import InputError, atomic_path
 from friction_models.loads import FloatArray, missing_column
 
-from .cells import is_given
+from .cells import Cell, is_given
 from .channels import CHANNEL_NAMES, CHANNELS, MOTION, REQUIRED
 
 #: A shorter record cannot hold the upsetting and the sliding phase.
@@ -85,7 +85,7 @@ class SctRecord:
     s: FloatArray | None = None
     a: FloatArray | None = None
     T_plate: FloatArray | None = None
-    metadata: Mapping[str, Any] = field(default_factory=dict)
+    metadata: Mapping[str, Cell] = field(default_factory=dict)
     source: str = ""
     v: FloatArray | None = None
     first_line: int = 0
@@ -129,7 +129,7 @@ class SctRecord:
         cls,
         test_id: str,
         frame: pd.DataFrame,
-        metadata: Mapping[str, Any] | None = None,
+        metadata: Mapping[str, Cell] | None = None,
         source: str = "",
     ) -> SctRecord:
         """Build from a table in canonical columns and units.
@@ -152,10 +152,22 @@ class SctRecord:
         for name in REQUIRED:
             if name not in frame.columns:
                 raise missing_column(name, frame.columns, where)
-        columns: dict[str, Any] = {
-            name: frame[name].to_numpy() for name in CHANNEL_NAMES if name in frame.columns
-        }
-        return cls(test_id=test_id, metadata=dict(metadata or {}), source=source, **columns)
+        channels = {name: frame[name].to_numpy() for name in CHANNEL_NAMES if name in frame.columns}
+        return cls.of_channels(test_id, channels, dict(metadata or {}), source)
+
+    @classmethod
+    def of_channels(
+        cls,
+        test_id: str,
+        channels: Mapping[str, FloatArray],
+        metadata: Mapping[str, Cell],
+        source: str,
+        first_line: int = 0,
+    ) -> SctRecord:
+        """Build from channels by name, of which the required ones are there."""
+        t, F_n, F_r = (channels[name] for name in REQUIRED)
+        s, a, T_plate, v = (channels.get(name) for name in ("s", "a", "T_plate", "v"))
+        return cls(test_id, t, F_n, F_r, s, a, T_plate, metadata, source, v, first_line)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -226,12 +238,8 @@ def usual_step(t: FloatArray) -> float:
 def write_csv(path: Path, columns: Mapping[str, npt.ArrayLike] | pd.DataFrame) -> None:
     """Write channels as CSV: header, units row, rounded to what a data logger resolves.
 
-    Parameters
-    ----------
-    path : Path
-        File to write.
-    columns : mapping of str to array_like, shape (n,)
-        Channels by canonical name and in canonical units.
+    - `path`: file to write.
+    - `columns`, shape (n,): channels by canonical name and in canonical units.
     """
     import pyarrow as pa
     import pyarrow.csv as pa_csv

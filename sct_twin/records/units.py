@@ -21,10 +21,7 @@ _POWERS = str.maketrans({"²": "2", "³": "3", "·": "*", " ": "*", "µ": "μ"})
 def channel_conversion(quantity: str, unit: str, where: str = "") -> tuple[float, float]:
     """Return (factor, offset) from a unit to the canonical unit of a quantity.
 
-    Raises
-    ------
-    InputError
-        No such unit, or it measures something else.
+    Raises InputError: no such unit, or it measures something else.
 
     Examples
     --------
@@ -43,23 +40,13 @@ def channel_conversion(quantity: str, unit: str, where: str = "") -> tuple[float
 def scale_factor(quantity: str, unit: str, scale: str, inverse: bool, where: str) -> float:
     """Return what a reading in `unit` is multiplied by to be in the canonical unit of a quantity.
 
-    Parameters
-    ----------
-    quantity : str
-        A channel.
-    unit : str
-        Unit of the readings, ``V`` or ``mV/V``.
-    scale : str
-        Number and unit: of the quantity a reading (``5 kN/V``), or the inverse of it (``200 mV/kN``).
-    inverse : bool
-        Whether `scale` is readings a quantity (a sensitivity).
-    where : str
-        For messages.
+    Raises InputError: not a number with a unit, zero, or units that do not give the quantity.
 
-    Raises
-    ------
-    InputError
-        Not a number with a unit, zero, or units that do not give the quantity.
+    - `quantity`: a channel.
+    - `unit`: unit of the readings, ``V`` or ``mV/V``.
+    - `scale`: number and unit: of the quantity a reading (``5 kN/V``), or the inverse of it (``200 mV/kN``).
+    - `inverse`: whether `scale` is readings a quantity (a sensitivity).
+    - `where`: for messages.
 
     Examples
     --------

@@ -22,21 +22,6 @@ _STRETCH, _SAMPLES = 20, 2_000_000
 class Clock:
     """Uniform time base of a record.
 
-    Attributes
-    ----------
-    t : ndarray, shape (n,)
-        Time [s] from `start`.
-    dt : float
-        Step [s].
-    start : float
-        Time of the first sample on the record's own clock [s].
-    source : ndarray, shape (m,)
-        Times of the (averaged) samples, from `start` [s].
-    stride : int
-        Samples of the record that are averaged into one.
-    uniform : bool
-        Whether `source` is `t` already.
-
     Examples
     --------
     >>> t = np.arange(100) / 100
@@ -47,21 +32,24 @@ class Clock:
     50
     """
 
+    #: Time [s] from `start`, shape (n,).
     t: FloatArray
+    #: Step [s].
     dt: float
+    #: Time of the first sample on the record's own clock [s].
     start: float
+    #: Times of the (averaged) samples, from `start` [s], shape (m,).
     source: FloatArray
+    #: Samples of the record that are averaged into one.
     stride: int
+    #: Whether `source` is `t` already.
     uniform: bool
 
     @classmethod
     def of(cls, record: SctRecord, sliding: float | None = None) -> Clock:
         """Return the clock of a record; its step is the usual one (of the sliding phase where it is stated).
 
-        Raises
-        ------
-        InputError
-            Gaps so long that the uniform base would be many times the record.
+        Raises InputError: gaps so long that the uniform base would be many times the record.
         """
         own = record.t
         phase = own if sliding is None else own[max(0, int(np.searchsorted(own, sliding)) - 1) :]

@@ -21,22 +21,15 @@ _FREE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class ForceZero:
-    """The zero of one cell.
+    """The zero of one cell."""
 
-    Attributes
-    ----------
-    before, after : float or None
-        Unloaded reading before the load (0 where there is none) and after the test [N].
-    values, std : ndarray, shape (n,)
-        Zero and its standard uncertainty at every sample [N].
-    drift : float or None
-        Change of the zero [N/s]: between both ends, or over the unloaded samples there are.
-    """
-
+    #: Unloaded reading before the load (0 where there is none) and after the test [N].
     before: float
     after: float | None
+    #: Zero and its standard uncertainty at every sample [N], shape (n,).
     values: FloatArray
     std: FloatArray
+    #: Change of the zero [N/s]: between both ends, or over the unloaded samples there are.
     drift: float | None
 
 
@@ -61,16 +54,10 @@ def force_zeros(
 ) -> Zeros:
     """Return the zeros of both cells, linear in time where both ends of the test are seen.
 
-    Parameters
-    ----------
-    t, F_n, F_r : ndarray, shape (n,)
-        Time [s] and readings [N].
-    motion : Motion
-        Says when the plate stands: a plate that is driven back needs a force.
-    load_start, end : int
-        First sample under load, first sample after sliding.
-    stated : bool
-        Whether the start of the load is stated and needs no margin.
+    - `t`, `F_n`, `F_r`, shape (n,): time [s] and readings [N].
+    - `motion`: says when the plate stands: a plate that is driven back needs a force.
+    - `load_start`, `end`: first sample under load, first sample after sliding.
+    - `stated`: whether the start of the load is stated and needs no margin.
     """
     before = np.arange(max(0, load_start - (0 if stated else _MARGIN)))
     if len(before) < MIN_SAMPLES:

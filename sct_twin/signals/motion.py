@@ -23,14 +23,10 @@ class Motion:
     of the acceleration above. With the position alone it is the derivative of the low-passed position; the
     corner is as high as the noise of the position allows. A recorded speed is taken as it is.
 
-    Parameters
-    ----------
-    s, v, a : ndarray, shape (n,), or None
-        Position [mm], speed [mm/s], acceleration [mm/s2]; position or speed at least.
-    dt : float
-        Step [s].
-    where : str
-        For messages.
+    - `s`, `v`, `a`, shape (n,): position [mm], speed [mm/s], acceleration [mm/s2]; position or speed at
+      least.
+    - `dt`: step [s].
+    - `where`: for messages.
     """
 
     def __init__(
@@ -47,10 +43,7 @@ class Motion:
     def first(self) -> int:
         """Return a sample at which the plate has begun to move.
 
-        Raises
-        ------
-        InputError
-            It never moves, or moves from the first sample on.
+        Raises InputError: it never moves, or moves from the first sample on.
         """
         travel = float(np.ptp(self.s))
         what = "column 's'" if self.measured else "the integral of column 'v'"
@@ -105,7 +98,10 @@ class Motion:
         """
         rest = slice(0, max(slide - 1, 5))
         # A plate that stops is looked at beyond its stop; one that turns at full speed up to there only.
-        part = self if self._stops(slide, end) else self._until(end)
+        part = self
+        if not self._stops(slide, end):
+            v, a = (None if values is None else values[:end] for values in (self.v, self.a))
+            part = Motion(self.s[:end], v, a, self.dt, self.where)
         v, a = (values[:end] for values in part._speed(rest, slide, end))
         s = self.s[:end]
         direction = 1.0 if v[slide:].mean() >= 0.0 else -1.0
@@ -126,10 +122,6 @@ class Motion:
             lag = float(np.median((measured - sd)[-max(5, (end - slide) // 10) :]))
             sd = sd * max(0.0, 1.0 + lag / sd[-1])
         return v, a, sd, slide
-
-    def _until(self, end: int) -> Motion:
-        s, v, a = (None if values is None else values[:end] for values in (self.s, self.v, self.a))
-        return Motion(s, v, a, self.dt, self.where)
 
     def _stops(self, slide: int, end: int) -> bool:
         """Whether the plate stands at the end of sliding, judged by its last 5 ms."""

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from friction_models.common import InputError
+from friction_models.common.ranges import is_number
 from friction_models.loads import FloatArray, missing_column
 
 from ..readers import RawTable
-from ..records.cells import check_keys, is_given, is_number
+from ..records.cells import check_keys, is_given
 from ..records.record import SctRecord
 
 _KEYS = ("upsetting", "sliding", "channel")
@@ -40,10 +41,7 @@ class PhaseTimes:
     def of(cls, record: SctRecord) -> PhaseTimes:
         """Read `t_upsetting`, `t_sliding`, `t_end` from a record's metadata.
 
-        Raises
-        ------
-        InputError
-            Not a number, outside the record, or not one after the other.
+        Raises InputError: not a number, outside the record, or not one after the other.
         """
         first, last = float(record.t[0]), float(record.t[-1])
         said: list[tuple[str, float]] = []
@@ -69,21 +67,16 @@ class PhaseTimes:
 class Phases:
     """Upsetting and sliding as time spans [s], or as values of a channel of the file.
 
-    Attributes
-    ----------
-    upsetting, sliding : tuple of float
-        First and last time [s]; with `channel` the value of that channel, twice.
-    channel : str or None
-        Column that holds the phase.
-
     Examples
     --------
     >>> Phases(upsetting=(0.5, 1.0), sliding=(1.2, 2.0)).channel is None
     True
     """
 
+    #: First and last time [s]; with `channel` the value of that channel, twice.
     upsetting: tuple[float, float]
     sliding: tuple[float, float]
+    #: Column that holds the phase.
     channel: str | None = None
 
     @classmethod
@@ -134,11 +127,8 @@ class Phases:
 
         The record stays whole: the zeros of the force cells stand before and after.
 
-        Raises
-        ------
-        InputError
-            The phase channel is missing, a phase does not occur or goes beyond the record, or sliding comes before
-            upsetting.
+        Raises InputError: the phase channel is missing, a phase does not occur or goes beyond the record, or
+        sliding comes before upsetting.
         """
         if self.channel is None:
             key = t

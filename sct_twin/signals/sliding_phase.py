@@ -27,47 +27,33 @@ AUTO_CORNER = 0.1
 
 @dataclass(frozen=True, eq=False)
 class TestSignals:
-    """Processed channels of one test on a uniform time base.
+    """Processed channels of one test on a uniform time base."""
 
-    Attributes
-    ----------
-    t : ndarray, shape (n,)
-        Time [s] from the first sample.
-    F_n, friction : ndarray, shape (n,)
-        Zero-corrected normal force and friction force (inertia taken out) [N].
-    v, sd : ndarray, shape (n,)
-        Plate speed [mm/s] and sliding distance [mm], never decreasing.
-    load_start, slide_start : int
-        First samples of upsetting and of sliding.
-    T_plate : float
-        Plate temperature before sliding [degC].
-    zeros : Zeros
-        Unloaded readings of both cells, before the load and (where recorded) after the test: then they
-        go linearly from one end to the other.
-    F_n_std, friction_std : ndarray, shape (n,)
-        Standard uncertainties that the samples share [N]: of the zeros, and what the metadata states
-        about the cells (`F_n_std`, `F_r_std`).
-    spikes : int
-        Samples that were replaced (metadata `despike`).
-    low_pass : float
-        Corner of the low-pass of the forces [Hz]; 0 without.
-    acceleration_ratio : float
-        Largest speed by the acceleration alone over that by the position alone; 0 without acceleration.
-    """
-
+    #: Time [s] from the first sample, shape (n,).
     t: FloatArray
+    #: Zero-corrected normal force and friction force (inertia taken out) [N], shape (n,).
     F_n: FloatArray
     friction: FloatArray
+    #: Plate speed [mm/s] and sliding distance [mm], never decreasing, shape (n,).
     v: FloatArray
     sd: FloatArray
+    #: First samples of upsetting and of sliding.
     load_start: int
     slide_start: int
+    #: Plate temperature before sliding [degC].
     T_plate: float
+    #: Unloaded readings of both cells, before the load and (where recorded) after the test: then they go
+    #: linearly from one end to the other.
     zeros: Zeros
+    #: Standard uncertainties that the samples share [N]: of the zeros, and what the metadata states about the
+    #: cells (`F_n_std`, `F_r_std`), shape (n,).
     F_n_std: FloatArray
     friction_std: FloatArray
+    #: Samples that were replaced (metadata `despike`).
     spikes: int = 0
+    #: Corner of the low-pass of the forces [Hz]; 0 without.
     low_pass: float = 0.0
+    #: Largest speed by the acceleration alone over that by the position alone; 0 without acceleration.
     acceleration_ratio: float = 0.0
 
     @property
@@ -75,34 +61,19 @@ class TestSignals:
         """Zeros of F_n and F_r before the load [N]."""
         return self.zeros.F_n.before, self.zeros.F_r.before
 
-    @property
-    def slide_time(self) -> FloatArray:
-        """Time since sliding began [s], of the samples from `slide_start` on."""
-        return np.asarray(self.t[self.slide_start :] - self.t[self.slide_start])
-
 
 def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
     """Find the phases of a test and compute what is measured only indirectly.
 
-    Parameters
-    ----------
-    record : SctRecord
-        Raw channels. Its metadata may state `t_upsetting`, `t_sliding`, `t_end` [s] (what is stated is
-        not detected), `despike` (replace spikes), `low_pass` ([Hz], or ``auto``: a tenth of the sampling
-        rate; for the forces), `F_n_std`, `F_r_std` [N], and `T_tool` [degC] where no plate temperature
-        was recorded.
-    moving_mass : float
-        Mass between force cell and contact [kg]; the cell also accelerates it: F_r - m a is friction.
+    Raises InputError: the test is never loaded, never slides, or slides before it is loaded; stated times
+    contradict each other or the record; a plate temperature is neither recorded nor stated.
 
-    Returns
-    -------
-    TestSignals
-
-    Raises
-    ------
-    InputError
-        The test is never loaded, never slides, or slides before it is loaded; stated times contradict
-        each other or the record; a plate temperature is neither recorded nor stated.
+    - `record`: raw channels. Its metadata may state `t_upsetting`, `t_sliding`, `t_end` [s] (what is stated
+      is not detected), `despike` (replace spikes), `low_pass` ([Hz], or ``auto``: a tenth of the sampling
+      rate; for the forces), `F_n_std`, `F_r_std` [N], and `T_tool` [degC] where no plate temperature was
+      recorded.
+    - `moving_mass`: mass between force cell and contact [kg]; the cell also accelerates it: F_r - m a is
+      friction.
     """
     where = record.where
     times = PhaseTimes.of(record)
@@ -170,14 +141,11 @@ def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
 def resample(signals: TestSignals, spacing: float = 0.1) -> SlidingSeries:
     """Average forces and speed over equal distances, one point every `spacing` mm.
 
-    Raises
-    ------
-    InputError
-        Less than ten points of sliding.
+    Raises InputError: less than ten points of sliding.
     """
     rows = slice(signals.slide_start, None)
     return binned(
-        signals.slide_time,
+        signals.t[rows] - signals.t[signals.slide_start],
         signals.sd[rows],
         signals.v[rows],
         signals.F_n[rows],

@@ -17,32 +17,22 @@ STEADY = (0.15, 0.9)
 
 @dataclass(frozen=True, eq=False)
 class SlidingSeries:
-    """Friction at equal distances of sliding; all arrays of shape (n,).
+    """Friction at equal distances of sliding; all arrays of shape (n,)."""
 
-    Attributes
-    ----------
-    t : ndarray
-        Time since sliding began [s].
-    sd : ndarray
-        Sliding distance [mm].
-    v_rel : ndarray
-        Sliding speed [mm/s].
-    F_n, friction : ndarray
-        Normal force and friction force [N].
-    noise_std : ndarray
-        Standard uncertainty of mu from noise: independent from point to point where a point holds
-        samples of its own.
-    common_std : ndarray
-        Standard uncertainty of mu that all points of the test share: zeros of the cells, and what is
-        stated about the cells.
-    """
-
+    #: Time since sliding began [s].
     t: FloatArray
+    #: Sliding distance [mm].
     sd: FloatArray
+    #: Sliding speed [mm/s].
     v_rel: FloatArray
+    #: Normal force and friction force [N].
     F_n: FloatArray
     friction: FloatArray
+    #: Standard uncertainty of mu from noise: independent from point to point where a point holds samples of
+    #: its own.
     noise_std: FloatArray
+    #: Standard uncertainty of mu that all points of the test share: zeros of the cells, and what is stated
+    #: about the cells.
     common_std: FloatArray
 
     @property
@@ -62,14 +52,9 @@ class Bins:
     A point at distance g stands for g +- spacing/2, whether that holds one sample in fifty or a part of
     the way between two samples.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Distances of the samples, increasing [mm].
-    spacing : float
-        Distance between points and width of each [mm].
-    count : int
-        Number of points, the first at `spacing`.
+    - `x`, shape (n,): distances of the samples, increasing [mm].
+    - `spacing`: distance between points and width of each [mm].
+    - `count`: number of points, the first at `spacing`.
     """
 
     def __init__(self, x: FloatArray, spacing: float, count: int) -> None:
@@ -111,19 +96,12 @@ def binned(
 ) -> SlidingSeries:
     """Average speed and forces over equal distances, one point every `spacing` mm.
 
-    Parameters
-    ----------
-    t, sd, v, F_n, friction : ndarray, shape (n,)
-        Samples from the start of sliding on; `sd` never decreases.
-    common : tuple of ndarray, shape (n,)
-        Standard uncertainties of normal and friction force that all samples share [N].
-    spacing : float
-        Distance between points [mm].
+    Raises InputError: less than ten points of sliding.
 
-    Raises
-    ------
-    InputError
-        Less than ten points of sliding.
+    - `t`, `sd`, `v`, `F_n`, `friction`, shape (n,): samples from the start of sliding on; `sd` never
+      decreases.
+    - `common`, shape (n,): standard uncertainties of normal and friction force that all samples share [N].
+    - `spacing`: distance between points [mm].
     """
     last = float(sd[-1])
     count = int(np.floor(last / spacing - 0.5 + 1e-9))

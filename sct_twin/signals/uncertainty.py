@@ -24,12 +24,8 @@ def noise_memory(values: FloatArray, longest: int) -> tuple[float, float]:
     remembers gives less at short lags; the rise gives the correlation of an autoregressive process of
     first order.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Samples.
-    longest : int
-        Largest lag [samples] at which what changes still counts as noise.
+    - `values`, shape (n,): samples.
+    - `longest`: largest lag [samples] at which what changes still counts as noise.
     """
     squares = []
     for lag in _LAGS:

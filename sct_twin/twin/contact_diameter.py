@@ -31,22 +31,15 @@ DIFFERS = 0.02
 
 @dataclass(frozen=True, eq=False)
 class MeasuredContact:
-    """An upsetting run after its comparison with a measured contact diameter.
+    """An upsetting run after its comparison with a measured contact diameter."""
 
-    Attributes
-    ----------
-    upsetting : UpsettingRun
-        The run as it is to be read.
-    use : str
-        ``"force and area"``: the run is read at the force at which its area is the measured one; ``"area"``: the
-        area is the measured one, all else is read at the measured force; ``"compared"``: the bore is filled and the
-        run stays; ``"not used"``.
-    remark : str
-        Why it does not fit; empty where it does.
-    """
-
+    #: The run as it is to be read.
     upsetting: UpsettingRun
+    #: ``"force and area"``: the run is read at the force at which its area is the measured one; ``"area"``:
+    #: the area is the measured one, all else is read at the measured force; ``"compared"``: the bore is
+    #: filled and the run stays; ``"not used"``.
     use: str
+    #: Why it does not fit; empty where it does.
     remark: str = ""
 
     def summary(self) -> dict[str, float | str]:
@@ -61,10 +54,7 @@ class MeasuredContact:
 def measured_diameter(record: SctRecord, punch: PunchGeometry) -> float | None:
     """Return the diameter of the contact as the test table says it [mm]; None where it was not measured.
 
-    Raises
-    ------
-    InputError
-        No number, or no diameter of a contact of this specimen.
+    Raises InputError: no number, or no diameter of a contact of this specimen.
     """
     diameter = record.number(COLUMN, math.inf)
     low, high = 0.1 * punch.specimen_diameter, 2.0 * punch.specimen_diameter
@@ -88,16 +78,11 @@ def read_at_diameter(
     relation of area and force is the smoothed one of `UpsettingRun.at`. Where the area hardly depends on the
     force, it replaces that of the run; a filled bore stays.
 
-    Parameters
-    ----------
-    run_to : callable
-        Returns the run to somewhat beyond a force [N]; asked for more than `force` only where the diameter says so.
-    force : float
-        Highest force of the test [N].
-    diameter : float
-        As measured [mm].
-    punch : PunchGeometry
-        Its bore limits the contact.
+    - `run_to`: returns the run to somewhat beyond a force [N]; asked for more than `force` only where the
+      diameter says so.
+    - `force`: highest force of the test [N].
+    - `diameter`: as measured [mm].
+    - `punch`: its bore limits the contact.
     """
     bore = punch.bore_diameter or math.inf
     upsetting = run_to(force)

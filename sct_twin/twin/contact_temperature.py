@@ -38,24 +38,15 @@ class ContactTemperature(NamedTuple):
 class SlidingContact:
     """A round (or band-shaped) contact between a specimen and a sliding plate.
 
-    Parameters
-    ----------
-    radius : float
-        Contact radius [mm]; half the length of the band when `band`.
-    height : float
-        Height of the specimen [mm]; its far end touches the punch.
-    speed : float
-        Typical sliding speed [mm/s]; only sets how much plate around the contact is modelled.
-    plate_temperature, specimen_temperature, punch_temperature : float
-        Start temperatures [degC]; fresh plate enters at the plate's.
-    pressure : callable, optional
-        Relative contact pressure over the radius; any scale. Uniform by default.
-    settings : ThermalSettings
-        Resolution and material data.
-    band : bool
-        Two-dimensional contact, infinitely long across the sliding direction.
-    margin : float, optional
-        Plate modelled around the contact [mm]; from the speed by default.
+    - `radius`: contact radius [mm]; half the length of the band when `band`.
+    - `height`: height of the specimen [mm]; its far end touches the punch.
+    - `speed`: typical sliding speed [mm/s]; only sets how much plate around the contact is modelled.
+    - `plate_temperature`, `specimen_temperature`, `punch_temperature`: start temperatures [degC]; fresh plate
+      enters at the plate's.
+    - `pressure`: relative contact pressure over the radius; any scale. Uniform by default.
+    - `settings`: resolution and material data.
+    - `band`: two-dimensional contact, infinitely long across the sliding direction.
+    - `margin`: plate modelled around the contact [mm]; from the speed by default.
     """
 
     def __init__(

@@ -165,15 +165,8 @@ class SctTwin(TwinSettings):
     ) -> TwinResult:
         done = [test_id for test_id in ids if test_id in results]
         points = pd.concat([results[test_id].points() for test_id in done], ignore_index=True)
-        summary = pd.DataFrame(
-            [
-                {
-                    "test_id": test_id,
-                    **{k: v for k, v in results[test_id].summary.items() if k != "fingerprint"},
-                }
-                for test_id in done
-            ]
-        )
+        summary = pd.DataFrame([{"test_id": test_id, **results[test_id].summary} for test_id in done])
+        summary = summary.drop(columns="fingerprint")
         tests = source.tests[source.tests["test_id"].isin(done)].merge(summary, on="test_id", how="left")
         left_out = [{"test_id": test_id, "reason": failures[test_id]} for test_id in failures]
         info: dict[str, object] = {
@@ -221,6 +214,3 @@ def _software() -> dict[str, str]:
         return {"tribofmu": version("tribofmu")}
     except PackageNotFoundError:
         return {"tribofmu": "unknown"}
-
-
-__all__: list[str] = ["SctTwin", "TwinResult"]

@@ -54,30 +54,16 @@ def check(
 ) -> pd.DataFrame:
     """Evaluate some tests with each of `variants` and compare with the twin itself.
 
-    Parameters
-    ----------
-    twin : TwinSettings
-        The twin as it is used.
-    campaign : RawCampaign
-        Where the records are.
-    test_ids : sequence of str
-        Tests to choose from; those that are chosen lie evenly among them.
-    count : int
-        How many.
-    jobs, progress
-        As in `SctTwin.run`.
+    Raises InputError: less than one test.
 
-    Returns
-    -------
-    pandas.DataFrame
-        One row a test and variant: `test_id, variant`, and for each of `QUANTITIES` the change of its mean
-        over the sliding [%]; temperatures in percent of the mean rise above the tool. A variant that
-        cannot be evaluated is missing.
-
-    Raises
-    ------
-    InputError
-        Less than one test.
+    - `twin`: the twin as it is used.
+    - `campaign`: where the records are.
+    - `test_ids`: tests to choose from; those that are chosen lie evenly among them.
+    - `count`: how many.
+    - `jobs`, `progress`: as in `SctTwin.run`.
+    - returns: one row a test and variant: `test_id, variant`, and for each of `QUANTITIES` the change of its
+      mean over the sliding [%]; temperatures in percent of the mean rise above the tool. A variant that
+      cannot be evaluated is missing.
     """
     if count < 1:
         raise InputError(f"check = {count} tests; allowed: at least 1")
@@ -95,12 +81,12 @@ def check(
     rows: list[dict[str, str | float]] = []
     for test_id, name in names:
         if name and (test_id, name) in means and (test_id, "") in means:
-            T_tool = float(campaign.metadata(test_id).get("T_tool", np.nan))
+            told = campaign.metadata(test_id).get("T_tool")
             base, other = means[test_id, ""], means[test_id, name]
             row: dict[str, str | float] = {"test_id": test_id, "variant": name}
             for quantity in QUANTITIES:
-                zero = T_tool if quantity.startswith("T") else 0.0
-                whole = base[quantity] - (zero if np.isfinite(zero) else 0.0)
+                zero = float(told) if quantity.startswith("T") and told is not None else 0.0
+                whole = base[quantity] - zero
                 row[quantity] = round(100.0 * (other[quantity] - base[quantity]) / max(whole, 1e-9), 3)
             rows.append(row)
     return pd.DataFrame(rows, columns=["test_id", "variant", *QUANTITIES])

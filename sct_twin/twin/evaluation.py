@@ -13,6 +13,7 @@ from forming.materials.materials import MaterialSource, as_material, steel_16MnC
 from friction_models.common import InputError
 
 from ..ingest.raw_campaign import RawCampaign
+from ..records.cells import Cell
 from ..records.record import SctRecord
 from ..signals.filters import smooth
 from ..signals.sliding_phase import TestSignals, process, resample
@@ -27,10 +28,7 @@ from .upsetting import UpsettingRun, contact_forces, geometry, shear_share, upse
 class TwinSettings:
     """Settings of the twin, explained in `SctTwin`, and how a test is evaluated with them.
 
-    Raises
-    ------
-    InputError
-        A setting outside its limits.
+    Raises InputError: a setting outside its limits.
     """
 
     material: MaterialSource = field(default_factory=steel_16MnCr5)
@@ -74,18 +72,11 @@ class TwinSettings:
     def evaluate(self, record: SctRecord, moving_mass: float | None = None) -> TestResult:
         """Evaluate one record.
 
-        Parameters
-        ----------
-        record : SctRecord
-            Raw channels with metadata: `T_tool` (the plate's temperature where missing), `T_specimen`,
-            `bore`, `tip`, ...
-        moving_mass : float, optional
-            Mass between force cell and contact [kg]; the twin's own, or 0, by default.
+        Raises InputError: a phase is missing, or the specimen cannot carry the force.
 
-        Raises
-        ------
-        InputError
-            A phase is missing, or the specimen cannot carry the force.
+        - `record`: raw channels with metadata: `T_tool` (the plate's temperature where missing),
+          `T_specimen`, `bore`, `tip`, ...
+        - `moving_mass`: mass between force cell and contact [kg]; the twin's own, or 0, by default.
         """
         where = record.source or f"test {record.test_id}"
         mass = next((m for m in (self.moving_mass, moving_mass) if m is not None), 0.0)
@@ -173,7 +164,7 @@ class TwinSettings:
 
 
 def evaluate_file(
-    twin: TwinSettings, folder: str, metadata: dict[str, object], mass: float
+    twin: TwinSettings, folder: str, metadata: dict[str, Cell], mass: float
 ) -> TestResult | str:
     """Evaluate one test of a campaign in a pool; a reason where it cannot be."""
     test_id = str(metadata["test_id"])

@@ -13,7 +13,7 @@ from friction_models.loads import LOAD_NAMES
 
 from .contact_temperature import SlidingContact, ThermalBody, ThermalSettings
 from .sliding import rest
-from .upsetting import SPEED, WOBBLE, ContactState, UpsettingRun, known_upset, run_force
+from .upsetting import WOBBLE, ContactState, UpsettingCase, UpsettingRun, known_upset, run_force
 
 #: Least normal force that makes a contact [N].
 LOADED = 1e3
@@ -40,7 +40,7 @@ class ContactLoads(NamedTuple):
     psi: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class ProcessSnapshot:
     """State of a process at one time; see `SctProcess.snapshot`."""
 
@@ -49,6 +49,7 @@ class ProcessSnapshot:
     F_n: float
     v: float
     T_tool: float
+    #: Force that made the contact, and the tool temperature then; a force of 0 is no contact yet.
     highest: float
     seated: float
     state: ContactState
@@ -146,35 +147,29 @@ class SctProcess:
         steel = as_material(material)
         self.thermal = thermal or ThermalSettings(specimen=ThermalBody.of(steel))
         self.t_wait = float(t_wait)
-        self._T_tool = self._T_upset = float(T_tool)
-        run = known_upset(
-            self.punch,
-            run_force(self.F_max),
-            mesh_size,
-            "SCT process",
-            material=steel,
-            mu=upsetting_mu,
-            T0=self._T_tool if T_specimen is None else float(T_specimen),
-            T_tool=self._T_tool,
-            speed=SPEED,
-        )
-        self._upsetting = UpsettingRun(run, self._T_upset)
-        self.time = 0.0
-        self._sd = self._F_n = self._v = 0.0
-        # Force that made the contact, and the tool temperature then; a force of 0 is no contact yet.
-        self._highest, self._seated = 0.0, self._T_tool
-        self._state, self._contact = self._contact_under(self.F_max, self._T_tool)
+        self._T_upset = T_tool = float(T_tool)
+        T0 = T_tool if T_specimen is None else float(T_specimen)
+        case = UpsettingCase(self.punch, run_force(self.F_max), mesh_size, steel, upsetting_mu, T0, T_tool)
+        self._upsetting = UpsettingRun(known_upset(case, "SCT process"), T_tool)
+        contact = self._contact_under(self.F_max, T_tool)
+        self._now = ProcessSnapshot(0.0, 0.0, 0.0, 0.0, T_tool, 0.0, T_tool, *contact)
+
+    @property
+    def time(self) -> float:
+        """Time since the start [s]."""
+        return self._now.time
 
     @property
     def loads(self) -> ContactLoads:
         """Loads of the contact mean at the end of the last step."""
-        sigma_n = float(self._state.sigma_n(self._F_n))
-        return ContactLoads(self._v, self._contact.contact.mean, sigma_n, self._sd, self._state.psi)
+        now = self._now
+        sigma_n = float(now.state.sigma_n(now.F_n))
+        return ContactLoads(now.v, now.contact.contact.mean, sigma_n, now.sd, now.state.psi)
 
     @property
     def T_max(self) -> float:
         """Largest local contact temperature [degC]."""
-        return self._contact.contact.maximum
+        return self._now.contact.contact.maximum
 
     def advance(self, dt: float, F_n: float, v_slide: float, T_tool: float, mu: float) -> ContactLoads:
         """Go on by `dt` with inputs that hold over the step; return the loads at its end.
@@ -207,50 +202,39 @@ class SctProcess:
             if not low <= value <= high:
                 raise InputError(f"SCT process: {name} = {value!r}; allowed: {low:g} to {high:g}")
         self._seat(float(F_n), float(T_tool))
-        self._contact.plate_temperature = self._contact.punch_temperature = self._T_tool = float(T_tool)
-        self._F_n, self._v = float(F_n), float(v_slide)
+        now = self._now
+        now.contact.plate_temperature = now.contact.punch_temperature = now.T_tool = float(T_tool)
+        now.F_n, now.v = float(F_n), float(v_slide)
         if dt > 0.0:
-            self._contact.advance(float(dt), float(v_slide * dt), float(mu * F_n * v_slide))
-            self.time += float(dt)
-            self._sd += float(v_slide * dt)
+            now.contact.advance(float(dt), float(v_slide * dt), float(mu * F_n * v_slide))
+            now.time += float(dt)
+            now.sd += float(v_slide * dt)
         return self.loads
 
     def snapshot(self) -> ProcessSnapshot:
         """Return the state, to come back to it with `restore`."""
-        return ProcessSnapshot(
-            self.time,
-            self._sd,
-            self._F_n,
-            self._v,
-            self._T_tool,
-            self._highest,
-            self._seated,
-            self._state,
-            self._contact.copy(),
-        )
+        return replace(self._now, contact=self._now.contact.copy())
 
     def restore(self, snapshot: ProcessSnapshot) -> None:
         """Return exactly to a snapshot of this process; it can be used again."""
-        self.time, self._sd = snapshot.time, snapshot.sd
-        self._F_n, self._v, self._T_tool = snapshot.F_n, snapshot.v, snapshot.T_tool
-        self._highest, self._seated = snapshot.highest, snapshot.seated
-        self._state, self._contact = snapshot.state, snapshot.contact.copy()
+        self._now = replace(snapshot, contact=snapshot.contact.copy())
 
     def _seat(self, F_n: float, T_tool: float) -> None:
         """Make or enlarge the contact where force or tool temperature ask for it."""
-        more = F_n > (1.0 + WOBBLE) * self._highest
-        if self._sd > 0.0:
+        now = self._now
+        more = F_n > (1.0 + WOBBLE) * now.highest
+        if now.sd > 0.0:
             if more and F_n <= self.F_max:
-                self._highest = F_n / (1.0 + WOBBLE)
-                grown = self._upsetting.at(self._highest)
-                self._state = replace(self._state, area=grown.area, psi=grown.psi)
+                now.highest = F_n / (1.0 + WOBBLE)
+                grown = self._upsetting.at(now.highest)
+                now.state = replace(now.state, area=grown.area, psi=grown.psi)
             return
-        warmed = self._highest > 0.0 and abs(T_tool - self._seated) > TOUCHED
+        warmed = now.highest > 0.0 and abs(T_tool - now.seated) > TOUCHED
         if F_n >= LOADED and (more or warmed):
             # Nothing has slid yet: the contact is the one under this force.
-            self._highest, self._seated = max(F_n, self._highest), T_tool
-            self._state, self._contact = self._contact_under(min(self._highest, self.F_max), T_tool)
-            rest(self._contact, self.t_wait)
+            now.highest, now.seated = max(F_n, now.highest), T_tool
+            now.state, now.contact = self._contact_under(min(now.highest, self.F_max), T_tool)
+            rest(now.contact, self.t_wait)
 
     def _contact_under(self, F_n: float, T_tool: float) -> tuple[ContactState, SlidingContact]:
         state = self._upsetting.at(F_n)

@@ -54,20 +54,12 @@ def slide(
 ) -> TemperatureHistory:
     """Slide along t(sd) under a given friction force, with rests under load where the plate stands.
 
-    Parameters
-    ----------
-    contact : SlidingContact
-        Start state; advanced in place.
-    t, sd, friction, v : ndarray, shape (n,)
-        Time [s], distance [mm] (increasing), friction force [N] and speed [mm/s]. Time beyond distance
-        over speed is a rest.
-    start_share : float
-        First step, in cells; steps grow to half a cell.
-
-    Returns
-    -------
-    TemperatureHistory
-        At the ends of the thermal steps, the start included; before and after a rest at the same distance.
+    - `contact`: start state; advanced in place.
+    - `t`, `sd`, `friction`, `v`, shape (n,): time [s], distance [mm] (increasing), friction force [N] and
+      speed [mm/s]. Time beyond distance over speed is a rest.
+    - `start_share`: first step, in cells; steps grow to half a cell.
+    - returns: at the ends of the thermal steps, the start included; before and after a rest at the same
+      distance.
     """
     where, pauses = rests(t, sd, v)
     stops = np.union1d(step_ends(contact.cell, float(sd[-1]), start_share), where)

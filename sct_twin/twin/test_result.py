@@ -6,13 +6,14 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from friction_models.common import atomic_path
 from friction_models.loads import POINT_UNITS, FloatArray
+
+from ..records.cells import Cell
 
 #: Columns beyond the contract's, with units.
 EXTRA_UNITS = {
@@ -57,15 +58,6 @@ ASSUMPTIONS = (
 class TestResult:
     """Loads and friction of one test at equal distances.
 
-    Attributes
-    ----------
-    test_id : str
-        Name of the test.
-    columns : mapping of str to ndarray, shape (n,)
-        `t, v_rel, T, sigma_n, sd, psi, mu` and the columns of `EXTRA_UNITS`.
-    summary : mapping
-        One value a test: contact area, heights, zeros, masses, fingerprint of inputs and settings.
-
     Examples
     --------
     >>> columns = {"sd": np.array([0.0, 0.1]), "mu": np.array([0.08, 0.07])}
@@ -73,9 +65,12 @@ class TestResult:
     [['sct001', 0.0, 0.08], ['sct001', 0.1, 0.07]]
     """
 
+    #: Name of the test.
     test_id: str
+    #: `t, v_rel, T, sigma_n, sd, psi, mu` and the columns of `EXTRA_UNITS`, shape (n,).
     columns: Mapping[str, FloatArray]
-    summary: Mapping[str, Any] = field(default_factory=dict)
+    #: One value a test: contact area, heights, zeros, masses, fingerprint of inputs and settings.
+    summary: Mapping[str, Cell] = field(default_factory=dict)
 
     def points(self) -> pd.DataFrame:
         """Return one row a point, `test_id` first."""
@@ -84,7 +79,7 @@ class TestResult:
         return frame
 
 
-def write_netcdf(result: TestResult, path: Path, attributes: Mapping[str, Any]) -> None:
+def write_netcdf(result: TestResult, path: Path, attributes: Mapping[str, str]) -> None:
     """Write one test, atomically; numbers as float64 over the dimension `point`."""
     import netCDF4
 

@@ -24,17 +24,7 @@ _TABLE_END = 1600.0
 class ThermalBody:
     """Heat data of a body, each a number or pairs (temperature [degC], value) with straight lines between.
 
-    Attributes
-    ----------
-    conductivity : float or pairs (T, value)
-        [N/(s K)], the number of W/(m K).
-    capacity : float or pairs (T, value)
-        Heat capacity per volume [N/(mm2 K)], the number of MJ/(m3 K).
-
-    Raises
-    ------
-    InputError
-        A value that is not positive, or temperatures that do not rise.
+    Raises InputError: a value that is not positive, or temperatures that do not rise.
 
     Examples
     --------
@@ -47,7 +37,9 @@ class ThermalBody:
     400.0
     """
 
+    #: [N/(s K)], the number of W/(m K).
     conductivity: Property
+    #: Heat capacity per volume [N/(mm2 K)], the number of MJ/(m3 K).
     capacity: Property
 
     def __post_init__(self) -> None:
@@ -101,37 +93,11 @@ def _shipped(name: str) -> ThermalBody:
     return ThermalBody.of(load(name))
 
 
-def _plate() -> ThermalBody:
-    return _shipped("1.2379")
-
-
-def _specimen() -> ThermalBody:
-    return _shipped("16MnCr5")
-
-
 @dataclass(frozen=True)
 class ThermalSettings:
     """Numerical and physical settings of the sliding model.
 
-    Attributes
-    ----------
-    cells : int
-        Plate cells across the contact diameter.
-    surface_layer : float
-        Thickness of the cells at the interface [mm].
-    growth : float
-        Ratio of neighbouring layer thicknesses away from the interface.
-    depth : float
-        Depth of the plate that is modelled [mm].
-    heat_transfer : float
-        Interface heat transfer coefficient [N/(mm s K)]; 35 is 35 000 W/(m2 K).
-    plate, specimen : ThermalBody
-        Heat data; those of the material files of 1.2379 and 16MnCr5 by default.
-
-    Raises
-    ------
-    InputError
-        A value outside its limits.
+    Raises InputError: a value outside its limits.
 
     Examples
     --------
@@ -144,13 +110,19 @@ class ThermalSettings:
     friction_models.common.errors.InputError: thermal settings: cells = 2; allowed: 4 to 400
     """
 
+    #: Plate cells across the contact diameter.
     cells: int = 24
+    #: Thickness of the cells at the interface [mm].
     surface_layer: float = 0.05
+    #: Ratio of neighbouring layer thicknesses away from the interface.
     growth: float = 1.25
+    #: Depth of the plate that is modelled [mm].
     depth: float = 12.0
+    #: Interface heat transfer coefficient [N/(mm s K)]; 35 is 35 000 W/(m2 K).
     heat_transfer: float = 35.0
-    plate: ThermalBody = field(default_factory=_plate)
-    specimen: ThermalBody = field(default_factory=_specimen)
+    #: Heat data; those of the material files of 1.2379 and 16MnCr5 by default.
+    plate: ThermalBody = field(default_factory=lambda: _shipped("1.2379"))
+    specimen: ThermalBody = field(default_factory=lambda: _shipped("16MnCr5"))
 
     def __post_init__(self) -> None:
         for name, low, high in (

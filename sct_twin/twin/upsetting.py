@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
 from forming.materials.materials import Material
-from forming.processes.upsetting import UpsettingResult, upset
+from forming.processes.specimen_upsetting import UpsettingResult, upset
 from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError
 from friction_models.loads import FloatArray
@@ -18,33 +17,48 @@ from friction_models.loads import FloatArray
 from ..records.record import SctRecord
 from .contact_temperature import SlidingContact, ThermalSettings
 
+#: Punch speed [mm/s] where nothing else is measured.
+SPEED = 10.0
+#: Relative excess of the force over that of upsetting that is taken for a wobble of its control.
+WOBBLE = 0.02
+#: Diameter of the contact over that of the bore from which on the bore counts as filled.
+FILLED = 0.995
+#: Width of the local fit over the force (standard deviation, relative).
+FIT_WIDTH = 0.1
+
+
+@dataclass(frozen=True)
+class UpsettingCase:
+    """Arguments of `forming.upset` for a specimen."""
+
+    punch: PunchGeometry
+    #: Highest force [N].
+    force: float
+    mesh_size: float
+    material: Material
+    #: Friction while upsetting.
+    mu: float
+    T0: float
+    T_tool: float
+    speed: float = SPEED
+
 
 @dataclass(frozen=True, eq=False)
 class ContactState:
-    """The contact at the end of upsetting; kept while the specimen slides.
+    """The contact at the end of upsetting; kept while the specimen slides."""
 
-    Attributes
-    ----------
-    force : float
-        Normal force it belongs to [N].
-    area, radius : float
-        Contact area [mm2] and the radius of the circle of that area [mm].
-    height : float
-        Height of the specimen [mm].
-    psi : float
-        Area-weighted mean of the local surface expansion dA/dA0.
-    T_specimen : float
-        Temperature of the specimen near the contact [degC].
-    radius_fraction, pressure : ndarray, shape (m,)
-        Contact pressure [MPa] over r / radius.
-    """
-
+    #: Normal force it belongs to [N].
     force: float
+    #: Contact area [mm2] and the radius of the circle of that area [mm].
     area: float
     radius: float
+    #: Height of the specimen [mm].
     height: float
+    #: Area-weighted mean of the local surface expansion dA/dA0.
     psi: float
+    #: Temperature of the specimen near the contact [degC].
     T_specimen: float
+    #: Contact pressure [MPa] over r / radius, shape (m,).
     radius_fraction: FloatArray
     pressure: FloatArray
 
@@ -111,24 +125,16 @@ def geometry(record: SctRecord) -> PunchGeometry:
 
 @dataclass(frozen=True, eq=False)
 class UpsettingRun:
-    """An upsetting run that is read at forces.
+    """An upsetting run that is read at forces."""
 
-    Attributes
-    ----------
-    result : UpsettingResult
-        The run.
-    T_tool : float
-        Temperature of the tools in it [degC].
-    flow_stress : float
-        Flow stress of the specimen over that of the run: the contact under a force F is that of the run under
-        F / `flow_stress`, with its pressure in proportion.
-    area_factor : float
-        Measured contact area over that of the run.
-    """
-
+    #: The run.
     result: UpsettingResult
+    #: Temperature of the tools in it [degC].
     T_tool: float
+    #: Flow stress of the specimen over that of the run: the contact under a force F is that of the run under
+    #: F / `flow_stress`, with its pressure in proportion.
     flow_stress: float = 1.0
+    #: Measured contact area over that of the run.
     area_factor: float = 1.0
 
     def at(self, force: float) -> ContactState:
@@ -192,50 +198,27 @@ def upset_specimen(
     flow stress knows the history through it (with an exponent of 0.025), everything else is a function of
     the force.
 
-    Raises
-    ------
-    InputError
-        The force cannot be reached with this specimen.
+    Raises InputError: the force cannot be reached with this specimen.
     """
     reached = float(np.max(F_n))
 
-    def run(speed: float) -> UpsettingResult:
-        force = run_force(max(reached, highest))
-        return known_upset(
-            punch,
-            force,
-            mesh_size,
-            where,
-            material=material,
-            mu=mu,
-            T0=T_specimen,
-            T_tool=T_tool,
-            speed=speed,
-        )
-
-    result = run(SPEED)
+    force = run_force(max(reached, highest))
+    usual = UpsettingCase(punch, force, mesh_size, material, mu, T_specimen, T_tool)
+    result = known_upset(usual, where)
     stroke = float(result.height[0] - local_fit(result.force, result.height, reached))
     factor = stroke / max(float(t[-1] - t[0]), 1e-3) / SPEED
     if not 0.5 < factor < 2.0:
-        result = run(SPEED * 2.0 ** float(np.clip(round(math.log2(max(factor, 1e-3))), -6, 6)))
+        speed = SPEED * 2.0 ** float(np.clip(round(math.log2(max(factor, 1e-3))), -6, 6))
+        result = known_upset(replace(usual, speed=speed), where)
     return UpsettingRun(result, T_tool)
 
 
-def known_upset(
-    punch: PunchGeometry, force: float, mesh_size: float, where: str, **arguments: Any
-) -> UpsettingResult:
+def known_upset(case: UpsettingCase, where: str) -> UpsettingResult:
     """Return `robust_upset`, from this process's memory where the same was asked before."""
     try:
-        return _remembered(punch, force, mesh_size, tuple(sorted(arguments.items())))
+        return _remembered(case)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
-
-
-@lru_cache(maxsize=32)
-def _remembered(
-    punch: PunchGeometry, force: float, mesh_size: float, arguments: tuple[tuple[str, Any], ...]
-) -> UpsettingResult:
-    return robust_upset(punch, force, mesh_size, "", **dict(arguments))
 
 
 def run_force(highest: float) -> float:
@@ -246,37 +229,24 @@ def run_force(highest: float) -> float:
     return float(1.1 ** math.ceil(math.log(1.1 * highest) / math.log(1.1)))
 
 
-#: Punch speed [mm/s] where nothing else is measured.
-SPEED = 10.0
-#: Relative excess of the force over that of upsetting that is taken for a wobble of its control.
-WOBBLE = 0.02
-#: Diameter of the contact over that of the bore from which on the bore counts as filled.
-FILLED = 0.995
-#: Width of the local fit over the force (standard deviation, relative).
-FIT_WIDTH = 0.1
+def robust_upset(case: UpsettingCase, where: str = "") -> UpsettingResult:
+    """Upset up to the force; where a fold closes badly, another mesh usually gets through.
 
-
-def robust_upset(
-    punch: PunchGeometry, force: float, mesh_size: float, where: str, **arguments: Any
-) -> UpsettingResult:
-    """Upset up to `force`; where a fold closes badly, another mesh usually gets through.
-
-    Raises
-    ------
-    InputError
-        No mesh reaches the force.
+    Raises InputError: no mesh reaches the force; the message begins with `where`.
     """
     message = ""
-    largest = punch.specimen_diameter / 8.0
+    largest = case.punch.specimen_diameter / 8.0
     for factor in (1.0, 1.1, 0.9, 1.25, 0.8):
-        result = upset(punch, force=force, mesh_size=min(factor * mesh_size, largest), **arguments)
+        result = upset(**vars(case) | {"mesh_size": min(factor * case.mesh_size, largest)})
         if result.status == "ok":
             return result
         message = message or result.message
     raise InputError(
-        f"{where}{': ' if where else ''}upsetting to {force * 1e-3:.1f} kN {message}; "
-        "allowed: forces the specimen can carry"
+        f"{where}upsetting to {case.force * 1e-3:.1f} kN {message}; allowed: forces the specimen can carry"
     )
+
+
+_remembered = lru_cache(maxsize=32)(robust_upset)
 
 
 def local_fit(x: FloatArray, y: FloatArray, at: float) -> float:

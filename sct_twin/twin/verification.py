@@ -74,18 +74,10 @@ def two_bodies(seconds: float) -> list[Row]:
         contact.advance(float(dt), 0.0, 0.0)
     plate, specimen = half_spaces(settings, seconds)
     source = "Carslaw and Jaeger: two half spaces over a film"
+    risen, fallen = contact.contact.plate - COLD, HOT - contact.contact.specimen
     return [
-        Row(
-            f"plate above {COLD:g} degC, {seconds:g} s", "K", plate, source, contact.contact.plate - COLD, 1.0
-        ),
-        Row(
-            f"specimen below {HOT:g} degC, {seconds:g} s",
-            "K",
-            specimen,
-            source,
-            HOT - contact.contact.specimen,
-            1.0,
-        ),
+        Row(f"plate above {COLD:g} degC, {seconds:g} s", "K", plate, source, risen, 1.0),
+        Row(f"specimen below {HOT:g} degC, {seconds:g} s", "K", specimen, source, fallen, 1.0),
     ]
 
 

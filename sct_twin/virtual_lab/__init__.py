@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from .campaign import Campaign as Campaign
     from .further_tests import run_protocol as run_protocol
     from .hidden import HIDDEN as HIDDEN
+    from .law import load_truth as load_truth
     from .lubricants import LUBRICANTS as LUBRICANTS
     from .plans import PLAN_NAMES as PLAN_NAMES
     from .press import NINE_LEVELS as NINE_LEVELS
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from .rig.instruments import Faults as Faults
     from .rig.instruments import Instruments as Instruments
     from .rig.specimen import Rig as Rig
-    from .truth import load_truth as load_truth
 
 _EXPORTS = {
     "Campaign": "campaign",
@@ -33,7 +33,7 @@ _EXPORTS = {
     "PROTOCOLS": "protocols",
     "FORMATS": "rig.file_formats",
     "Rig": "rig.specimen",
-    "load_truth": "truth",
+    "load_truth": "law",
 }
 
 __all__ = sorted(_EXPORTS)

@@ -6,9 +6,10 @@ import os
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 import numpy as np
 import pandas as pd
@@ -20,18 +21,17 @@ from friction_models.common.locks import locked
 from friction_models.common.pool import Progress, map_unordered
 
 from ..ingest.raw_campaign import RawCampaign, write_tables
-from .campaign_info import campaign_info
 from .experiment import Specimen, contact_reading, run_test
-from .hidden import with_offset, without_offset
-from .law import TrueLaw
+from .hidden import FORCE_ZERO, HIDDEN, hidden_names, with_offset
+from .law import TrueLaw, write_truth
 from .lubricants import lubricant_named
-from .plans import make_plan, parse_plan, read_plan
+from .plans import UNITS, PlanRow, make_plan, parse_plan, read_plan
+from .rig.drive import RATE
 from .rig.file_formats import file_format as file_format_named
 from .rig.file_formats import write_channel_map
 from .rig.instruments import Faults, Instruments
-from .rig.specimen import Rig, SpecimenTable
+from .rig.specimen import DIAMETER, HEIGHT, Rig, SpecimenTable, perturbations
 from .specimen_runs import solver_fingerprint, specimen_tables
-from .truth import write_truth
 
 
 @dataclass(eq=False)
@@ -89,6 +89,11 @@ class Campaign:
     repeats: int = 1
     faults: Faults | None = None
     law: TrueLaw | None = None
+    #: What the campaign really is: its law, the laboratory, its sensors, and the faults with a hidden offset.
+    true_law: TrueLaw = field(init=False, repr=False)
+    true_rig: Rig = field(init=False, repr=False)
+    sensors: Instruments = field(init=False, repr=False)
+    true_faults: Faults | None = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         if isinstance(self.seed, bool) or not isinstance(self.seed, int | np.integer) or self.seed < 0:
@@ -99,32 +104,14 @@ class Campaign:
         usual = Rig()
         if self.lubricant is not None:
             usual = replace(Rig.realistic(), upsetting_mu=lubricant_named(self.lubricant).upsetting_mu)
-        self._rig = self.rig or usual
-        self._instruments = self.instruments or (Instruments() if plain else Instruments.realistic())
-        hidden, offset = without_offset(self.hidden)
-        self._law = self.law or TrueLaw.draw(hidden, int(self.seed), self.lubricant)
-        self._faults = with_offset(self.faults, int(self.seed)) if offset else self.faults
+        self.true_rig = self.rig or usual
+        self.sensors = self.instruments or (Instruments() if plain else Instruments.realistic())
+        names = hidden_names(self.hidden, (*HIDDEN, FORCE_ZERO))
+        effects = [name for name in names if name != FORCE_ZERO]
+        self.true_law = self.law or TrueLaw.draw(effects, int(self.seed), self.lubricant)
+        offset = FORCE_ZERO in names
+        self.true_faults = with_offset(self.faults, int(self.seed)) if offset else self.faults
         self._tests = self._table()
-
-    @property
-    def true_law(self) -> TrueLaw:
-        """Return the friction law of the campaign."""
-        return self._law
-
-    @property
-    def true_rig(self) -> Rig:
-        """Return the laboratory's reality."""
-        return self._rig
-
-    @property
-    def sensors(self) -> Instruments:
-        """Return the sensors."""
-        return self._instruments
-
-    @property
-    def true_faults(self) -> Faults | None:
-        """Return the faults, with a hidden offset of the friction cell."""
-        return self._faults
 
     @property
     def tests(self) -> pd.DataFrame:
@@ -141,8 +128,8 @@ class Campaign:
             table = read_plan(self.plan, seed)
         if self.lubricant is not None:
             table["lubricant"] = self.lubricant
-        if self._rig.scattered or self._instruments.caliper > 0.0:
-            drawn = [Specimen.draw(str(t), self._rig, self._instruments, seed) for t in table["test_id"]]
+        if self.true_rig.scattered or self.sensors.caliper > 0.0:
+            drawn = [Specimen.draw(str(t), self.true_rig, self.sensors, seed) for t in table["test_id"]]
             table["specimen_diameter"] = [specimen.diameter_measured for specimen in drawn]
             table["specimen_height"] = [specimen.height_measured for specimen in drawn]
         return table
@@ -214,19 +201,21 @@ class Campaign:
         target = Path(out)
         check_folder(target, CAMPAIGN)
         tests = self.tests
-        rows = tests.to_dict("records")
+        rows = cast("list[PlanRow]", tests.to_dict("records"))
         report = progress or (lambda done, of, what: None)
-        partial = _unfinished(target)
+        # Finished tests wait in a folder beside the target, so that an interrupted run goes on.
+        waiting = check_folder(target.parent / f".{target.name}.partial", UNFINISHED)
+        waiting.mkdir(parents=True, exist_ok=True)
         busy = f"{target}: another run makes a campaign here; wait for it, or use another folder"
-        with locked(partial / ".lock", busy):
-            self._prepare(partial, kind.name)
+        with locked(waiting / ".lock", busy):
+            self._prepare(waiting, kind.name)
             known = {
-                row["test_id"] for row in rows if (partial / "truth" / f"{row['test_id']}.npz").is_file()
+                row["test_id"] for row in rows if (waiting / "truth" / f"{row['test_id']}.npz").is_file()
             }
             shapes = {_shape(row): float(row["bore"]) for row in rows}
             tables = specimen_tables(
                 shapes,
-                self._rig,
+                self.true_rig,
                 None if self.cache is None else str(self.cache),
                 jobs,
                 lambda done, of: report(0, len(rows), f"virtual upsetting {done} of {of}"),
@@ -234,125 +223,114 @@ class Campaign:
             if known:
                 report(len(known), len(rows), f"{len(known)} tests known")
             open_rows = [row for row in rows if row["test_id"] not in known]
-            items = [
-                (
-                    row,
-                    self._law.to_dict(),
-                    tables[_shape(row)],
-                    self._rig,
-                    self._instruments,
-                    int(self.seed),
-                    self._faults,
-                    kind.name,
-                    str(partial),
-                )
-                for row in open_rows
-            ]
-            for done, (index, _) in enumerate(map_unordered(_test_to_files, items, jobs)):
+            test_to_files = partial(
+                _test_to_files,
+                law=self.true_law,
+                rig=self.true_rig,
+                instruments=self.sensors,
+                seed=int(self.seed),
+                faults=self.true_faults,
+                kind=kind.name,
+                folder=waiting,
+            )
+            items = [(row, tables[_shape(row)]) for row in open_rows]
+            for done, (index, _) in enumerate(map_unordered(test_to_files, items, jobs)):
                 test_id = open_rows[index]["test_id"]
                 report(len(known) + done + 1, len(rows), f"virtual test {test_id}")
             with atomic_folder(target, CAMPAIGN) as folder:
-                (partial / "raw").rename(folder / "raw")
-                ids = [str(row["test_id"]) for row in rows]
-                scatter = write_truth(partial / "truth", folder, ids, self._truth())
+                (waiting / "raw").rename(folder / "raw")
+                ids = [row["test_id"] for row in rows]
+                truth = {
+                    "law": self.true_law.to_dict(),
+                    "rig": asdict(self.true_rig),
+                    "instruments": asdict(self.sensors),
+                    "faults": None if self.true_faults is None else asdict(self.true_faults),
+                }
+                scatter = write_truth(waiting / "truth", folder, ids, truth)
                 write_tables(folder, self._measured_after(tests, scatter), self._info(kind.name))
                 if kind.name != "canonical":
-                    write_channel_map(folder, kind, self._instruments.moving_mass)
-            shutil.rmtree(partial, ignore_errors=True)
+                    write_channel_map(folder, kind, self.sensors.moving_mass)
+            shutil.rmtree(waiting, ignore_errors=True)
         return target
 
     def _measured_after(
         self, tests: pd.DataFrame, scatter: Mapping[str, Mapping[str, float]]
     ) -> pd.DataFrame:
         """Return the test table with the contact diameters that are measured after the tests."""
-        if self._instruments.contact_reading == 0.0:
+        if self.sensors.contact_reading == 0.0:
             return tests.drop(columns="contact_diameter", errors="ignore")
         true = [(str(t), scatter[str(t)]["contact_diameter"]) for t in tests["test_id"]]
-        read = [contact_reading(d, name, self._instruments, int(self.seed)) for name, d in true]
+        read = [contact_reading(d, name, self.sensors, int(self.seed)) for name, d in true]
         return tests.assign(contact_diameter=read)
 
-    def _prepare(self, partial: Path, kind: str) -> None:
+    def _prepare(self, waiting: Path, kind: str) -> None:
         """Empty the folder of finished tests if they belong to another campaign."""
         key = fingerprint(
             self._tests.to_csv(),
-            self._law.to_dict(),
+            self.true_law.to_dict(),
             int(self.seed),
-            self._rig,
-            self._instruments,
-            self._faults,
+            self.true_rig,
+            self.sensors,
+            self.true_faults,
             kind,
             solver_fingerprint(),
         )
-        mark = partial / "key"
-        whole = mark.is_file() and (partial / "raw").is_dir() and (partial / "truth").is_dir()
+        mark = waiting / "key"
+        whole = mark.is_file() and (waiting / "raw").is_dir() and (waiting / "truth").is_dir()
         if not whole or mark.read_text(encoding="utf-8") != key:
             for name in ("raw", "truth"):
-                shutil.rmtree(partial / name, ignore_errors=True)
-                (partial / name).mkdir()
+                shutil.rmtree(waiting / name, ignore_errors=True)
+                (waiting / name).mkdir()
             write_text(mark, key)
 
-    def _truth(self) -> dict[str, object]:
-        return {
-            "law": self._law.to_dict(),
-            "rig": asdict(self._rig),
-            "instruments": asdict(self._instruments),
-            "faults": None if self._faults is None else asdict(self._faults),
-        }
-
     def _info(self, kind: str) -> dict[str, object]:
-        return campaign_info(
-            self._plan_info(),
-            int(self.seed),
-            self.lubricant,
-            self.repeats,
-            kind,
-            self._rig,
-            self._instruments,
-        )
-
-    def _plan_info(self) -> dict[str, object]:
+        """Return what stands in `campaign.json`; `kind` is the format of the files."""
         if isinstance(self.plan, str) and not self.plan.lower().endswith(".csv"):
             family, held_out = parse_plan(self.plan)
-            return {"plan": self.plan, "plan_meaning": family.meaning, "held_out": held_out}
-        name = "rows of a table" if isinstance(self.plan, pd.DataFrame) else Path(self.plan).name
-        held_out = int((self._tests["role"] == "test").sum())
-        return {"plan": name, "plan_meaning": "rows given by the user", "held_out": held_out}
+            name, meaning = self.plan, family.meaning
+        else:
+            name = "rows of a table" if isinstance(self.plan, pd.DataFrame) else Path(self.plan).name
+            meaning, held_out = "rows given by the user", int((self._tests["role"] == "test").sum())
+        return {
+            "synthetic": True,
+            "notice": "synthetic: made by the virtual laboratory, not measured",
+            "plan": name,
+            "plan_meaning": meaning,
+            "held_out": held_out,
+            "seed": int(self.seed),
+            **({} if self.lubricant is None else {"lubricant": f"{self.lubricant} (virtual)"}),
+            **({} if self.repeats == 1 else {"repeats": self.repeats}),
+            "files": kind,
+            "reality": perturbations(self.true_rig, self.sensors),
+            "moving_mass_kg": self.sensors.moving_mass,
+            "sampling_rate_Hz": RATE,
+            "specimen": {"diameter_mm": DIAMETER, "height_mm": HEIGHT, "material": "16MnCr5"},
+            "plate": {"material": "1.2379"},
+            "units": UNITS,
+        }
 
 
-def _shape(row: dict[Any, Any]) -> float:
+def _shape(row: PlanRow) -> float:
     tip = row["tip"]
     return 0.0 if tip is None or np.isnan(tip) else float(tip)
 
 
 def _test_to_files(
-    row: dict[str, object],
-    law: dict[str, object],
+    row: PlanRow,
     table: SpecimenTable,
+    law: TrueLaw,
     rig: Rig,
     instruments: Instruments,
     seed: int,
     faults: Faults | None,
     kind: str,
-    folder: str,
+    folder: Path,
 ) -> None:
     """Carry out one test in a pool; its truth, written last, says that it is finished."""
-    test = run_test(row, TrueLaw.from_dict(law), table, rig, instruments, seed, faults)
-    test_id, form = str(row["test_id"]), file_format_named(kind)
-    with atomic_path(Path(folder) / "raw" / f"{test_id}{form.suffix}") as temporary:
+    test = run_test(row, law, table, rig, instruments, seed, faults)
+    test_id, form = row["test_id"], file_format_named(kind)
+    with atomic_path(folder / "raw" / f"{test_id}{form.suffix}") as temporary:
         form.save(temporary, test.frame)
     content = {**test.truth, **{f"scatter/{name}": np.array(value) for name, value in test.scatter.items()}}
-    with atomic_path(Path(folder) / "truth" / f"{test_id}.npz") as temporary, temporary.open("wb") as stream:
+    with atomic_path(folder / "truth" / f"{test_id}.npz") as temporary, temporary.open("wb") as stream:
         np.savez(stream, **content)  # type: ignore[arg-type]
-
-
-def _unfinished(target: Path) -> Path:
-    """Make the folder beside `target` in which finished tests wait, and return it.
-
-    Raises
-    ------
-    InputError
-        A folder of this name holds something else.
-    """
-    partial = check_folder(target.parent / f".{target.name}.partial", UNFINISHED)
-    partial.mkdir(parents=True, exist_ok=True)
-    return partial

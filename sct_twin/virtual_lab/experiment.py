@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -16,6 +15,7 @@ from ..signals.filters import integral
 from ..twin.upsetting import ContactState
 from .heating import LEAST_MU_WITH_SCATTER, Sliding, heat
 from .law import LawInput, TrueLaw
+from .plans import PlanRow
 from .protocols import Schedule, schedule
 from .rig.drive import RATE, commanded, on_elastic_drive
 from .rig.instruments import Faults, Instruments, measured, wander
@@ -31,20 +31,13 @@ BRAKING, STANDING = 40000.0, 30
 
 @dataclass(frozen=True, eq=False)
 class VirtualTest:
-    """The record of a virtual test, and the truth behind it.
+    """The record of a virtual test, and the truth behind it."""
 
-    Attributes
-    ----------
-    frame : pandas.DataFrame
-        Channels in canonical names and units.
-    truth : dict of ndarray
-        Loads and friction at equal distances.
-    scatter : dict of float
-        True values of this specimen, force cell and lubricant film.
-    """
-
+    #: Channels in canonical names and units.
     frame: pd.DataFrame
+    #: Loads and friction at equal distances.
     truth: dict[str, FloatArray]
+    #: True values of this specimen, force cell and lubricant film.
     scatter: dict[str, float]
 
 
@@ -84,7 +77,7 @@ def stream(test_id: str) -> int:
 
 
 def run_test(
-    row: Mapping[str, Any],
+    row: PlanRow,
     law: TrueLaw,
     table: SpecimenTable,
     rig: Rig,
@@ -94,24 +87,24 @@ def run_test(
 ) -> VirtualTest:
     """Carry out one test of the plan; `seed` is the campaign's, the test draws from a stream of its own.
 
-    Raises
-    ------
-    InputError
-        A protocol that cannot be.
+    Raises InputError: a protocol that cannot be.
     """
-    test_id = str(row["test_id"])
+    test_id = row["test_id"]
     rng = np.random.default_rng([seed, 7003, stream(test_id)])
     more = np.random.default_rng([seed, 7013, stream(test_id)])
     told = schedule(row, f"test {test_id}")
     flow_stress = float(1.0 + rig.flow_stress_scatter * np.clip(rng.standard_normal(), -2.5, 2.5))
     offset = float(instruments.offset * np.clip(rng.standard_normal(), -2.5, 2.5))
-    offset += _batch_offset(str(row.get("batch", "")), instruments, seed)
+    if instruments.batch_scatter > 0.0:
+        batch = np.random.default_rng([seed, 7016, *str(row["batch"]).encode()])
+        offset += instruments.batch_scatter * float(batch.standard_normal())
     specimen = Specimen.draw(test_id, rig, instruments, seed)
-    table = table.of(
-        diameter=specimen.diameter - DIAMETER,
-        height=specimen.height - HEIGHT,
-        mu=specimen.upsetting_mu - TABLE_MU,
-    )
+    deviations = {
+        "diameter": specimen.diameter - DIAMETER,
+        "height": specimen.height - HEIGHT,
+        "mu": specimen.upsetting_mu - TABLE_MU,
+    }
+    table = replace(table, deviations=deviations)
     T_tool, force = float(row["T_tool"]), float(row["F_set"])
     context = {
         "Ra": float(row["Ra"]),
@@ -121,7 +114,9 @@ def run_test(
     loading = _loading(table, force, T_tool, flow_stress, rig)
     state = table.state(force, T_tool, flow_stress)
     distance = float(row["sd_set"])
-    brakes = _unloaded_after(told, instruments) > 0.0
+    # How long the rig records after the load is off [s].
+    unloaded = max(told.zero_reading, instruments.unloaded_after)
+    brakes = unloaded > 0.0
     # An elastic drive is ahead of the plate: it goes on until the plate has slid its way.
     share = USUAL_MU if brakes else WIND_UP
     ahead = share * force / instruments.stiffness if instruments.stiffness > 0.0 else 0.0
@@ -134,9 +129,13 @@ def run_test(
     wait = round(float(row["t_wait"]) * RATE)
     begin = free + len(loading) + wait
     F_n = _forces(told, force, loading, free, wait, plate_sd, distance, float(row["v_set"]))
-    after = _after(told, instruments, float(F_n[-1]))
     end = begin + len(plate_v)
-    F_n = np.concatenate([F_n, after])
+    if unloaded > 0.0:
+        standing, falling = (
+            np.full(round(0.1 * RATE), F_n[-1]),
+            np.linspace(F_n[-1], 0.0, round(UNLOADING * RATE)),
+        )
+        F_n = np.concatenate([F_n, standing, falling, np.zeros(round(unloaded * RATE))])
     n = len(F_n)
     wobble = wander(n, 0.4 * RATE, instruments.control, rng)
     wobble[:begin] *= np.clip((np.arange(begin) - free - len(loading)) / max(wait, 1), 0.0, 1.0)
@@ -145,7 +144,9 @@ def run_test(
     v[begin:end], sd[begin:end], sd[end:] = plate_v, plate_sd, plate_sd[-1]
     grain = wander(int(plate_sd[-1] / 0.1) + 3, instruments.drift_length / 0.1, instruments.drift, rng)
     scatter = np.interp(plate_sd, 0.1 * np.arange(len(grain)), grain) + offset
-    static = _static(plate_sd, instruments)
+    static = np.zeros(len(plate_sd))  # by how much friction is higher at break-away
+    if instruments.stiffness > 0.0:
+        static += instruments.static / (1.0 + (plate_sd / instruments.static_length) ** 2)
     sliding = Sliding(F_n[begin:end], plate_v, plate_sd, scatter, static)
     T, work, slip = heat(state, law, context, rig, T_tool, float(row["t_wait"]), sliding)
     sigma_n = state.sigma_n(sliding.F_n)
@@ -162,42 +163,35 @@ def run_test(
         "friction": friction,
         "a": np.gradient(v, 1.0 / RATE),
         "sd": sd,
-        "T_plate": T_tool + _plate_rise(friction * v, instruments),
+        "T_plate": np.full(n, T_tool),
     }
-    gains = _gains(instruments, seed)
+    if instruments.plate_capacity > 0.0:
+        true["T_plate"] += integral(friction * v, 1.0 / RATE) * 1e-3 / instruments.plate_capacity
+    # Calibrations of the force cells, the same in all tests of a campaign.
+    gains = 1.0 + instruments.gain * np.random.default_rng([seed, 7014]).standard_normal(2)
     frame = measured(true, v > 0.0, instruments, gains, rng, more)
     if faults is not None and faults.happen_to(test_id):
         frame = faults.apply(frame, free, more)
-    truth = _truth(plate_sd, plate_v, T, sigma_n, psi, law_mu, mu)
-    known = {"offset": offset, "flow_stress": flow_stress}
-    known |= {"diameter": specimen.diameter, "height": specimen.height}
-    known |= {"upsetting_mu": specimen.upsetting_mu, "contact_diameter": 2.0 * state.radius}
-    return VirtualTest(frame, truth, known)
-
-
-def _truth(
-    sd: FloatArray,
-    v: FloatArray,
-    T: FloatArray,
-    sigma_n: FloatArray,
-    psi: FloatArray,
-    law_mu: FloatArray,
-    mu: FloatArray,
-) -> dict[str, FloatArray]:
-    """Return loads and friction at equal distances."""
-    grid = 0.1 * np.arange(1, int(sd[-1] / 0.1 - 0.5) + 1)
     columns = {
-        "t": np.arange(len(sd)) / RATE,
-        "v_rel": v,
+        "t": np.arange(len(plate_sd)) / RATE,
+        "v_rel": plate_v,
         "T": T,
         "sigma_n": sigma_n,
         "psi": psi,
         "mu_law": law_mu,
         "mu": mu,
     }
-    truth = {name: np.interp(grid, sd, values) for name, values in columns.items()}
-    truth["sd"] = grid
-    return truth
+    grid = 0.1 * np.arange(1, int(plate_sd[-1] / 0.1 - 0.5) + 1)
+    truth = {name: np.interp(grid, plate_sd, values) for name, values in columns.items()} | {"sd": grid}
+    known = {
+        "offset": offset,
+        "flow_stress": flow_stress,
+        "diameter": specimen.diameter,
+        "height": specimen.height,
+        "upsetting_mu": specimen.upsetting_mu,
+        "contact_diameter": 2.0 * state.radius,
+    }
+    return VirtualTest(frame, truth, known)
 
 
 def _loading(table: SpecimenTable, force: float, T_tool: float, flow_stress: float, rig: Rig) -> FloatArray:
@@ -270,13 +264,6 @@ def _follow(
     return np.maximum(v, 0.0), sd, pull
 
 
-def _static(sd: FloatArray, instruments: Instruments) -> FloatArray:
-    """Return by how much friction is higher at break-away."""
-    if instruments.stiffness == 0.0:
-        return np.zeros(len(sd))
-    return np.asarray(instruments.static / (1.0 + (sd / instruments.static_length) ** 2))
-
-
 def _forces(
     told: Schedule,
     force: float,
@@ -294,41 +281,3 @@ def _forces(
         waiting = force * np.interp(np.arange(wait) / max(wait, 1), [0.1, 0.6], [1.0, first])
     sliding = force * told.force(sd, distance, v_set)
     return np.concatenate([np.zeros(free), loading, waiting, sliding])
-
-
-def _after(told: Schedule, instruments: Instruments, last: float) -> FloatArray:
-    """Return the normal force behind the sliding: unloading and the unloaded cells."""
-    unloaded = _unloaded_after(told, instruments)
-    if unloaded == 0.0:
-        return np.zeros(0)
-    standing, falling = round(0.1 * RATE), round(UNLOADING * RATE)
-    return np.concatenate(
-        [np.full(standing, last), np.linspace(last, 0.0, falling), np.zeros(round(unloaded * RATE))]
-    )
-
-
-def _unloaded_after(told: Schedule, instruments: Instruments) -> float:
-    """Return how long the rig records after the load is off [s]."""
-    return max(told.zero_reading, instruments.unloaded_after)
-
-
-def _plate_rise(power: FloatArray, instruments: Instruments) -> FloatArray:
-    """Return how much friction has warmed the plate around the thermocouple [K]."""
-    if instruments.plate_capacity == 0.0:
-        return np.zeros(len(power))
-    return integral(power, 1.0 / RATE) * 1e-3 / instruments.plate_capacity
-
-
-def _gains(instruments: Instruments, seed: int) -> tuple[float, float]:
-    """Return the calibrations of the force cells, the same in all tests of a campaign."""
-    z = np.random.default_rng([seed, 7014]).standard_normal(2)
-    return 1.0 + instruments.gain * float(z[0]), 1.0 + instruments.gain * float(z[1])
-
-
-def _batch_offset(batch: str, instruments: Instruments, seed: int) -> float:
-    """Return by how much mu of a lubricant batch is higher."""
-    if instruments.batch_scatter == 0.0:
-        return 0.0
-    return instruments.batch_scatter * float(
-        np.random.default_rng([seed, 7016, *batch.encode()]).standard_normal()
-    )

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import pandas as pd
 
 from ..ingest.raw_campaign import RawCampaign
+from ..records.cells import Cell
 from .campaign import Campaign
-from .law import TrueLaw
+from .law import TrueLaw, load_truth, rig_from
 from .rig.instruments import Faults, Instruments
-from .truth import load_truth, rig_from
 
 
 def run_protocol(
     source: Campaign | RawCampaign | str | os.PathLike[str],
-    rows: pd.DataFrame | Sequence[Mapping[str, Any]] | str | os.PathLike[str],
+    rows: pd.DataFrame | Sequence[Mapping[str, Cell]] | str | os.PathLike[str],
     out: str | os.PathLike[str] | None = None,
     seed: int = 1,
     jobs: int | None = None,

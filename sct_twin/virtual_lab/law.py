@@ -1,17 +1,26 @@
-"""The friction law that holds in the virtual laboratory: a base law, plus hidden effects."""
+"""The friction law that holds in the virtual laboratory: a base law, plus hidden effects; and the files of the truth.
+
+No training or diagnosis reads the truth of a campaign.
+"""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import Any, TypedDict
 
 import numpy as np
 
+from friction_models.common import InputError, write_json
+from friction_models.common.files import read_json
 from friction_models.loads import FloatArray
 
-from .hidden import HiddenEffect, LawInput, hidden_effects
+from ..twin.contact_temperature import ThermalBody, ThermalSettings
+from .hidden import HIDDEN, HiddenEffect, LawInput, hidden_names
 from .lubricants import lubricant_named
+from .rig.specimen import Rig
 
 #: Constant, and change of mu per mm/s, K, MPa, mm and 1; each test campaign draws its own around these.
 BASE = {"constant": 0.0770, "v_rel": -1.0e-5, "T": -2.0e-5, "sigma_n": -4.0e-6, "sd": 6.0e-5, "psi": 3.0e-3}
@@ -19,18 +28,25 @@ BASE = {"constant": 0.0770, "v_rel": -1.0e-5, "T": -2.0e-5, "sigma_n": -4.0e-6, 
 LEAST_MU = 0.005
 
 
+class HiddenContent(TypedDict):
+    """A hidden effect in a truth file."""
+
+    name: str
+    formula: str
+    parameters: dict[str, float]
+
+
+class LawContent(TypedDict):
+    """A law in a truth file."""
+
+    lubricant: str | None
+    base: dict[str, float]
+    hidden: list[HiddenContent]
+
+
 @dataclass(frozen=True)
 class TrueLaw:
     """Base coefficients and hidden effects with the parameters that were drawn.
-
-    Attributes
-    ----------
-    base : mapping
-        Coefficients of the base law: keys as in `BASE`, or the parameters of the lubricant.
-    hidden : tuple of (HiddenEffect, parameters)
-        What is added to it.
-    lubricant : str or None
-        Whose law the base is; None: linear in the five loads.
 
     Examples
     --------
@@ -46,8 +62,11 @@ class TrueLaw:
     True
     """
 
+    #: Coefficients of the base law: keys as in `BASE`, or the parameters of the lubricant.
     base: Mapping[str, float]
+    #: What is added to it.
     hidden: tuple[tuple[HiddenEffect, Mapping[str, float]], ...] = field(default=())
+    #: Whose law the base is; None: linear in the five loads.
     lubricant: str | None = None
 
     @classmethod
@@ -59,7 +78,7 @@ class TrueLaw:
             for name, value in BASE.items()
         }
         effects = []
-        for effect in hidden_effects(hidden):
+        for effect in (HIDDEN[name] for name in hidden_names(hidden)):
             drawn = {name: value * float(rng.uniform(0.9, 1.1)) for name, value in effect.parameters.items()}
             effects.append((effect, drawn))
         if lubricant is not None:
@@ -69,14 +88,14 @@ class TrueLaw:
         return cls(base, tuple(effects), lubricant)
 
     @classmethod
-    def from_dict(cls, content: Mapping[str, Any]) -> TrueLaw:
+    def from_dict(cls, content: LawContent) -> TrueLaw:
         """Rebuild from `to_dict`."""
         effects = tuple(
-            (hidden_effects(item["name"])[0], dict(item["parameters"])) for item in content["hidden"]
+            (HIDDEN[hidden_names(item["name"])[0]], dict(item["parameters"])) for item in content["hidden"]
         )
         return cls(dict(content["base"]), effects, content.get("lubricant"))
 
-    def to_dict(self) -> dict[str, object]:
+    def to_dict(self) -> LawContent:
         """Return a description for the truth file."""
         return {
             "lubricant": self.lubricant,
@@ -140,3 +159,53 @@ class ContactLaw:
             self._work = self._work + mu * sigma_n * np.maximum(sd - self._sd, 0.0)
             self._sd, self._t = sd.copy(), float(t)
         return self.law.mu(LawInput(v_rel, T, sigma_n, sd, psi, self._work, self.context))
+
+
+TRUTH_JSON, TRUTH_NPZ = "truth.json", "truth.npz"
+
+
+def write_truth(
+    source: Path, folder: Path, ids: list[str], about: Mapping[str, object]
+) -> dict[str, dict[str, float]]:
+    """Gather the truth of single tests in `source` into the two truth files of a campaign folder.
+
+    Returns what each specimen, cell and lubricant film was.
+    """
+    truth: dict[str, FloatArray] = {}
+    scatter: dict[str, dict[str, float]] = {}
+    for test_id in ids:
+        with np.load(source / f"{test_id}.npz", allow_pickle=False) as stored:
+            scatter[test_id] = {n[8:]: float(stored[n]) for n in stored.files if n.startswith("scatter/")}
+            truth |= {f"{test_id}/{n}": stored[n] for n in stored.files if not n.startswith("scatter/")}
+    np.savez_compressed(folder / TRUTH_NPZ, **truth)  # type: ignore[arg-type]
+    write_json(folder / TRUTH_JSON, {"synthetic": True, **about, "tests": scatter})
+    return scatter
+
+
+def load_truth(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, dict[str, FloatArray]]]:
+    """Read the truth of a campaign: (law and rig, arrays by test). For checks of the laboratory only.
+
+    Raises
+    ------
+    InputError
+        The folder holds no truth.
+    """
+    path = Path(folder)
+    if not (path / TRUTH_JSON).is_file() or not (path / TRUTH_NPZ).is_file():
+        raise InputError(
+            f"{path}: no {TRUTH_JSON} and {TRUTH_NPZ}; allowed: a folder the virtual laboratory wrote"
+        )
+    content = read_json(path / TRUTH_JSON)
+    tests: dict[str, dict[str, FloatArray]] = {}
+    with np.load(path / TRUTH_NPZ, allow_pickle=False) as stored:
+        for key in stored.files:
+            test_id, _, name = key.partition("/")
+            tests.setdefault(test_id, {})[name] = stored[key]
+    return content, tests
+
+
+def rig_from(content: Mapping[str, Any]) -> Rig:
+    """Return the rig that `truth.json` describes."""
+    thermal = content["thermal"]
+    bodies = {name: ThermalBody(**thermal[name]) for name in ("plate", "specimen")}
+    return Rig(**{**content, "thermal": ThermalSettings(**{**thermal, **bodies})})

@@ -23,19 +23,6 @@ from .hidden import LawInput
 class Lubricant:
     """A base law.
 
-    Attributes
-    ----------
-    name, meaning : str
-        What it stands for.
-    formula : str
-        The law in words.
-    parameters : mapping
-        Around which a campaign draws its own.
-    law : callable
-        ``law(loads, parameters) -> mu``.
-    upsetting_mu : float
-        Friction while the specimen is upset.
-
     Examples
     --------
     >>> sorted(LUBRICANTS)
@@ -47,11 +34,16 @@ class Lubricant:
     True
     """
 
+    #: What it stands for.
     name: str
     meaning: str
+    #: The law in words.
     formula: str
+    #: Around which a campaign draws its own.
     parameters: Mapping[str, float]
+    #: ``law(loads, parameters) -> mu``.
     law: Callable[[LawInput, Mapping[str, float]], FloatArray]
+    #: Friction while the specimen is upset.
     upsetting_mu: float
 
 
@@ -133,10 +125,7 @@ LUBRICANTS: dict[str, Lubricant] = {
 def lubricant_named(name: str) -> Lubricant:
     """Return a lubricant.
 
-    Raises
-    ------
-    InputError
-        Not one of `LUBRICANTS`.
+    Raises InputError: not one of `LUBRICANTS`.
 
     Examples
     --------

@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 import pandas as pd
@@ -33,6 +33,22 @@ BORES = {1.069: 15.51, 5.0: 20.0, 10.0: 22.5, 20.0: 25.0}
 PSI_BETWEEN = (10.0,)
 
 
+class PlanRow(TypedDict):
+    """A row of a test table, as far as a virtual test needs it; units in `UNITS`, more in `protocols`."""
+
+    test_id: str
+    batch: str
+    sigma_set: float
+    v_set: float
+    T_tool: float
+    Ra: float
+    t_wait: float
+    sd_set: float
+    bore: float
+    tip: float | None
+    F_set: float
+
+
 @dataclass(frozen=True)
 class PlanFamily:
     """A kind of plan: how many training tests, how far they slide."""
@@ -54,6 +70,28 @@ FAMILIES: dict[str, PlanFamily] = {
     )
 }
 PLAN_NAMES = ("factorial-81+30", "reduced-27+10", "tiny-6+3")
+#: Units of the columns of the test table.
+UNITS = {
+    "sigma_set": "MPa",
+    "v_set": "mm/s",
+    "T_tool": "degC",
+    "T_specimen": "degC",
+    "Ra": "um",
+    "t_wait": "s",
+    "sd_set": "mm",
+    "bore": "mm",
+    "tip": "mm",
+    "F_set": "N",
+    "specimen_diameter": "mm",
+    "specimen_height": "mm",
+    "contact_diameter": "mm",
+    "sigma_end": "MPa",
+    "sigma_levels": "MPa",
+    "v_levels": "mm/s",
+    "hold_at": "mm",
+    "hold": "s",
+    "zero_reading": "s",
+}
 #: Most tests of a plan that the user gives.
 MOST_TESTS = 2000
 _MAX_BYTES = 4_000_000
@@ -62,10 +100,7 @@ _MAX_BYTES = 4_000_000
 def parse_plan(name: str) -> tuple[PlanFamily, int]:
     """Return the family and the number of held-out tests of ``family-count[+heldout]``.
 
-    Raises
-    ------
-    InputError
-        Not such a name.
+    Raises InputError: not such a name.
 
     Examples
     --------
@@ -129,36 +164,23 @@ def make_plan(name: str, seed: int, repeats: int = 1) -> pd.DataFrame:
             for a, b, c in product(range(3), repeat=3)
         ]
     else:
+        speeds = (50.0, 200.0, 500.0)
         points = [
-            (
-                SIGMA_LEVELS[k % 3],
-                PSI_LEVELS[k % 2],
-                (50.0, 200.0, 500.0)[(k // 2) % 3],
-                TOOL_LEVELS[(k * 2) % 3],
-            )
+            (SIGMA_LEVELS[k % 3], PSI_LEVELS[k % 2], speeds[(k // 2) % 3], TOOL_LEVELS[(k * 2) % 3])
             for k in range(6)
         ]
     rows = [(*point, "train") for point in points for _ in range(repeats)]
     slowest = np.log(50.0 if family.name == "tiny" else SPEED_LEVELS[0])
     shapes = PSI_LEVELS[:2] if family.name == "tiny" else (*PSI_LEVELS, *PSI_BETWEEN)
     for _ in range(held_out):
-        rows.append(
-            (
-                round(float(rng.uniform(SIGMA_LEVELS[0], SIGMA_LEVELS[-1])), 1),
-                float(rng.choice(shapes)),
-                # Half evenly, half evenly in the logarithm: slow tests matter as much as fast ones.
-                round(
-                    float(
-                        np.exp(rng.uniform(slowest, np.log(SPEED_LEVELS[-1])))
-                        if rng.random() < 0.5
-                        else rng.uniform(np.exp(slowest), SPEED_LEVELS[-1])
-                    ),
-                    2,
-                ),
-                round(float(rng.uniform(TOOL_LEVELS[0], TOOL_LEVELS[-1])), 1),
-                "test",
-            )
-        )
+        sigma, psi = float(rng.uniform(SIGMA_LEVELS[0], SIGMA_LEVELS[-1])), float(rng.choice(shapes))
+        # Half evenly, half evenly in the logarithm: slow tests matter as much as fast ones.
+        if rng.random() < 0.5:
+            speed = np.exp(rng.uniform(slowest, np.log(SPEED_LEVELS[-1])))
+        else:
+            speed = rng.uniform(np.exp(slowest), SPEED_LEVELS[-1])
+        T_tool = float(rng.uniform(TOOL_LEVELS[0], TOOL_LEVELS[-1]))
+        rows.append((round(sigma, 1), psi, round(float(speed), 2), round(T_tool, 1), "test"))
     table = pd.DataFrame(rows, columns=["sigma_set", "psi_set", "v_set", "T_tool", "role"])
     count = len(table)
     table.insert(0, "test_id", [f"sct{k + 1:03d}" for k in range(count)])
@@ -183,10 +205,7 @@ def make_plan(name: str, seed: int, repeats: int = 1) -> pd.DataFrame:
 def read_plan(source: pd.DataFrame | str | os.PathLike[str], seed: int) -> pd.DataFrame:
     """Return the test table of a plan that the user gives, as a table or a CSV file; see `complete_plan`.
 
-    Raises
-    ------
-    InputError
-        No such file, not a table, too many rows, or what `complete_plan` refuses.
+    Raises InputError: no such file, not a table, too many rows, or what `complete_plan` refuses.
     """
     if isinstance(source, pd.DataFrame):
         return complete_plan(source, seed, "plan")
@@ -199,20 +218,13 @@ def read_plan(source: pd.DataFrame | str | os.PathLike[str], seed: int) -> pd.Da
 def complete_plan(rows: pd.DataFrame, seed: int, where: str) -> pd.DataFrame:
     """Check the rows of a plan and fill in missing settings.
 
-    Parameters
-    ----------
-    rows : pandas.DataFrame
-        `sigma_set` [MPa], `v_set` [mm/s], `T_tool` [degC]; optional `psi_set` (one of `BORES`), `sd_set` [mm],
-        `protocol` with its parameters (`protocols.PROTOCOLS`), and any other column of a test table.
-    seed : int
-        Of order, batch, tool and waiting time where they are not given.
-    where : str
-        For messages.
+    Raises InputError: a column or value is missing or outside its limits; names the row, counted from 0.
 
-    Raises
-    ------
-    InputError
-        A column or value is missing or outside its limits; names the row, counted from 0.
+    - `rows`: `sigma_set` [MPa], `v_set` [mm/s], `T_tool` [degC]; optional `psi_set` (one of `BORES`),
+      `sd_set` [mm], `protocol` with its parameters (`protocols.PROTOCOLS`), and any other column of a test
+      table.
+    - `seed`: of order, batch, tool and waiting time where they are not given.
+    - `where`: for messages.
 
     Examples
     --------
@@ -237,7 +249,7 @@ def complete_plan(rows: pd.DataFrame, seed: int, where: str) -> pd.DataFrame:
         given = {str(name): value for name, value in row.items() if is_given(value)}
         if "v_set" not in given and "v_levels" in given:
             given["v_set"] = numbers(given, "v_levels", here)[0]
-        full: dict[str, Any] = {
+        full = {
             "test_id": f"sct{k + 1:03d}",
             "psi_set": PSI_LEVELS[0],
             "role": "train",

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -24,9 +25,8 @@ from friction_models.loads import FloatArray
 
 from ..ingest.raw_campaign import RawCampaign
 from .campaign import Campaign
-from .law import ContactLaw, TrueLaw
+from .law import ContactLaw, TrueLaw, load_truth
 from .rig.specimen import virtual_steel
-from .truth import load_truth
 
 #: Tool temperature [degC] and punch speed [mm/s] of the levels that are pressed by default.
 LEVELS = ((20.0, 5.0), (100.0, 5.0), (20.0, 50.0))
@@ -44,41 +44,30 @@ Source = Campaign | RawCampaign | TrueLaw | str | os.PathLike[str]
 
 @dataclass(frozen=True)
 class VirtualPress:
-    """The press and its billets as they really are; standard deviations unless said otherwise.
+    """The press and its billets as they really are; standard deviations unless said otherwise."""
 
-    Attributes
-    ----------
-    mesh_size, cup_mesh_size : float
-        Elements of the solver runs of forward and of backward extrusion [mm].
-    flow_stress, flow_exponent : float
-        True flow stress and strain hardening exponent over the ones in the tables.
-    htc : float
-        True heat transfer coefficient between billet and tools [kW/(m2 K)].
-    flow_stress_scatter, mu_scatter : float
-        From billet to billet.
-    compliance, compliance_scatter : float
-        Elastic give of machine and tools that the stroke sensor sees as travel [mm/kN], and its relative scatter.
-    force_noise, stroke_noise : float
-        Of the sensors [kN], [mm].
-    gain, zero : float
-        Of the force cell's amplification, and of its zero [kN], from repeat to repeat.
-    T_billet : float
-        Billet temperature before the stroke [degC].
-    """
-
+    #: Elements of the solver runs of forward and of backward extrusion [mm].
     mesh_size: float = 0.35
     cup_mesh_size: float = 0.30
+    #: True flow stress and strain hardening exponent over the ones in the tables.
     flow_stress: float = 1.006
     flow_exponent: float = 1.005
+    #: True heat transfer coefficient between billet and tools [kW/(m2 K)].
     htc: float = 33.0
+    #: From billet to billet.
     flow_stress_scatter: float = 0.006
     mu_scatter: float = 0.003
+    #: Elastic give of machine and tools that the stroke sensor sees as travel [mm/kN], and its relative
+    #: scatter.
     compliance: float = 8.0e-4
     compliance_scatter: float = 0.05
+    #: Of the sensors [kN], [mm].
     force_noise: float = 0.6
     stroke_noise: float = 0.002
+    #: Of the force cell's amplification, and of its zero [kN], from repeat to repeat.
     gain: float = 0.002
     zero: float = 0.3
+    #: Billet temperature before the stroke [degC].
     T_billet: float = 20.0
 
 
@@ -123,9 +112,6 @@ def press_curves(
     progress : callable, optional
         Called with (done, total, what).
 
-    Returns
-    -------
-    PressCurves
 
     Raises
     ------
@@ -150,24 +136,13 @@ def press_curves(
     # Scatter enters through two runs: friction changes the force nearly in proportion, within its scatter.
     shifts = (0.0, 2.0 * press.mu_scatter) if repeats > 1 else (0.0,)
     cases = [(law, kind, float(T), float(speed)) for law in laws for kind in processes for T, speed in levels]
-    items = [
-        (
-            law.to_dict(),
-            kind,
-            T,
-            speed,
-            shift,
-            STROKES[kind] if stroke is None else float(stroke),
-            press,
-            dict(process or {}),
-        )
-        for law, kind, T, speed in cases
-        for shift in shifts
-    ]
+    strokes = {kind: STROKES[kind] if stroke is None else float(stroke) for kind in processes}
+    items = [(*case, shift, strokes[case[1]]) for case in cases for shift in shifts]
     runs: dict[int, tuple[FloatArray, FloatArray]] = {}
-    for index, run in map_unordered(_form, items, jobs):
+    form = partial(_form, press=press, process=dict(process or {}))
+    for index, run in map_unordered(form, items, jobs):
         runs[index] = run
-        kind, T, speed = items[index][1:4]
+        _, kind, T, speed, *_ = items[index]
         where = "" if len(processes) == 1 else f", {kind}"
         report(len(runs), len(items), f"virtual press at {T:g} degC, {speed:g} mm/s{where}")
     records = []
@@ -187,7 +162,7 @@ def press_curves(
     info = {
         "notice": "synthetic: made by the virtual laboratory, not measured",
         "process": dict(process or {}),
-        "stroke_mm": {kind: STROKES[kind] if stroke is None else float(stroke) for kind in processes},
+        "stroke_mm": strokes,
         "T_billet_degC": press.T_billet,
         "repeats": repeats,
         "seed": seed,
@@ -209,25 +184,22 @@ def _law(source: Source) -> TrueLaw:
 
 
 def _form(
-    law: dict[str, object],
+    law: TrueLaw,
     kind: str,
     T_tool: float,
     speed: float,
     shift: float,
     stroke: float,
     press: VirtualPress,
-    process: dict[str, Any],
+    process: dict[str, float],
 ) -> tuple[FloatArray, FloatArray]:
     """Return stroke [mm] and force [kN] of one solver run with mu shifted."""
-    contact = ContactLaw(TrueLaw.from_dict(law))
-    arguments: dict[str, Any] = {
-        "T_billet": press.T_billet,
-        "mesh_size": press.mesh_size if kind == "fre" else press.cup_mesh_size,
-        "htc": press.htc,
-        **process,
-    }
+    contact = ContactLaw(law)
+    mesh_size = press.mesh_size if kind == "fre" else press.cup_mesh_size
+    numbers = {"T_billet": press.T_billet, "mesh_size": mesh_size, "htc": press.htc} | process
     material = virtual_steel(press.flow_stress, press.flow_exponent)
-    solver = _SOLVERS[kind](speed=speed, T_tool=T_tool, material=material, **arguments)
+    solver: Any = _SOLVERS[kind]
+    solver = solver(speed=speed, T_tool=T_tool, material=material, **numbers)
     result = solver.run(lambda loads, t: np.maximum(contact(loads, t) + shift, 0.0), stroke=stroke)
     if result.status != "ok":
         raise InputError(f"virtual press ({kind}) at {T_tool:g} degC, {speed:g} mm/s: {result.message}")

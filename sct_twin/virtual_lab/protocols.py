@@ -48,19 +48,6 @@ _MOST_LEVELS = 50
 class Schedule:
     """Set values of the rig in one test.
 
-    Attributes
-    ----------
-    speeds : tuple of float
-        Set speeds on equal parts of the sliding distance [mm/s].
-    forces : tuple of float
-        Forces over the force of upsetting: at the two ends of the distance where `ramp`, else on equal parts.
-    ramp : bool
-        The force changes linearly with the distance.
-    hold : (float, float) or None
-        Distance [mm] at which the plate stops, and how long it stands under load [s].
-    zero_reading : float
-        Time without load before and after the test [s].
-
     Examples
     --------
     A force that falls to half over 40 mm:
@@ -69,10 +56,15 @@ class Schedule:
     [1.0, 0.75, 0.5]
     """
 
+    #: Set speeds on equal parts of the sliding distance [mm/s].
     speeds: tuple[float, ...]
+    #: Forces over the force of upsetting: at the two ends of the distance where `ramp`, else on equal parts.
     forces: tuple[float, ...] = (1.0,)
+    #: The force changes linearly with the distance.
     ramp: bool = False
+    #: Distance [mm] at which the plate stops, and how long it stands under load [s].
     hold: tuple[float, float] | None = None
+    #: Time without load before and after the test [s].
     zero_reading: float = 0.0
 
     def force(self, sd: FloatArray, distance: float, v: float) -> FloatArray:
@@ -91,13 +83,10 @@ class Schedule:
         return np.interp(sd, x, y)
 
 
-def schedule(row: Mapping[str, Any], where: str) -> Schedule:
+def schedule(row: Mapping[str, object], where: str) -> Schedule:
     """Return the schedule of a row of the plan.
 
-    Raises
-    ------
-    InputError
-        An unknown protocol, a parameter that is missing or outside its limits.
+    Raises InputError: an unknown protocol, a parameter that is missing or outside its limits.
 
     Examples
     --------
@@ -127,26 +116,20 @@ def schedule(row: Mapping[str, Any], where: str) -> Schedule:
     return Schedule((v_set,))
 
 
-def number(row: Mapping[str, Any], name: str, where: str, highest: float = math.inf) -> float:
+def number(row: Mapping[str, object], name: str, where: str, highest: float = math.inf) -> float:
     """Return a number of a row within its limits.
 
-    Raises
-    ------
-    InputError
-        It is missing, not a number, or outside.
+    Raises InputError: it is missing, not a number, or outside.
     """
     if not is_given(row.get(name)):
         raise InputError(f"{where}: {name} is missing; allowed: {_allowed(name, highest)}")
     return _checked(row[name], name, where, highest)
 
 
-def numbers(row: Mapping[str, Any], name: str, where: str, highest: float = math.inf) -> tuple[float, ...]:
+def numbers(row: Mapping[str, object], name: str, where: str, highest: float = math.inf) -> tuple[float, ...]:
     """Return the numbers of a text such as ``"5;500;50"``.
 
-    Raises
-    ------
-    InputError
-        See `number`; too many or too few of them.
+    Raises InputError: see `number`; too many or too few of them.
     """
     if not is_given(row.get(name)):
         raise InputError(f"{where}: {name} is missing; allowed: numbers such as '5;500;50'")

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from forming.processes.upsetting import UpsettingResult
+from forming.processes.specimen_upsetting import UpsettingResult
 from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError, atomic_path
 from friction_models.common.cached_results import cache_folder, code_digest, fingerprint, is_kept, keep
 from friction_models.common.pool import map_unordered
 
-from ..twin.upsetting import robust_upset
+from ..twin.upsetting import UpsettingCase, robust_upset
 from .plans import SIGMA_LEVELS
 from .rig.specimen import DIAMETER, HEIGHT, STEPS, TABLE_MU, TEMPERATURES, Rig, SpecimenTable
 
@@ -42,23 +42,13 @@ def specimen_tables(
     changed = [name for name in STEPS if name == "mu" or rig.scattered]
     cases: list[tuple[float, dict[str, float]]] = [(T, {}) for T in TEMPERATURES]
     cases += [(TEMPERATURES[0], {name: STEPS[name]}) for name in changed]
-    items = [
-        (
-            PunchGeometry(
-                DIAMETER + change.get("diameter", 0.0),
-                HEIGHT + change.get("height", 0.0),
-                bore_diameter=bore,
-                tip_diameter=tip or None,
-            ),
-            T,
-            TABLE_MU + change.get("mu", 0.0),
-            FORCE_MARGIN * SIGMA_LEVELS[-1] * np.pi / 4.0 * bore**2,
-            rig,
-            cache,
-        )
-        for tip, bore in shapes.items()
-        for T, change in cases
-    ]
+    items = []
+    for tip, bore in shapes.items():
+        force = FORCE_MARGIN * SIGMA_LEVELS[-1] * np.pi / 4.0 * bore**2
+        for T, change in cases:
+            size = DIAMETER + change.get("diameter", 0.0), HEIGHT + change.get("height", 0.0)
+            punch = PunchGeometry(*size, bore_diameter=bore, tip_diameter=tip or None)
+            items.append((punch, T, TABLE_MU + change.get("mu", 0.0), force, rig, cache))
     runs: dict[int, UpsettingResult] = {}
     for index, run in map_unordered(compute_run, items, jobs):
         runs[index] = run
@@ -75,14 +65,8 @@ def compute_run(
     punch: PunchGeometry, T_tool: float, mu: float, force: float, rig: Rig, cache: str | None
 ) -> UpsettingResult:
     """Return one upsetting run up to `force` [N] with friction `mu`, from the cache where it is known."""
-    arguments: dict[str, object] = {
-        "material": rig.material,
-        "mu": mu,
-        "T0": T_tool,
-        "T_tool": T_tool,
-        "speed": rig.ram_speed,
-    }
-    key = fingerprint(punch, force, rig.mesh_size, sorted(arguments.items()), solver_fingerprint())
+    case = UpsettingCase(punch, force, rig.mesh_size, rig.material, mu, T_tool, T_tool, rig.ram_speed)
+    key = fingerprint(case, solver_fingerprint())
     names = [f.name for f in fields(UpsettingResult)]
     file: Path | None = None
     with contextlib.suppress(OSError):  # no folder to keep runs in costs time, nothing else
@@ -92,7 +76,7 @@ def compute_run(
                 values: dict[str, Any] = {name: stored[name] for name in names}
             values |= {name: str(values[name]) for name in ("status", "message")}
             return UpsettingResult(**values)
-    run = robust_upset(punch, force, rig.mesh_size, "virtual laboratory", **arguments)
+    run = robust_upset(case, "virtual laboratory: ")
     if file is not None:
         with contextlib.suppress(OSError, InputError):
             with atomic_path(file) as temporary, temporary.open("wb") as stream:

@@ -8,8 +8,8 @@ from scipy.special import erfc
 
 from forming.fe.heat.conduction import heat_step
 from forming.fe.mesh.mesher import grid_mesh
-from forming.processes.ring import Upsetting
-from forming.processes.upsetting import upset
+from forming.processes.specimen_upsetting import upset
+from forming.processes.upsetting import Upsetting
 from forming.tools.punch_geometry import PunchGeometry
 from forming.verification import CASES, ring
 from forming.verification.table import text_table

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
-from forming.processes.ring import RingCompression, Upsetting
-from forming.processes.upsetting import upset
+from forming.processes.specimen_upsetting import upset
+from forming.processes.upsetting import RingCompression, Upsetting
 from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError
 

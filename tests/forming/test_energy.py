@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
-from forming.fe.energy import Energy, Loading
-from forming.processes.ring import RingCompression, Upsetting
+from forming.fe.state import Energy, Loading
+from forming.processes.upsetting import RingCompression, Upsetting
 
 #: Process, coefficient of friction, strokes at which the account is looked at [mm].
 CASES = {

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import forming
-from forming.processes.ring import UpsettingOptions
+from forming.processes.upsetting import UpsettingOptions
 
 
 def typed_names() -> dict[str, str]:

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forming import ForwardRodExtrusion
+from forming.fe.markers import along_contact
 from forming.fe.mesh.mesher import MeshError
-from forming.fe.tractions import along_contact
 from forming.tools.extrusion_die import ExtrusionDie
 from friction_models.common import InputError
 from friction_models.loads import TriboLoads

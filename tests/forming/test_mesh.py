@@ -9,16 +9,15 @@ from hypothesis import strategies as st
 
 from forming import ForwardRodExtrusion
 from forming.fe.contact import FACING
-from forming.fe.markers import SurfaceLoads, SurfaceMarkers
+from forming.fe.markers import SurfaceLoads, SurfaceMarkers, surface_loads
 from forming.fe.mesh.mesh_kernels import qualities
 from forming.fe.mesh.mesher import grid_mesh, quad_mesh
 from forming.fe.mesh.polyline import arc_length, enclosed_volume
 from forming.fe.mesh.shape import gauss_volumes
 from forming.fe.mesh.transfer import transfer
-from forming.fe.resample import mesh_inside, resample
+from forming.fe.remesh import mesh_inside, resample_surface
 from forming.fe.tooling import plate
-from forming.fe.tractions import surface_loads
-from forming.processes.ring import Upsetting
+from forming.processes.upsetting import Upsetting
 
 CCW_RECTANGLE = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 12.0], [0.0, 12.0]])
 
@@ -33,7 +32,7 @@ def billet(h, bulge=0.0, tip=0.0):
     side = np.column_stack([8.0 + bulge * np.sin(np.pi * z / 12.0), z])
     side[:, 0] -= tip * np.maximum(0.0, 1.0 - z / 3.0)
     chain = np.concatenate([[[0.0, 0.0]], side, [[0.0, 12.0]]])
-    return resample(chain, uniform(h), [], None).points
+    return resample_surface(chain, uniform(h), [], None).points
 
 
 @settings(max_examples=25, deadline=None, derandomize=True)
@@ -48,7 +47,7 @@ def test_mesh_fills_the_loop_with_sound_elements(h, bulge, tip, grade):
         return h + grade * np.hypot(points[:, 0] - 8.0, points[:, 1])
 
     surface = billet(h, bulge, tip)
-    mesh = mesh_inside(resample(surface, size, [], None).points, size)
+    mesh = mesh_inside(resample_surface(surface, size, [], None).points, size)
     assert mesh.quality.min() > 0.15 and np.median(mesh.quality) > 0.8
     loop = mesh.x[mesh.loop]
     volume = gauss_volumes(mesh.x, mesh.quads).sum()
@@ -75,7 +74,7 @@ def test_bandwidth_is_small():
 def test_corners_and_ends_stay_and_volume_is_restored():
     chain = billet(0.9, 2.0)
     table = np.zeros((len(chain), 6))
-    surface = resample(chain, uniform(0.5), [plate(-5.0)], [table])
+    surface = resample_surface(chain, uniform(0.5), [plate(-5.0)], [table])
     assert enclosed_volume(surface.points) == pytest.approx(enclosed_volume(chain), rel=1e-6)
     assert surface.points[0] == pytest.approx([0.0, 0.0], abs=1e-12)
     assert surface.points[-1] == pytest.approx([0.0, 12.0], abs=1e-12)
@@ -89,7 +88,7 @@ def test_contact_keeps_its_penetration_and_free_points_leave_the_tool():
     on = chain[:, 1] < 0.01
     table = np.zeros((len(chain), 6))
     table[on, 0], table[on, 3] = 500.0, -0.005
-    surface = resample(chain, uniform(0.4), [plate(0.0)], [table]).points
+    surface = resample_surface(chain, uniform(0.4), [plate(0.0)], [table]).points
     below = surface[:, 1] < 0.0
     assert below.sum() > 10
     assert surface[below, 1] == pytest.approx(-0.005, abs=1e-9)
@@ -151,7 +150,7 @@ def test_markers_follow_a_remeshing_and_measure_expansion():
     arc = np.linspace(0.0, arc_length(chain)[-1], 41)
     markers = SurfaceMarkers(chain, arc, 20.0)
     before = markers.points(chain)
-    surface = resample(chain, uniform(0.35), [], None)
+    surface = resample_surface(chain, uniform(0.35), [], None)
     markers.move_to(chain, surface.old_arc)
     assert markers.points(surface.points) == pytest.approx(before, abs=0.02)
     stretched = surface.points * np.array([2.0, 0.25])

@@ -15,9 +15,9 @@ from forming.fe.mesh.mesher import grid_mesh
 from forming.fe.mesh.polyline import first_crossing
 from forming.fe.mesh.shape import N_GAUSS, gauss_volumes
 from forming.fe.mesh.transfer import transfer
-from forming.fe.resample import mesh_inside
+from forming.fe.remesh import mesh_inside
 from forming.materials.materials import steel_16MnCr5
-from forming.processes.ring import Upsetting
+from forming.processes.upsetting import Upsetting
 
 
 def heat(body: Body, material) -> float:

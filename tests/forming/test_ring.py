@@ -9,10 +9,10 @@ import pytest
 
 from forming.fe.mesh.mesh_kernels import qualities
 from forming.fe.mesh.polyline import enclosed_volume
-from forming.fe.resample import mesh_inside, resample, surface_chain
+from forming.fe.remesh import mesh_inside, resample_surface, surface_chain
 from forming.fe.tooling import plate
 from forming.processes.friction_input import CONSTANT_SHEAR
-from forming.processes.ring import RingCompression, Upsetting, bore_profile
+from forming.processes.upsetting import RingCompression, Upsetting, bore_profile
 from friction_models.common import InputError
 
 COARSE = {"mesh_size": 0.5, "n_points": 40, "tool_heating": False}
@@ -64,7 +64,7 @@ def test_a_ring_is_remeshed_with_its_bore():
     outline = square_ring(0.4)
     size = lambda points: np.full(len(points), 0.3)  # noqa: E731
     table = np.zeros((len(outline), 6))
-    surface = resample(outline, size, [plate(-5.0)], [table])
+    surface = resample_surface(outline, size, [plate(-5.0)], [table])
     assert surface.points[0] == pytest.approx(surface.points[-1], abs=0.0)
     assert enclosed_volume(surface.points) == pytest.approx(np.pi * 27.0 * 4.0, rel=1e-6)
     mesh = mesh_inside(surface.points, size)

@@ -14,11 +14,10 @@ from forming.verification import (
     Row,
     Unfinished,
     calculix,
+    case,
     extrusion,
     ring,
-    ring_straight,
-    ring_tables,
-    runs,
+    ring_closed_form,
     upsetting,
 )
 from forming.verification.calculix import CalculixError, Compression, input_deck
@@ -73,7 +72,7 @@ def test_wrong_friction_is_found():
 
 
 def _differences(ours):
-    return [abs(a - b) for mu in ours for a, b in zip(ours[mu], ring_tables.BY_MU[mu])]
+    return [abs(a - b) for mu in ours for a, b in zip(ours[mu], ring_closed_form.BY_MU[mu])]
 
 
 @pytest.mark.parametrize("m", [0.05, 0.2])
@@ -85,15 +84,15 @@ def test_ring_calibration_for_constant_shear(m):
 @pytest.mark.parametrize(("law", "value"), [("mu", 0.02), ("mu", 0.2), ("m", 0.05), ("m", 0.4)])
 def test_a_straight_bore_that_does_not_harden_meets_the_closed_form(law, value):
     """Within 1 point; friction over the free side beside a contact, too, would miss m 0.05 by 14."""
-    ours = ring_straight.straight_readings(law, value)[:5]
-    assert ours == pytest.approx(ring_tables.CURVES[law][value][:5], abs=1.0)
+    ours = ring_closed_form.straight_readings(law, value)[:5]
+    assert ours == pytest.approx(ring_closed_form.CURVES[law][value][:5], abs=1.0)
 
 
 def test_readings_within_the_tolerance_are_counted():
-    closed = ring_tables.BY_M[0.3]
+    closed = ring_closed_form.BY_M[0.3]
     ours = {0.3: [closed[0] + 2.9, closed[1] - 3.1, *closed[2:]]}
-    assert ring_tables.within("m", ours) == ring_tables.Within(5, 6)
-    row = ring_tables.worst("m", ours, [0.3])
+    assert ring_closed_form.within("m", ours) == ring_closed_form.Within(5, 6)
+    row = ring_closed_form.worst("m", ours, [0.3])
     assert row.verdict == "fail" and row.deviation == pytest.approx(-3.1)
     assert row.quantity == "bore decrease, m 0.3, worst of 6 readings (m 0.3, 20 %)"
 
@@ -162,7 +161,7 @@ def test_dipper_gives_the_published_numbers():
 def test_published_flow_stress_spot_values():
     """kf(strain, T, rate) of the published coefficients."""
     for strain, T, rate, value in ((0.1, 20, 1, 525.9), (1, 20, 10, 707.0), (1, 200, 1, 578.6)):
-        assert float(runs.published_flow_stress(strain, T, rate)) == pytest.approx(value, rel=1e-3)
+        assert float(case.published_flow_stress(strain, T, rate)) == pytest.approx(value, rel=1e-3)
 
 
 def test_a_run_that_stops_is_a_failed_row_with_the_reason():
@@ -216,7 +215,7 @@ def test_command_writes_and_fails_with_the_rows(tmp_path, capsys, monkeypatch):
     assert {"reference", "ours", "deviation", "tolerance", "source"} <= set(rows[0])
     assert "# Verification" in (tmp_path / "p.md").read_text()
     assert "upset-frictionless" in capsys.readouterr().out
-    monkeypatch.setattr(upsetting, "published_flow_stress", lambda *a: 0.9 * runs.published_flow_stress(*a))
+    monkeypatch.setattr(upsetting, "published_flow_stress", lambda *a: 0.9 * case.published_flow_stress(*a))
     assert command(arguments[:3]) == 1
     assert command(["verify", "--only", "nothing"]) == 2
 

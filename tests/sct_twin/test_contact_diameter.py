@@ -16,7 +16,7 @@ from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError
 from sct_twin import RawCampaign, SctRecord, SctTwin
 from sct_twin.twin.contact_diameter import growth, read_at_diameter
-from sct_twin.twin.upsetting import SPEED, UpsettingRun, known_upset, run_force
+from sct_twin.twin.upsetting import UpsettingCase, UpsettingRun, known_upset, run_force
 
 Maker = Callable[..., SctRecord]
 #: A tip that has folded down in part: the area grows about as fast as the force.
@@ -25,8 +25,8 @@ FORCE, MESH = 157e3, 0.9
 
 
 def upset_to(force: float, material: Material, T: float = 20.0) -> UpsettingRun:
-    arguments = {"material": material, "mu": 0.07, "T0": T, "T_tool": T, "speed": SPEED}
-    return UpsettingRun(known_upset(PUNCH, run_force(force), MESH, "test", **arguments), T)
+    case = UpsettingCase(PUNCH, run_force(force), MESH, material, 0.07, T, T)
+    return UpsettingRun(known_upset(case, "test"), T)
 
 
 def of_the_table(force: float) -> UpsettingRun:

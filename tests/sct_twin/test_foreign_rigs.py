@@ -18,7 +18,7 @@ from sct_twin import SctRecord
 from sct_twin.ingest.campaign_files import ingest
 from sct_twin.ingest.channel_guess import draft
 from sct_twin.ingest.channel_map import ChannelMap
-from sct_twin.ingest.name_template import NameTemplate, proposed
+from sct_twin.ingest.measurement_files import NameTemplate, proposed
 from sct_twin.ingest.preview import preview, shortened
 from sct_twin.ingest.quality import quality_row, warnings
 from sct_twin.ingest.raw_campaign import read_test_table

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
-from sct_twin.signals.lowpass import low_pass
+from sct_twin.signals.filters import low_pass
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from forming.processes.upsetting import UpsettingResult
+from forming.processes.specimen_upsetting import UpsettingResult
 from forming.tools.punch_geometry import PunchGeometry
+from sct_twin.twin.upsetting import UpsettingCase
 from sct_twin.virtual_lab import specimen_runs
 from sct_twin.virtual_lab.rig.specimen import Rig
 
@@ -28,9 +29,9 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     forces: list[float] = []
     real: Callable[..., Any] = specimen_runs.robust_upset
 
-    def noted(punch: Any, force: float, *rest: Any, **more: Any) -> Any:
-        forces.append(force)
-        return real(punch, force, *rest, **more)
+    def noted(case: UpsettingCase, *rest: Any) -> Any:
+        forces.append(case.force)
+        return real(case, *rest)
 
     monkeypatch.setattr(specimen_runs, "robust_upset", noted)
     return forces

@@ -19,57 +19,21 @@ def assemble_heat(
     quads: IntArray,
     T: FloatArray,
     source: FloatArray,
-    capacity: float,
-    conductivity: float,
-    dt: float,
-    band: FloatArray,
-    right: FloatArray,
-) -> None:
-    """Add conduction (implicit), lumped capacity and the heat `source` [N/mm2 in dt] per Gauss point.
-
-    ``band[j, i - j]`` holds the lower triangle, shape (n, b + 1), quantities per radian.
-    """
-    xe = np.empty((4, 2))
-    dn = np.empty((4, 2))
-    ke = np.empty((4, 4))
-    for e in range(quads.shape[0]):
-        for a in range(4):
-            xe[a, 0] = x[quads[e, a], 0]
-            xe[a, 1] = x[quads[e, a], 1]
-        ke[:] = 0.0
-        for g in range(4):
-            w, _, _ = gradients(xe, g, dn)
-            for a in range(4):
-                node = quads[e, a]
-                lump = w * N_GAUSS[g, a]
-                band[node, 0] += lump * capacity / dt
-                right[node] += lump * (capacity * T[node] + source[e, g]) / dt
-                for b in range(4):
-                    ke[a, b] += w * conductivity * (dn[a, 0] * dn[b, 0] + dn[a, 1] * dn[b, 1])
-        for a in range(4):
-            for b in range(4):
-                row = quads[e, a]
-                column = quads[e, b]
-                if row >= column:
-                    band[column, row - column] += ke[a, b]
-
-
-@njit(cache=True)
-def assemble_heat_over_T(
-    x: FloatArray,
-    quads: IntArray,
-    T: FloatArray,
-    source: FloatArray,
     capacity: FloatArray,
     conductivity: FloatArray,
     dt: float,
     band: FloatArray,
     right: FloatArray,
 ) -> None:
-    """Do what `assemble_heat` does for capacity and conductivity given at the nodes."""
+    """Add conduction (implicit), lumped capacity and the heat `source` [N/mm2 in dt] per Gauss point.
+
+    `capacity` and `conductivity` hold one value for all nodes, or one for each. ``band[j, i - j]`` holds the lower
+    triangle, shape (n, b + 1), quantities per radian.
+    """
     xe = np.empty((4, 2))
     dn = np.empty((4, 2))
     ke = np.empty((4, 4))
+    constant = len(capacity) == 1
     for e in range(quads.shape[0]):
         for a in range(4):
             xe[a, 0] = x[quads[e, a], 0]
@@ -77,14 +41,17 @@ def assemble_heat_over_T(
         ke[:] = 0.0
         for g in range(4):
             w, _, _ = gradients(xe, g, dn)
-            k = 0.0
-            for a in range(4):
-                k += N_GAUSS[g, a] * conductivity[quads[e, a]]
+            k = conductivity[0]
+            if not constant:
+                k = 0.0
+                for a in range(4):
+                    k += N_GAUSS[g, a] * conductivity[quads[e, a]]
             for a in range(4):
                 node = quads[e, a]
+                c = capacity[0 if constant else node]
                 lump = w * N_GAUSS[g, a]
-                band[node, 0] += lump * capacity[node] / dt
-                right[node] += lump * (capacity[node] * T[node] + source[e, g]) / dt
+                band[node, 0] += lump * c / dt
+                right[node] += lump * (c * T[node] + source[e, g]) / dt
                 for b in range(4):
                     ke[a, b] += w * k * (dn[a, 0] * dn[b, 0] + dn[a, 1] * dn[b, 1])
         for a in range(4):
@@ -108,28 +75,22 @@ def heat_step(
 ) -> FloatArray:
     """Return the temperatures after `dt`, implicit Euler.
 
-    Parameters
-    ----------
-    source : ndarray, shape (n_e, 4)
-        Heat released in `dt` per volume at the Gauss points [N/mm2].
-    capacity, conductivity : float or pairs (temperature, value)
-        Of a volume [N/(mm2 K)], and [N/(s K)]. A capacity over temperature is iterated, so that the step
-        conserves enthalpy; a conductivity over temperature is that of the temperatures known so far.
-    film : (nodes, conductance, temperature), optional
-        Conductance [N mm/(s K)] per radian of each node to a body of given temperature; nodes may repeat.
-    flux : (nodes, power), optional
-        Heat flow into nodes [N mm/s] per radian; nodes may repeat.
+    - `source`, shape (n_e, 4): heat released in `dt` per volume at the Gauss points [N/mm2].
+    - `capacity`, `conductivity`: of a volume [N/(mm2 K)], and [N/(s K)]. A capacity over temperature is
+      iterated, so that the step conserves enthalpy; a conductivity over temperature is that of the
+      temperatures known so far.
+    - `film`, (nodes, conductance, temperature): conductance [N mm/(s K)] per radian of each node to a body of
+      given temperature; nodes may repeat.
+    - `flux`, (nodes, power): heat flow into nodes [N mm/s] per radian; nodes may repeat.
     """
     half = int((quads.max(axis=1) - quads.min(axis=1)).max())
-    if not isinstance(capacity, tuple) and not isinstance(conductivity, tuple):
-        band, right = np.zeros((len(x), half + 1)), np.zeros(len(x))
-        assemble_heat(x, quads, T, source, capacity, conductivity, dt, band, right)
-        return _solve(band, right, film, flux)
+    varies = isinstance(capacity, tuple) or isinstance(conductivity, tuple)
     after = T
     for _ in range(ITERATIONS):
         band, right = np.zeros((len(x), half + 1)), np.zeros(len(x))
-        mean, k = mean_between(capacity, T, after), value_at(conductivity, after)
-        assemble_heat_over_T(x, quads, T, source, mean, k, dt, band, right)
+        at = slice(None if varies else 1)
+        mean, k = mean_between(capacity, T[at], after[at]), value_at(conductivity, after[at])
+        assemble_heat(x, quads, T, source, mean, k, dt, band, right)
         before, after = after, _solve(band, right, film, flux)
         if not isinstance(capacity, tuple) or float(np.abs(after - before).max()) < SETTLED:
             break

@@ -24,10 +24,7 @@ MAX_PAIRS = 200
 def checked_property(value: Any, what: str) -> Property:
     """Return a constant or pairs as floats.
 
-    Raises
-    ------
-    InputError
-        Not positive and finite, temperatures that do not rise, or no pairs; names `what`.
+    Raises InputError: not positive and finite, temperatures that do not rise, or no pairs; names `what`.
     """
     if isinstance(value, (int, float, np.number)) and not isinstance(value, bool):
         if not (math.isfinite(value) and value > 0):

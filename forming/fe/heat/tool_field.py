@@ -11,7 +11,7 @@ from ..mesh.mesher import quad_mesh
 from ..mesh.polyline import SizeField, arc_length, at_arc_length, spaced
 from ..mesh.shape import FloatArray, IntArray, surface_weights
 from .conduction import heat_step
-from .properties import Property, scaled
+from .properties import Property
 
 #: A tool point further from the workpiece than this has no contact [mm].
 NEAR = 0.3
@@ -19,26 +19,12 @@ NEAR = 0.3
 
 @dataclass(frozen=True)
 class ToolSteel:
-    """Heat data of a tool steel; by default 1.2379 (handbook values).
+    """Heat data of a tool steel; by default 1.2379 (handbook values)."""
 
-    Attributes
-    ----------
-    conductivity : float or pairs (T, value)
-        [W/(m K)].
-    rho : float
-        [kg/m3].
-    cp : float or pairs (T, value)
-        [J/(kg K)].
-    """
-
+    #: [W/(m K)].
     conductivity: Property = 20.0
-    rho: float = 7700.0
-    cp: Property = 460.0
-
-    @property
-    def capacity(self) -> Property:
-        """Heat capacity of a volume [N/(mm2 K)]."""
-        return scaled(self.cp, self.rho * 1e-6) if isinstance(self.cp, tuple) else self.rho * self.cp * 1e-6
+    #: Heat capacity of a volume [N/(mm2 K)].
+    capacity: Property = 7700.0 * 460.0 * 1e-6
 
 
 @njit(cache=True)
@@ -66,25 +52,17 @@ def nearest_on_chain(points: FloatArray, chain: FloatArray) -> tuple[IntArray, F
 
 @dataclass
 class ToolField:
-    """Temperatures of one tool, in the tool's own frame.
+    """Temperatures of one tool, in the tool's own frame."""
 
-    Attributes
-    ----------
-    x, quads : ndarray
-        Mesh.
-    surface : ndarray, shape (n_s,)
-        Nodes along the working surface.
-    far : ndarray
-        Nodes on the outside, held at `far_T`.
-    T : ndarray, shape (n,)
-        Temperature [degC].
-    """
-
+    #: Mesh.
     x: FloatArray
     quads: IntArray
+    #: Nodes along the working surface, shape (n_s,).
     surface: IntArray
+    #: Nodes on the outside, held at `far_T`.
     far: IntArray
     far_T: float
+    #: Temperature [degC], shape (n,).
     T: FloatArray
     steel: ToolSteel = field(default_factory=ToolSteel)
 
@@ -95,19 +73,14 @@ class ToolField:
         back: FloatArray,
         size: SizeField,
         T: float,
-        steel: ToolSteel | None = None,
     ) -> ToolField:
         """Mesh a tool between its working surface and its back.
 
-        Parameters
-        ----------
-        working : list of ndarray, shape (n, 2)
-            Polylines of the working surface, one behind the other; corners stand between them.
-        back : ndarray, shape (m, 2)
-            Corners from the end of the working surface to its start, counter-clockwise all in all. The
-            first and the last side are insulated, those between keep `T`.
-        size : callable
-            Wanted size at the working surface; it grows by 0.4 per mm of depth.
+        - `working`, shape (n, 2): polylines of the working surface, one behind the other; corners stand
+          between them.
+        - `back`, shape (m, 2): corners from the end of the working surface to its start, counter-clockwise
+          all in all. The first and the last side are insulated, those between keep `T`.
+        - `size`: wanted size at the working surface; it grows by 0.4 per mm of depth.
         """
         face = np.concatenate([piece[:-1] for piece in working] + [working[-1][-1:]])
 
@@ -128,7 +101,6 @@ class ToolField:
             np.ascontiguousarray(mesh.loop[n_front + n_first : len(mesh.loop) - len(rear[-1]) + 1]),
             float(T),
             np.full(len(mesh.x), float(T)),
-            steel or ToolSteel(),
         )
 
     def surface_temperature(self, points: FloatArray) -> FloatArray:
@@ -142,16 +114,11 @@ class ToolField:
     ) -> None:
         """Advance by `dt` [s] in contact with a workpiece surface.
 
-        Parameters
-        ----------
-        body : ndarray, shape (n, 2)
-            Workpiece surface nodes in the tool's frame.
-        touching : ndarray of bool, shape (n,)
-            Which of them are in contact with this tool.
-        T, power : ndarray, shape (n,)
-            Their temperature [degC] and the frictional heat that enters the tool [N/(mm s)].
-        htc : float
-            Heat transfer coefficient [N/(mm s K)].
+        - `body`, shape (n, 2): workpiece surface nodes in the tool's frame.
+        - `touching`, shape (n,): which of them are in contact with this tool.
+        - `T`, `power`, shape (n,): their temperature [degC] and the frictional heat that enters the tool
+          [N/(mm s)].
+        - `htc`: heat transfer coefficient [N/(mm s K)].
         """
         points = self.x[self.surface]
         edge, u, distance = nearest_on_chain(points, body)

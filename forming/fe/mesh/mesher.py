@@ -42,17 +42,10 @@ class Mesh:
 def quad_mesh(loop: FloatArray, size: SizeField) -> Mesh:
     """Mesh the inside of a counter-clockwise loop of nodes (an even number).
 
-    Parameters
-    ----------
-    loop : ndarray, shape (n, 2)
-        Boundary nodes, kept exactly.
-    size : callable
-        Wanted element size [mm] at points of shape (m, 2).
+    Raises MeshError: the triangulation misses a boundary edge, or an element is folded.
 
-    Raises
-    ------
-    MeshError
-        The triangulation misses a boundary edge, or an element is folded.
+    - `loop`, shape (n, 2): boundary nodes, kept exactly.
+    - `size`: wanted element size [mm] at points of shape (m, 2).
     """
     coarse = np.ascontiguousarray(loop[::2])
     points, triangles, edges = _triangulate(coarse, size)
@@ -73,7 +66,10 @@ def quad_mesh(loop: FloatArray, size: SizeField) -> Mesh:
     nodes = np.empty(len(loop), dtype=np.int64)
     nodes[::2] = i
     nodes[1::2] = n_points + on_boundary
-    x, quads, nodes = _drop_unused(x, quads, nodes)
+    used_nodes = np.zeros(len(x), dtype=bool)
+    used_nodes[quads.ravel()] = True
+    number = np.cumsum(used_nodes) - 1
+    x, quads, nodes = x[used_nodes], number[quads], number[nodes]
     held = np.zeros(len(x), dtype=bool)
     held[nodes] = True
     smooth(x, quads, held, 6)
@@ -189,13 +185,6 @@ def _subdivide(
     m = n + len(sides) + len(quads) + np.arange(len(triangles))
     parts += [[a, ab, m, ca], [ab, b, bc, m], [ca, m, bc, c]]
     return x, np.concatenate([np.column_stack(p) for p in parts]).astype(np.int64)
-
-
-def _drop_unused(x: FloatArray, quads: IntArray, nodes: IntArray) -> tuple[FloatArray, IntArray, IntArray]:
-    used = np.zeros(len(x), dtype=bool)
-    used[quads.ravel()] = True
-    number = np.cumsum(used) - 1
-    return x[used], number[quads], number[nodes]
 
 
 def smooth(x: FloatArray, quads: IntArray, held: BoolArray, sweeps: int) -> None:

@@ -7,28 +7,22 @@ from numba import njit
 
 from .shape import ETA, N_GAUSS, XI, FloatArray, IntArray, local_coordinates
 
+#: Search grid over a mesh: lowest r and z, width of a cell [mm], numbers of cells along r and z.
+Grid = tuple[float, float, float, int, int]
+
 
 @njit(cache=True)
-def bin_elements(
-    x: FloatArray, quads: IntArray, low_r: float, low_z: float, cell: float, n_r: int, n_z: int
-) -> tuple[IntArray, IntArray]:
+def bin_elements(x: FloatArray, quads: IntArray, grid: Grid) -> tuple[IntArray, IntArray]:
     """Return for each cell of a grid the elements whose bounding box meets it, as (start, list)."""
+    low_r, low_z, cell, n_r, n_z = grid
     box = np.empty((quads.shape[0], 4), np.int64)
     start = np.zeros(n_r * n_z + 1, np.int64)
     for e in range(quads.shape[0]):
-        r_min = 1e30
-        r_max = -1e30
-        z_min = 1e30
-        z_max = -1e30
-        for k in range(4):
-            r_min = min(r_min, x[quads[e, k], 0])
-            r_max = max(r_max, x[quads[e, k], 0])
-            z_min = min(z_min, x[quads[e, k], 1])
-            z_max = max(z_max, x[quads[e, k], 1])
-        box[e, 0] = max(0, int((r_min - low_r) / cell))
-        box[e, 1] = min(n_r - 1, int((r_max - low_r) / cell))
-        box[e, 2] = max(0, int((z_min - low_z) / cell))
-        box[e, 3] = min(n_z - 1, int((z_max - low_z) / cell))
+        corners = x[quads[e]]
+        box[e, 0] = max(0, int((corners[:, 0].min() - low_r) / cell))
+        box[e, 1] = min(n_r - 1, int((corners[:, 0].max() - low_r) / cell))
+        box[e, 2] = max(0, int((corners[:, 1].min() - low_z) / cell))
+        box[e, 3] = min(n_z - 1, int((corners[:, 1].max() - low_z) / cell))
         for i in range(box[e, 0], box[e, 1] + 1):
             for j in range(box[e, 2], box[e, 3] + 1):
                 start[i * n_z + j + 1] += 1
@@ -50,16 +44,13 @@ def locate(
     pz: float,
     x: FloatArray,
     quads: IntArray,
-    low_r: float,
-    low_z: float,
-    cell: float,
-    n_r: int,
-    n_z: int,
+    grid: Grid,
     start: IntArray,
     members: IntArray,
     local: FloatArray,
 ) -> int:
     """Return the element that holds the point, or the nearest; write its local coordinates, bounded to +-1."""
+    low_r, low_z, cell, n_r, n_z = grid
     ci = min(n_r - 1, max(0, int((pr - low_r) / cell)))
     cj = min(n_z - 1, max(0, int((pz - low_z) / cell)))
     nearest = 0
@@ -87,27 +78,13 @@ def locate(
     return nearest
 
 
-@njit(cache=True)
 def patch_range(quads: IntArray, gauss: FloatArray, n_nodes: int) -> tuple[FloatArray, FloatArray]:
     """Return the smallest and largest value of each field in each element and its neighbours, [e, c]."""
-    n_c = gauss.shape[2]
-    node_low = np.full((n_nodes, n_c), np.inf)
-    node_high = np.full((n_nodes, n_c), -np.inf)
-    for e in range(quads.shape[0]):
-        for a in range(4):
-            n = quads[e, a]
-            for g in range(4):
-                for c in range(n_c):
-                    node_low[n, c] = min(node_low[n, c], gauss[e, g, c])
-                    node_high[n, c] = max(node_high[n, c], gauss[e, g, c])
-    low = np.full((quads.shape[0], n_c), np.inf)
-    high = np.full((quads.shape[0], n_c), -np.inf)
-    for e in range(quads.shape[0]):
-        for a in range(4):
-            for c in range(n_c):
-                low[e, c] = min(low[e, c], node_low[quads[e, a], c])
-                high[e, c] = max(high[e, c], node_high[quads[e, a], c])
-    return low, high
+    lowest = np.full((n_nodes, gauss.shape[2]), np.inf)
+    highest = -lowest
+    np.minimum.at(lowest, quads, gauss.min(axis=1)[:, None])
+    np.maximum.at(highest, quads, gauss.max(axis=1)[:, None])
+    return lowest[quads].min(axis=1), highest[quads].max(axis=1)
 
 
 @njit(cache=True)
@@ -115,14 +92,12 @@ def interpolate_state(
     x_old: FloatArray,
     quads_old: IntArray,
     gauss_old: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
     nodal_old: FloatArray,
     x_new: FloatArray,
     quads_new: IntArray,
-    low_r: float,
-    low_z: float,
-    cell: float,
-    n_r: int,
-    n_z: int,
+    grid: Grid,
     start: IntArray,
     members: IntArray,
 ) -> tuple[FloatArray, FloatArray]:
@@ -133,7 +108,6 @@ def interpolate_state(
     the value is kept within the range of the element and its neighbours: otherwise the many remeshings
     of a long run amplify a peak without bound.
     """
-    low, high = patch_range(quads_old, gauss_old, x_old.shape[0])
     gauss_new = np.zeros((quads_new.shape[0], 4, gauss_old.shape[2]))
     nodal_new = np.zeros((x_new.shape[0], nodal_old.shape[1]))
     local = np.zeros(2)
@@ -145,7 +119,7 @@ def interpolate_state(
             for a in range(4):
                 pr += N_GAUSS[g, a] * x_new[quads_new[e, a], 0]
                 pz += N_GAUSS[g, a] * x_new[quads_new[e, a], 1]
-            k = locate(pr, pz, x_old, quads_old, low_r, low_z, cell, n_r, n_z, start, members, local)
+            k = locate(pr, pz, x_old, quads_old, grid, start, members, local)
             for a in range(4):
                 weight = 0.25 * (1.0 + XI[a] * local[0] * stretch) * (1.0 + ETA[a] * local[1] * stretch)
                 for c in range(gauss_old.shape[2]):
@@ -153,9 +127,7 @@ def interpolate_state(
             for c in range(gauss_old.shape[2]):
                 gauss_new[e, g, c] = min(high[k, c], max(low[k, c], gauss_new[e, g, c]))
     for n in range(x_new.shape[0]):
-        k = locate(
-            x_new[n, 0], x_new[n, 1], x_old, quads_old, low_r, low_z, cell, n_r, n_z, start, members, local
-        )
+        k = locate(x_new[n, 0], x_new[n, 1], x_old, quads_old, grid, start, members, local)
         for a in range(4):
             weight = 0.25 * (1.0 + XI[a] * local[0]) * (1.0 + ETA[a] * local[1])
             for c in range(nodal_old.shape[1]):
@@ -175,8 +147,9 @@ def transfer(
     low_r, low_z = x_old.min(axis=0) - 1e-6
     high_r, high_z = x_old.max(axis=0)
     cell = 0.5 * float(np.sqrt((high_r - low_r) * (high_z - low_z) * 4.0 / len(quads_old)))
-    n_r, n_z = int((high_r - low_r) / cell) + 1, int((high_z - low_z) / cell) + 1
-    start, members = bin_elements(x_old, quads_old, low_r, low_z, cell, n_r, n_z)
+    grid = low_r, low_z, cell, int((high_r - low_r) / cell) + 1, int((high_z - low_z) / cell) + 1
+    start, members = bin_elements(x_old, quads_old, grid)
+    low, high = patch_range(quads_old, gauss_old, len(x_old))
     return interpolate_state(
-        x_old, quads_old, gauss_old, nodal_old, x_new, quads_new, low_r, low_z, cell, n_r, n_z, start, members
+        x_old, quads_old, gauss_old, low, high, nodal_old, x_new, quads_new, grid, start, members
     )

@@ -23,16 +23,10 @@ def commanded(
 ) -> FloatArray:
     """Return the commanded plate speed [mm/s], one value a sample, at least as far as `distance`.
 
-    Parameters
-    ----------
-    speeds : sequence of float
-        Set values on equal parts of the distance [mm/s].
-    distance : float
-        Whole sliding distance [mm].
-    acceleration : float
-        Largest acceleration of the half cosines between set values [mm/s2].
-    hold : (distance, time), optional
-        The plate stops at this distance [mm] and stands so long [s].
+    - `speeds`: set values on equal parts of the distance [mm/s].
+    - `distance`: whole sliding distance [mm].
+    - `acceleration`: largest acceleration of the half cosines between set values [mm/s2].
+    - `hold`, (distance, time): the plate stops at this distance [mm] and stands so long [s].
     """
     stops: list[tuple[float, float, float]] = []
     share = distance / len(speeds)
@@ -82,18 +76,11 @@ def on_elastic_drive(
     The drive pulls the plate through a spring and a damper. A plate at rest stays there until the drive
     overcomes static friction; that share is lost over the first slip.
 
-    Parameters
-    ----------
-    drive : ndarray, shape (n,)
-        Position of the drive [mm] at the samples, `dt` [s] apart.
-    normal : ndarray, shape (n,)
-        Normal force [N].
-    mu, static : float
-        Friction coefficient while sliding, and what is added to it at rest.
-    static_length : float
-        Slip over which the addition falls to a half [mm].
-    stiffness, damping, mass : float
-        Spring [N/mm], damper [N s/mm], plate [N s2/mm].
+    - `drive`, shape (n,): position of the drive [mm] at the samples, `dt` [s] apart.
+    - `normal`, shape (n,): normal force [N].
+    - `mu`, `static`: friction coefficient while sliding, and what is added to it at rest.
+    - `static_length`: slip over which the addition falls to a half [mm].
+    - `stiffness`, `damping`, `mass`: spring [N/mm], damper [N s/mm], plate [N s2/mm].
     """
     n = len(drive)
     position, force = np.zeros(n), np.zeros(n)

@@ -30,22 +30,15 @@ class LoggedColumn:
 
 @dataclass(frozen=True)
 class FileFormat:
-    """A kind of file.
+    """A kind of file."""
 
-    Attributes
-    ----------
-    name, suffix, meaning : str
-        ``--format`` name, end of the file names, what it is.
-    columns : mapping
-        Canonical channel and its column.
-    write : callable
-        Writer of `file_writers`.
-    """
-
+    #: ``--format`` name, end of the file names, what it is.
     name: str
     suffix: str
     meaning: str
+    #: Canonical channel and its column.
     columns: Mapping[str, LoggedColumn]
+    #: Writer of `file_writers`.
     write: writers.Writer
 
     def save(self, path: Path, frame: pd.DataFrame) -> None:
@@ -149,13 +142,7 @@ FORMATS: dict[str, FileFormat] = {
 
 
 def file_format(name: str) -> FileFormat:
-    """Return a format.
-
-    Raises
-    ------
-    InputError
-        Not one of `FORMATS`.
-    """
+    """Return a format. Raises InputError: not one of `FORMATS`."""
     if name not in FORMATS:
         raise unknown_name("file format", name, FORMATS)
     return FORMATS[name]

@@ -216,24 +216,18 @@ def measured(
     true: dict[str, FloatArray],
     sliding: npt.NDArray[np.bool_],
     instruments: Instruments,
-    gains: tuple[float, float],
+    gains: FloatArray,
     rng: np.random.Generator,
     more: np.random.Generator,
 ) -> pd.DataFrame:
     """Return what the sensors record, in canonical channels and units.
 
-    Parameters
-    ----------
-    true : dict of ndarray, shape (n,)
-        `F_n`, `friction` [N], `a` [mm/s2], `sd` [mm], `T_plate` [degC].
-    sliding : ndarray of bool, shape (n,)
-        Whether the plate moves.
-    instruments : Instruments
-        Sensors.
-    gains : tuple of float
-        Calibration of the two force cells.
-    rng, more : numpy.random.Generator
-        Of the plain rig's noise, and of everything beyond it: a realistic rig has the same noise as a plain one.
+    - `true`, shape (n,): `F_n`, `friction` [N], `a` [mm/s2], `sd` [mm], `T_plate` [degC].
+    - `sliding`, shape (n,): whether the plate moves.
+    - `instruments`: sensors.
+    - `gains`: calibration of the two force cells.
+    - `rng`, `more`: of the plain rig's noise, and of everything beyond it: a realistic rig has the same noise
+      as a plain one.
     """
     n = len(true["F_n"])
     i, t = instruments, np.arange(n) / RATE

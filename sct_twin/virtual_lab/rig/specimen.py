@@ -7,17 +7,18 @@ force and temperature; results are kept in a cache folder, keyed by everything t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from forming.materials.materials import HenselSpittel, steel_16MnCr5
-from forming.processes.upsetting import UpsettingResult
+from forming.processes.specimen_upsetting import UpsettingResult
 from friction_models.loads import FloatArray
 
 from ...twin.contact_temperature import ThermalBody, ThermalSettings
 from ...twin.upsetting import ContactState
+from .instruments import Instruments
 
 #: Thermal grid and heat data that hold in the laboratory: other values, and another dependence on temperature.
 FINE = ThermalSettings(
@@ -119,28 +120,16 @@ class _Part(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class SpecimenTable:
-    """Upsetting of one specimen shape, at the two tool temperatures of `TEMPERATURES`.
+    """Upsetting of one specimen shape, at the two tool temperatures of `TEMPERATURES`."""
 
-    Attributes
-    ----------
-    runs : tuple of UpsettingResult
-        At the two temperatures.
-    m1 : float
-        Temperature coefficient of the flow stress [1/K].
-    changed : mapping of str to UpsettingResult
-        At the first temperature, with one thing changed by its step of `STEPS`.
-    deviations : mapping of str to float
-        How this specimen deviates in the same things.
-    """
-
+    #: At the two temperatures.
     runs: tuple[UpsettingResult, UpsettingResult]
+    #: Temperature coefficient of the flow stress [1/K].
     m1: float
+    #: At the first temperature, with one thing changed by its step of `STEPS`.
     changed: Mapping[str, UpsettingResult] = field(default_factory=dict)
+    #: How this specimen deviates in the same things.
     deviations: Mapping[str, float] = field(default_factory=dict)
-
-    def of(self, **deviations: float) -> SpecimenTable:
-        """Return the table of a specimen that deviates; figures are linear in the deviations."""
-        return replace(self, deviations=deviations)
 
     def _parts(self, T_tool: float, flow_stress: float) -> list[_Part]:
         """Return the runs that make up the specimen, all read where they are loaded equally.
@@ -190,3 +179,24 @@ class SpecimenTable:
             radius_fraction=parts[0][0].radius_fraction,
             pressure=blend("pressure"),
         )
+
+
+def perturbations(rig: Rig, instruments: Instruments) -> dict[str, object]:
+    """Return what is otherwise in the laboratory: mesh, material, upsetting, heat, scatter, sensors.
+
+    The truth is computed with these, never with the settings of the twin; friction is not among them.
+    """
+    material, here, usual = rig.material, asdict(rig.thermal), asdict(ThermalSettings())
+    return {
+        "note": "the truth is computed with these instead of the settings of the twin",
+        "upsetting_mesh_mm": rig.mesh_size,
+        "flow_stress_factor": rig.flow_stress,
+        "flow_stress_exponent_factor": rig.flow_exponent,
+        "flow_stress_scatter": rig.flow_stress_scatter,
+        "specimen_scatter_mm": {"diameter": rig.diameter_scatter, "height": rig.height_scatter},
+        "material": material.name,
+        "ram_speed_mm_s": rig.ram_speed,
+        "compliance_mm_per_N": rig.compliance,
+        "thermal": {name: {"laboratory": here[name], "twin": usual[name]} for name in here},
+        "sensors": asdict(instruments),
+    }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from forming.processes.upsetting import upset
+from forming.processes.specimen_upsetting import upset
 from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError
 
