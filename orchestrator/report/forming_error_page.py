@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from friction_models.common.markup import bullets, escape, paragraph, table
+
 from ..jobs.store import JobResult
 from ..studies.forming_error.result import TAU_OVER_K, FormingErrors, held_out
 from ..studies.forming_error.study import FormingErrorStudy
@@ -19,8 +21,8 @@ from .charts.forming_error import (
     share_bars,
 )
 from .charts.measurements import parity_chart
-from .parts.markup import bullets, escape, paragraph, table
-from .parts.page import Page, figure, footer
+from .parts.chart import figure
+from .parts.page import VIRTUAL, Page, footer
 
 
 def forming_error_page(
@@ -60,12 +62,10 @@ def forming_error_page(
     page.add("how", "How it was computed", _how(study, manifest))
     origin = "Tests and press curves are the user's."
     if study.virtual:
-        origin = (
-            "Every measurement in this report is synthetic: made by the virtual laboratory, not measured."
-        )
+        origin = VIRTUAL
     elif errors.synthetic:
         origin += " They say of themselves that they are synthetic, in part or all."
-    return page.render(footer(manifest["versions"], origin))
+    return page.render(footer(origin, manifest["versions"]))
 
 
 def figures(*rows: tuple[str, str]) -> str:

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from friction_models.common import InputError, unknown_name
+
 from ..common.console import keeping, progress, say, write_page, write_result
-from ..common.files_named import Reads, Writes
+from ..common.files_named import Commands, Reads, Writes
 from ..common.options import Isolate, Jobs, Json, Names, Report, Tests, fitted_model, given_names, read_data
 
 if TYPE_CHECKING:
@@ -20,7 +22,14 @@ if TYPE_CHECKING:
     from ...comparison.on_tests import TestsComparison
     from ...comparison.press_study import PressResults, PressStudy
 
+app = Commands(rich_markup_mode="rich")
 
+
+@app.command(
+    epilog="Examples: tribofmu compare --models models/linear models/ffnn 0.08 --data data; with an FMU of others, formed at every "
+    "level of a press: tribofmu compare --models models/linear supplier.fmu --names names.yaml --press press; in one forming run, "
+    "without measurements: tribofmu compare --system fre.yaml --models supplier.fmu models/linear 0.08 --report runs.html"
+)
 def compare(
     models: Annotated[
         list[str],
@@ -61,8 +70,6 @@ def compare(
     seed: Annotated[int, typer.Option(help="Seed of the bootstrap.", min=0)] = 0,
 ) -> None:
     """Compare friction models: on tribometer tests, on press curves, or by runs of one system laid over each other."""
-    from friction_models.common import InputError
-
     if data is not None and press is None and (data / "levels.csv").is_file():
         data, press = None, data
     if data is None and press is None and system is None:
@@ -81,7 +88,11 @@ def compare(
             f"--runs {runs}: both --press and --system are given; allowed: one of them with --runs"
         )
     given = given_names(models, names)
-    study = None if press is None else _opened(press)
+    study = None
+    if press is not None:
+        from ...comparison.press_study import PressStudy
+
+        study = PressStudy.open(press)
     on_tests = None if data is None else _compare_tests(models, given, data, tests, seed)
     ran = None if study is None else _form(study, models, given, runs, jobs)
     on_press = None if study is None or ran is None else _compare_forces(study, ran, seed)
@@ -116,8 +127,6 @@ def _run_system(
     from ...cosim.system import System
 
     if mode not in MODES:
-        from friction_models.common import unknown_name
-
         raise unknown_name("mode", mode, MODES, "--mode")
     named = {_label(name, models): name for name in models}
     kept = "what is finished is kept" if runs is not None else "nothing is kept without --runs FOLDER"
@@ -135,12 +144,6 @@ def _foreign(named: dict[str, str], names: GivenNames) -> dict[str, FrictionName
     """Return the variables of the FMUs that others made, by label."""
     found = {n: names.foreign(model) for n, model in named.items() if Path(model).suffix == ".fmu"}
     return {label: foreign for label, foreign in found.items() if foreign is not None}
-
-
-def _opened(press: Path) -> PressStudy:
-    from ...comparison.press_study import PressStudy
-
-    return PressStudy.open(press)
 
 
 def _compare_tests(
@@ -183,12 +186,3 @@ def _label(name: str, names: list[str]) -> str:
     short = [Path(n).stem if Path(n).suffix == ".fmu" else Path(n).name for n in names]
     mine = short[names.index(name)]
     return mine if short.count(mine) == 1 else name
-
-
-def add_commands(app: typer.Typer) -> None:
-    """Register the command of this file."""
-    app.command(
-        epilog="Examples: tribofmu compare --models models/linear models/ffnn 0.08 --data data; with an FMU of others, formed at every "
-        "level of a press: tribofmu compare --models models/linear supplier.fmu --names names.yaml --press press; in one forming run, "
-        "without measurements: tribofmu compare --system fre.yaml --models supplier.fmu models/linear 0.08 --report runs.html"
-    )(compare)

@@ -7,10 +7,19 @@ from typing import Annotated
 
 import typer
 
+from friction_models.common import InputError
+
 from ..common.console import say, write_page, write_result
+from ..common.files_named import Commands
 from ..common.options import Data, Json, NextTests, Report, Tests, read_data
 
+app = Commands(rich_markup_mode="rich")
 
+
+@app.command(
+    epilog="Example: tribofmu coverage --data data --history forge.csv --column sigma_n='Contact pressure [GPa]' "
+    "--report coverage.html"
+)
 def coverage(
     data: Data,
     run: Annotated[
@@ -39,8 +48,6 @@ def coverage(
     plan: NextTests = None,
 ) -> None:
     """Say where a forming process leaves the tested loads, and which further tests would cover it."""
-    from friction_models.common import InputError
-
     from ...cosim.run_folders import Run
     from ...coverage.contact_history import ContactHistory
     from ...coverage.proposals import Rig, propose_tests
@@ -77,11 +84,3 @@ def coverage(
             lab = f" (in the virtual laboratory: tribofmu lab --plan {plan} ...)" if dataset.synthetic else ""
             say(f"written: {plan}{lab}")
     write_page(report, "coverage", found, Path(states.source).name)
-
-
-def add_commands(app: typer.Typer) -> None:
-    """Register the commands of this file."""
-    app.command(
-        epilog="Example: tribofmu coverage --data data --history forge.csv --column sigma_n='Contact pressure [GPa]' "
-        "--report coverage.html"
-    )(coverage)

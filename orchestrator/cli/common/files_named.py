@@ -7,9 +7,11 @@ import functools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any, TypeVar, get_type_hints
 
 import typer
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True)
@@ -34,10 +36,15 @@ class Writes:
 class Commands(typer.Typer):
     """Commands whose outputs are checked against their inputs before anything is done."""
 
-    def command(self, *arguments: Any, **named: Any) -> Any:
+    def command(self, name: str | None = None, **named: Any) -> Callable[[F], F]:
         """Register a command as Typer does."""
-        register = super().command(*arguments, **named)
-        return lambda function: register(_checked(function))
+        register = super().command(name, **named)
+
+        def registered(function: F) -> F:
+            register(_checked(function))
+            return function
+
+        return registered
 
 
 def _checked(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
@@ -16,6 +17,8 @@ from ..charts.force import ForceLine
 
 if TYPE_CHECKING:
     from friction_models import FrictionModel
+
+    from .evidence import DiagnosisNumbers
 
 #: Folder of the tests that were predicted in a closed loop.
 PREDICTED = "predicted"
@@ -66,32 +69,21 @@ class DemoSummary(TypedDict):
     tests: dict[str, int]
     levels: list[PressLevelEntry]
     frictions: list[FrictionEntry]
-    held_out: dict[str, Any]
+    held_out: Mapping[str, Any]
     forces: dict[str, LevelsNumbers]
-    diagnosis: dict[str, Any]
+    diagnosis: DiagnosisNumbers
     run_facts: dict[str, RunFacts]
     seconds: dict[str, float]
     versions: dict[str, str]
-    predicted: dict[str, Any]
+    predicted: Mapping[str, Any]
 
 
 @dataclass
 class DemoFolder:
     """The demo's data, models, forces and diagnosis.
 
-    Attributes
-    ----------
-    folder : Path
-    summary : DemoSummary
-        Content of ``demo.json``.
-    held_out : DataSet
-        Tests that no model was trained on.
-    models : dict of str to FrictionModel
-        By part: ``before`` and ``after`` (missing where nothing was added), ``other``.
-    predicted : dict of str to ndarray
-        mu at the held-out points by ``before`` and ``after``.
-    lines : list of ForceLine
-        Forces of every friction model on every level.
+    `held_out` are the tests that no model was trained on; `models` by part (``before``, ``other``, ``after``, which is
+    missing where nothing was added), `predicted` their mu at the held-out points, `lines` their forces on every level.
     """
 
     folder: Path
@@ -137,7 +129,7 @@ class DemoFolder:
         return next(str(e["label"]) for e in self.summary["frictions"] if e["part"] == part)
 
     @property
-    def diagnosis(self) -> dict[str, Any]:
+    def diagnosis(self) -> DiagnosisNumbers:
         """The diagnosis as `diagnose --json` writes it."""
         return self.summary["diagnosis"]
 
