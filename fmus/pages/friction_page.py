@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from html import escape
-from typing import Any
 
 from friction_models.loads import LOADS, MU
 
@@ -212,7 +211,7 @@ def _use(source: FrictionSource, interface: FrictionInterface, target: str, fmi:
     return _section("In a simulator", f"<ul>{items}</ul>")
 
 
-def _errors(card: Mapping[str, Any]) -> str:
+def _errors(card: Mapping[str, object]) -> str:
     errors = card.get("errors")
     if not isinstance(errors, dict) or not errors:
         return ""
@@ -225,7 +224,7 @@ def _errors(card: Mapping[str, Any]) -> str:
     return _section("Errors", _table(head, rows, range(1, len(head))), note)
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.3g}"
     return "" if value is None else escape(str(value))

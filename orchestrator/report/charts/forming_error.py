@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from ...studies.forming_error.words import PROCESS_TITLES
 from ..parts.chart import Chart
 from ..parts.theme import COLORS, INK, PRESS, PRESS_BAND, SOFT
 
+UNITS = {"max_force": "kN", "work": "J"}
 #: Constant friction in greys, trained models in colours.
 _CONSTANT_COLOURS = ("#b4bcc5", "#7d8894", "#4d5661")
 #: Points of a drawn curve.
@@ -50,8 +52,8 @@ def _whisker(
     return ends | {"color": INK, "thickness": thickness, "width": width}
 
 
-def error_bars(errors: FormingErrors, quantity: str, measure: str) -> Chart:
-    """Return bars of MARE (`measure` ``"mare"``) or of the spread (``"spread"``) of ``max_force`` or ``work``."""
+def error_bars(errors: FormingErrors, quantity: str, measure: Literal["mare", "spread"]) -> Chart:
+    """Return bars of MARE or of its spread over the levels."""
     chart = Chart()
     names = [group_title(*group).replace(", ", "<br>") for group in groups(errors)]
     for label, color in colours(errors).items():
@@ -113,9 +115,8 @@ def absolute_bars(errors: FormingErrors, quantity: str) -> Chart:
                 panel, [names[level] for level in there], values, label, f"{label} %{{y:.2f}}<extra></extra>",
                 marker_color=color, error_y=whisker,
             )  # fmt: skip
-    unit = "kN" if quantity == "max_force" else "J"
     height = 90 + 230 * len(parts)
-    return chart.dress(height, y=unit, from_zero=True, barmode="group", bargap=0.2, margin_t=72)
+    return chart.dress(height, y=UNITS[quantity], from_zero=True, barmode="group", bargap=0.2, margin_t=72)
 
 
 def force_charts(errors: FormingErrors, lubricant: str, process: str, difference: bool = False) -> Chart:
@@ -155,7 +156,7 @@ def force_charts(errors: FormingErrors, lubricant: str, process: str, difference
     return chart
 
 
-def share_bars(errors: FormingErrors, what: str) -> Chart:
+def share_bars(errors: FormingErrors, what: Literal["time", "tau"]) -> Chart:
     """Return bars by friction law: ``"time"``, the run time of friction; ``"tau"``, the highest tau/k by process."""
     chart = Chart()
     time = what == "time"
