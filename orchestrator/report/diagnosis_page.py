@@ -37,16 +37,7 @@ MOST_POINTS = 3000
 
 
 def diagnosis_page(found: Diagnosis, label: str, confirmed: Addition | None = None) -> str:
-    """Return the HTML of a diagnosis.
-
-    Parameters
-    ----------
-    found : Diagnosis
-    label : str
-        Name of the model.
-    confirmed : Addition, optional
-        Errors before and after on tests that the fit did not see; see `confirmed_addition`.
-    """
+    """Return the HTML of the diagnosis of a model named `label`, with what `confirmed_addition` returned."""
     content = cast(DiagnosisNumbers, {**found.to_dict(), "sentence": found.sentence})
     averages, named = found.averages, bool(found.effects)
     tests = averages["test_id"].nunique()
@@ -90,15 +81,6 @@ def confirmed_addition(model: Any, data: DataSet, effects: list[str]) -> Additio
 
     None where it cannot be judged: nothing is named, a fixed base (an FMU, a constant), a fault of the data (a
     correction of the data, not of the model), too few tests.
-
-    Parameters
-    ----------
-    model : FrictionModel or object with ``predict``
-        Base of the diagnosis.
-    data : DataSet
-        What the diagnosis saw.
-    effects : list of str
-        What it names.
     """
     try:
         if not effects or any(make_effect(e).kind == "fault" for e in effects):

@@ -19,16 +19,9 @@ if TYPE_CHECKING:
 
 
 def refinement_page(before: FrictionModel, after: FrictionModel, data: DataSet, label: str) -> str:
-    """Return the HTML of a refined model.
+    """Return the HTML of a refined model, whose name before was `label`.
 
-    Parameters
-    ----------
-    before, after : FrictionModel
-        Fitted; `after` holds the rounds of additions (``error_history_``).
-    data : DataSet
-        Held-out tests are drawn where there are some, else all.
-    label : str
-        Name of the model before.
+    The models are fitted; `after` holds the rounds of additions. Held-out tests are drawn where there are some, else all.
     """
     held = data.select("test")
     none = held is data or not len(held.points)  # where no role is recorded, all tests train

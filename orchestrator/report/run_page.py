@@ -12,6 +12,7 @@ from friction_models.loads import LOADS, MU
 from friction_models.loads.labels import with_unit
 
 from ..cosim.run_folders import Run
+from ..force_curves.forces import ForceCurve
 from .parts.chart import Chart, figure
 from .parts.page import Page
 from .parts.theme import AFTER, AFTER_BAND, BEFORE
@@ -21,17 +22,18 @@ def run_page(folder: Path) -> str:
     """Return the HTML of a run folder."""
     run = Run.load(folder, stopped=True)
     manifest = run.manifest
-    largest = _largest_force(run)
+    forms = any(label.endswith(".force") for label in run.values)
     page = Page(
-        title=f"{run.name}: largest force {largest:.1f} kN" if largest is not None else run.name,
+        title=f"{run.name}: largest force {run.force_curve().force.max():.1f} kN" if forms else run.name,
         kicker="tribofmu run",
         lead=f"{manifest['steps']} steps of {manifest['communication_step']:g} s in the mode <code>{escape(manifest['mode'])}</code>, "
         f"{manifest['timing_s']['total']:.1f} s of computing."
         + ("" if run.complete else f" <strong>Stopped: {escape(run.message)}.</strong>"),
         synthetic=run.synthetic,
     )
-    if largest is not None:
-        page.add("force", "Force over stroke", _force(run))
+    if forms:
+        title, caption = "Force over stroke", "Punch force over stroke, unfiltered."
+        page.plot("force", title, _force(run.force_curve()), caption, "Force over stroke.")
     if fields := _fields(run):
         page.add("fields", "Fields", fields)
     if loads := _contact(run):
@@ -40,19 +42,11 @@ def run_page(folder: Path) -> str:
     return page.render(f"tribofmu {escape(manifest['versions']['tribofmu'])}")
 
 
-def _largest_force(run: Run) -> float | None:
-    if not any(label.endswith(".force") for label in run.values):
-        return None
-    return float(run.force_curve().force.max())
-
-
-def _force(run: Run) -> str:
-    curve = run.force_curve()
+def _force(curve: ForceCurve) -> Chart:
     chart = Chart(legend=False)
     said = "stroke %{x:.2f} mm<br>force %{y:.1f} kN<extra></extra>"
     chart.scatter(0, curve.stroke, curve.force, hover=said, line={"color": AFTER, "width": 2.4})
-    chart.dress(380, x="stroke [mm]", y="punch force [kN]", from_zero=True)
-    return figure("force", chart, "Punch force over stroke, unfiltered.", "Force over stroke.")
+    return chart.dress(380, x="stroke [mm]", y="punch force [kN]", from_zero=True)
 
 
 def _fields(run: Run) -> str:

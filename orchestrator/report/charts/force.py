@@ -20,15 +20,7 @@ class ForceLine:
 
 
 def force_chart(lines: Sequence[ForceLine], levels: Mapping[str, str]) -> Chart:
-    """Return forces (top) and their deviation from the press mean (bottom), one column a level.
-
-    Parameters
-    ----------
-    lines : sequence of ForceLine
-        The simulations.
-    levels : mapping
-        Name of each level and its heading.
-    """
+    """Return forces (top) and their deviation from the press mean (bottom), one column a level (name to heading)."""
     chart = Chart(
         len(levels), 2, titles=list(levels.values()), shared_xaxes=True, shared_yaxes="rows",
         row_heights=[0.6, 0.4], vertical_spacing=0.07, horizontal_spacing=0.03,

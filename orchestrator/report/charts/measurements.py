@@ -65,12 +65,7 @@ def load_space_chart(points: pd.DataFrame, averages: pd.DataFrame) -> Chart:
 
 
 def parity_chart(found: Mapping[tuple[str, str], tuple[FloatArray, FloatArray]]) -> Chart:
-    """Return predicted over measured mu, one panel a model, one colour a lubricant.
-
-    Parameters
-    ----------
-    found : mapping of (lubricant, model) to (measured, predicted)
-    """
+    """Return predicted over measured mu (`found`, by lubricant and model), one panel a model, one colour a lubricant."""
     models, lubricants = (list(dict.fromkeys(key[k] for key in found)) for k in (1, 0))
     chart = Chart(
         len(models), titles=[escape(m) for m in models], shared_yaxes=True, horizontal_spacing=0.022

@@ -18,16 +18,8 @@ def prediction_chart(
 ) -> Chart:
     """Return mu (top) and contact temperature (bottom) over sliding distance, one column a test.
 
-    Parameters
-    ----------
-    headings : mapping
-        Test to its heading; the columns of the chart.
-    measured : mapping
-        Test to its measured points (`sd, mu, T`), where it was run.
-    predicted : mapping
-        Part of the story (``before``, ``after``) to test to predicted points (`sd, mu_model, T`).
-    labels : mapping
-        Part to its name in the legend.
+    `headings` and `measured` (`sd, mu, T`, where it was run) are by test, `predicted` (`sd, mu_model, T`) by part
+    (``before``, ``after``) and test, `labels` name the parts in the legend.
     """
     chart = Chart(
         len(headings), 2, titles=list(headings.values()), shared_xaxes=True, shared_yaxes="rows",

@@ -31,15 +31,7 @@ class Predicts(Protocol):
 
 
 def response_chart(data: TriboLoads, curves: Sequence[tuple[str, Look, Predicts]]) -> Chart:
-    """Return the chart, one panel a load that was measured.
-
-    Parameters
-    ----------
-    data : TriboLoads
-        It decides the median and the range of each load.
-    curves : sequence of (str, mapping, model)
-        Label, look of the line and model.
-    """
+    """Return a chart with a panel for each load that was measured; `curves`: label, look of the line and model."""
     measured = [q for q in LOADS if q.name not in data.absent]
     chart = Chart(len(measured), shared_yaxes=True, horizontal_spacing=0.022)
     middle = np.median(data.as_array(), axis=0)

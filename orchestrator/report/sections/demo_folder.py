@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
 
 from friction_models.common import InputError
 from friction_models.loads import DataSet, FloatArray
@@ -32,18 +32,15 @@ class PressLevelEntry(TypedDict):
     press: str
 
 
-class _FrictionEntry(TypedDict):
+class FrictionEntry(TypedDict):
+    """A friction model of the demo; `runs` are folders by level, `folder` is missing for a constant."""
+
     part: str
     label: str
     fmu: str
     runs: dict[str, str]
     outside_domain: dict[str, float]
-
-
-class FrictionEntry(_FrictionEntry, total=False):
-    """A friction model of the demo; `runs` are folders by level, `folder` is missing for a constant."""
-
-    folder: str
+    folder: NotRequired[str]
 
 
 class RunFacts(TypedDict):

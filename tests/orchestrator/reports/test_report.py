@@ -25,7 +25,7 @@ from friction_models.discovery.wording import p_text
 from friction_models.loads import DataSet
 from orchestrator import Master, System
 from orchestrator.report import write_diagnosis_report, write_report
-from orchestrator.report.charts.binned_residual import binned_residual
+from orchestrator.report.charts.residuals import binned_residual
 from orchestrator.report.parts.cards import Change
 from orchestrator.report.refinement_page import refinement_page
 from orchestrator.report.registry import PAGES, page_of
