@@ -53,6 +53,5 @@ def attribute(
     with keeping(lambda: kept), progress("sensitivities") as tick:
         result = find(press, systems, causes, runs, jobs, tick)
     say(result.report())
-    if json is not None:
-        write_result(json, result.to_dict())
+    write_result(json, result.to_dict())
     write_page(report, "attribution", result, press.name)

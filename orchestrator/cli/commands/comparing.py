@@ -87,27 +87,31 @@ def compare(
         raise InputError(
             f"--runs {runs}: both --press and --system are given; allowed: one of them with --runs"
         )
-    given = given_names(models, names)
-    study = None
+    named, given = _labels(models), given_names(models, names)
+    study = on_tests = on_press = ran = in_system = None
     if press is not None:
         from ...comparison.press_study import PressStudy
 
         study = PressStudy.open(press)
-    on_tests = None if data is None else _compare_tests(models, given, data, tests, seed)
-    ran = None if study is None else _form(study, models, given, runs, jobs)
-    on_press = None if study is None or ran is None else _compare_forces(study, ran, seed)
-    in_system = None if system is None else _run_system(system, models, given, runs, mode, jobs)
+    found: dict[str, dict[str, object]] = {}
+    if data is not None:
+        on_tests = _compare_tests(named, given, data, tests, seed)
+        found["tests"] = {"synthetic": on_tests.synthetic, **on_tests.to_dict()}
+    if study is not None:
+        called = {label: foreign.to_dict() for label, foreign in _foreign(named, given).items()}
+        with progress("runs", says_time=True) as tick:
+            ran = study.compare(named, runs, jobs, progress=tick, names=called)
+        on_press = _compare_forces(study, ran, seed)
+        failed = [f.to_dict() for f in ran.failed]
+        found["press"] = {"synthetic": study.synthetic, "models": [], "failed": failed}
+        found["press"] |= {} if on_press is None else on_press.to_dict()
+    if system is not None:
+        in_system = _run_system(system, named, given, runs, mode, jobs)
+        found["system"] = dict(in_system.to_dict())
     if json is not None:
-        content: dict[str, object] = {}
-        if on_tests is not None:
-            content = {"synthetic": on_tests.synthetic, **on_tests.to_dict()}
-        if study is not None and ran is not None:
-            forces = {"synthetic": study.synthetic, "models": [], "failed": [f.to_dict() for f in ran.failed]}
-            forces |= {} if on_press is None else on_press.to_dict()
-            content = {**content, "press": forces} if content else forces
-        if in_system is not None:
-            content = {**content, "system": in_system.to_dict()} if content else in_system.to_dict()
-        write_result(json, content)
+        # The first comparison is the file itself, the others stand in it by name.
+        (_, first), *others = found.items()
+        write_result(json, {**first, **dict(others)})
     if on_tests is not None or on_press is not None or in_system is not None:
         write_page(report, "comparison", on_tests, on_press, in_system)
     if ran is not None:
@@ -119,8 +123,20 @@ def compare(
         raise SimulationError(f"{len(in_system.failed)} of the runs failed: {label}: {error[:300]}")
 
 
+def _labels(models: list[str]) -> dict[str, str]:
+    """Return the models by their short names; by the whole path where two would be called the same."""
+    short = [Path(name).stem if Path(name).suffix == ".fmu" else Path(name).name for name in models]
+    return {mine if short.count(mine) == 1 else name: name for mine, name in zip(short, models)}
+
+
+def _foreign(named: dict[str, str], names: GivenNames) -> dict[str, FrictionNames]:
+    """Return the variables of the FMUs that others made, by label."""
+    found = {n: names.foreign(model) for n, model in named.items() if Path(model).suffix == ".fmu"}
+    return {label: foreign for label, foreign in found.items() if foreign is not None}
+
+
 def _run_system(
-    system: Path, models: list[str], names: GivenNames, runs: Path | None, mode: str, jobs: int | None
+    system: Path, named: dict[str, str], names: GivenNames, runs: Path | None, mode: str, jobs: int | None
 ) -> RunsComparison:
     from ...comparison.in_one_system import compare_in_system
     from ...cosim.master import MODES
@@ -128,7 +144,6 @@ def _run_system(
 
     if mode not in MODES:
         raise unknown_name("mode", mode, MODES, "--mode")
-    named = {_label(name, models): name for name in models}
     kept = "what is finished is kept" if runs is not None else "nothing is kept without --runs FOLDER"
     with keeping(lambda: kept), progress("runs", says_time=True) as tick:
         result = compare_in_system(
@@ -140,30 +155,15 @@ def _run_system(
     return result
 
 
-def _foreign(named: dict[str, str], names: GivenNames) -> dict[str, FrictionNames]:
-    """Return the variables of the FMUs that others made, by label."""
-    found = {n: names.foreign(model) for n, model in named.items() if Path(model).suffix == ".fmu"}
-    return {label: foreign for label, foreign in found.items() if foreign is not None}
-
-
 def _compare_tests(
-    models: list[str], names: GivenNames, data: Path, tests: Path | None, seed: int
+    named: dict[str, str], names: GivenNames, data: Path, tests: Path | None, seed: int
 ) -> TestsComparison:
     from ...comparison.on_tests import compare_on_tests
 
-    named = {_label(name, models): fitted_model(name, names) for name in models}
-    result = compare_on_tests(named, read_data(data, tests, named.values()), seed)
+    models = {label: fitted_model(name, names) for label, name in named.items()}
+    result = compare_on_tests(models, read_data(data, tests, models.values()), seed)
     say(result.report())
     return result
-
-
-def _form(
-    study: PressStudy, models: list[str], names: GivenNames, runs: Path | None, jobs: int | None
-) -> PressResults:
-    named = {_label(name, models): name for name in models}
-    called = {label: foreign.to_dict() for label, foreign in _foreign(named, names).items()}
-    with progress("runs", says_time=True) as tick:
-        return study.compare(named, runs, jobs, progress=tick, names=called)
 
 
 def _compare_forces(study: PressStudy, ran: PressResults, seed: int) -> ForcesComparison | None:
@@ -179,10 +179,3 @@ def _compare_forces(study: PressStudy, ran: PressResults, seed: int) -> ForcesCo
         say("synthetic press curves")
     say(result.report())
     return result
-
-
-def _label(name: str, names: list[str]) -> str:
-    """Short name of a model; the whole path where two would be called the same."""
-    short = [Path(n).stem if Path(n).suffix == ".fmu" else Path(n).name for n in names]
-    mine = short[names.index(name)]
-    return mine if short.count(mine) == 1 else name

@@ -67,8 +67,7 @@ def diagnose(
     part = dataset.select("train")  # tests that are held out stay unseen
     result = search(part.points, part.tests, model=friction, seed=seed)
     say(result.report())
-    if json is not None:
-        write_result(json, {"synthetic": result.synthetic, **result.to_dict()})
+    write_result(json, {"synthetic": result.synthetic, **result.to_dict()})
     if report is not None:
         from ...report import write_diagnosis_report
 

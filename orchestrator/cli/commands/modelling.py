@@ -124,8 +124,7 @@ def evaluate(
 
         content["coverage"] = measured_coverage(friction, dataset, level)
         say(coverage_text(content["coverage"]))
-    if json is not None:
-        write_result(json, content)
+    write_result(json, content)
 
 
 @app.command(epilog="Example: tribofmu predict models/polynomial --data data -o predicted.csv")

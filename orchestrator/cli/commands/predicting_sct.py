@@ -92,8 +92,7 @@ def predict_sct(
         found = predict(fmu, schedules, out, twin=twin, label=label, names=called, jobs=jobs, progress=tick)
     say(found.table())
     say(f"written: {out} (predicted.csv, prediction.json, runs/ with a folder a test)")
-    if json is not None:
-        write_result(json, found.to_dict())
+    write_result(json, found.to_dict())
 
 
 def _schedules(

@@ -46,8 +46,7 @@ def verify(
             results.append(case.run())
         tick(len(cases), len(cases), "")
     say(text_table(results))
-    if json is not None:
-        write_result(json, {"rows": [row.to_dict() for r in results for row in r.rows]})
+    write_result(json, {"rows": [row.to_dict() for r in results for row in r.rows]})
     if out is not None:
         write_text(out, markdown_page(results))
         say(f"written: {out}")

@@ -117,7 +117,8 @@ def note(text: str) -> None:
     print(f"note: {text}", file=sys.stderr, flush=True)
 
 
-def write_result(path: Path, content: Any) -> None:
-    """Write a JSON result file (stable keys, no NaN), atomically."""
-    write_json(path, plain(content))
-    say(f"written: {path}")
+def write_result(path: Path | None, content: object) -> None:
+    """Write a JSON result file (stable keys, no NaN) where the user asked for one, and say so."""
+    if path is not None:
+        write_json(path, plain(content))
+        say(f"written: {path}")

@@ -108,12 +108,7 @@ def swapped(system: System, swap: Iterable[str] | None, names: Path | None = Non
     """Return the system with other models in the components that `--swap` names; `--names` says how their variables are called."""
     from ...cosim.swapping import swap_model
 
-    pairs = []
-    for item in swap or []:
-        component, equals, model = item.partition("=")
-        if not equals or not model:
-            raise InputError(f"--swap {item!r}: not of the form component=FILE.fmu")
-        pairs.append((component, model))
+    pairs = [split_pair("--swap ", item, "component=FILE.fmu") for item in swap or []]
     given = given_names([model for _, model in pairs], names)
     for component, model in pairs:
         system = swap_model(
@@ -189,6 +184,14 @@ def as_number(text: str) -> float | None:
         return float(text)
     except ValueError:
         return None
+
+
+def split_pair(option: str, text: str, form: str) -> tuple[str, str]:
+    """Return what is before and behind the first equals sign; the error says which `form` is allowed."""
+    name, _, value = text.partition("=")
+    if not value.strip():
+        raise InputError(f"{option}{text!r}: not of the form {form}")
+    return name, value
 
 
 def key_values(pairs: Iterable[str], texts: Collection[str] = ()) -> dict[str, Any]:
