@@ -31,50 +31,39 @@ def comparison_page(
 ) -> str:
     """Return the HTML of a comparison; all but one may be missing."""
     found = [part for part in (tests, forces, runs) if part is not None]
-    page = Page(
-        title=_title(tests, forces, runs),
-        kicker="tribofmu compare",
-        lead=escape(_lead(tests, forces, runs)),
-        synthetic=any(part.synthetic for part in found),
-    )
+    page = Page("", "tribofmu compare", synthetic=any(part.synthetic for part in found))
+    titles, said = list[str](), list[str]()
     if tests is not None:
+        titles.append(_verdict(tests.order))
+        said.append(f"{tests.result.tests} tests, {tests.result.points} points")
         _add_tests(page, tests)
     if forces is not None:
+        titles.append(_verdict(forces.orders["max_force"]))
+        said.append(f"{len(forces.names)} press level{'s' if len(forces.names) != 1 else ''}")
         _add_forces(page, forces)
     if runs is not None:
+        loads = [total.max_force for total in runs.totals.values()]
+        span = f"{min(loads):.1f} to {max(loads):.1f} kN"
+        titles.append(f"{runs.system}: largest force {span} with {len(loads)} models")
+        said.append(f"{len(runs.totals)} runs of {runs.system}")
         add_runs(page, runs)
+    page.title = titles[0]
+    note = "Intervals and probabilities count whole tests and levels, not points."
+    if tests is None and forces is None:
+        note = (
+            "Nothing was measured: the runs show what the choice of the model does, not which model is right."
+        )
+    page.lead = escape(f"{'; '.join(said)}. {note}")
     return page.render()
 
 
-def _title(
-    tests: TestsComparison | None, forces: ForcesComparison | None, runs: RunsComparison | None
-) -> str:
-    if tests is None and forces is None and runs is not None:
-        loads = [total.max_force for total in runs.totals.values()]
-        return (
-            f"{runs.system}: largest force {min(loads):.1f} to {max(loads):.1f} kN with {len(loads)} models"
-        )
-    order = tests.order if tests is not None else forces.orders["max_force"] if forces is not None else None
-    assert order is not None
+def _verdict(order: Order) -> str:
     if len(order.names) < 2:
         return f"{order.names[0]}: one model"
     best, second = order.names[:2]
     apart = (best, second) not in order.indistinct
     share = f"best of {len(order.names)} with a probability of {100 * order.best[best]:.0f} %"
     return f"{best} is {share}" + ("" if apart else f", not told apart from {second}")
-
-
-def _lead(tests: TestsComparison | None, forces: ForcesComparison | None, runs: RunsComparison | None) -> str:
-    parts = []
-    if tests is not None:
-        parts.append(f"{tests.result.tests} tests, {tests.result.points} points")
-    if forces is not None:
-        parts.append(f"{len(forces.names)} press level{'s' if len(forces.names) != 1 else ''}")
-    if runs is not None:
-        parts.append(f"{len(runs.totals)} runs of {runs.system}")
-    if tests is None and forces is None:
-        return f"{parts[0]}. Nothing was measured: the runs show what the choice of the model does, not which model is right."
-    return "; ".join(parts) + ". Intervals and probabilities count whole tests and levels, not points."
 
 
 def _add_tests(page: Page, c: TestsComparison) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from friction_models.common.markup import bullets, escape, paragraph, table
 
@@ -24,13 +23,13 @@ from .charts.forming_error import (
 )
 from .charts.measurements import parity_chart
 from .parts.chart import figure
-from .parts.page import VIRTUAL, Page, footer
+from .parts.page import VIRTUAL, Page, StudyManifest, footer
 
 
 def forming_error_page(
     study: FormingErrorStudy,
     errors: FormingErrors,
-    manifest: Mapping[str, Any],
+    manifest: StudyManifest,
     results: Mapping[str, JobResult],
 ) -> str:
     """Return the HTML of the study; `results` hold models and measurements, where they are there."""
@@ -222,7 +221,7 @@ def _models(study: FormingErrorStudy, errors: FormingErrors, results: Mapping[st
     ]
 
 
-def _how(study: FormingErrorStudy, manifest: Mapping[str, Any]) -> str:
+def _how(study: FormingErrorStudy, manifest: StudyManifest) -> str:
     plan = study.plan
     source = (
         f"virtual laboratory, plan {plan.tests}, seed {plan.seed}, {plan.repeats} strokes of the press a level"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from ..studies.measurements import data_name, load_measurements
 from .charts.measurements import load_space_chart, series_chart
 from .forming_error_page import figures
 from .parts.chart import Chart, figure
-from .parts.page import VIRTUAL, Page, footer
+from .parts.page import VIRTUAL, Page, StudyManifest, footer
 from .parts.theme import CONSTANT, SOFT, looks
 
 #: Errors beyond this multiple of the accuracy are cut off: a polynomial of five tests is off by any amount.
@@ -29,7 +28,7 @@ SHOWN = 2.5
 def learning_curve_page(
     study: LearningCurveStudy,
     curves: LearningCurves,
-    manifest: Mapping[str, Any],
+    manifest: StudyManifest,
     results: Mapping[str, JobResult],
 ) -> str:
     """Return the HTML of the study; `results` hold the measurements, where they are there."""

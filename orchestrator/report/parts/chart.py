@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -12,6 +12,10 @@ from friction_models.loads import FloatArray
 
 from .theme import INK, LINE, SOFT
 
+if TYPE_CHECKING:
+    import pandas as pd
+
+Values: TypeAlias = "Sequence[object] | np.ndarray | pd.Series[Any]"
 FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif'
 _AXIS = {
     "gridcolor": LINE,
@@ -80,7 +84,7 @@ class Chart:
         return {} if self.single else {"row": at // self.columns + 1, "col": at % self.columns + 1}
 
     def scatter(
-        self, at: int, x: Any, y: Any, name: str = "", hover: str = "", group: str = "", **look: Any
+        self, at: int, x: Values, y: Values, name: str = "", hover: str = "", group: str = "", **look: Any
     ) -> None:
         """Draw a curve or dots; without `name` not in the legend, without `hover` silent under the pointer.
 
@@ -105,9 +109,7 @@ class Chart:
             fill="toself", fillcolor=color, line={"width": 0}, mode="lines",
         )  # fmt: skip
 
-    def bars(
-        self, at: int, x: Sequence[Any], y: Sequence[Any], name: str = "", hover: str = "", **look: Any
-    ) -> None:
+    def bars(self, at: int, x: Values, y: Values, name: str = "", hover: str = "", **look: Any) -> None:
         """Draw bars; `look` as in `plotly.graph_objects.Bar`."""
         self.figure.add_bar(x=x, y=y, hovertemplate=hover, **self._entry(name, ""), **look, **self.place(at))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.resources import files
+from typing import TypedDict
 
 from friction_models.common.markup import document, escape
 
@@ -13,6 +14,15 @@ from .chart import Chart, figure
 
 #: Where the numbers of a page come from that holds no measurement.
 VIRTUAL = "Every measurement in this report is synthetic: made by the virtual laboratory, not measured."
+
+
+class StudyManifest(TypedDict):
+    """What pages show of the ``manifest.json`` of a study."""
+
+    versions: dict[str, str]
+    sources: dict[str, str]
+    jobs: dict[str, object]
+    failed: list[str]
 
 
 @dataclass
