@@ -19,8 +19,8 @@ BANDS = 32
 FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif'
 INK, SOFT, STEEL, STEEL_EDGE = "#1b2530", "#566474", "#d3d8de", "#7d8894"
 #: Stops of equal distance: perceptually even maps from dark to light, and one that is white at 0.
-MAPS = {
-    "heat": [
+MAPS: dict[str, tuple[str, ...]] = {
+    "heat": (
         "#140b34",
         "#420a68",
         "#781c6d",
@@ -30,8 +30,8 @@ MAPS = {
         "#fca50a",
         "#f6d746",
         "#fcffa4",
-    ],
-    "even": [
+    ),
+    "even": (
         "#440154",
         "#472d7b",
         "#3b528b",
@@ -41,8 +41,8 @@ MAPS = {
         "#5ec962",
         "#addc30",
         "#fde725",
-    ],
-    "signed": [
+    ),
+    "signed": (
         "#16366f",
         "#2f62a8",
         "#6b9bcb",
@@ -52,16 +52,16 @@ MAPS = {
         "#dc8367",
         "#b43a3c",
         "#76102a",
-    ],
+    ),
 }
 
 
-def map_of(name: str, signed: bool) -> list[str]:
+def map_of(name: str, signed: bool) -> tuple[str, ...]:
     """Return the stops for a field."""
     return MAPS["signed" if signed else "heat" if name == "T" else "even"]
 
 
-def colours(stops: list[str], count: int) -> list[str]:
+def colours(stops: tuple[str, ...], count: int) -> list[str]:
     """Return `count` colours from the first to the last stop."""
     rgb = np.array([[int(s[k : k + 2], 16) for k in (1, 3, 5)] for s in stops], dtype=np.float64)
     at = np.linspace(0.0, len(stops) - 1, count)

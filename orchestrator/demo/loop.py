@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -27,9 +27,6 @@ from ..report.sections.demo_folder import DemoSummary, FrictionEntry, RunFacts
 from .prediction import PARTS, predict_held_out
 from .scenario import Scenario
 from .steps import StepBook
-
-if TYPE_CHECKING:
-    from ..report.sections.evidence import DiagnosisNumbers
 
 #: Opens the progress display of a step: ``with display("title") as tick: tick(done, total, what)``.
 Display = Callable[[str], AbstractContextManager[Progress]]
@@ -230,7 +227,7 @@ class Demo:
         self,
         parts: list[str],
         runs: dict[tuple[str, str], Run],
-        diagnosis: DiagnosisNumbers,
+        diagnosis: dict[str, object],
         predicted: dict[str, PredictionNumbers],
     ) -> DemoSummary:
         from friction_models import ConstantFriction, evaluate, load_model

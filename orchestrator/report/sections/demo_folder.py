@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
+from typing import TYPE_CHECKING, Any, NotRequired, TypedDict, cast
 
 from friction_models.common import InputError
 from friction_models.loads import DataSet, FloatArray
@@ -68,7 +68,7 @@ class DemoSummary(TypedDict):
     frictions: list[FrictionEntry]
     held_out: Mapping[str, Any]
     forces: dict[str, LevelsNumbers]
-    diagnosis: DiagnosisNumbers
+    diagnosis: Mapping[str, Any]
     run_facts: dict[str, RunFacts]
     seconds: dict[str, float]
     versions: dict[str, str]
@@ -128,7 +128,7 @@ class DemoFolder:
     @property
     def diagnosis(self) -> DiagnosisNumbers:
         """The diagnosis as `diagnose --json` writes it."""
-        return self.summary["diagnosis"]
+        return cast("DiagnosisNumbers", self.summary["diagnosis"])
 
 
 def _line(folder: Path, summary: DemoSummary, entry: FrictionEntry) -> ForceLine:
