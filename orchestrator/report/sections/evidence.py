@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TypedDict
+from typing import NotRequired, TypedDict
 
 from friction_models.common.markup import bullets, escape, paragraph, table
 from friction_models.discovery.figures_data import setpoints_text, where_text
@@ -28,27 +28,27 @@ MEANINGS = {
 
 
 class DiagnosisNumbers(TypedDict):
-    """A diagnosis as `diagnose --json` writes it, with its sentence."""
+    """A diagnosis as `diagnose --json` writes it, with its sentence; older files lack some of it."""
 
     verdict: str
-    sentence: str
-    confidence: float | None
     effects: list[str]
-    confusion_set: list[str]
     ranking: list[RankedEffect]
     noise_floor: NoiseFloorNumbers
     error_budget: ErrorBudget
-    where: list[StructurePlace]
-    unrecorded_factor: TestGroups | None
-    warnings: list[str]
     worst_tests: list[WorstTest]
-    next_tests: list[NextTest]
+    sentence: NotRequired[str]
+    confidence: NotRequired[float | None]
+    confusion_set: NotRequired[list[str]]
+    where: NotRequired[list[StructurePlace]]
+    unrecorded_factor: NotRequired[TestGroups | None]
+    warnings: NotRequired[list[str]]
+    next_tests: NotRequired[list[NextTest]]
 
 
 def verdict_text(found: DiagnosisNumbers) -> str:
     """Return verdict and confidence in words (HTML)."""
-    verdict, confidence = found["verdict"], found["confidence"]
-    said = found["sentence"] or MEANINGS.get(verdict, "")
+    verdict, confidence = found["verdict"], found.get("confidence")
+    said = found.get("sentence") or MEANINGS.get(verdict, "")
     said = said[:1].upper() + said[1:]
     sure = "" if confidence is None or "confidence" in said else f" Confidence {100 * confidence:.0f} %."
     return f"<p><strong>{escape(verdict.replace('_', ' ').capitalize())}.</strong> {escape(said)}{sure}</p>"
@@ -57,9 +57,11 @@ def verdict_text(found: DiagnosisNumbers) -> str:
 def budget_html(found: DiagnosisNumbers) -> str:
     """Return the error budget with the noise floor in words."""
     noise, named = found["noise_floor"], found["effects"]
-    low, high = noise["interval"] or (None, None)
+    low, high = noise.get("interval") or (None, None)
     interval = f" (95 % interval {low:.4f} to {high:.4f})" if low is not None and high is not None else ""
-    floor, explained, missing = (found["error_budget"][k] or 0.0 for k in ("floor", "explained", "missing"))
+    floor, explained, missing = (
+        found["error_budget"].get(k) or 0.0 for k in ("floor", "explained", "missing")
+    )
     chart = figure(
         "budget",
         budget_chart(floor, explained, missing, bool(named)),
@@ -80,7 +82,7 @@ def budget_html(found: DiagnosisNumbers) -> str:
 
 def ranking_html(found: DiagnosisNumbers, threshold: float | None = None) -> str:
     """Return the ranked evidence as chart and table; `threshold` is the gain that an effect needs."""
-    ranking, chosen, confusable = found["ranking"], found["effects"], found["confusion_set"]
+    ranking, chosen, confusable = found["ranking"], found["effects"], found.get("confusion_set", [])
     if not ranking:
         return paragraph("No effect of the catalogue could be tried on these data.")
     none = {
@@ -124,11 +126,11 @@ def ranking_html(found: DiagnosisNumbers, threshold: float | None = None) -> str
 
 def remarks_html(found: DiagnosisNumbers) -> str:
     """Return structure left over, an unrecorded factor and warnings."""
-    factor = found["unrecorded_factor"]
+    factor = found.get("unrecorded_factor")
     parts = {
-        "Where structure is left": bullets(where_text(w) for w in found["where"]),
+        "Where structure is left": bullets(where_text(w) for w in found.get("where", [])),
         "An unrecorded factor?": paragraph(factor["note"]) if factor else "",
-        "Read this with care": bullets(found["warnings"]),
+        "Read this with care": bullets(found.get("warnings", [])),
     }
     return "\n".join(f"<h3>{heading}</h3>\n{html}" for heading, html in parts.items() if html)
 
@@ -140,7 +142,7 @@ def next_tests_html(found: DiagnosisNumbers) -> str:
             t["protocol"], setpoints_text(t["setpoints"]), " / ".join(t["separates"]), f"{t['expected_t']:.1f}",
             t.get("repeats", "-"),
         )
-        for t in found["next_tests"]
+        for t in found.get("next_tests", [])
     ]  # fmt: skip
     if not rows:
         return ""
