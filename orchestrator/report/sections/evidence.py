@@ -59,9 +59,7 @@ def budget_html(found: DiagnosisNumbers) -> str:
     noise, named = found["noise_floor"], found["effects"]
     low, high = noise.get("interval") or (None, None)
     interval = f" (95 % interval {low:.4f} to {high:.4f})" if low is not None and high is not None else ""
-    floor, explained, missing = (
-        found["error_budget"].get(k) or 0.0 for k in ("floor", "explained", "missing")
-    )
+    floor, explained, missing = (found["error_budget"][k] or 0.0 for k in ("floor", "explained", "missing"))
     chart = figure(
         "budget",
         budget_chart(floor, explained, missing, bool(named)),
