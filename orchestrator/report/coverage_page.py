@@ -12,7 +12,7 @@ from friction_models.loads.labels import with_unit
 
 from ..coverage.tested_loads import SLOW, Coverage, Region, cell_map, natural
 from .parts.chart import Chart
-from .parts.page import Page, figure
+from .parts.page import Page
 from .parts.theme import AFTER, BEFORE
 
 #: Friction work rises from paper to this colour.
@@ -33,23 +33,17 @@ def coverage_page(coverage: Coverage, label: str) -> str:
     )
     rows = [
         (
-            with_unit(s.names[0]),
-            "{:.4g} to {:.4g}".format(*s.tested[0]),
-            "{:.4g} to {:.4g}".format(*s.asked[0]),
-            f"{100 * s.area:.1f} %",
-            f"{100 * s.work:.1f} %",
+            with_unit(s.names[0]), "{:.4g} to {:.4g}".format(*s.tested[0]), "{:.4g} to {:.4g}".format(*s.asked[0]),
+            f"{100 * s.area:.1f} %", f"{100 * s.work:.1f} %",
         )
         for s in coverage.loads
-    ]
-    page.add(
+    ]  # fmt: skip
+    page.plot(
         "loads",
         "Load by load",
-        figure(
-            "shares",
-            _shares(coverage),
-            "Share of the process outside the tested loads.",
-            "Bars for each load.",
-        ),
+        _shares(coverage),
+        "Share of the process outside the tested loads.",
+        "Bars for each load.",
         table(["load", "tested", "process", "area outside", "work outside"], rows, numeric=(1, 2, 3, 4)),
     )
     names = [s.names[0] for s in coverage.loads]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from friction_models.common.markup import bullets, escape, paragraph, table
 
@@ -19,6 +19,12 @@ _LABELS: dict[Mode, str] = {
     "jacobi": "jacobi (two steps of lag)",
     "gauss_seidel": "gauss_seidel (one step)",
     "iterated": "iterated (none)",
+}
+_TITLES: dict[Quantity, str] = {
+    "work_pct": "work [%]",
+    "max_force_pct": "maximum force [%]",
+    "rms_pct": "rms of the force [%]",
+    "mu_mean": "mean change of mu",
 }
 
 
@@ -41,11 +47,7 @@ def lag_page(values: LagNumbers) -> str:
         page.plot(
             "cost",
             "What the lag costs",
-            _deviations(
-                lagging,
-                "lag",
-                {"work_pct": "work [%]", "rms_pct": "rms of the force [%]", "mu_mean": "mean change of mu"},
-            ),
+            _deviations(lagging, "lag", ["work_pct", "rms_pct", "mu_mean"]),
             "Each run against the iterated run of the same step: what differs is the lag alone. Forming work, rms of the "
             "force in units of its maximum, and mu at the markers in contact.",
             "Deviation of work, force and mu over the communication step for jacobi and gauss_seidel.",
@@ -56,15 +58,7 @@ def lag_page(values: LagNumbers) -> str:
         page.plot(
             "finest",
             "Against the finest iterated run",
-            _deviations(
-                finest,
-                "to_finest",
-                {
-                    "work_pct": "work [%]",
-                    "max_force_pct": "maximum force [%]",
-                    "rms_pct": "rms of the force [%]",
-                },
-            ),
+            _deviations(finest, "to_finest", ["work_pct", "max_force_pct", "rms_pct"]),
             f"Each run against the iterated run with {min(settings['steps_mm']):g} mm. The iterated runs differ from it because "
             "the solver itself then makes other steps.",
             "Deviation of work and force from the finest iterated run over the communication step.",
@@ -88,7 +82,7 @@ def lag_page(values: LagNumbers) -> str:
     return page.render(footer(f"The friction models learned from {whose} measurements."))
 
 
-def _deviations(rows: Sequence[LagRun], which: Reference, panels: Mapping[Quantity, str]) -> Chart:
+def _deviations(rows: Sequence[LagRun], which: Reference, panels: Sequence[Quantity]) -> Chart:
     shown = groups(rows)
     chart = Chart(
         len(shown), len(panels), titles=[f"{p.upper()}, {m}" for p, m in shown], shared_xaxes=True,
@@ -115,7 +109,7 @@ def _deviations(rows: Sequence[LagRun], which: Reference, panels: Mapping[Quanti
                     mode="lines+markers", line={"color": color, "width": 2},
                 )  # fmt: skip
     height = 190 * len(panels) + 70
-    return chart.dress(height, x="communication step [mm]", y=list(panels.values()), margin_t=66)
+    return chart.dress(height, x="communication step [mm]", y=[_TITLES[name] for name in panels], margin_t=66)
 
 
 def _curves(values: LagNumbers) -> Chart:
