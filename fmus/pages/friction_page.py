@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from html import escape
-from typing import Any
 
 from friction_models.loads import LOADS, MU
 
@@ -108,46 +107,34 @@ def _range(lower: float | None, upper: float | None) -> str:
 
 def _variables(source: FrictionSource, interface: FrictionInterface, fmi: str) -> str:
     several = {"2.0": "[1] ...", "3.0": "[n]"}[fmi] if interface.sized else ""
-
-    def name(text: str, array: bool = True) -> str:
-        return f"<code>{escape(text)}{several if array else ''}</code>"
-
-    def row(
-        variable: str, kind: str, unit: str, meaning: str, start: str = "", domain: str = ""
-    ) -> list[str]:
-        return [variable, kind, escape(unit), start, domain, escape(meaning)]
-
     rows = []
+
+    def add(
+        name: str, kind: str, unit: str, meaning: str, start: str = "", domain: str = "", array: bool = True
+    ) -> None:
+        variable = f"<code>{escape(name)}{several if array else ''}</code>"
+        rows.append([variable, kind, escape(unit), start, domain, escape(meaning)])
+
     for q in LOADS:
-        lower, upper = interface.domain.get(q.name, (None, None))
-        trained = _range(lower, upper) or (
-            "not measured, no influence" if q.name in source.absent else "not recorded"
-        )
-        rows.append(row(name(q.name), "input", q.unit, q.meaning, _number(interface.start(q)), trained))
-    rows.append(row(name(MU.name), "output", MU.unit, MU.meaning + ", never negative"))
-    rows.append(
-        row(
-            name("domain_distance"),
-            "output",
-            "1",
-            "0 inside the trained domain; outside, how far, in units of the range of the load that is farthest out",
-        )
-    )
+        unknown = "not measured, no influence" if q.name in source.absent else "not recorded"
+        trained = _range(*interface.domain.get(q.name, (None, None))) or unknown
+        add(q.name, "input", q.unit, q.meaning, _number(interface.start(q)), trained)
+    add(MU.name, "output", MU.unit, MU.meaning + ", never negative")
+    distance = "0 inside the trained domain; outside, how far, in units of the range of the load that is farthest out"
+    add("domain_distance", "output", "1", distance)
     for bound, meaning in bounds(interface.interval):
-        rows.append(row(name(bound), "output", "1", meaning + ", never negative"))
-    rows.append(
-        row(name("in_domain", False), "output", "", "whether every point in contact is inside the domain")
-    )
+        add(bound, "output", "1", meaning + ", never negative")
+    add("in_domain", "output", "", "whether every point in contact is inside the domain", array=False)
     for s in interface.states:
-        rows.append(row(name(s.name), "memory", s.unit, "memory of the contact point", _number(s.start)))
+        add(s.name, "memory", s.unit, "memory of the contact point", _number(s.start))
     for p in interface.system:
-        trained = _range(p.lower, p.upper)
-        rows.append(row(name(p.name, False), "parameter", p.unit, p.description, _number(p.start), trained))
+        domain = _range(p.lower, p.upper)
+        add(p.name, "parameter", p.unit, p.description, _number(p.start), domain, array=False)
     clamp = "whether loads outside the trained domain are moved to its border before mu is evaluated"
-    rows.append(row(name("clamp_to_domain", False), "parameter", "", clamp, "true"))
+    add("clamp_to_domain", "parameter", "", clamp, "true", array=False)
     if fmi == "3.0" and interface.sized:
         points = "number of contact points, the length of the arrays"
-        rows.append(row(name("n", False), "structural parameter", "", points, str(interface.nodes)))
+        add("n", "structural parameter", "", points, str(interface.nodes), array=False)
     return _section(
         "Variables", _table(("name", "kind", "unit", "start", "trained on", "meaning"), rows, (3,))
     )
@@ -212,7 +199,7 @@ def _use(source: FrictionSource, interface: FrictionInterface, target: str, fmi:
     return _section("In a simulator", f"<ul>{items}</ul>")
 
 
-def _errors(card: Mapping[str, Any]) -> str:
+def _errors(card: Mapping[str, object]) -> str:
     errors = card.get("errors")
     if not isinstance(errors, dict) or not errors:
         return ""
@@ -225,7 +212,7 @@ def _errors(card: Mapping[str, Any]) -> str:
     return _section("Errors", _table(head, rows, range(1, len(head))), note)
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.3g}"
     return "" if value is None else escape(str(value))
@@ -234,13 +221,11 @@ def _shown(value: Any) -> str:
 def _libraries(files: Mapping[str, bytes], target: str) -> str:
     rows = []
     for path in sorted(n for n in files if n.startswith("binaries/") and n.count("/") == 2):
-        folder = path.split("/")[1]
-        platforms = [p for p in PLATFORMS.values() if folder in {p.name, p.folder("2.0")}]
         if not path.endswith((".so", ".dll", ".dylib")):
             continue
-        if not platforms:
-            meaning = folder
-        else:
+        meaning = path.split("/")[1]
+        platforms = [p for p in PLATFORMS.values() if meaning in {p.name, p.folder("2.0")}]
+        if platforms:
             system = _SYSTEMS[platforms[0].name.partition("-")[2]]
             machines = " and ".join(_MACHINES[p.name.partition("-")[0]] for p in platforms)
             meaning = f"{system}, {machines}"

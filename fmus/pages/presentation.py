@@ -2,44 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from lxml import etree
-
-from friction_models.loads import LOADS, MU
-
 from ..interface.friction_source import FrictionSource
+from .documentation import ASSETS
 
 #: One line for the attribute `license` of the model description.
 LICENCE = "wrapper: MIT; the model in it belongs to its author (documentation/licenses)"
-
-#: `terminalKind` of the friction port: the five loads in, mu out, by these names and in these units.
-TERMINAL_KIND = "org.tribofmu.friction"
-
-#: The text of the file LICENSE, which stays outside an installed package.
-_MIT = """\
-MIT License
-
-Copyright (c) 2026 the tribofmu authors
-
-Permission is hereby granted, free of charge, to any person obtaining a copy
-of this software and associated documentation files (the "Software"), to deal
-in the Software without restriction, including without limitation the rights
-to use, copy, modify, merge, publish, distribute, sublicense, and/or sell
-copies of the Software, and to permit persons to whom the Software is
-furnished to do so, subject to the following conditions:
-
-The above copyright notice and this permission notice shall be included in all
-copies or substantial portions of the Software.
-
-THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
-IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
-FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
-AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER
-LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM,
-OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE
-SOFTWARE.
-"""
+#: What an FMI 3.0 archive holds of its terminal: loads in, mu out, matched by the names of the members.
+_TERMINALS = ("icon.png", "icon.svg", "friction_port.png", "friction_port.svg", "terminalsAndIcons.xml")
 
 
 def presentation_files(source: FrictionSource, fmi: str) -> dict[str, bytes]:
@@ -52,19 +21,16 @@ def presentation_files(source: FrictionSource, fmi: str) -> dict[str, bytes]:
     fmi : {"2.0", "3.0"}
         FMI 2.0 knows an icon only (``model.png``); FMI 3.0 has terminals with icons of their own.
     """
-    assets = Path(__file__).parent / "assets"
     files = {"documentation/licenses/license.txt": licence_text(source).encode()}
     if fmi != "3.0":
-        return files | {"model.png": (assets / "icon.png").read_bytes()}
-    for name in ("icon.png", "icon.svg", "friction_port.png", "friction_port.svg"):
-        files[f"terminalsAndIcons/{name}"] = (assets / name).read_bytes()
-    return files | {"terminalsAndIcons/terminalsAndIcons.xml": terminals_xml()}
+        return files | {"model.png": (ASSETS / "icon.png").read_bytes()}
+    return files | {f"terminalsAndIcons/{name}": (ASSETS / name).read_bytes() for name in _TERMINALS}
 
 
 def licence_text(source: FrictionSource) -> str:
     """Return what is licensed how: the model and the wrapper."""
-    author = str(source.card.get("author") or "") if source.card else ""
-    own = str(source.card.get("licence") or source.card.get("license") or "") if source.card else ""
+    author = str(source.card.get("author") or "")
+    own = str(source.card.get("licence") or source.card.get("license") or "")
     return (
         "This FMU has two parts.\n\n"
         f"1. The friction model {source.name!r}: resources/model.onnx and the numbers in sources/model.h.\n"
@@ -72,35 +38,5 @@ def licence_text(source: FrictionSource) -> str:
         f"{f'Licence: {own}' if own else 'No licence is recorded in it; ask the author'}.\n\n"
         "2. The wrapper: the other files in sources/ and the libraries compiled from them.\n"
         "   SPDX-License-Identifier: MIT; the text is below.\n\n"
-        f"{_MIT}"
+        + (ASSETS / "mit.txt").read_text(encoding="utf-8")
     )
-
-
-def terminals_xml() -> bytes:
-    """Return terminalsAndIcons.xml: one terminal with the five loads and mu, matched by the member names (plug)."""
-    root = etree.Element("fmiTerminalsAndIcons", fmiVersion="3.0")
-    picture = etree.SubElement(root, "GraphicalRepresentation")
-    box = {"x1": "-100", "y1": "-100", "x2": "100", "y2": "100"}
-    etree.SubElement(picture, "CoordinateSystem", box | {"suggestedScalingFactorTo_mm": "0.1"})
-    etree.SubElement(picture, "Icon", box)
-    terminals = etree.SubElement(root, "Terminals")
-    terminal = etree.SubElement(
-        terminals,
-        "Terminal",
-        name="friction",
-        matchingRule="plug",
-        terminalKind=TERMINAL_KIND,
-        description="contact points of tool and workpiece: loads in, friction coefficient out",
-    )
-    for q in (*LOADS, MU):
-        etree.SubElement(
-            terminal, "TerminalMemberVariable", variableName=q.name, memberName=q.name, variableKind="signal"
-        )
-    etree.SubElement(
-        terminal,
-        "TerminalGraphicalRepresentation",
-        {"x1": "-110", "y1": "-10", "x2": "-90", "y2": "10"},
-        iconBaseName="friction_port",
-        defaultConnectionColor="140 47 27",
-    )
-    return etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8")

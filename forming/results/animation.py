@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from friction_models.common import InputError
+from friction_models.common.markup import document
 
 from ..fe.mesh.shape import FloatArray
 from .drawing import BANDS, Window, colours, map_of, ticks, tool_polygon
@@ -59,12 +60,7 @@ def animation(
 
 def animation_page(history: FieldHistory, field: str = "T", stroke: float | None = None) -> str:
     """Return the animation as a page of its own."""
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        "<title>Fields of a forming run - tribofmu</title>\n</head>\n<body>\n"
-        f"{animation(history, field, stroke)}\n</body>\n</html>\n"
-    )
+    return document("Fields of a forming run", "", animation(history, field, stroke))
 
 
 def _data(

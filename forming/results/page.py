@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from html import escape
 from pathlib import Path
 
 import numpy as np
 
 from friction_models.common import write_text
+from friction_models.common.markup import document, escape, paragraph, table
 from friction_models.loads import LOADS
+from friction_models.loads.contract import with_unit
 
 from ..fe.mesh.shape import FloatArray
 from .animation import animation
@@ -43,26 +44,21 @@ def write_report(result: FormingRecord, path: str | os.PathLike[str], name: str 
 def report_page(result: FormingRecord, name: str = "forming") -> str:
     """Return the page as one HTML text without any reference to the network."""
     headline = f"Largest force {result.max_force:.1f} kN over a stroke of {result.stroke[-1]:.2f} mm"
-    parts = [
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        f"<title>{escape(headline)} - tribofmu</title>\n<style>{_STYLE}</style>\n</head>\n<body>\n<main>",
-        f'<p class="kicker">tribofmu forming: {escape(name)}</p>\n<h1>{escape(headline)}</h1>',
-    ]
+    parts = [f"<main>\n{paragraph(f'tribofmu forming: {name}', 'kicker')}\n<h1>{escape(headline)}</h1>"]
     if result.status != "ok":
-        parts.append(f'<p class="note">{escape(result.message)}</p>')
+        parts.append(paragraph(result.message, "note"))
     if len(result.fields):
-        parts.append("<h2>Fields</h2>")
-        parts.append(animation(result.fields, force=(result.stroke, result.force)))
-    parts.append('<h2>Force and work</h2>\n<div class="charts">')
-    parts.append(chart("stroke [mm]", "force [kN]", result.stroke, result.force))
-    parts.append(chart("stroke [mm]", "work [J]", result.stroke, result.work))
-    parts.append("</div>")
-    parts.append(_contact(result))
-    if result.ejection is not None:
-        parts.append(_ejection(result.ejection))
-    parts.append(f"<h2>Key figures</h2>\n{_figures(result)}\n</main>\n</body>\n</html>\n")
-    return "\n".join(p for p in parts if p)
+        parts += ["<h2>Fields</h2>", animation(result.fields, force=(result.stroke, result.force))]
+    parts += [
+        '<h2>Force and work</h2>\n<div class="charts">',
+        chart("stroke [mm]", "force [kN]", result.stroke, result.force),
+        chart("stroke [mm]", "work [J]", result.stroke, result.work),
+        "</div>",
+        _contact(result),
+        _ejection(result.ejection) if result.ejection is not None else "",
+        f"<h2>Key figures</h2>\n{_figures(result)}\n</main>",
+    ]
+    return document(headline, f"<style>{_STYLE}</style>\n", "\n".join(p for p in parts if p))
 
 
 def _figures(result: FormingRecord) -> str:
@@ -77,8 +73,7 @@ def _figures(result: FormingRecord) -> str:
         ("increments, of them failed; remeshings",
          f"{result.increments}, {result.failed_increments}; {result.remeshes}"),
     ]  # fmt: skip
-    lines = "".join(f'<tr><th scope="row">{escape(k)}</th><td>{escape(v)}</td></tr>' for k, v in rows)
-    return f'<div class="scroll"><table>{lines}</table></div>'
+    return table((), rows)
 
 
 #: What moves in a phase of the ejection.
@@ -92,22 +87,18 @@ def _ejection(ejection: EjectionResult) -> str:
         on = ejection.of_phase(phase)
         x = f"{_MOVES[phase]}: travel [mm]"
         charts.append(chart(x, "force [kN]", ejection.travel[on], ejection.force[on]))
-    rows = "".join(
-        f'<tr><th scope="row">{escape(p.tool)}</th><td>{_range(p.r_low, p.r_high)}</td>'
-        f"<td>{_range(p.z_low, p.z_high)}</td><td>{p.pressure:.0f}</td><td>{p.friction:.2f}</td></tr>"
+    rows = [
+        (p.tool, _range(p.r_low, p.r_high), _range(p.z_low, p.z_high), f"{p.pressure:.0f}", f"{p.friction:.2f}")
         for p in ejection.patches
-    )
-    head = "".join(
-        f'<th scope="col">{name}</th>'
-        for name in ("held by", "r [mm]", "z [mm]", "pressure [MPa]", "friction it can carry [kN]")
-    )
-    table = f'<div class="scroll"><table><tr>{head}</tr>{rows}</table></div>' if rows else ""
-    note = "" if ejection.status == "ok" else f'<p class="note">{escape(ejection.message)}</p>'
+    ]  # fmt: skip
+    headings = ["held by", "r [mm]", "z [mm]", "pressure [MPa]", "friction it can carry [kN]"]
+    note = "" if ejection.status == "ok" else paragraph(ejection.message, "note")
+    heading, tool = ("Ejection", "ejector") if ejection.how == "ejector" else ("Stripping", "punch")
     return (
-        f"<h2>{'Ejection' if ejection.how == 'ejector' else 'Stripping'}</h2>{note}\n<p>Largest force of the "
-        f"{'ejector' if ejection.how == 'ejector' else 'punch'} {ejection.max_force:.1f} kN (averaged over 0.5 mm; the curve is as computed); work "
+        f"<h2>{heading}</h2>{note}\n<p>Largest force of the "
+        f"{tool} {ejection.max_force:.1f} kN (averaged over 0.5 mm; the curve is as computed); work "
         f'{ejection.total_work:.1f} J. A negative force drives the tool: the workpiece springs back.</p>\n<div class="charts">'
-        f"{''.join(charts)}</div>\n{table}"
+        f"{''.join(charts)}</div>\n{table(headings, rows) if rows else ''}"
     )
 
 
@@ -121,14 +112,13 @@ def _contact(result: FormingRecord) -> str:
     steps = np.flatnonzero(contact.active.any(axis=1))
     if not len(steps):
         return ""
-    shown = [(q.name, q.unit, contact.loads[:, :, k]) for k, q in enumerate(LOADS)]
-    shown += [("mu", "1", contact.mu), ("tau/k", "1", contact.tau_over_k)]
+    shown = {with_unit(q.name): contact.loads[:, :, k] for k, q in enumerate(LOADS)}
+    shown |= {"mu": contact.mu, "tau/k": contact.tau_over_k}
     charts = []
-    for name, unit, values in shown:
+    for label, values in shown.items():
         low, middle, high = np.array(
             [np.quantile(values[k, contact.active[k]], [0.05, 0.5, 0.95]) for k in steps]
         ).T
-        label = name if unit == "1" else f"{name} [{unit}]"
         charts.append(chart("stroke [mm]", label, contact.stroke[steps], middle, (low, high)))
     return (
         "<h2>Loads in the contact</h2>\n<p>Median (line) and 5 to 95 % range (band) over the markers that touch "

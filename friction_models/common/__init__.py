@@ -1,4 +1,4 @@
-"""What every package uses: errors, files, folders, locks, units, processes; imports no other part of the project."""
+"""What every package uses: errors, files, folders, locks, units, processes, HTML of pages; imports no other part of the project."""
 
 from .errors import InputError, nearest, shown, unknown_name
 from .files import atomic_folder, atomic_path, check_file, write_json, write_text

@@ -214,8 +214,9 @@ def _places(campaign: Campaign, judged: Judged) -> list[StructurePlace]:
 def _parameters(term: FittedTerm) -> FittedEffect:
     effect, values = term.effect, {**term.amplitudes, **term.shape}
     found: dict[str, ParameterValue] = {}
-    for known in (*effect.amplitudes, *effect.shapes):
-        found[known.name] = {"value": values[known.name], "unit": known.unit}
-        if known.name in term.intervals:
-            found[known.name]["interval"] = list(term.intervals[known.name])
+    units = {p.name: p.unit for p in effect.amplitudes} | {p.name: p.unit for p in effect.shapes}
+    for name, unit in units.items():
+        found[name] = {"value": values[name], "unit": unit}
+        if name in term.intervals:
+            found[name]["interval"] = list(term.intervals[name])
     return {"equation": effect.equation, "values": found}

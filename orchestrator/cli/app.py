@@ -63,7 +63,7 @@ for module in (
     discovering,
     covering,
     attributing,
-    studying,
     verifying,
+    studying,
 ):
-    module.add_commands(app)
+    app.add_typer(module.app)

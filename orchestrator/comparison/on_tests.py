@@ -27,6 +27,8 @@ FEWEST_UNITS = FEWEST_TESTS
 class Predictor(Protocol):
     """Anything that predicts mu; a `domain` is used where there is one."""
 
+    def predict(self, loads: FloatArray, /) -> FloatArray: ...
+
     def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray: ...
 
 

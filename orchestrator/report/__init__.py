@@ -58,38 +58,11 @@ def write_report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | N
     )
 
 
-def write_page(name: str, out: str | os.PathLike[str], *content: Any) -> Path:
-    """Write a page by the name of its kind; return its path.
-
-    Parameters
-    ----------
-    name : str
-        One of `registry.PAGES`.
-    out : path-like
-        HTML file.
-    *content
-        What the function of the page takes.
-    """
-    return write_text(out, page_of(name, *content))
-
-
 def write_diagnosis_report(
     out: str | os.PathLike[str], model: Any, data: DataSet, diagnosis: Diagnosis, label: str
 ) -> Path:
-    """Write the report of one diagnosis; return its path.
+    """Write the report of a diagnosis of `model` (with ``predict``, called `label`) on `data`; return its path."""
+    from .diagnosis_page import confirmed_addition
 
-    Parameters
-    ----------
-    out : path-like
-        HTML file.
-    model : FrictionModel or object with ``predict``
-        What was diagnosed.
-    data : DataSet
-        On what.
-    diagnosis : Diagnosis
-    label : str
-        Name of the model.
-    """
-    from .sections.confirmation import confirmed
-
-    return write_page("diagnosis", out, diagnosis, label, confirmed(model, data, diagnosis.effects))
+    confirmed = confirmed_addition(model, data, diagnosis.effects)
+    return write_text(out, page_of("diagnosis", diagnosis, label, confirmed))

@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable
 
 import numpy as np
 
+from friction_models.common.markup import bullets, escape, table
 from friction_models.loads import FloatArray
 
 from ..comparison.in_one_system import RunsComparison
 from ..comparison.on_press import QUANTITIES, ForcesComparison
 from ..comparison.on_tests import Order, TestsComparison
 from ..force_curves.metrics import LevelSummary
+from .charts.measurements import POINTS
 from .charts.responses import CAPTION, response_chart
-from .parts.markup import bullets, escape, table
-from .parts.page import Page, figure
-from .parts.palette import looks
-from .parts.theme import INK, PRESS, PRESS_BAND, dress
+from .parts.chart import Chart
+from .parts.page import Page
+from .parts.theme import INK, PRESS, PRESS_BAND, looks
 from .sections.runs import add_runs
 
-#: Most points of a parity plot, and most tests of the dot chart.
-_POINTS, _TESTS = 2500, 40
+#: Most tests of the dot chart.
+_TESTS = 40
 #: With more pairs only those are listed that cannot be told apart.
 _PAIRS = 10
-_COLUMNS = 3
 
 
 def comparison_page(
@@ -32,50 +31,39 @@ def comparison_page(
 ) -> str:
     """Return the HTML of a comparison; all but one may be missing."""
     found = [part for part in (tests, forces, runs) if part is not None]
-    page = Page(
-        title=_title(tests, forces, runs),
-        kicker="tribofmu compare",
-        lead=escape(_lead(tests, forces, runs)),
-        synthetic=any(part.synthetic for part in found),
-    )
+    page = Page("", "tribofmu compare", synthetic=any(part.synthetic for part in found))
+    titles, said = list[str](), list[str]()
     if tests is not None:
+        titles.append(_verdict(tests.order))
+        said.append(f"{tests.result.tests} tests, {tests.result.points} points")
         _add_tests(page, tests)
     if forces is not None:
+        titles.append(_verdict(forces.orders["max_force"]))
+        said.append(f"{len(forces.names)} press level{'s' if len(forces.names) != 1 else ''}")
         _add_forces(page, forces)
     if runs is not None:
+        loads = [total.max_force for total in runs.totals.values()]
+        span = f"{min(loads):.1f} to {max(loads):.1f} kN"
+        titles.append(f"{runs.system}: largest force {span} with {len(loads)} models")
+        said.append(f"{len(runs.totals)} runs of {runs.system}")
         add_runs(page, runs)
+    page.title = titles[0]
+    note = "Intervals and probabilities count whole tests and levels, not points."
+    if tests is None and forces is None:
+        note = (
+            "Nothing was measured: the runs show what the choice of the model does, not which model is right."
+        )
+    page.lead = escape(f"{'; '.join(said)}. {note}")
     return page.render()
 
 
-def _title(
-    tests: TestsComparison | None, forces: ForcesComparison | None, runs: RunsComparison | None
-) -> str:
-    if tests is None and forces is None and runs is not None:
-        loads = [total.max_force for total in runs.totals.values()]
-        return (
-            f"{runs.system}: largest force {min(loads):.1f} to {max(loads):.1f} kN with {len(loads)} models"
-        )
-    order = tests.order if tests is not None else forces.orders["max_force"] if forces is not None else None
-    assert order is not None
+def _verdict(order: Order) -> str:
     if len(order.names) < 2:
         return f"{order.names[0]}: one model"
     best, second = order.names[:2]
     apart = (best, second) not in order.indistinct
     share = f"best of {len(order.names)} with a probability of {100 * order.best[best]:.0f} %"
     return f"{best} is {share}" + ("" if apart else f", not told apart from {second}")
-
-
-def _lead(tests: TestsComparison | None, forces: ForcesComparison | None, runs: RunsComparison | None) -> str:
-    parts = []
-    if tests is not None:
-        parts.append(f"{tests.result.tests} tests, {tests.result.points} points")
-    if forces is not None:
-        parts.append(f"{len(forces.names)} press level{'s' if len(forces.names) != 1 else ''}")
-    if runs is not None:
-        parts.append(f"{len(runs.totals)} runs of {runs.system}")
-    if tests is None and forces is None:
-        return f"{parts[0]}. Nothing was measured: the runs show what the choice of the model does, not which model is right."
-    return "; ".join(parts) + ". Intervals and probabilities count whole tests and levels, not points."
 
 
 def _add_tests(page: Page, c: TestsComparison) -> None:
@@ -101,30 +89,29 @@ def _add_tests(page: Page, c: TestsComparison) -> None:
         bullets(c.remarks()),
         _order_html(c.order, "tests", "RMSE of mu"),
     )  # fmt: skip
-    names = c.order.names
     styles = looks(c.models)
-    page.add(
+    page.plot(
         "parity",
         "Measured against predicted",
-        figure("parity", _parity(c), "Points thinned evenly; the line is perfect agreement.", "Predicted over measured mu, one panel a model."),
-    )  # fmt: skip
-    page.add(
+        _parity(c),
+        "Points thinned evenly; the line is perfect agreement.",
+        "Predicted over measured mu, one panel a model.",
+    )
+    page.plot(
         "response",
         "Response curves",
-        figure(
-            "response", response_chart(c.loads, [(n, styles[n], c.models[n]) for n in names]),
-            CAPTION, "Response curves of all models over the five loads.",
-        ),
-    )  # fmt: skip
-    page.add(
+        response_chart(c.loads, [(n, styles[n], c.models[n]) for n in c.order.names]),
+        CAPTION,
+        "Response curves of all models over the five loads.",
+    )
+    which = "" if len(c.result.per_test) <= _TESTS else f", the {_TESTS} worst of the best model"
+    page.plot(
         "tests",
         "Test by test",
-        figure(
-            "tests", _per_test(c, names),
-            f"RMSE of each model in each test{'' if len(c.result.per_test) <= _TESTS else f', the {_TESTS} worst of the best model'}.",
-            "RMSE of every model in every test.",
-        ),
-    )  # fmt: skip
+        _per_test(c),
+        f"RMSE of each model in each test{which}.",
+        "RMSE of every model in every test.",
+    )
 
 
 def _add_forces(page: Page, c: ForcesComparison) -> None:
@@ -150,19 +137,20 @@ def _add_forces(page: Page, c: ForcesComparison) -> None:
         bullets(c.remarks()),
         *(_order_html(order, "levels", f"MARE of the {QUANTITIES[q]}") for q, order in c.orders.items()),
     )  # fmt: skip
-    page.add(
+    page.plot(
         "level-errors",
         "Level by level",
-        figure(
-            "levels", _signed(c), "Signed error of the maximum force and of the work; bars are the scatter of the repeats.",
-            "Relative error of maximum force and work by level and model.",
-        ),
-    )  # fmt: skip
-    page.add(
+        _signed(c),
+        "Signed error of the maximum force and of the work; bars are the scatter of the repeats.",
+        "Relative error of maximum force and work by level and model.",
+    )
+    page.plot(
         "force-curves",
         "Force over stroke",
-        figure("forces", _curves(c), "Press: mean of the repeats and their standard deviation.", "Force over stroke of the press and all models, one panel a level."),
-    )  # fmt: skip
+        _curves(c),
+        "Press: mean of the repeats and their standard deviation.",
+        "Force over stroke of the press and all models, one panel a level.",
+    )
 
 
 def _order_html(order: Order, unit: str, error: str) -> str:
@@ -193,49 +181,27 @@ def _spread(summary: LevelSummary) -> str:
     return f"{100 * summary.spread:.1f}" if summary.levels > 1 else "-"
 
 
-def _grid(count: int) -> tuple[int, int]:
-    columns = min(_COLUMNS, count)
-    return -(-count // columns), columns
-
-
-def _parity(c: TestsComparison) -> Any:
-    from plotly.subplots import make_subplots
-
+def _parity(c: TestsComparison) -> Chart:
     names = c.order.names
-    rows, columns = _grid(len(names))
-    styles = looks(c.models)
-    chart = make_subplots(
-        rows=rows, cols=columns, shared_xaxes=True, shared_yaxes=True, subplot_titles=[escape(n) for n in names],
-        horizontal_spacing=0.03, vertical_spacing=0.16 / rows,
+    chart = Chart.of_panels(
+        len(names), legend=False, titles=[escape(n) for n in names],
+        shared_xaxes=True, shared_yaxes=True, horizontal_spacing=0.03,
     )  # fmt: skip
-    shown = np.arange(0, len(c.mu), max(1, len(c.mu) // _POINTS))
-    ids = c.loads.test_id
-    low, top = _limits([c.mu, *c.predicted.values()])
-    for number, name in enumerate(names):
-        place = {"row": number // columns + 1, "col": number % columns + 1}
-        chart.add_scatter(
-            x=[low, top],
-            y=[low, top],
-            mode="lines",
-            line={"color": INK, "width": 1},
-            hoverinfo="skip",
-            **place,
-        )
-        chart.add_scatter(
-            x=c.mu[shown], y=c.predicted[name][shown], mode="markers",
+    styles = looks(c.models)
+    shown = np.arange(0, len(c.mu), max(1, len(c.mu) // POINTS))
+    ids = None if c.loads.test_id is None else [escape(i) for i in c.loads.test_id[shown]]
+    limits = list(_limits([c.mu, *c.predicted.values()]))
+    for panel, name in enumerate(names):
+        chart.scatter(panel, limits, limits, mode="lines", line={"color": INK, "width": 1})
+        chart.scatter(
+            panel, c.mu[shown], c.predicted[name][shown], mode="markers", text=ids,
+            hover="%{text}<br>measured %{x:.4f}<br>predicted %{y:.4f}<extra></extra>",
             marker={"size": 3, "color": styles[name]["color"], "opacity": 0.45},
-            text=None if ids is None else [escape(i) for i in ids[shown]], **place,
-            hovertemplate="%{text}<br>measured %{x:.4f}<br>predicted %{y:.4f}<extra></extra>",
         )  # fmt: skip
-        chart.update_xaxes(range=[low, top], **place)
-        chart.update_yaxes(range=[low, top], **place)
-        if place["row"] == rows:
-            chart.update_xaxes(title_text="measured mu", **place)
-    dress(chart, 300 * rows + 50, legend=False)
-    chart.update_xaxes(zeroline=False)
-    chart.update_yaxes(zeroline=False)
-    for row in range(1, rows + 1):
-        chart.update_yaxes(title_text="predicted mu", row=row, col=1)
+        chart.axes(panel, range=limits)
+    chart.dress(300 * chart.rows + 50, x="measured mu", y="predicted mu")
+    chart.figure.update_xaxes(zeroline=False)
+    chart.figure.update_yaxes(zeroline=False)
     return chart
 
 
@@ -247,79 +213,56 @@ def _limits(values: Iterable[FloatArray]) -> tuple[float, float]:
     return low - margin, top + margin
 
 
-def _per_test(c: TestsComparison, names: Sequence[str]) -> Any:
-    from plotly import graph_objects
-
-    best = names[0]
-    shown = c.result.per_test.sort_values(best, ascending=False).head(_TESTS)
-    chart = graph_objects.Figure()
+def _per_test(c: TestsComparison) -> Chart:
+    names = c.order.names
+    shown = c.result.per_test.sort_values(names[0], ascending=False).head(_TESTS)
+    chart = Chart()
     styles = looks(c.models)
+    ids = [escape(i) for i in shown.index]
     for name in names:
-        chart.add_scatter(
-            x=[escape(i) for i in shown.index], y=shown[name], mode="markers", name=escape(name), marker={"size": 8, "color": styles[name]["color"], "opacity": 0.8},
-            hovertemplate="%{x}: %{y:.4f}<extra>%{fullData.name}</extra>",
-        )  # fmt: skip
-    dress(chart, 360)
-    chart.update_yaxes(title_text="RMSE of mu", rangemode="tozero")
-    chart.update_xaxes(tickangle=-60, type="category")
+        dots = {"size": 8, "color": styles[name]["color"], "opacity": 0.8}
+        said = "%{x}: %{y:.4f}<extra>%{fullData.name}</extra>"
+        chart.scatter(0, ids, shown[name], escape(name), said, mode="markers", marker=dots)
+    chart.dress(360, y="RMSE of mu", from_zero=True)
+    chart.figure.update_xaxes(tickangle=-60, type="category")
     return chart
 
 
-def _signed(c: ForcesComparison) -> Any:
-    from plotly.subplots import make_subplots
-
-    chart = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.08)
+def _signed(c: ForcesComparison) -> Chart:
+    chart = Chart(rows=2, shared_xaxes=True, vertical_spacing=0.08)
     styles = looks([r.label for r in c.results])
-    for row, quantity in enumerate(QUANTITIES, 1):
+    levels = [escape(n) for n in c.names]
+    for panel, quantity in enumerate(QUANTITIES):
         for result in c.results:
             errors = [getattr(level, quantity) for level in result.levels]
-            chart.add_scatter(
-                x=[escape(n) for n in c.names], y=[100 * e.signed for e in errors], mode="markers", name=escape(result.label), legendgroup=escape(result.label),
-                showlegend=row == 1, marker={"size": 9, "color": styles[result.label]["color"]},
-                error_y={"type": "data", "array": [100 * e.are_std for e in errors], "width": 3, "thickness": 1},
-                row=row, col=1, hovertemplate="%{x}: %{y:+.1f} %<extra>%{fullData.name}</extra>",
+            scatter = [100 * e.are_std for e in errors]
+            chart.scatter(
+                panel, levels, [100 * e.signed for e in errors], escape(result.label),
+                "%{x}: %{y:+.1f} %<extra>%{fullData.name}</extra>", mode="markers",
+                marker={"size": 9, "color": styles[result.label]["color"]},
+                error_y={"type": "data", "array": scatter, "width": 3, "thickness": 1},
             )  # fmt: skip
-        chart.update_yaxes(title_text=f"{QUANTITIES[quantity]} [%]", row=row, col=1)
-    dress(chart, 460)
-    chart.update_xaxes(type="category")
+    chart.dress(460, y=[f"{words} [%]" for words in QUANTITIES.values()])
+    chart.figure.update_xaxes(type="category")
     return chart
 
 
-def _curves(c: ForcesComparison) -> Any:
-    from plotly.subplots import make_subplots
-
-    rows, columns = _grid(len(c.names))
-    styles: Mapping[str, Any] = looks([r.label for r in c.results])
-    chart = make_subplots(
-        rows=rows,
-        cols=columns,
-        subplot_titles=[escape(n) for n in c.names],
-        horizontal_spacing=0.06,
-        vertical_spacing=0.2 / rows,
-    )
-    for number in range(len(c.names)):
-        place = {"row": number // columns + 1, "col": number % columns + 1}
-        first = number == 0
-        press = c.results[0].levels[number]
+def _curves(c: ForcesComparison) -> Chart:
+    titles = [escape(n) for n in c.names]
+    chart = Chart.of_panels(len(titles), gap=0.2, titles=titles, horizontal_spacing=0.06)
+    styles = looks([r.label for r in c.results])
+    for panel in range(len(titles)):
+        press = c.results[0].levels[panel]
         low, high = press.measured - press.measured_std, press.measured + press.measured_std
-        chart.add_scatter(
-            x=np.concatenate([press.stroke, press.stroke[::-1]]), y=np.concatenate([high, low[::-1]]), fill="toself",
-            fillcolor=PRESS_BAND, line={"width": 0}, mode="lines", hoverinfo="skip", legendgroup="press", showlegend=False, **place,
-        )  # fmt: skip
-        chart.add_scatter(
-            x=press.stroke, y=press.measured, name="press", legendgroup="press", showlegend=first,
-            line={"color": PRESS, "width": 2.4}, hovertemplate="press %{y:.1f} kN<extra></extra>", **place,
-        )  # fmt: skip
+        chart.band(panel, press.stroke, low, high, PRESS_BAND, group="press")
+        said = "press %{y:.1f} kN<extra></extra>"
+        chart.scatter(panel, press.stroke, press.measured, "press", said, line={"color": PRESS, "width": 2.4})
         for result in c.results:
-            level = result.levels[number]
-            chart.add_scatter(
-                x=level.stroke, y=level.simulated, name=escape(result.label), legendgroup=escape(result.label), showlegend=first,
-                line=styles[result.label], hovertemplate="%{y:.1f} kN<extra>%{fullData.name}</extra>", **place,
+            level = result.levels[panel]
+            chart.scatter(
+                panel, level.stroke, level.simulated, escape(result.label),
+                "%{y:.1f} kN<extra>%{fullData.name}</extra>", line=styles[result.label],
             )  # fmt: skip
-        if place["row"] == rows or number + columns >= len(c.names):
-            chart.update_xaxes(title_text="stroke [mm]", **place)
-        if place["col"] == 1:
-            chart.update_yaxes(title_text="punch force [kN]", **place)
-    dress(chart, 260 * rows + 70)
-    chart.update_layout(margin_t=66)
-    return chart
+        if panel + chart.columns >= len(titles):
+            chart.axes(panel, x="stroke [mm]")
+    return chart.dress(260 * chart.rows + 70, y="punch force [kN]", margin_t=66)

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
+import numpy as np
+
+from friction_models.common.markup import escape, table
 from friction_models.effects import make_effect
 
+from ..studies.forming_error.words import percent
 from .charts.force import force_chart
 from .charts.residuals import residual_chart, worst_tests_chart
 from .charts.responses import CAPTION, response_chart
-from .parts.markup import Change, cards, escape, table
-from .parts.page import Page, figure
+from .parts.cards import Change, cards
+from .parts.chart import figure
+from .parts.page import VIRTUAL, Page, footer
 from .parts.theme import STYLES
 from .sections.demo_folder import DemoFolder
 from .sections.evidence import budget_html, next_tests_html, ranking_html, remarks_html, verdict_text
@@ -28,27 +32,26 @@ def demo_page(folder: Path) -> str:
         lead=_lead(demo),
         synthetic=bool(demo.summary["synthetic"]),
     )
+    found = demo.diagnosis
     page.add(
-        "verdict",
-        "Verdict",
-        _verdict(demo),
-        cards(changes(demo)),
-        _caveat(demo),
-        next_tests_html(demo.diagnosis),
+        "verdict", "Verdict", _verdict(demo), cards(changes(demo)), _caveat(demo), next_tests_html(found)
     )
-    page.add("budget", "Error budget", budget_html(demo.diagnosis))
+    page.add("budget", "Error budget", budget_html(found))
     page.add("force", "Forming force", _force(demo))
-    page.add("residual", "Residuals", _residual(demo))
-    page.add("evidence", "Evidence", ranking_html(demo.diagnosis), remarks_html(demo.diagnosis))
+    page.plot(
+        "residual",
+        "Residuals",
+        residual_chart(demo.held_out.points, demo.predicted),
+        "Measured minus modelled mu on the held-out tests. The intervals count a whole test as one observation, so they show "
+        "what another set of tests might have given. A model that lacks nothing stays within its band around zero.",
+        "Mean residual against each of the five loads, before and after.",
+    )
+    page.add("evidence", "Evidence", ranking_html(found), remarks_html(found))
     page.add("tests", "Worst tests", _worst(demo))
     page.add("predicted", "Tests not run", prediction_html(demo))
     page.add("response", "Response curves", _response(demo))
     page.add("runs", "Runs", _runs(demo))
-    versions = demo.summary["versions"]
-    return page.render(
-        f"tribofmu {escape(versions['tribofmu'])}, Python {escape(versions['python'])}. "
-        "Every measurement in this report is synthetic: made by the virtual laboratory, not measured."
-    )
+    return page.render(footer(VIRTUAL, demo.summary["versions"]))
 
 
 def changes(demo: DemoFolder) -> list[Change]:
@@ -137,9 +140,9 @@ def _force(demo: DemoFolder) -> str:
         rows.append(
             (
                 entry["label"],
-                _percent(force["mare"], force["mare_std"]),
-                _percent(force["std"], force["std_std"]),
-                _percent(work["mare"], work["mare_std"]),
+                percent(force["mare"], force["mare_std"]),
+                percent(force["std"], force["std_std"]),
+                percent(work["mare"], work["mare_std"]),
                 f"{max(c['max_force_kN']['simulated'] for c in result['levels']):.0f} kN",
                 _outside(entry["outside_domain"]),
             )
@@ -157,16 +160,6 @@ def _force(demo: DemoFolder) -> str:
     return chart + listed
 
 
-def _residual(demo: DemoFolder) -> str:
-    return figure(
-        "residual",
-        residual_chart(demo.held_out.points, demo.predicted),
-        "Measured minus modelled mu on the held-out tests. The intervals count a whole test as one observation, so they show "
-        "what another set of tests might have given. A model that lacks nothing stays within its band around zero.",
-        "Mean residual against each of the five loads, before and after.",
-    )
-
-
 def _worst(demo: DemoFolder) -> str:
     worst = _worst_held_out(demo)
     chart = figure(
@@ -175,20 +168,13 @@ def _worst(demo: DemoFolder) -> str:
         "The held-out tests on which the model was worst before: mu over the sliding distance.",
         f"Friction over sliding distance in the tests {', '.join(worst)}.",
     )
-    rows = [(w["test_id"], f"{float(w['rms']):.4f}") for w in demo.diagnosis["worst_tests"][:6]]
-    listed = table(
-        ["training test", "RMS of the residual"],
-        rows,
-        numeric=(1,),
-        caption="Worst tests in the eyes of the diagnosis.",
-        narrow=True,
-    )
-    return chart + listed
+    rows = [(w["test_id"], f"{w['rms']:.4f}") for w in demo.diagnosis["worst_tests"][:6]]
+    caption = "Worst tests in the eyes of the diagnosis."
+    headings = ["training test", "RMS of the residual"]
+    return chart + table(headings, rows, numeric=(1,), caption=caption, narrow=True)
 
 
 def _worst_held_out(demo: DemoFolder, count: int = 4) -> list[str]:
-    import numpy as np
-
     points = demo.held_out.points
     square = (points["mu"].to_numpy() - demo.predicted["before"]) ** 2
     rms = points.assign(square=square).groupby("test_id")["square"].mean().pow(0.5)
@@ -202,54 +188,39 @@ def _response(demo: DemoFolder) -> str:
         for part in ("before", "other", "after")
         if part in demo.models
     ]
-    chart = figure(
-        "response",
-        response_chart(
-            demo.held_out.loads(),
-            [(label, STYLES[part], model) for label, part, model in models],
-        ),
-        CAPTION,
-        "Response curves of the friction models.",
-    )
+    curves = [(label, STYLES[part], model) for label, part, model in models]
+    drawn = response_chart(demo.held_out.loads(), curves)
+    chart = figure("response", drawn, CAPTION, "Response curves of the friction models.")
     laws = table(["model", "law"], [(label, _short(model.formula_text())) for label, _, model in models])
     return chart + laws
 
 
 def _runs(demo: DemoFolder) -> str:
     summary = demo.summary
-    rows: list[tuple[Any, ...]] = []
+    rows = []
     for entry in summary["frictions"]:
         for level in summary["levels"]:
             name = entry["runs"][level["name"]]
             facts = summary["run_facts"][name]
             rows.append(
                 (
-                    Path(name).name,
-                    entry["label"],
-                    level["heading"],
-                    f"{facts['steps']}",
-                    f"{facts['seconds']:.1f} s",
-                    f"{100 * facts['share_friction']:.1f} %",
-                    f"{facts['master_us_per_step']:.0f} us",
-                    f"{facts['max_tau_over_k']:.2f}",
-                    facts["friction_sha256"][:12],
+                    Path(name).name, entry["label"], level["heading"], facts["steps"], f"{facts['seconds']:.1f} s",
+                    f"{100 * facts['share_friction']:.1f} %", f"{facts['master_us_per_step']:.0f} us",
+                    f"{facts['max_tau_over_k']:.2f}", facts["friction_sha256"][:12],
                 )
-            )
-    runs = table(
-        [
-            "run",
-            "friction",
-            "level",
-            "steps",
-            "time",
-            "friction",
-            "master a step",
-            "max tau/k",
-            "friction FMU",
-        ],
-        rows,
-        numeric=(3, 4, 5, 6, 7),
-    )
+            )  # fmt: skip
+    headings = [
+        "run",
+        "friction",
+        "level",
+        "steps",
+        "time",
+        "friction",
+        "master a step",
+        "max tau/k",
+        "friction FMU",
+    ]
+    runs = table(headings, rows, numeric=range(3, 8))
     settings: list[tuple[str, object]] = [
         ("seed", summary["seed"]),
         ("plan", summary["plan"]),
@@ -268,10 +239,6 @@ def _outside(found: dict[str, float]) -> str:
     if not found["share"]:
         return "none"
     return f"{100 * found['share']:.0f} % by {100 * found['median_distance']:.0f} %"
-
-
-def _percent(value: float, uncertainty: float) -> str:
-    return f"{100 * value:.1f} ± {100 * uncertainty:.1f} %"
 
 
 def _short(text: str, limit: int = 260) -> str:

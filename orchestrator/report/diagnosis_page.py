@@ -3,20 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 import pandas as pd
 
+from friction_models.common import InputError
+from friction_models.common.markup import escape, paragraph, table
+from friction_models.discovery import refine
 from friction_models.discovery.diagnosis import Diagnosis
 from friction_models.discovery.figures_data import load_map, meanings, structure_pair
+from friction_models.discovery.refinement import Addition
+from friction_models.effects import make_effect
+from friction_models.loads import DataSet, FloatArray
 from friction_models.loads.contract import with_unit
 
 from .charts.diagnosis import effect_chart, map_chart
 from .charts.residuals import residual_chart, worst_tests_chart
-from .parts.markup import Change, cards, escape, paragraph, table
-from .parts.page import Page, figure
+from .parts.cards import judged
+from .parts.chart import figure
+from .parts.page import Page
 from .sections.evidence import (
     MEANINGS,
+    DiagnosisNumbers,
     budget_html,
     next_tests_html,
     ranking_html,
@@ -24,19 +32,13 @@ from .sections.evidence import (
     verdict_text,
 )
 
+#: About so many points, every k-th of each test, are enough to compare two fits, and quick.
+MOST_POINTS = 3000
 
-def diagnosis_page(found: Diagnosis, label: str, confirmed: Mapping[str, Any] | None = None) -> str:
-    """Return the HTML of a diagnosis.
 
-    Parameters
-    ----------
-    found : Diagnosis
-    label : str
-        Name of the model.
-    confirmed : mapping, optional
-        Errors before and after on tests that the fit did not see; see `confirmation.confirmed`.
-    """
-    content = {**found.to_dict(), "sentence": found.sentence}
+def diagnosis_page(found: Diagnosis, label: str, confirmed: Addition | None = None) -> str:
+    """Return the HTML of the diagnosis of a model named `label`, with what `confirmed_addition` returned."""
+    content = cast(DiagnosisNumbers, {**found.to_dict(), "sentence": found.sentence})
     averages, named = found.averages, bool(found.effects)
     tests = averages["test_id"].nunique()
     points = int(averages["points"].sum())
@@ -49,34 +51,47 @@ def diagnosis_page(found: Diagnosis, label: str, confirmed: Mapping[str, Any] | 
     )
     page.add("verdict", "Verdict", verdict_text(content), _confirmed(confirmed), next_tests_html(content))
     page.add("budget", "Error budget", budget_html(content))
-    parts = {"before": averages["mu"] - averages["before"]}
-    if named:
-        parts["after"] = averages["mu"] - averages["after"]
-    predicted = {k: v.to_numpy() for k, v in parts.items()}
+    shown = ["before", "after"] if named else ["before"]
+    predicted = {part: (averages["mu"] - averages[part]).to_numpy() for part in shown}
     what = f" After: with {' and '.join(found.effects)}, fitted to the same tests." if named else ""
     interval = (
         "the intervals count a whole test as one observation"
         if tests > 1
         else "one test shows no scatter between tests, so there are no intervals"
     )
-    page.add(
+    page.plot(
         "residual",
         "Residuals",
-        figure(
-            "residual",
-            residual_chart(averages, predicted),
-            f"Measured minus modelled mu against every load that varies; {interval}. "
-            f"Before: what the {escape(found.model)} model leaves.{escape(what)}",
-            "Mean residual against each load, before and after.",
-        ),
-        _maps(found, named),
+        residual_chart(averages, predicted),
+        f"Measured minus modelled mu against every load that varies; {interval}. "
+        f"Before: what the {escape(found.model)} model leaves.{escape(what)}",
+        "Mean residual against each load, before and after.",
+        _maps(found, shown),
     )
     threshold = found.threshold if found.threshold == found.threshold else None
     page.add("evidence", "Evidence", ranking_html(content, threshold), remarks_html(content))
-    page.add("tests", "Worst tests", _worst(found, averages, predicted))
+    page.add("tests", "Worst tests", _worst(found, predicted))
     if named:
         page.add("response", "Response curves", _response(found))
     return page.render()
+
+
+def confirmed_addition(model: Any, data: DataSet, effects: list[str]) -> Addition | None:
+    """Return what `refine` notes about adding effects to a model: errors on tests that the fit did not see.
+
+    None where it cannot be judged: nothing is named, a fixed base (an FMU, a constant), a fault of the data (a
+    correction of the data, not of the model), too few tests.
+    """
+    try:
+        if not effects or any(make_effect(e).kind == "fault" for e in effects):
+            return None
+        step = max(1, len(data.points) // MOST_POINTS)
+        place = data.points.groupby("test_id", sort=False).cumcount()
+        points = data.points[place % step == 0]
+        history = refine(points, data.tests, model=model, add=effects, force=True).error_history_
+    except InputError:
+        return None
+    return history[-1] if history else None
 
 
 def _headline(found: Diagnosis) -> str:
@@ -96,50 +111,35 @@ def _sure(found: Diagnosis) -> bool:
     return found.verdict != "nothing_missing" or found.confidence > 0.5
 
 
-def _confirmed(entry: Mapping[str, Any] | None) -> str:
+def _confirmed(entry: Addition | None) -> str:
     if entry is None:
         return ""
-    by = str(entry["judged_by"])
-    measures = (("RMS error", "rmse"), ("mean absolute error", "mae"))
-    shown = [
-        Change(f"mu, {n} on tests not seen in the fit", float(entry["before"][k]), float(entry["after"][k]))
-        for n, k in measures
-    ]
-    return cards(shown) + paragraph(
-        f"Errors of the refitted model by {by}; tribofmu refine makes that model."
+    by = f"Errors of the refitted model by {entry['judged_by']}; tribofmu refine makes that model."
+    return judged(entry["before"], entry["after"]) + paragraph(by)
+
+
+def _maps(found: Diagnosis, parts: list[str]) -> str:
+    pair = structure_pair(found)
+    maps = [load_map(found.averages), load_map(found.averages, pair=pair) if pair else None]
+    return "\n".join(
+        figure(
+            f"map-{over.x}-{over.y}",
+            map_chart(over, parts),
+            f"Mean residual in cells of {escape(over.x)} and {escape(over.y)}; every test counts once in a cell, "
+            "cells without a test are blank. Red: friction is higher than modelled; blue: lower.",
+            f"Map of the residual over {over.x} and {over.y}.",
+        )
+        for over in maps
+        if over is not None
     )
 
 
-def _maps(found: Diagnosis, named: bool) -> str:
-    parts = [("before", "before")] + ([("after", "after")] if named else [])
-    pair = structure_pair(found)
-    html = []
-    for over in [load_map(found.averages), *([load_map(found.averages, pair=pair)] if pair else [])]:
-        if over is None:
-            continue
-        html.append(
-            figure(
-                f"map-{over.x}-{over.y}",
-                map_chart(over, parts),
-                f"Mean residual in cells of {escape(over.x)} and {escape(over.y)}; every test counts once in a cell, "
-                "cells without a test are blank. Red: friction is higher than modelled; blue: lower.",
-                f"Map of the residual over {over.x} and {over.y}.",
-            )
-        )
-    return "\n".join(html)
-
-
-def _worst(found: Diagnosis, averages: pd.DataFrame, predicted: Mapping[str, Any]) -> str:
+def _worst(found: Diagnosis, predicted: Mapping[str, FloatArray]) -> str:
     worst = [str(w["test_id"]) for w in found.worst_tests[:4]]
-    averages = averages.assign(test_id=averages["test_id"].astype(str))
-    after = averages.assign(square=averages["points"] * averages["after"] ** 2).groupby("test_id")
-    rms = (after["square"].sum() / after["points"].sum()) ** 0.5
+    averages = found.averages.assign(test_id=found.averages["test_id"].astype(str))
+    left = _left_after(averages)
     rows = [
-        (
-            w["test_id"],
-            f"{float(w['rms']):.4f}",
-            *([f"{rms[str(w['test_id'])]:.4f}"] if found.effects else []),
-        )
+        (w["test_id"], f"{w['rms']:.4f}", *([f"{left[str(w['test_id'])]:.4f}"] if found.effects else []))
         for w in found.worst_tests[:8]
     ]
     headings = ["test", "RMS before", *(["RMS after"] if found.effects else [])]
@@ -151,19 +151,21 @@ def _worst(found: Diagnosis, averages: pd.DataFrame, predicted: Mapping[str, Any
     ) + table(headings, rows, numeric=(1, 2), narrow=True)
 
 
+def _left_after(averages: pd.DataFrame) -> pd.Series[float]:
+    """Return the RMS of what the named effects leave in each test."""
+    after = averages.assign(square=averages["points"] * averages["after"] ** 2).groupby("test_id")
+    return (after["square"].sum() / after["points"].sum()) ** 0.5
+
+
 def _response(found: Diagnosis) -> str:
     parts = []
     chart = effect_chart(found)
     if chart is not None:
-        parts.append(
-            figure(
-                "response",
-                chart,
-                "What each effect adds to mu. Grey: in the tests as they were run; line: by its formula, where the effect "
-                "depends on the present loads only.",
-                "Share of mu of each effect over its driving load.",
-            )
+        caption = (
+            "What each effect adds to mu. Grey: in the tests as they were run; line: by its formula, where the effect "
+            "depends on the present loads only."
         )
+        parts.append(figure("response", chart, caption, "Share of mu of each effect over its driving load."))
     for name, entry in found.parameters.items():
         told = meanings(found.named[name])
         title = f"{name}: {told['title']}" if told["title"] != name else name

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
-from ..jobs.versions import versions
+from friction_models.common.markup import bullets, escape, paragraph, table
+
 from ..studies.extrapolation.result import ExtrapolationNumbers, ExtrapolationRun
 from ..studies.extrapolation.study import DataKind, Rule
 from ..studies.extrapolation.words import headline
-from .parts.markup import bullets, escape, paragraph, table
-from .parts.page import Page, figure, footer
-from .parts.palette import COLORS, looks
-from .parts.theme import dress
+from .parts.chart import Chart
+from .parts.page import Page, footer
+from .parts.theme import COLORS, looks
 
 _RULES: dict[Rule, str] = {"clamp": COLORS[0], "extrapolate": COLORS[1]}
 _SIDES: dict[Literal["below", "above"], str] = {"below": COLORS[4], "above": COLORS[1]}
@@ -32,27 +32,30 @@ def extrapolation_page(values: ExtrapolationNumbers) -> str:
     )
     runs = [r for r in values["runs"] if "states" in r]
     if runs:
-        page.add(
+        page.plot(
             "outside",
             "How much of the contact is outside",
-            figure(
-                "loads", _by_load(runs),
-                "Share of the contact (area and time) beyond the trained range of each load, clamped runs of the first model.",
-                "Bars of the share of contact outside the trained domain by load.",
-            ),
+            _by_load(runs),
+            "Share of the contact (area and time) beyond the trained range of each load, clamped runs of the first model.",
+            "Bars of the share of contact outside the trained domain by load.",
             _exceedances(runs),
-        )  # fmt: skip
-        page.add(
+        )
+        page.plot(
             "mu",
             "Friction that was reached",
-            figure(
-                "mu", _mu(runs), "From the 5th to the 95th percentile of mu in the contact (bar), median (dot) and the extremes (line); cut where they leave the chart.",
-                "Range of mu in the forming runs by model, training data and rule.",
-            ),
-        )  # fmt: skip
-        page.add("rules", "Clamp against extrapolate", figure(
-            "pairs", _pairs(values), "Extrapolated run over clamped run of the same model, training data and level.",
-            "Change of maximum force and work by extrapolation."), _pair_table(values))  # fmt: skip
+            _mu(runs),
+            "From the 5th to the 95th percentile of mu in the contact (bar), median (dot) and the extremes (line); cut where "
+            "they leave the chart.",
+            "Range of mu in the forming runs by model, training data and rule.",
+        )
+        page.plot(
+            "rules",
+            "Clamp against extrapolate",
+            _pairs(values),
+            "Extrapolated run over clamped run of the same model, training data and level.",
+            "Change of maximum force and work by extrapolation.",
+            _pair_table(values),
+        )
     page.add("models", "Models", _models(values))
     page.add("runs", "Runs", _runs(values))
     failed = [
@@ -62,7 +65,7 @@ def extrapolation_page(values: ExtrapolationNumbers) -> str:
     ]
     page.add("failed", "Runs that broke off", bullets(failed) if failed else paragraph("None."))
     whose = "synthetic" if values["synthetic"] else "the user's"
-    return page.render(footer(versions(), f"The friction models learned from {whose} measurements."))
+    return page.render(footer(f"The friction models learned from {whose} measurements."))
 
 
 def _first(runs: list[ExtrapolationRun]) -> list[ExtrapolationRun]:
@@ -71,29 +74,23 @@ def _first(runs: list[ExtrapolationRun]) -> list[ExtrapolationRun]:
     return [r for r in clamped if r["model"] == clamped[0]["model"]]
 
 
-def _by_load(runs: list[ExtrapolationRun]) -> Any:
-    from plotly.subplots import make_subplots
-
+def _by_load(runs: list[ExtrapolationRun]) -> Chart:
     mine = _first(runs)
     levels = list(dict.fromkeys(r["level"] for r in mine))
     kinds = [k for k in _DATA if any(r["data"] == k for r in mine)]
-    chart = make_subplots(
-        rows=len(kinds), cols=len(levels), shared_yaxes=True, shared_xaxes=True, vertical_spacing=0.12,
-        horizontal_spacing=0.03, subplot_titles=[f"{level}, {kind}" for kind in kinds for level in levels],
+    chart = Chart(
+        len(levels), len(kinds), titles=[f"{level}, {kind}" for kind in kinds for level in levels],
+        shared_yaxes=True, shared_xaxes=True, vertical_spacing=0.12, horizontal_spacing=0.03,
     )  # fmt: skip
     for r in mine:
-        row, column = kinds.index(r["data"]) + 1, levels.index(r["level"]) + 1
+        panel = kinds.index(r["data"]) * len(levels) + levels.index(r["level"])
         for side, color in _SIDES.items():
-            chart.add_bar(
-                x=[i["load"] for i in r["loads"]], y=[100 * i[side]["share"] for i in r["loads"]],
-                name=f"{side} the trained range", legendgroup=side, showlegend=row == column == 1, marker_color=color,
-                row=row, col=column, hovertemplate="%{x}: %{y:.1f} %<extra></extra>",
+            chart.bars(
+                panel, [i["load"] for i in r["loads"]], [100 * i[side]["share"] for i in r["loads"]],
+                f"{side} the trained range", "%{x}: %{y:.1f} %<extra></extra>", marker_color=color,
             )  # fmt: skip
-    dress(chart, 220 * len(kinds) + 60)
-    chart.update_layout(margin_t=66, barmode="stack")
-    chart.update_yaxes(range=[0, 100])
-    for row in range(1, len(kinds) + 1):
-        chart.update_yaxes(title_text="contact [%]", row=row, col=1)
+    chart.dress(220 * len(kinds) + 60, y="contact [%]", margin_t=66, barmode="stack")
+    chart.figure.update_yaxes(range=[0, 100])
     return chart
 
 
@@ -117,78 +114,55 @@ def _exceedances(runs: list[ExtrapolationRun]) -> str:
     )  # fmt: skip
 
 
-def _mu(runs: list[ExtrapolationRun]) -> Any:
-    from plotly.subplots import make_subplots
-
+def _mu(runs: list[ExtrapolationRun]) -> Chart:
     kinds = [k for k in _DATA if any(r["data"] == k for r in runs)]
-    chart = make_subplots(
-        rows=1,
-        cols=len(kinds),
-        shared_yaxes=True,
-        horizontal_spacing=0.03,
-        subplot_titles=[_DATA[k] for k in kinds],
-    )
+    titles = [_DATA[k] for k in kinds]
+    chart = Chart(len(kinds), titles=titles, shared_yaxes=True, horizontal_spacing=0.03)
     models = list(dict.fromkeys(r["model"] for r in runs))
-    for column, kind in enumerate(kinds, 1):
+    for panel, kind in enumerate(kinds):
         for place, (rule, color) in zip((-0.17, 0.17), _RULES.items()):
-            mine = [
-                (m, [r for r in runs if (r["model"], r["data"], r["rule"]) == (m, kind, rule)])
-                for m in models
-            ]
-            mine = [(m, found) for m, found in mine if found]
-            x = [models.index(m) + place for m, _ in mine]
-            low = [min(r["mu"]["low"] for r in found) for _, found in mine]
-            high = [max(r["mu"]["high"] for r in found) for _, found in mine]
-            p5 = [min(r["mu"]["p5"] for r in found) for _, found in mine]
-            p95 = [max(r["mu"]["p95"] for r in found) for _, found in mine]
-            middle = [sorted(r["mu"]["median"] for r in found)[len(found) // 2] for _, found in mine]
-            for ends, width in (((low, high), 1.5), ((p5, p95), 9)):
-                for k, at in enumerate(x):
-                    chart.add_scatter(
-                        x=[at, at], y=[ends[0][k], ends[1][k]], mode="lines", line={"color": color, "width": width}, opacity=0.75,
-                        showlegend=False, hoverinfo="skip", row=1, col=column,
-                    )  # fmt: skip
-            chart.add_scatter(
-                x=x, y=middle, mode="markers", marker={"color": color, "size": 11, "line": {"color": "white", "width": 1.5}},
-                name=rule, legendgroup=rule, showlegend=column == 1, row=1, col=column,
-                customdata=list(zip(low, high)), hovertemplate="median %{y:.4f}, %{customdata[0]:.4f} to %{customdata[1]:.4f}<extra></extra>",
+            x, middle, extremes = list[float](), list[float](), list[tuple[float, float]]()
+            for number, model in enumerate(models):
+                found = [r["mu"] for r in runs if (r["model"], r["data"], r["rule"]) == (model, kind, rule)]
+                if not found:
+                    continue
+                x.append(number + place)
+                middle.append(sorted(mu["median"] for mu in found)[len(found) // 2])
+                extremes.append((min(mu["low"] for mu in found), max(mu["high"] for mu in found)))
+                most = min(mu["p5"] for mu in found), max(mu["p95"] for mu in found)
+                for ends, width in ((extremes[-1], 1.5), (most, 9)):
+                    line = {"color": color, "width": width}
+                    chart.scatter(panel, [x[-1]] * 2, ends, mode="lines", line=line, opacity=0.75)
+            chart.scatter(
+                panel, x, middle, rule, "median %{y:.4f}, %{customdata[0]:.4f} to %{customdata[1]:.4f}<extra></extra>",
+                mode="markers", marker={"color": color, "size": 11, "line": {"color": "white", "width": 1.5}},
+                customdata=extremes,
             )  # fmt: skip
-        chart.update_xaxes(tickvals=list(range(len(models))), ticktext=models, row=1, col=column)
-    dress(chart, 360)
-    chart.update_layout(margin_t=66)
-    chart.update_xaxes(zeroline=False)
+    chart.figure.update_xaxes(tickvals=list(range(len(models))), ticktext=models)
+    chart.dress(360, y="mu in the contact", margin_t=66)
+    chart.figure.update_xaxes(zeroline=False)
     # A model that runs away must not flatten all others.
     top = min(0.3, 1.3 * max(0.1, *(r["mu"]["p95"] for r in runs)))
-    chart.update_yaxes(range=[0, top])
-    chart.update_yaxes(title_text="mu in the contact", row=1, col=1)
+    chart.figure.update_yaxes(range=[0, top])
     return chart
 
 
-def _pairs(values: ExtrapolationNumbers) -> Any:
-    from plotly.subplots import make_subplots
-
+def _pairs(values: ExtrapolationNumbers) -> Chart:
     pairs = [p for p in values["pairs"] if "work_J_pct" in p]
-    kinds = list(_DATA)
-    chart = make_subplots(
-        rows=2, cols=2, shared_xaxes=True, shared_yaxes="rows", vertical_spacing=0.06, horizontal_spacing=0.03,
-        subplot_titles=[_DATA[k] for k in kinds],
+    chart = Chart(
+        len(_DATA), 2, titles=list(_DATA.values()), shared_xaxes=True, shared_yaxes="rows",
+        vertical_spacing=0.06, horizontal_spacing=0.03,
     )  # fmt: skip
-    styles = looks(dict.fromkeys(p["model"] for p in pairs))
-    for column, kind in enumerate(kinds, 1):
-        for model, style in styles.items():
+    for model, style in looks(dict.fromkeys(p["model"] for p in pairs)).items():
+        for column, kind in enumerate(_DATA):
             mine = [p for p in pairs if p["data"] == kind and p["model"] == model]
+            levels, said = [p["level"] for p in mine], f"{model} %{{y:+.2f}} %<extra></extra>"
             changes = [p["max_force_kN_pct"] for p in mine], [p["work_J_pct"] for p in mine]
-            for row, change in enumerate(changes, 1):
-                chart.add_bar(
-                    x=[p["level"] for p in mine], y=change, name=model, legendgroup=model,
-                    showlegend=row == column == 1, marker_color=style["color"], row=row, col=column,
-                    hovertemplate=f"{model} %{{y:+.2f}} %<extra></extra>",
-                )  # fmt: skip
-    dress(chart, 420)
-    chart.update_layout(margin_t=66, barmode="group")
-    chart.update_yaxes(title_text="max force [%]", row=1, col=1)
-    chart.update_yaxes(title_text="work [%]", row=2, col=1)
-    return chart
+            for row, change in enumerate(changes):
+                panel = row * len(_DATA) + column
+                chart.bars(panel, levels, change, model, said, marker_color=style["color"])
+    titles = ["max force [%]", "work [%]"]
+    return chart.dress(420, y=titles, margin_t=66, barmode="group")
 
 
 def _pair_table(values: ExtrapolationNumbers) -> str:
@@ -213,15 +187,9 @@ def _pair_table(values: ExtrapolationNumbers) -> str:
 
 def _models(values: ExtrapolationNumbers) -> str:
     rows = [
-        (
-            m["model"],
-            m["data"],
-            m["tests"],
-            m["points"],
-            "-" if m["mae_test"] is None else f"{m['mae_test']:.4f}",
-        )
+        (m["model"], m["data"], m["tests"], m["points"], "-" if m["mae_test"] is None else f"{m['mae_test']:.4f}")
         for m in values["models"]
-    ]
+    ]  # fmt: skip
     return table(["model", "trained on", "tests", "points", "MAE on held-out tests"], rows, numeric=(2, 3, 4))
 
 

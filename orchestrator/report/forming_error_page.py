@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
+from friction_models.common.markup import bullets, escape, paragraph, table
+
+from ..comparison.on_press import QUANTITIES
 from ..jobs.store import JobResult
 from ..studies.forming_error.result import TAU_OVER_K, FormingErrors, held_out
 from ..studies.forming_error.study import FormingErrorStudy
 from ..studies.forming_error.words import beside_paper, differs, findings, headline, percent
 from .charts.forming_error import (
+    UNITS,
     absolute_bars,
     error_bars,
     force_charts,
@@ -19,14 +22,14 @@ from .charts.forming_error import (
     share_bars,
 )
 from .charts.measurements import parity_chart
-from .parts.markup import bullets, escape, paragraph, table
-from .parts.page import Page, figure, footer
+from .parts.chart import figure
+from .parts.page import VIRTUAL, Page, StudyManifest, footer
 
 
 def forming_error_page(
     study: FormingErrorStudy,
     errors: FormingErrors,
-    manifest: Mapping[str, Any],
+    manifest: StudyManifest,
     results: Mapping[str, JobResult],
 ) -> str:
     """Return the HTML of the study; `results` hold models and measurements, where they are there."""
@@ -49,23 +52,41 @@ def forming_error_page(
         bullets(differs(study, errors)),
         shown,
     )
-    page.add("mare", "Error of the maximum force", *_bars(errors, "max_force", "maximum force"))
-    page.add("work", "Error of the forming work", *_bars(errors, "work", "forming work"))
-    page.add("levels", "Level by level", *_maps(errors))
-    page.add("absolute", "Level by level, in kN and J", *_absolute(errors))
-    page.add("curves", "Force over stroke", *_curves(errors))
-    page.add("time", "Run time of friction", *_time(errors))
-    page.add("tau", "Friction stress and shear yield stress", *_tau(errors))
+    page.add("mare", "Error of the maximum force", *_bars(errors, "max_force"), _summary_table(errors))
+    page.add("work", "Error of the forming work", *_bars(errors, "work"))
+    page.add("levels", "Level by level", *(_map(errors, quantity) for quantity in QUANTITIES))
+    page.add(
+        "absolute", "Level by level, in kN and J", *(_absolute(errors, quantity) for quantity in QUANTITIES)
+    )
+    page.add("curves", "Force over stroke", *(_curves(errors, *group) for group in groups(errors)))
+    highest = max((100 * r.friction_share for r in errors.runs), default=0.0)
+    verdict = "every run is below 1 %" if highest < 1.0 else "not every run is below 1 %"
+    page.plot(
+        "time",
+        "Run time of friction",
+        share_bars(errors, "time"),
+        "Time in the friction FMU over the time of everything else in the stepping loop, mean over the runs; the bar reaches to the largest.",
+        "Bars of the share of friction in the run time",
+        paragraph(
+            f"Largest share of a single run: {highest:.2f} %; {verdict}. Measured in the jobs of the study, beside which others may have run."
+        ),
+    )
+    page.plot(
+        "tau",
+        "Friction stress and shear yield stress",
+        share_bars(errors, "tau"),
+        "Highest friction stress of any contact point in any run over the shear yield stress there.",
+        "Bars of the highest friction stress over shear yield stress",
+        paragraph(_stress(errors)),
+    )
     page.add("models", "Models and where they were asked", *_models(study, errors, results))
     page.add("how", "How it was computed", _how(study, manifest))
     origin = "Tests and press curves are the user's."
     if study.virtual:
-        origin = (
-            "Every measurement in this report is synthetic: made by the virtual laboratory, not measured."
-        )
+        origin = VIRTUAL
     elif errors.synthetic:
         origin += " They say of themselves that they are synthetic, in part or all."
-    return page.render(footer(manifest["versions"], origin))
+    return page.render(footer(origin, manifest["versions"]))
 
 
 def figures(*rows: tuple[str, str]) -> str:
@@ -89,7 +110,8 @@ def _lead(study: FormingErrorStudy, errors: FormingErrors) -> str:
     )
 
 
-def _bars(errors: FormingErrors, quantity: str, words: str) -> list[str]:
+def _bars(errors: FormingErrors, quantity: str) -> list[str]:
+    words = QUANTITIES[quantity]
     mare = figure(
         f"{quantity}-mare",
         error_bars(errors, quantity, "mare"),
@@ -102,104 +124,71 @@ def _bars(errors: FormingErrors, quantity: str, words: str) -> list[str]:
         "Its standard deviation over the levels: how evenly a friction law errs.",
         f"Bars of the standard deviation of the error of the {words}",
     )
-    return [mare, spread, _summary_table(errors, quantity)] if quantity == "max_force" else [mare, spread]
+    return [mare, spread]
 
 
-def _summary_table(errors: FormingErrors, quantity: str) -> str:
+def _summary_table(errors: FormingErrors) -> str:
     rows = []
-    for summary in errors.summaries():
-        level = getattr(summary, quantity)
-        where = (
-            group_title(summary.lubricant, summary.process)
-            if summary.lubricant and summary.process
-            else "all"
-        )
-        rows.append(
-            (where, summary.friction, summary.levels, percent(level.mare, level.mare_std),
-             percent(level.spread, level.spread_std) if level.levels > 1 else "-",
-             percent(summary.work.mare, summary.work.mare_std))
-        )  # fmt: skip
+    for s in errors.summaries():
+        level = s.max_force
+        where = group_title(s.lubricant, s.process) if s.lubricant and s.process else "all"
+        spread = percent(level.spread, level.spread_std) if level.levels > 1 else "-"
+        mare = percent(level.mare, level.mare_std)
+        rows.append((where, s.friction, s.levels, mare, spread, percent(s.work.mare, s.work.mare_std)))
     headings = ["of", "friction", "over", "MARE", "standard deviation", "MARE of the work"]
     return f"<details><summary>All numbers</summary>{table(headings, rows, numeric=(2, 3, 4, 5))}</details>"
 
 
-def _maps(errors: FormingErrors) -> list[str]:
-    return [
-        figure(
-            f"map-{quantity}",
-            level_map(errors, quantity),
-            f"{words[0].upper()}{words[1:]}, simulated against the mean of the press in percent; orange: too high, blue: too low. Columns: tool temperature, and punch speed in mm/s below it.",
-            f"Signed error of the {words} by level and friction law",
-        )
-        for quantity, words in (("max_force", "maximum force"), ("work", "forming work"))
-    ]
-
-
-def _curves(errors: FormingErrors) -> list[str]:
-    parts = []
-    for lubricant, process in groups(errors):
-        title = group_title(lubricant, process)
-        chart = figure(
-            f"force-{lubricant}-{process}",
-            force_charts(errors, lubricant, process),
-            f"{title[0].upper()}{title[1:]}: mean of the press with one standard deviation, constant friction dashed.",
-            f"Force over stroke at every level, {title}",
-        )
-        apart = figure(
-            f"difference-{lubricant}-{process}",
-            force_charts(errors, lubricant, process, difference=True),
-            "Simulated minus the mean of the press.",
-            f"Difference of the force from the press over stroke at every level, {title}",
-        )
-        parts.append(f"<h3>{escape(title)}</h3>{chart}{apart}")
-    return parts
-
-
-def _time(errors: FormingErrors) -> list[str]:
-    chart = figure(
-        "time",
-        share_bars(errors, "time"),
-        "Time in the friction FMU over the time of everything else in the stepping loop, mean over the runs; the bar reaches to the largest.",
-        "Bars of the share of friction in the run time",
+def _map(errors: FormingErrors, quantity: str) -> str:
+    words = QUANTITIES[quantity]
+    return figure(
+        f"map-{quantity}",
+        level_map(errors, quantity),
+        f"{_capital(words)}, simulated against the mean of the press in percent; orange: too high, blue: too low. Columns: tool temperature, and punch speed in mm/s below it.",
+        f"Signed error of the {words} by level and friction law",
     )
-    highest = max((100 * r.friction_share for r in errors.runs), default=0.0)
-    verdict = "every run is below 1 %" if highest < 1.0 else "not every run is below 1 %"
-    return [
-        chart,
-        paragraph(
-            f"Largest share of a single run: {highest:.2f} %; {verdict}. Measured in the jobs of the study, beside which others may have run."
-        ),
-    ]
 
 
-def _tau(errors: FormingErrors) -> list[str]:
-    chart = figure(
-        "tau",
-        share_bars(errors, "tau"),
-        "Highest friction stress of any contact point in any run over the shear yield stress there.",
-        "Bars of the highest friction stress over shear yield stress",
+def _absolute(errors: FormingErrors, quantity: str) -> str:
+    words = f"{QUANTITIES[quantity]} in {UNITS[quantity]}"
+    return figure(
+        f"absolute-{quantity}",
+        absolute_bars(errors, quantity),
+        f"Absolute error of the {words} |simulated - mean of the press| at every level; bars: scatter of the press. Columns as above.",
+        f"Bars of the absolute error of the {words} by level and friction law",
     )
+
+
+def _curves(errors: FormingErrors, lubricant: str, process: str) -> str:
+    title = group_title(lubricant, process)
+    chart = figure(
+        f"force-{lubricant}-{process}",
+        force_charts(errors, lubricant, process),
+        f"{_capital(title)}: mean of the press with one standard deviation, constant friction dashed.",
+        f"Force over stroke at every level, {title}",
+    )
+    apart = figure(
+        f"difference-{lubricant}-{process}",
+        force_charts(errors, lubricant, process, difference=True),
+        "Simulated minus the mean of the press.",
+        f"Difference of the force from the press over stroke at every level, {title}",
+    )
+    return f"<h3>{escape(title)}</h3>{chart}{apart}"
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _stress(errors: FormingErrors) -> str:
     above = [r for r in errors.runs if r.tau_over_k >= TAU_OVER_K]
+    if not above:
+        return "All runs stay below 60 % as in the paper, so friction stays in the range where a coefficient has a meaning."
     laws = ", ".join(dict.fromkeys(r.friction for r in above))
-    text = (
-        "All runs stay below 60 % as in the paper, so friction stays in the range where a coefficient has a meaning."
-        if not above
-        else f"{len(above)} of {len(errors.runs)} runs reach 60 % or more somewhere ({laws}): there a coefficient of friction begins "
+    return (
+        f"{len(above)} of {len(errors.runs)} runs reach 60 % or more somewhere ({laws}): there a coefficient of friction begins "
         "to lose its meaning."
     )
-    return [chart, paragraph(text)]
-
-
-def _absolute(errors: FormingErrors) -> list[str]:
-    return [
-        figure(
-            f"absolute-{quantity}",
-            absolute_bars(errors, quantity),
-            f"Absolute error of the {words} |simulated - mean of the press| at every level; bars: scatter of the press. Columns as above.",
-            f"Bars of the absolute error of the {words} by level and friction law",
-        )
-        for quantity, words in (("max_force", "maximum force in kN"), ("work", "forming work in J"))
-    ]
 
 
 def _models(study: FormingErrorStudy, errors: FormingErrors, results: Mapping[str, JobResult]) -> list[str]:
@@ -212,9 +201,8 @@ def _models(study: FormingErrorStudy, errors: FormingErrors, results: Mapping[st
     ) if found else ""  # fmt: skip
     rows = []
     for model in errors.models:
-        shares = [
-            r.outside for r in errors.of_group(model["family"], model["lubricant"]) if r.outside is not None
-        ]
+        runs = errors.of_group(model["family"], model["lubricant"])
+        shares = [r.outside for r in runs if r.outside is not None]
         outside = f"{100 * sum(shares) / len(shares):.0f} %" if shares else "-"
         mae = "-" if model["mae_test"] is None else f"{model['mae_test']:.4f}"
         rows.append((model["family"], model["lubricant"], model["tests"], model["points"], mae, outside))
@@ -233,7 +221,7 @@ def _models(study: FormingErrorStudy, errors: FormingErrors, results: Mapping[st
     ]
 
 
-def _how(study: FormingErrorStudy, manifest: Mapping[str, Any]) -> str:
+def _how(study: FormingErrorStudy, manifest: StudyManifest) -> str:
     plan = study.plan
     source = (
         f"virtual laboratory, plan {plan.tests}, seed {plan.seed}, {plan.repeats} strokes of the press a level"

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
-from ..jobs.versions import versions
+from friction_models.common.markup import bullets, escape, paragraph, table
+
 from ..studies.lag.result import LagNumbers, LagRun, Quantity, Reference, groups
 from ..studies.lag.study import Mode
 from ..studies.lag.words import headline
-from .parts.markup import bullets, escape, paragraph, table
-from .parts.page import Page, figure, footer
-from .parts.palette import COLORS
-from .parts.theme import dress
+from .parts.chart import Chart
+from .parts.page import Page, footer
+from .parts.theme import COLORS
 
 #: Colour of each mode.
 _MODES: dict[Mode, str] = {"jacobi": COLORS[1], "gauss_seidel": COLORS[0], "iterated": COLORS[2]}
@@ -21,16 +20,23 @@ _LABELS: dict[Mode, str] = {
     "gauss_seidel": "gauss_seidel (one step)",
     "iterated": "iterated (none)",
 }
+_TITLES: dict[Quantity, str] = {
+    "work_pct": "work [%]",
+    "max_force_pct": "maximum force [%]",
+    "rms_pct": "rms of the force [%]",
+    "mu_mean": "mean change of mu",
+}
 
 
 def lag_page(values: LagNumbers) -> str:
     """Return the HTML of the numbers of the study."""
     settings = values["settings"]
+    strokes = ", ".join(f"{p.upper()} ({s:g} mm of stroke)" for p, s in settings["stroke_mm"].items())
     page = Page(
         title=headline(values),
         kicker="tribofmu study lag: friction from the loads of the step before, against iterated coupling",
         lead=escape(
-            f"{', '.join(f'{p.upper()} ({s:g} mm of stroke)' for p, s in settings['stroke_mm'].items())} at {settings['speed_mm_s']:g} mm/s with tools of "
+            f"{strokes} at {settings['speed_mm_s']:g} mm/s with tools of "
             f"{settings['T_tool_degC']:g} degC; {', '.join(settings['models'])}; communication steps of "
             f"{', '.join(f'{s:g}' for s in settings['steps_mm'])} mm, all compared every {settings['compared_every_mm']:g} mm of stroke."
         ),
@@ -38,56 +44,31 @@ def lag_page(values: LagNumbers) -> str:
     )
     lagging = [r for r in values["rows"] if r.get("lag")]
     if lagging:
-        page.add(
+        page.plot(
             "cost",
             "What the lag costs",
-            figure(
-                "work",
-                _deviations(
-                    lagging,
-                    "lag",
-                    (
-                        ("work_pct", "work [%]"),
-                        ("rms_pct", "rms of the force [%]"),
-                        ("mu_mean", "mean change of mu"),
-                    ),
-                ),
-                "Each run against the iterated run of the same step: what differs is the lag alone. Forming work, rms of the "
-                "force in units of its maximum, and mu at the markers in contact.",
-                "Deviation of work, force and mu over the communication step for jacobi and gauss_seidel.",
-            ),
+            _deviations(lagging, "lag", ["work_pct", "rms_pct", "mu_mean"]),
+            "Each run against the iterated run of the same step: what differs is the lag alone. Forming work, rms of the "
+            "force in units of its maximum, and mu at the markers in contact.",
+            "Deviation of work, force and mu over the communication step for jacobi and gauss_seidel.",
             _summary(values),
         )
     finest = [r for r in values["rows"] if r.get("to_finest")]
     if finest:
-        page.add(
+        page.plot(
             "finest",
             "Against the finest iterated run",
-            figure(
-                "finest",
-                _deviations(
-                    finest,
-                    "to_finest",
-                    (
-                        ("work_pct", "work [%]"),
-                        ("max_force_pct", "maximum force [%]"),
-                        ("rms_pct", "rms of the force [%]"),
-                    ),
-                ),
-                f"Each run against the iterated run with {min(settings['steps_mm']):g} mm. The iterated runs differ from it because "
-                "the solver itself then makes other steps.",
-                "Deviation of work and force from the finest iterated run over the communication step.",
-            ),
+            _deviations(finest, "to_finest", ["work_pct", "max_force_pct", "rms_pct"]),
+            f"Each run against the iterated run with {min(settings['steps_mm']):g} mm. The iterated runs differ from it because "
+            "the solver itself then makes other steps.",
+            "Deviation of work and force from the finest iterated run over the communication step.",
         )
-        page.add(
+        page.plot(
             "curves",
             "Over the stroke",
-            figure(
-                "curves",
-                _curves(values),
-                f"Deviation of the force from the finest iterated run, longest step ({max(settings['steps_mm']):g} mm).",
-                "Deviation of the punch force over the stroke for the three modes.",
-            ),
+            _curves(values),
+            f"Deviation of the force from the finest iterated run, longest step ({max(settings['steps_mm']):g} mm).",
+            "Deviation of the punch force over the stroke for the three modes.",
         )
     page.add("runs", "Runs", _runs(values))
     failed = [
@@ -98,18 +79,16 @@ def lag_page(values: LagNumbers) -> str:
     if failed:
         page.add("failed", "Runs that broke off", bullets(failed))
     whose = "synthetic" if values["synthetic"] else "the user's"
-    return page.render(footer(versions(), f"The friction models learned from {whose} measurements."))
+    return page.render(footer(f"The friction models learned from {whose} measurements."))
 
 
-def _deviations(rows: Sequence[LagRun], which: Reference, panels: Sequence[tuple[Quantity, str]]) -> Any:
-    from plotly.subplots import make_subplots
-
-    shown_groups = groups(rows)
-    chart = make_subplots(
-        rows=len(panels), cols=len(shown_groups), shared_xaxes=True, shared_yaxes="rows", vertical_spacing=0.05,
-        horizontal_spacing=0.03, subplot_titles=[f"{p.upper()}, {m}" for p, m in shown_groups],
+def _deviations(rows: Sequence[LagRun], which: Reference, panels: Sequence[Quantity]) -> Chart:
+    shown = groups(rows)
+    chart = Chart(
+        len(shown), len(panels), titles=[f"{p.upper()}, {m}" for p, m in shown], shared_xaxes=True,
+        shared_yaxes="rows", vertical_spacing=0.05, horizontal_spacing=0.03,
     )  # fmt: skip
-    for column, group in enumerate(shown_groups, 1):
+    for column, group in enumerate(shown):
         for mode, color in _MODES.items():
             mine = sorted(
                 (
@@ -123,46 +102,30 @@ def _deviations(rows: Sequence[LagRun], which: Reference, panels: Sequence[tuple
             )
             if not mine or (which == "lag" and mode == "iterated"):
                 continue
-            for row, (name, _) in enumerate(panels, 1):
-                chart.add_scatter(
-                    x=[step for step, _ in mine], y=[deviation[name] for _, deviation in mine], mode="lines+markers",
-                    name=_LABELS[mode], legendgroup=mode, showlegend=row == 1 and column == 1,
-                    line={"color": color, "width": 2}, row=row, col=column,
-                    hovertemplate=f"{mode} %{{x:g}} mm: %{{y:.3g}}<extra></extra>",
+            for row, name in enumerate(panels):
+                chart.scatter(
+                    row * len(shown) + column, [step for step, _ in mine], [deviation[name] for _, deviation in mine],
+                    _LABELS[mode], f"{mode} %{{x:g}} mm: %{{y:.3g}}<extra></extra>", mode,
+                    mode="lines+markers", line={"color": color, "width": 2},
                 )  # fmt: skip
-        chart.update_xaxes(title_text="communication step [mm]", row=len(panels), col=column)
-    dress(chart, 190 * len(panels) + 70)
-    chart.update_layout(margin_t=66)
-    for row, (_, heading) in enumerate(panels, 1):
-        chart.update_yaxes(title_text=heading, row=row, col=1)
-    return chart
+    height = 190 * len(panels) + 70
+    return chart.dress(height, x="communication step [mm]", y=[_TITLES[name] for name in panels], margin_t=66)
 
 
-def _curves(values: LagNumbers) -> Any:
-    from plotly.subplots import make_subplots
-
+def _curves(values: LagNumbers) -> Chart:
     longest = max(values["settings"]["steps_mm"])
     mine = [c for c in values["curves"] if c["step_mm"] == longest]
-    shown_groups = groups(mine) or [("", "")]
-    chart = make_subplots(
-        rows=1,
-        cols=len(shown_groups),
-        horizontal_spacing=0.05,
-        subplot_titles=[f"{p.upper()}, {m}" for p, m in shown_groups],
-    )
-    for column, group in enumerate(shown_groups, 1):
+    shown = groups(mine) or [("", "")]
+    chart = Chart(len(shown), titles=[f"{p.upper()}, {m}" for p, m in shown], horizontal_spacing=0.05)
+    for panel, group in enumerate(shown):
         for curve in mine:
             if (curve["process"], curve["model"]) == group:
-                chart.add_scatter(
-                    x=curve["stroke"], y=curve["deviation_kN"], name=_LABELS[curve["mode"]], legendgroup=curve["mode"],
-                    showlegend=column == 1, line={"color": _MODES[curve["mode"]], "width": 2}, row=1, col=column,
-                    hovertemplate="%{x:.1f} mm: %{y:+.2f} kN<extra></extra>",
+                mode = curve["mode"]
+                chart.scatter(
+                    panel, curve["stroke"], curve["deviation_kN"], _LABELS[mode], "%{x:.1f} mm: %{y:+.2f} kN<extra></extra>",
+                    mode, line={"color": _MODES[mode], "width": 2},
                 )  # fmt: skip
-        chart.update_xaxes(title_text="stroke [mm]", row=1, col=column)
-    dress(chart, 320)
-    chart.update_layout(margin_t=66)
-    chart.update_yaxes(title_text="force deviation [kN]", row=1, col=1)
-    return chart
+    return chart.dress(320, x="stroke [mm]", y="force deviation [kN]", margin_t=66)
 
 
 def _summary(values: LagNumbers) -> str:

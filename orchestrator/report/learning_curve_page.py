@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+
+import numpy as np
+
+from friction_models.common.markup import bullets, escape, paragraph, table
 
 from ..jobs.store import JobResult
 from ..studies.learning_curve.jobs import AVERAGE, MEAN, SERIES
@@ -14,10 +17,9 @@ from ..studies.learning_curve.words import beside_paper, differs, findings, head
 from ..studies.measurements import data_name, load_measurements
 from .charts.measurements import load_space_chart, series_chart
 from .forming_error_page import figures
-from .parts.markup import bullets, escape, paragraph, table
-from .parts.page import Page, figure, footer
-from .parts.palette import looks
-from .parts.theme import CONSTANT, SOFT, dress
+from .parts.chart import Chart, figure
+from .parts.page import VIRTUAL, Page, StudyManifest, footer
+from .parts.theme import CONSTANT, SOFT, looks
 
 #: Errors beyond this multiple of the accuracy are cut off: a polynomial of five tests is off by any amount.
 SHOWN = 2.5
@@ -26,34 +28,28 @@ SHOWN = 2.5
 def learning_curve_page(
     study: LearningCurveStudy,
     curves: LearningCurves,
-    manifest: Mapping[str, Any],
+    manifest: StudyManifest,
     results: Mapping[str, JobResult],
 ) -> str:
     """Return the HTML of the study; `results` hold the measurements, where they are there."""
     page = Page(headline(curves), "tribofmu study learning-curve", _lead(curves), curves.synthetic)
     page.add("findings", "Findings", bullets(findings(curves)))
     page.add("measured", "The two data collections", *_measured(curves, results))
-    page.add(
+    page.plot(
         "curves",
         "Learning curves",
-        figure(
-            "curves",
-            _overview(curves),
-            f"0.95 percentile of the MAE on the held-out tests over {curves.repeats} random training sets of each size. Dashed: the "
-            f"accuracy of a tribometer, {curves.accuracy:g}. Grey: the mean of the training tests, no model. Errors far "
-            "above are cut off.",
-            "Error over number of training tests, one panel a lubricant and data collection.",
-        ),
+        _overview(curves),
+        f"0.95 percentile of the MAE on the held-out tests over {curves.repeats} random training sets of each size. Dashed: the "
+        f"accuracy of a tribometer, {curves.accuracy:g}. Grey: the mean of the training tests, no model. Errors far "
+        "above are cut off.",
+        "Error over number of training tests, one panel a lubricant and data collection.",
     )
-    page.add(
+    page.plot(
         "models",
         "Model by model",
-        figure(
-            "models",
-            _by_model(curves),
-            "The same curves, both data collections in one panel; the band holds all repeats.",
-            "Error over number of training tests, one panel a lubricant and model.",
-        ),
+        _by_model(curves),
+        "The same curves, both data collections in one panel; the band holds all repeats.",
+        "Error over number of training tests, one panel a lubricant and model.",
     )
     page.add(
         "needed",
@@ -89,14 +85,12 @@ def learning_curve_page(
     page.add("data", "Data", _data(curves))
     page.add("how", "How it was computed", bullets(_how(study)), _search(curves))
     if curves.virtual:
-        origin = (
-            "Every measurement in this report is synthetic: made by the virtual laboratory, not measured."
-        )
+        origin = VIRTUAL
     elif curves.synthetic:
         origin = "The data is the user's and says of itself that it is synthetic."
     else:
         origin = "The measurements are the user's."
-    return page.render(footer(manifest["versions"], origin))
+    return page.render(footer(origin, manifest["versions"]))
 
 
 def _lead(curves: LearningCurves) -> str:
@@ -136,92 +130,72 @@ def _measured(curves: LearningCurves, results: Mapping[str, JobResult]) -> list[
     return [paragraph("The measurements are not in the folder of the study.")]
 
 
-def _overview(curves: LearningCurves) -> Any:
+def _overview(curves: LearningCurves) -> Chart:
     """Return one panel a lubricant and data collection, all models in it."""
-    from plotly.subplots import make_subplots
-
-    lubricants = curves.lubricants
-    chart = make_subplots(
-        rows=max(1, len(lubricants)), cols=2, shared_xaxes=True, shared_yaxes=True, horizontal_spacing=0.03,
-        vertical_spacing=0.1, subplot_titles=[f"{name}, {c}-based" for name in lubricants for c in COLLECTIONS],
-    )  # fmt: skip
+    titles = [f"{name}, {c}-based" for name in curves.lubricants for c in COLLECTIONS]
+    chart = _panels(curves, len(COLLECTIONS), titles, horizontal_spacing=0.03)
     styles = looks(curves.models) | {MEAN: {"color": CONSTANT, "width": 1.5}}
-    top = SHOWN * curves.accuracy
-    for row, lubricant in enumerate(lubricants, 1):
-        for column, collection in enumerate(COLLECTIONS, 1):
+    for row, lubricant in enumerate(curves.lubricants):
+        for column, collection in enumerate(COLLECTIONS):
+            panel = row * len(COLLECTIONS) + column
             for model in (MEAN, *curves.models):
                 curve = curves.curve(lubricant, collection, model)
                 if curve is not None:
-                    chart.add_scatter(
-                        x=curve.sizes, y=curve.percentile, name=model, legendgroup=model, line=styles[model],
-                        mode="lines+markers", marker={"size": 5}, showlegend=row == column == 1, row=row, col=column,
-                        hovertemplate=f"%{{x}} tests<br>MAE %{{y:.4f}}<extra>{model}</extra>",
+                    chart.scatter(
+                        panel, curve.sizes, curve.percentile, model, f"%{{x}} tests<br>MAE %{{y:.4f}}<extra>{model}</extra>",
+                        line=styles[model], mode="lines+markers", marker={"size": 5},
                     )  # fmt: skip
-            _limit(chart, curves.accuracy, row, column)
-        chart.update_yaxes(title_text="MAE of mu, 0.95 percentile", row=row, col=1)
-    dress(chart, 130 + 290 * max(1, len(lubricants)))
-    chart.update_layout(margin_t=74)
-    chart.update_xaxes(title_text="training tests", row=max(1, len(lubricants)))
-    chart.update_yaxes(range=[0.0, top])
-    return chart
+    return _dressed(chart, curves, 290)
 
 
-def _by_model(curves: LearningCurves) -> Any:
+def _by_model(curves: LearningCurves) -> Chart:
     """Return one panel a lubricant and model, both collections in it."""
-    from plotly.subplots import make_subplots
-
-    lubricants, models = curves.lubricants, curves.models
-    chart = make_subplots(
-        rows=max(1, len(lubricants)), cols=max(1, len(models)), shared_xaxes=True, shared_yaxes=True,
-        horizontal_spacing=0.02, vertical_spacing=0.1,
-        subplot_titles=[f"{name}, {model}" for name in lubricants for model in models],
-    )  # fmt: skip
+    titles = [f"{name}, {model}" for name in curves.lubricants for model in curves.models]
+    chart = _panels(curves, max(1, len(curves.models)), titles, horizontal_spacing=0.02)
     styles = looks(COLLECTIONS)
     bands = {SERIES: "rgba(0, 114, 178, 0.14)", AVERAGE: "rgba(213, 94, 0, 0.14)"}
-    for row, lubricant in enumerate(lubricants, 1):
-        for column, model in enumerate(models, 1):
+    for row, lubricant in enumerate(curves.lubricants):
+        for column, model in enumerate(curves.models):
+            panel = row * len(curves.models) + column
             for collection in COLLECTIONS:
                 curve = curves.curve(lubricant, collection, model)
                 if curve is None:
                     continue
-                low, high = curve.errors.min(axis=0).tolist(), curve.errors.max(axis=0).tolist()
-                chart.add_scatter(
-                    x=[*curve.sizes, *curve.sizes[::-1]], y=[*high, *low[::-1]], fill="toself", mode="lines",
-                    fillcolor=bands[collection], line={"width": 0}, hoverinfo="skip", showlegend=False,
-                    legendgroup=collection, row=row, col=column,
+                low, high = curve.errors.min(axis=0), curve.errors.max(axis=0)
+                chart.band(panel, np.array(curve.sizes), low, high, bands[collection], group=collection)
+                chart.scatter(
+                    panel, curve.sizes, curve.percentile, f"{collection}-based",
+                    f"%{{x}} tests<br>MAE %{{y:.4f}}<extra>{collection}</extra>", collection,
+                    line=styles[collection], mode="lines",
                 )  # fmt: skip
-                chart.add_scatter(
-                    x=curve.sizes, y=curve.percentile, name=f"{collection}-based", legendgroup=collection,
-                    line=styles[collection], mode="lines", showlegend=row == column == 1, row=row, col=column,
-                    hovertemplate=f"%{{x}} tests<br>MAE %{{y:.4f}}<extra>{collection}</extra>",
-                )  # fmt: skip
-            _limit(chart, curves.accuracy, row, column)
-        chart.update_yaxes(title_text="MAE of mu, 0.95 percentile", row=row, col=1)
-    dress(chart, 130 + 230 * max(1, len(lubricants)))
-    chart.update_layout(margin_t=74)
-    chart.update_annotations(font_size=12)
-    chart.update_xaxes(title_text="training tests", row=max(1, len(lubricants)))
-    chart.update_yaxes(range=[0.0, SHOWN * curves.accuracy])
+    _dressed(chart, curves, 230).figure.update_annotations(font_size=12)
     return chart
 
 
-def _limit(chart: Any, accuracy: float, row: int, column: int) -> None:
-    chart.add_hline(y=accuracy, line={"color": SOFT, "width": 1.3, "dash": "dash"}, row=row, col=column)
+def _panels(curves: LearningCurves, columns: int, titles: list[str], horizontal_spacing: float) -> Chart:
+    """Return panels with a row for each lubricant."""
+    return Chart(
+        columns, max(1, len(curves.lubricants)), titles=titles, shared_xaxes=True, shared_yaxes=True,
+        horizontal_spacing=horizontal_spacing, vertical_spacing=0.1,
+    )  # fmt: skip
+
+
+def _dressed(chart: Chart, curves: LearningCurves, height: int) -> Chart:
+    """Return the chart with the accuracy that is asked for as a line; `height` of a row."""
+    line = {"color": SOFT, "width": 1.3, "dash": "dash"}
+    for panel in range(chart.rows * chart.columns):
+        chart.figure.add_hline(y=curves.accuracy, line=line, **chart.place(panel))
+    y = "MAE of mu, 0.95 percentile"
+    chart.dress(130 + height * chart.rows, x="training tests", y=y, margin_t=74)
+    chart.figure.update_yaxes(range=[0.0, SHOWN * curves.accuracy])
+    return chart
 
 
 def _needed(found: Sequence[Comparison], caption: str) -> str:
     rows = [
-        (
-            c.lubricant,
-            c.model,
-            f"{c.accuracy:.4f}",
-            c.series.text(),
-            c.average.text(),
-            c.verdict,
-            c.own.text(),
-        )
+        (c.lubricant, c.model, f"{c.accuracy:.4f}", c.series.text(), c.average.text(), c.verdict, c.own.text())
         for c in found
-    ]
+    ]  # fmt: skip
     heads = ["lubricant", "model", "MAE below", "time-series", "average", "time-series needs", "average, judged by averages"]  # fmt: skip
     return table(heads, rows, numeric=(2, 3, 4, 6), caption=caption)
 
@@ -236,10 +210,9 @@ def _lowest(curves: LearningCurves) -> str:
                 if curve is None:
                     cells += ["-", "-"]
                     continue
-                low, lower, upper = curve.lowest
                 at = curve.converged.tests
                 cells += [
-                    f"{low:.4f} ({lower:.4f} - {upper:.4f})",
+                    "{:.4f} ({:.4f} - {:.4f})".format(*curve.lowest),
                     "-" if at is None else f"{math.ceil(at)}",
                 ]
             rows.append((lubricant, model, *cells))
@@ -252,18 +225,11 @@ def _lowest(curves: LearningCurves) -> str:
 def _data(curves: LearningCurves) -> str:
     rows = [
         (
-            lubricant,
-            f["train"],
-            f["held_out"],
-            f["points"],
-            f"{f['mu_mean']:.4f}",
-            f"{f['scatter_between_tests']:.4f}",
-            f"{f['scatter_within_tests']:.4f}",
-            f"{f['mae_mean_of_training']:.4f}",
-            f"{f['mae_own_mean_of_test']:.4f}",
+            lubricant, f["train"], f["held_out"], f["points"], f"{f['mu_mean']:.4f}", f"{f['scatter_between_tests']:.4f}",
+            f"{f['scatter_within_tests']:.4f}", f"{f['mae_mean_of_training']:.4f}", f"{f['mae_own_mean_of_test']:.4f}",
         )
         for lubricant, f in curves.facts.items()
-    ]
+    ]  # fmt: skip
     heads = ["lubricant", "training tests", "held-out tests", "training points", "mean mu", "scatter between tests", "scatter within tests", "MAE of the training mean", "MAE of each test's own mean"]  # fmt: skip
     thinned = [
         (lubricant, model, f"{c['every_point']:.5f}", f"{c['thinned']:.5f}")

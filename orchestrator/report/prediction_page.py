@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from friction_models.common import InputError
+from friction_models.common.markup import escape, table
 
 from .charts.prediction import prediction_chart
-from .parts.markup import escape, table
-from .parts.page import Page, figure
+from .parts.page import Page
 
 if TYPE_CHECKING:
     from ..prediction.predict_sct import PredictedTest, PredictionNumbers
@@ -53,25 +53,28 @@ def _page(content: PredictionNumbers, points: pd.DataFrame) -> str:
     )
     examples = _example_tests(rows)
     predicted = {test: points[points["test_id"] == test] for test in examples}
-    columns = {"mu", "T_measured"} <= set(points.columns)
-    measured = {
-        test: frame[["sd", "mu", "T_measured"]].dropna().rename(columns={"T_measured": "T"})
-        for test, frame in predicted.items()
-        if columns
-    }
+    measured = {}
+    if {"mu", "T_measured"} <= set(points.columns):
+        measured = {
+            test: frame[["sd", "mu", "T_measured"]].dropna().rename(columns={"T_measured": "T"})
+            for test, frame in predicted.items()
+        }
     chart = prediction_chart(
         {test: test for test in examples}, measured, {"after": predicted}, {"after": str(content["friction"])}
     )
     said = (
-        "the tests with the smallest, a middle and the largest error of mu" if total else "some of the tests"
+        "the tests with the smallest, a middle and the largest error of mu. The measured T is that of the twin under the "
+        "measured friction."
+        if total
+        else "some of the tests. Nobody has run them."
     )
-    page.add(
+    page.plot(
         "predicted",
         "Friction and temperature",
-        figure("predicted", chart, f"Shown: {said}. The measured T is that of the twin under the measured friction."
-               if total else f"Shown: {said}. Nobody has run them.",
-               f"Friction and contact temperature over sliding distance in the tests {', '.join(examples)}."),
-    )  # fmt: skip
+        chart,
+        f"Shown: {said}",
+        f"Friction and contact temperature over sliding distance in the tests {', '.join(examples)}.",
+    )
     page.add("tests", "All tests", _table(rows, total))
     return page.render(f"Friction: {escape(content['friction'])}.")
 
@@ -94,21 +97,16 @@ def _table(rows: list[PredictedTest], total: dict[str, float] | None) -> str:
         "RMS [K]",
         "outside domain",
     ]
-    lines: list[tuple[object, ...]] = []
+    lines: list[tuple[str, ...]] = []
     for row in rows:
-        e = row["errors"] or {}
+        e, outside = row["errors"] or {}, row["outside_domain"]
         lines.append(
             (
-                row["test_id"],
-                _number(e.get("mu_measured"), 4),
-                _number(e.get("mu_predicted", row["mu_mean"]), 4),
-                _number(e.get("mu_rms"), 4),
-                _number(e.get("T_measured"), 0),
-                _number(e.get("T_predicted", row["T_mean"]), 0),
-                _number(e.get("T_rms"), 1),
-                "not known" if row["outside_domain"] is None else f"{100 * row['outside_domain']:.0f} %",
+                row["test_id"], _number(e.get("mu_measured"), 4), _number(e.get("mu_predicted", row["mu_mean"]), 4),
+                _number(e.get("mu_rms"), 4), _number(e.get("T_measured"), 0), _number(e.get("T_predicted", row["T_mean"]), 0),
+                _number(e.get("T_rms"), 1), "not known" if outside is None else f"{100 * outside:.0f} %",
             )
-        )
+        )  # fmt: skip
     if total is not None:
         lines.append(("all", "", "", _number(total["mu_rms"], 4), "", "", _number(total.get("T_rms"), 1), ""))
     return table(

@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from friction_models.common.markup import paragraph, table
 from friction_models.loads import DataSet
 
 from .charts.residuals import residual_chart
 from .charts.responses import CAPTION, response_chart
-from .parts.markup import Change, cards, paragraph, table
-from .parts.page import Page, figure
+from .parts.cards import judged
+from .parts.page import Page
 from .parts.theme import STYLES
 
 if TYPE_CHECKING:
+    from friction_models import FrictionModel
     from friction_models.discovery.refinement import Addition
 
 
-def refinement_page(before: Any, after: Any, data: DataSet, label: str) -> str:
-    """Return the HTML of a refined model.
+def refinement_page(before: FrictionModel, after: FrictionModel, data: DataSet, label: str) -> str:
+    """Return the HTML of a refined model, whose name before was `label`.
 
-    Parameters
-    ----------
-    before, after : FrictionModel
-        Fitted; `after` holds the rounds of additions (``error_history_``).
-    data : DataSet
-        Held-out tests are drawn where there are some, else all.
-    label : str
-        Name of the model before.
+    The models are fitted; `after` holds the rounds of additions. Held-out tests are drawn where there are some, else all.
     """
-    history = list(getattr(after, "error_history_", []))
     held = data.select("test")
     none = held is data or not len(held.points)  # where no role is recorded, all tests train
     shown = data if none else held
@@ -40,34 +34,24 @@ def refinement_page(before: Any, after: Any, data: DataSet, label: str) -> str:
         lead=f"Charts show {which}.",
         synthetic=data.synthetic,
     )
-    page.add("history", "Errors of every round", *_history(history))
-    predicted = {
-        "before": before.predict_frame(shown.points, shown.tests),
-        "after": after.predict_frame(shown.points, shown.tests),
-    }
-    page.add(
+    page.add("history", "Errors of every round", *_history(list(getattr(after, "error_history_", []))))
+    models = {"before": before, "after": after}
+    page.plot(
         "residual",
         "Residuals",
-        figure(
-            "residual",
-            residual_chart(shown.points, predicted),
-            f"Measured minus modelled mu on {which}; the intervals count a whole test as one observation.",
-            "Mean residual against each load, before and after.",
+        residual_chart(
+            shown.points, {part: m.predict_frame(shown.points, shown.tests) for part, m in models.items()}
         ),
+        f"Measured minus modelled mu on {which}; the intervals count a whole test as one observation.",
+        "Mean residual against each load, before and after.",
     )
-    page.add(
+    page.plot(
         "response",
         "Response curves",
-        figure(
-            "response",
-            response_chart(
-                shown.loads(),
-                [("before", STYLES["before"], before), ("after", STYLES["after"], after)],
-            ),
-            CAPTION,
-            "Response curves before and after.",
-        ),
-        table(["model", "law"], [("before", before.formula_text()), ("after", after.formula_text())]),
+        response_chart(shown.loads(), [(part, STYLES[part], m) for part, m in models.items()]),
+        CAPTION,
+        "Response curves before and after.",
+        table(["model", "law"], [(part, m.formula_text()) for part, m in models.items()]),
     )
     return page.render()
 
@@ -75,27 +59,14 @@ def refinement_page(before: Any, after: Any, data: DataSet, label: str) -> str:
 def _history(history: list[Addition]) -> list[str]:
     if not history:
         return [paragraph("No round was judged: there are too few tests to leave some out.")]
-    last = history[-1]
-    change = [
-        Change(f"mu, {name} on tests not seen in the fit", float(last["before"][k]), float(last["after"][k]))
-        for name, k in (("RMS error", "rmse"), ("mean absolute error", "mae"))
-    ]
     rows = [
         (
-            str(k),
-            " + ".join(entry["added"]),
-            entry["judged_by"],
-            *(f"{entry[part][m]:.4f}" for m in ("rmse", "mae") for part in ("before", "after")),
+            k, " + ".join(entry["added"]), entry["judged_by"],
+            *(f"{errors[m]:.4f}" for m in ("rmse", "mae") for errors in (entry["before"], entry["after"])),
         )
         for k, entry in enumerate(history, 1)
-    ]
+    ]  # fmt: skip
     headings = ["round", "added", "judged by", "RMSE before", "after", "MAE before", "after"]
-    return [
-        cards(change),
-        table(
-            headings,
-            rows,
-            numeric=(3, 4, 5, 6),
-            caption="Each round against the ordinary fit of the model before it.",
-        ),
-    ]
+    caption = "Each round against the ordinary fit of the model before it."
+    last = history[-1]
+    return [judged(last["before"], last["after"]), table(headings, rows, range(3, 7), caption=caption)]

@@ -10,16 +10,10 @@ from friction_models.common import unknown_name
 
 
 class PageKind(NamedTuple):
-    """A kind of page.
+    """A kind of page: what it shows, its ``"module:function"``, and the file by which a folder with such a page is known.
 
-    Attributes
-    ----------
-    shows : str
-        In a few words.
-    function : str
-        ``"module:function"`` of this package, imported at use: charts and what they draw take a second to import.
-    marker : str
-        File by which a folder with such a page is known; empty where a command gives the content.
+    The function is imported at use: charts and what they draw take a second to import. `marker` is empty where a command
+    gives the content.
 
     Examples
     --------
@@ -29,7 +23,7 @@ class PageKind(NamedTuple):
 
     shows: str
     function: str
-    marker: str
+    marker: str = ""
 
     def html(self, *content: Any) -> str | None:
         """Return the page as HTML; None for a folder with the marker of this kind that is of another kind."""
@@ -40,23 +34,20 @@ class PageKind(NamedTuple):
 
 #: Folders first, in the order in which they are tried.
 PAGES = {
-    name: PageKind(shows, function, marker)
-    for name, shows, function, marker in (
-        ("demo", "the loop of a demo", "demo_page:demo_page", "demo.json"),
-        ("study", "what a study found", "study_pages:study_page", "manifest.json"),
-        ("run", "a co-simulation", "run_page:run_page", "manifest.json"),
-        ("prediction", "predicted tests", "prediction_page:prediction_page", "prediction.json"),
-        ("forming", "a forming result", "registry:forming_page", "forming.json"),
-        ("diagnosis", "what a model is missing", "diagnosis_page:diagnosis_page", ""),
-        ("refinement", "a model before and after", "refinement_page:refinement_page", ""),
-        ("comparison", "models beside each other", "comparison_page:comparison_page", ""),
-        ("coverage", "loads that were never tested", "coverage_page:coverage_page", ""),
-        ("attribution", "causes of a deviation", "attribution_page:attribution_page", ""),
-        ("learning-curve", "tests needed", "learning_curve_page:learning_curve_page", ""),
-        ("forming-error", "errors of forces", "forming_error_page:forming_error_page", ""),
-        ("lag", "what one-step lag costs", "lag_page:lag_page", ""),
-        ("extrapolation", "friction beyond the tests", "extrapolation_page:extrapolation_page", ""),
-    )
+    "demo": PageKind("the loop of a demo", "demo_page:demo_page", "demo.json"),
+    "study": PageKind("what a study found", "study_pages:study_page", "manifest.json"),
+    "run": PageKind("a co-simulation", "run_page:run_page", "manifest.json"),
+    "prediction": PageKind("predicted tests", "prediction_page:prediction_page", "prediction.json"),
+    "forming": PageKind("a forming result", "registry:forming_page", "forming.json"),
+    "diagnosis": PageKind("what a model is missing", "diagnosis_page:diagnosis_page"),
+    "refinement": PageKind("a model before and after", "refinement_page:refinement_page"),
+    "comparison": PageKind("models beside each other", "comparison_page:comparison_page"),
+    "coverage": PageKind("loads that were never tested", "coverage_page:coverage_page"),
+    "attribution": PageKind("causes of a deviation", "attribution_page:attribution_page"),
+    "learning-curve": PageKind("tests needed", "learning_curve_page:learning_curve_page"),
+    "forming-error": PageKind("errors of forces", "forming_error_page:forming_error_page"),
+    "lag": PageKind("what one-step lag costs", "lag_page:lag_page"),
+    "extrapolation": PageKind("friction beyond the tests", "extrapolation_page:extrapolation_page"),
 }
 
 

@@ -3,63 +3,50 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from friction_models.common import InputError
+from friction_models.common.markup import escape, table
 from friction_models.loads import LOADS, MU
+from friction_models.loads.contract import with_unit
 
 from ..cosim.run_folders import Run
-from .parts.markup import escape, table
-from .parts.page import Page, figure
-from .parts.theme import AFTER, AFTER_BAND, BEFORE, dress
+from ..force_curves.forces import ForceCurve
+from .parts.chart import Chart, figure
+from .parts.page import Page
+from .parts.theme import AFTER, AFTER_BAND, BEFORE
 
 
 def run_page(folder: Path) -> str:
     """Return the HTML of a run folder."""
     run = Run.load(folder, stopped=True)
     manifest = run.manifest
-    largest = _largest_force(run)
+    forms = any(label.endswith(".force") for label in run.values)
     page = Page(
-        title=f"{run.name}: largest force {largest:.1f} kN" if largest is not None else run.name,
+        title=f"{run.name}: largest force {run.force_curve().force.max():.1f} kN" if forms else run.name,
         kicker="tribofmu run",
         lead=f"{manifest['steps']} steps of {manifest['communication_step']:g} s in the mode <code>{escape(manifest['mode'])}</code>, "
         f"{manifest['timing_s']['total']:.1f} s of computing."
         + ("" if run.complete else f" <strong>Stopped: {escape(run.message)}.</strong>"),
         synthetic=run.synthetic,
     )
-    if largest is not None:
-        page.add("force", "Force over stroke", _force(run))
-    fields = _fields(run)
-    if fields:
+    if forms:
+        title, caption = "Force over stroke", "Punch force over stroke, unfiltered."
+        page.plot("force", title, _force(run.force_curve()), caption, "Force over stroke.")
+    if fields := _fields(run):
         page.add("fields", "Fields", fields)
-    loads = _contact(run)
-    if loads:
+    if loads := _contact(run):
         page.add("contact", "Loads in the contact", loads)
     page.add("manifest", "Manifest", _manifest(run))
     return page.render(f"tribofmu {escape(manifest['versions']['tribofmu'])}")
 
 
-def _largest_force(run: Run) -> float | None:
-    if not any(label.endswith(".force") for label in run.values):
-        return None
-    return float(run.force_curve().force.max())
-
-
-def _force(run: Run) -> str:
-    import plotly.graph_objects as go
-
-    curve = run.force_curve()
-    chart = go.Figure()
-    chart.add_scatter(
-        x=curve.stroke, y=curve.force, line={"color": AFTER, "width": 2.4},
-        hovertemplate="stroke %{x:.2f} mm<br>force %{y:.1f} kN<extra></extra>",
-    )  # fmt: skip
-    dress(chart, 380, legend=False)
-    chart.update_xaxes(title_text="stroke [mm]")
-    chart.update_yaxes(title_text="punch force [kN]", rangemode="tozero")
-    return figure("force", chart, "Punch force over stroke, unfiltered.", "Force over stroke.")
+def _force(curve: ForceCurve) -> Chart:
+    chart = Chart(legend=False)
+    said = "stroke %{x:.2f} mm<br>force %{y:.1f} kN<extra></extra>"
+    chart.scatter(0, curve.stroke, curve.force, hover=said, line={"color": AFTER, "width": 2.4})
+    return chart.dress(380, x="stroke [mm]", y="punch force [kN]", from_zero=True)
 
 
 def _fields(run: Run) -> str:
@@ -84,8 +71,6 @@ def _fields(run: Run) -> str:
 
 def _contact(run: Run) -> str:
     """Return median and range of mu and of each load over the active points along the run."""
-    from plotly.subplots import make_subplots
-
     component = next((label.rpartition(".")[0] for label in run.values if label.endswith(".sigma_n")), None)
     if component is None:
         return ""
@@ -93,27 +78,21 @@ def _contact(run: Run) -> str:
     active = columns.get(f"{component}.active")
     mask = columns[f"{component}.sigma_n"] > 0.0 if active is None else active > 0.5
     mu = next((v for label, v in columns.items() if label.endswith(".mu") and v.shape == mask.shape), None)
-    shown: list[tuple[Any, Any]] = [(q, columns.get(f"{component}.{q.name}")) for q in LOADS] + [(MU, mu)]
-    shown = [(q, v) for q, v in shown if v is not None]
-    titles = [f"{q.name}" + (f" [{q.unit}]" if q.unit != "1" else "") for q, _ in shown]
-    chart = make_subplots(rows=2, cols=3, subplot_titles=titles, shared_xaxes=True, vertical_spacing=0.13)
+    found = {q.name: columns.get(f"{component}.{q.name}") for q in LOADS} | {MU.name: mu}
+    shown = {name: values for name, values in found.items() if values is not None}
     rows = np.flatnonzero(mask.any(axis=1))
     if not len(rows):
         return ""
-    for number, (quantity, values) in enumerate(shown):
-        place = {"row": number // 3 + 1, "col": number % 3 + 1}
-        quantiles = np.array([np.quantile(values[k, mask[k]], [0.05, 0.5, 0.95]) for k in rows])
-        time = run.time[rows]
-        chart.add_scatter(
-            x=np.concatenate([time, time[::-1]]), y=np.concatenate([quantiles[:, 2], quantiles[::-1, 0]]),
-            fill="toself", fillcolor=AFTER_BAND, line={"width": 0}, mode="lines", hoverinfo="skip", **place,
-        )  # fmt: skip
-        chart.add_scatter(
-            x=time, y=quantiles[:, 1], line={"color": AFTER if quantity is not MU else BEFORE, "width": 2},
-            hovertemplate=f"{quantity.name} %{{y:.4g}} at %{{x:.2f}} s<extra></extra>", **place,
-        )  # fmt: skip
-    dress(chart, 520, legend=False)
-    chart.update_xaxes(title_text="time [s]", row=2)
+    titles = [with_unit(name) for name in shown]
+    chart = Chart(3, 2, legend=False, titles=titles, shared_xaxes=True, vertical_spacing=0.13)
+    time = run.time[rows]
+    for panel, (name, values) in enumerate(shown.items()):
+        low, middle, high = np.array([np.quantile(values[k, mask[k]], [0.05, 0.5, 0.95]) for k in rows]).T
+        chart.band(panel, time, low, high, AFTER_BAND)
+        said = f"{name} %{{y:.4g}} at %{{x:.2f}} s<extra></extra>"
+        line = {"color": BEFORE if name == MU.name else AFTER, "width": 2}
+        chart.scatter(panel, time, middle, hover=said, line=line)
+    chart.dress(520, x="time [s]")
     caption = "Median (line) and 5 to 95 % range (band) over the contact points that touch the tool."
     if mask.shape[1] == 1:
         caption = "Loads and coefficient of friction of the contact."
@@ -130,9 +109,8 @@ def _manifest(run: Run) -> str:
         ],
         numeric=(4,),
     )
-    facts = [
-        (k, manifest[k]) for k in ("mode", "steps", "communication_step", "stop_time", "written", "platform")
-    ]
+    told = ("mode", "steps", "communication_step", "stop_time", "written", "platform")
+    facts = [(k, manifest[k]) for k in told]
     facts += sorted(manifest["versions"].items())
     log = (run.folder / "log.txt").read_text(encoding="utf-8") if (run.folder / "log.txt").is_file() else ""
     return (

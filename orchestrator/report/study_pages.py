@@ -9,6 +9,7 @@ from typing import cast
 from fmus.runtime.errors import of_this_version
 
 from ..studies.saved import SavedStudy
+from .parts.page import StudyManifest
 
 
 def study_page(folder: Path) -> str | None:
@@ -33,7 +34,7 @@ def _learning_curve(saved: SavedStudy) -> str:
     from .learning_curve_page import learning_curve_page
 
     study, results = read_study(saved)
-    return learning_curve_page(study, LearningCurves.of(study, results), saved.manifest, results)
+    return learning_curve_page(study, LearningCurves.of(study, results), _manifest(saved), results)
 
 
 def _forming_error(saved: SavedStudy) -> str:
@@ -42,7 +43,7 @@ def _forming_error(saved: SavedStudy) -> str:
     from .forming_error_page import forming_error_page
 
     study, results = read_study(saved)
-    return forming_error_page(study, FormingErrors.of(study, results), saved.manifest, results)
+    return forming_error_page(study, FormingErrors.of(study, results), _manifest(saved), results)
 
 
 def _lag(saved: SavedStudy) -> str:
@@ -57,6 +58,10 @@ def _extrapolation(saved: SavedStudy) -> str:
     from .extrapolation_page import extrapolation_page
 
     return extrapolation_page(cast(ExtrapolationNumbers, saved.numbers()))
+
+
+def _manifest(saved: SavedStudy) -> StudyManifest:
+    return cast(StudyManifest, saved.manifest)
 
 
 _PAGES: dict[str, Callable[[SavedStudy], str]] = {

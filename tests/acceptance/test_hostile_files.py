@@ -53,14 +53,13 @@ HEAVY = {"xml_million_variables", "xml_huge_attribute", "many_files", "lying_siz
 
 
 def commands(group: typer.Typer, prefix: str = "") -> Iterator[tuple[str, typer.models.CommandInfo]]:
-    """Every command, those of sub-commands with the name of their group before them."""
+    """Every command, those of sub-commands with the name of their group (if it has one) before them."""
     for command in group.registered_commands:
         yield prefix + (command.name or str(getattr(command.callback, "__name__", ""))), command
     for inner in group.registered_groups:
         if inner.typer_instance is not None:
-            yield from commands(
-                inner.typer_instance, f"{prefix}{inner.name or inner.typer_instance.info.name} "
-            )
+            name = inner.name or inner.typer_instance.info.name
+            yield from commands(inner.typer_instance, f"{prefix}{name} " if name else prefix)
 
 
 def test_every_parameter_that_may_be_a_file_is_attacked() -> None:

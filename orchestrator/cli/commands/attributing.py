@@ -7,11 +7,18 @@ from typing import Annotated
 
 import typer
 
+from friction_models.common import check_outputs
+
 from ..common.console import keeping, progress, say, write_page, write_result
-from ..common.files_named import Writes
+from ..common.files_named import Commands, Writes
 from ..common.options import Jobs, Json, Report
 
+app = Commands(rich_markup_mode="rich")
 
+
+@app.command(
+    epilog="Example: tribofmu attribute --press press --system fre.yaml --system bce.yaml --report cause.html"
+)
 def attribute(
     press: Annotated[Path, typer.Option("--press", help="Folder of measured press curves (levels.csv).")],
     system: Annotated[
@@ -36,8 +43,6 @@ def attribute(
     report: Report = None,
 ) -> None:
     """Say which cause force-stroke curves point to: friction effects, flow stress, heat, the press. Not a proof."""
-    from friction_models.common import check_outputs
-
     from ...attribution.attribute import attribute as find
     from ...cosim.system import System
 
@@ -48,13 +53,5 @@ def attribute(
     with keeping(lambda: kept), progress("sensitivities") as tick:
         result = find(press, systems, causes, runs, jobs, tick)
     say(result.report())
-    if json is not None:
-        write_result(json, result.to_dict())
+    write_result(json, result.to_dict())
     write_page(report, "attribution", result, press.name)
-
-
-def add_commands(app: typer.Typer) -> None:
-    """Register the commands of this file."""
-    app.command(
-        epilog="Example: tribofmu attribute --press press --system fre.yaml --system bce.yaml --report cause.html"
-    )(attribute)

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from friction_models.common import InputError, unknown_name
+
 from ..common.console import keeping, progress, say, write_page, write_result
-from ..common.files_named import Reads, Writes
+from ..common.files_named import Commands, Reads, Writes
 from ..common.options import Isolate, Jobs, Json, Names, Report, Tests, fitted_model, given_names, read_data
 
 if TYPE_CHECKING:
@@ -21,7 +23,14 @@ if TYPE_CHECKING:
     from ...comparison.on_tests import TestsComparison
     from ...comparison.press_study import PressResults, PressStudy
 
+app = Commands(rich_markup_mode="rich")
 
+
+@app.command(
+    epilog="Examples: tribofmu compare --models models/linear models/ffnn 0.08 --data data; with an FMU of others, formed at every "
+    "level of a press: tribofmu compare --models models/linear supplier.fmu --names names.yaml --press press; in one forming run, "
+    "without measurements: tribofmu compare --system fre.yaml --models supplier.fmu models/linear 0.08 --report runs.html"
+)
 def compare(
     models: Annotated[
         list[str],
@@ -62,8 +71,6 @@ def compare(
     seed: Annotated[int, typer.Option(help="Seed of the bootstrap.", min=0)] = 0,
 ) -> None:
     """Compare friction models: on tribometer tests, on press curves, or by runs of one system laid over each other."""
-    from friction_models.common import InputError
-
     if data is not None and press is None and (data / "levels.csv").is_file():
         data, press = None, data
     if data is None and press is None and system is None:
@@ -81,23 +88,31 @@ def compare(
         raise InputError(
             f"--runs {runs}: both --press and --system are given; allowed: one of them with --runs"
         )
-    given = given_names(models, names)
-    study = None if press is None else _opened(press)
-    on_tests = None if data is None else _compare_tests(models, given, data, tests, seed)
-    ran = None if study is None else _form(study, models, given, runs, jobs)
-    on_press = None if study is None or ran is None else _compare_forces(study, ran, seed)
-    in_system = None if system is None else _run_system(system, models, given, runs, mode, jobs)
+    named, given = _labels(models), given_names(models, names)
+    study = on_tests = on_press = ran = in_system = None
+    if press is not None:
+        from ...comparison.press_study import PressStudy
+
+        study = PressStudy.open(press)
+    found: dict[str, dict[str, object]] = {}
+    if data is not None:
+        on_tests = _compare_tests(named, given, data, tests, seed)
+        found["tests"] = {"synthetic": on_tests.synthetic, **on_tests.to_dict()}
+    if study is not None:
+        called = {label: foreign.to_dict() for label, foreign in _foreign(named, given).items()}
+        with progress("runs", says_time=True) as tick:
+            ran = study.compare(named, runs, jobs, progress=tick, names=called)
+        on_press = _compare_forces(study, ran, seed)
+        failed = [asdict(f) for f in ran.failed]
+        found["press"] = {"synthetic": study.synthetic, "models": [], "failed": failed}
+        found["press"] |= {} if on_press is None else on_press.to_dict()
+    if system is not None:
+        in_system = _run_system(system, named, given, runs, mode, jobs)
+        found["system"] = dict(in_system.to_dict())
     if json is not None:
-        content: dict[str, object] = {}
-        if on_tests is not None:
-            content = {"synthetic": on_tests.synthetic, **on_tests.to_dict()}
-        if study is not None and ran is not None:
-            forces = {"synthetic": study.synthetic, "models": [], "failed": [asdict(f) for f in ran.failed]}
-            forces |= {} if on_press is None else on_press.to_dict()
-            content = {**content, "press": forces} if content else forces
-        if in_system is not None:
-            content = {**content, "system": in_system.to_dict()} if content else in_system.to_dict()
-        write_result(json, content)
+        # The first comparison is the file itself, the others stand in it by name.
+        (_, first), *others = found.items()
+        write_result(json, {**first, **dict(others)})
     if on_tests is not None or on_press is not None or in_system is not None:
         write_page(report, "comparison", on_tests, on_press, in_system)
     if ran is not None:
@@ -109,18 +124,27 @@ def compare(
         raise SimulationError(f"{len(in_system.failed)} of the runs failed: {label}: {error[:300]}")
 
 
+def _labels(models: list[str]) -> dict[str, str]:
+    """Return the models by their short names; by the whole path where two would be called the same."""
+    short = [Path(name).stem if Path(name).suffix == ".fmu" else Path(name).name for name in models]
+    return {mine if short.count(mine) == 1 else name: name for mine, name in zip(short, models)}
+
+
+def _foreign(named: dict[str, str], names: GivenNames) -> dict[str, FrictionNames]:
+    """Return the variables of the FMUs that others made, by label."""
+    found = {n: names.foreign(model) for n, model in named.items() if Path(model).suffix == ".fmu"}
+    return {label: foreign for label, foreign in found.items() if foreign is not None}
+
+
 def _run_system(
-    system: Path, models: list[str], names: GivenNames, runs: Path | None, mode: str, jobs: int | None
+    system: Path, named: dict[str, str], names: GivenNames, runs: Path | None, mode: str, jobs: int | None
 ) -> RunsComparison:
     from ...comparison.in_one_system import compare_in_system
     from ...cosim.master import MODES
     from ...cosim.system import System
 
     if mode not in MODES:
-        from friction_models.common import unknown_name
-
         raise unknown_name("mode", mode, MODES, "--mode")
-    named = {_label(name, models): name for name in models}
     kept = "what is finished is kept" if runs is not None else "nothing is kept without --runs FOLDER"
     with keeping(lambda: kept), progress("runs", says_time=True) as tick:
         result = compare_in_system(
@@ -132,36 +156,15 @@ def _run_system(
     return result
 
 
-def _foreign(named: dict[str, str], names: GivenNames) -> dict[str, FrictionNames]:
-    """Return the variables of the FMUs that others made, by label."""
-    found = {n: names.foreign(model) for n, model in named.items() if Path(model).suffix == ".fmu"}
-    return {label: foreign for label, foreign in found.items() if foreign is not None}
-
-
-def _opened(press: Path) -> PressStudy:
-    from ...comparison.press_study import PressStudy
-
-    return PressStudy.open(press)
-
-
 def _compare_tests(
-    models: list[str], names: GivenNames, data: Path, tests: Path | None, seed: int
+    named: dict[str, str], names: GivenNames, data: Path, tests: Path | None, seed: int
 ) -> TestsComparison:
     from ...comparison.on_tests import compare_on_tests
 
-    named = {_label(name, models): fitted_model(name, names) for name in models}
-    result = compare_on_tests(named, read_data(data, tests, named.values()), seed)
+    models = {label: fitted_model(name, names) for label, name in named.items()}
+    result = compare_on_tests(models, read_data(data, tests, models.values()), seed)
     say(result.report())
     return result
-
-
-def _form(
-    study: PressStudy, models: list[str], names: GivenNames, runs: Path | None, jobs: int | None
-) -> PressResults:
-    named = {_label(name, models): name for name in models}
-    called = {label: foreign.to_dict() for label, foreign in _foreign(named, names).items()}
-    with progress("runs", says_time=True) as tick:
-        return study.compare(named, runs, jobs, progress=tick, names=called)
 
 
 def _compare_forces(study: PressStudy, ran: PressResults, seed: int) -> ForcesComparison | None:
@@ -177,19 +180,3 @@ def _compare_forces(study: PressStudy, ran: PressResults, seed: int) -> ForcesCo
         say("synthetic press curves")
     say(result.report())
     return result
-
-
-def _label(name: str, names: list[str]) -> str:
-    """Short name of a model; the whole path where two would be called the same."""
-    short = [Path(n).stem if Path(n).suffix == ".fmu" else Path(n).name for n in names]
-    mine = short[names.index(name)]
-    return mine if short.count(mine) == 1 else name
-
-
-def add_commands(app: typer.Typer) -> None:
-    """Register the command of this file."""
-    app.command(
-        epilog="Examples: tribofmu compare --models models/linear models/ffnn 0.08 --data data; with an FMU of others, formed at every "
-        "level of a press: tribofmu compare --models models/linear supplier.fmu --names names.yaml --press press; in one forming run, "
-        "without measurements: tribofmu compare --system fre.yaml --models supplier.fmu models/linear 0.08 --report runs.html"
-    )(compare)

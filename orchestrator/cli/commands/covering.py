@@ -7,10 +7,19 @@ from typing import Annotated
 
 import typer
 
+from friction_models.common import InputError
+
 from ..common.console import say, write_page, write_result
-from ..common.options import Data, Json, NextTests, Report, Tests, read_data
+from ..common.files_named import Commands
+from ..common.options import Data, Json, NextTests, Report, Tests, read_data, split_pair
+
+app = Commands(rich_markup_mode="rich")
 
 
+@app.command(
+    epilog="Example: tribofmu coverage --data data --history forge.csv --column sigma_n='Contact pressure [GPa]' "
+    "--report coverage.html"
+)
 def coverage(
     data: Data,
     run: Annotated[
@@ -39,8 +48,6 @@ def coverage(
     plan: NextTests = None,
 ) -> None:
     """Say where a forming process leaves the tested loads, and which further tests would cover it."""
-    from friction_models.common import InputError
-
     from ...cosim.run_folders import Run
     from ...coverage.contact_history import ContactHistory
     from ...coverage.proposals import Rig, propose_tests
@@ -52,12 +59,8 @@ def coverage(
     if column and history is None:
         raise InputError("coverage: --column names columns of --history; allowed: only with it")
     limits = Rig.read(rig or [])
-    columns = {}
-    for text in column or []:
-        name, equals, rest = text.partition("=")
-        if not equals or not rest.strip():
-            raise InputError(f"--column {text!r}: not of the form sigma_n=NAME or sigma_n='NAME [unit]'")
-        columns[name.strip()] = rest.strip()
+    pairs = [split_pair("--column ", text, "sigma_n=NAME or sigma_n='NAME [unit]'") for text in column or []]
+    columns = {name.strip(): rest.strip() for name, rest in pairs}
     states = (
         ContactHistory.of_run(Run.load(run))
         if run is not None
@@ -67,8 +70,7 @@ def coverage(
     found = compare(dataset.points, states, dataset.synthetic)
     propose_tests(found, dataset.points, dataset.tests, limits)
     say(found.report())
-    if json is not None:
-        write_result(json, found.to_dict())
+    write_result(json, found.to_dict())
     if plan is not None:
         if not found.proposals:
             say("no plan written: no test is proposed")
@@ -77,11 +79,3 @@ def coverage(
             lab = f" (in the virtual laboratory: tribofmu lab --plan {plan} ...)" if dataset.synthetic else ""
             say(f"written: {plan}{lab}")
     write_page(report, "coverage", found, Path(states.source).name)
-
-
-def add_commands(app: typer.Typer) -> None:
-    """Register the commands of this file."""
-    app.command(
-        epilog="Example: tribofmu coverage --data data --history forge.csv --column sigma_n='Contact pressure [GPa]' "
-        "--report coverage.html"
-    )(coverage)

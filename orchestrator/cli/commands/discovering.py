@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from friction_models.common import InputError
+
 from ..common.console import say, write_page, write_result
-from ..common.files_named import Reads, Writes
+from ..common.files_named import Commands, Reads, Writes
 from ..common.options import (
     Isolate,
     Json,
@@ -27,6 +29,8 @@ if TYPE_CHECKING:
     from friction_models.discovery.further_tests.next_tests import NextTest
     from friction_models.loads import DataSet
 
+app = Commands(rich_markup_mode="rich")
+
 Campaigns = Annotated[
     list[Path],
     typer.Option(
@@ -37,6 +41,9 @@ Campaigns = Annotated[
 ]
 
 
+@app.command(
+    epilog="Example: tribofmu diagnose --data data --model models/linear --report diagnosis.html --plan next.csv"
+)
 def diagnose(
     data: Campaigns,
     model: Annotated[
@@ -60,8 +67,7 @@ def diagnose(
     part = dataset.select("train")  # tests that are held out stay unseen
     result = search(part.points, part.tests, model=friction, seed=seed)
     say(result.report())
-    if json is not None:
-        write_result(json, {"synthetic": result.synthetic, **result.to_dict()})
+    write_result(json, {"synthetic": result.synthetic, **result.to_dict()})
     if report is not None:
         from ...report import write_diagnosis_report
 
@@ -86,6 +92,10 @@ def _write_plan(plan: Path, next_tests: list[NextTest]) -> None:
     say(f"plan written: {plan} ({len(rows)} tests{todo})")
 
 
+@app.command(
+    epilog="Example: tribofmu refine --data data --model models/linear --add stribeck -o models/better "
+    "--report refined.html"
+)
 def refine(
     data: Campaigns,
     model: Annotated[str, typer.Option(help="Model folder or name of a family."), Reads()],
@@ -104,7 +114,6 @@ def refine(
     addition that makes them worse is refused. Every round is kept with the model and shown.
     """
     from friction_models import evaluate
-    from friction_models.common import InputError
     from friction_models.discovery import refine as improve
     from friction_models.discovery.refinement import history_text
     from friction_models.effects import make_effect
@@ -142,8 +151,6 @@ def read_campaigns(data: list[Path], tests: Path | None) -> DataSet:
         What `DataSet.load` refuses; a data set that is given twice, a test table beside several of them, campaigns
         with other loads than the others.
     """
-    from friction_models.common import InputError
-
     if len(data) == 1:
         return _in_order(read_data(data[0], tests))
     if tests is not None:
@@ -173,14 +180,3 @@ def _in_order(dataset: DataSet) -> DataSet:
     if dataset.points["test_id"].nunique() > 1:
         dataset.require_order()
     return dataset
-
-
-def add_commands(app: typer.Typer) -> None:
-    """Register the commands of this file."""
-    app.command(
-        epilog="Example: tribofmu diagnose --data data --model models/linear --report diagnosis.html --plan next.csv"
-    )(diagnose)
-    app.command(
-        epilog="Example: tribofmu refine --data data --model models/linear --add stribeck -o models/better "
-        "--report refined.html"
-    )(refine)

@@ -8,9 +8,13 @@ from typing import Annotated
 
 import typer
 
+from friction_models.common import InputError, check_outputs
+
 from ..common.console import say
-from ..common.files_named import Reads, Writes
+from ..common.files_named import Commands, Reads, Writes
 from ..common.options import Names, Swap, as_number, key_values, swapped
+
+app = Commands(rich_markup_mode="rich")
 
 Boundary = Annotated[
     bool,
@@ -20,6 +24,11 @@ Boundary = Annotated[
 ]
 
 
+@app.command(
+    epilog="Examples: tribofmu pack models/polynomial --nodes 80 -o friction.fmu;  "
+    "tribofmu pack my.onnx --spec my.yaml --fmi 3 --platforms all -o friction.fmu;  "
+    "tribofmu pack models/polynomial --target ufric -o subroutine"
+)
 def pack(
     model: Annotated[
         str,
@@ -86,7 +95,6 @@ def pack(
 ) -> None:
     """Pack a friction model, a forming process or the twin: as an FMU, or for codes that load none."""
     import fmus
-    from friction_models.common import InputError
 
     # The name of a steel may look like a number: 1.2379.
     values = key_values(parameters or [], ("material", "tool_material"))
@@ -125,23 +133,7 @@ def pack(
         say("\n".join([table["summary"], *table["held"]]))
 
 
-def export(
-    system: Annotated[Path, typer.Argument(help="System description (YAML).")],
-    out: Annotated[Path, typer.Option("-o", "--out", help="SSP archive (.ssp) to write."), Writes()],
-    swap: Swap = None,
-    names: Names = None,
-    boundary: Boundary = False,
-) -> None:
-    """Write a system and its FMUs as one SSP archive, which other simulators load."""
-    from friction_models.common import check_outputs
-
-    from ...cosim.system import System
-
-    description = swapped(System.load(system), swap, names)
-    check_outputs([out], [description.fmu_path(name) for name in description.components])
-    say(f"written: {description.export(out, boundary=boundary)}")
-
-
+@app.command(epilog="Example: tribofmu check friction.fmu")
 def check(
     fmu: Annotated[Path, typer.Argument(help="FMU file.")],
     time_limit: Annotated[
@@ -156,10 +148,24 @@ def check(
     return 0 if report.ok else 1
 
 
+@app.command(epilog="Example: tribofmu export fre.yaml --swap friction=friction.fmu -o fre.ssp")
+def export(
+    system: Annotated[Path, typer.Argument(help="System description (YAML).")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="SSP archive (.ssp) to write."), Writes()],
+    swap: Swap = None,
+    names: Names = None,
+    boundary: Boundary = False,
+) -> None:
+    """Write a system and its FMUs as one SSP archive, which other simulators load."""
+    from ...cosim.system import System
+
+    description = swapped(System.load(system), swap, names)
+    check_outputs([out], [description.fmu_path(name) for name in description.components])
+    say(f"written: {description.export(out, boundary=boundary)}")
+
+
 def _source(model: str) -> object:
     """What `fmus.pack` takes: a model for a number, otherwise the path."""
-    from friction_models.common import InputError
-
     number = as_number(model)
     if number is not None:
         from friction_models import ConstantFriction
@@ -171,14 +177,3 @@ def _source(model: str) -> object:
             f"{model}: no such model; allowed: a model folder, an .onnx file, a number, 'forming' or 'twin'"
         )
     return path
-
-
-def add_commands(app: typer.Typer) -> None:
-    """Register the commands of this file."""
-    app.command(
-        epilog="Examples: tribofmu pack models/polynomial --nodes 80 -o friction.fmu;  "
-        "tribofmu pack my.onnx --spec my.yaml --fmi 3 --platforms all -o friction.fmu;  "
-        "tribofmu pack models/polynomial --target ufric -o subroutine"
-    )(pack)
-    app.command(epilog="Example: tribofmu check friction.fmu")(check)
-    app.command(epilog="Example: tribofmu export fre.yaml --swap friction=friction.fmu -o fre.ssp")(export)

@@ -8,13 +8,18 @@ from typing import Annotated
 
 import typer
 
+from friction_models.common import InputError
+
 from ..common.console import keeping, progress, say
-from ..common.files_named import Reads, Writes
+from ..common.files_named import Commands, Reads, Writes
 from ..common.options import Jobs, OutFolder
+
+app = Commands(rich_markup_mode="rich")
 
 _KEPT_BY_LAB = "what is finished is kept beside the campaign folder; the same command goes on from there"
 
 
+@app.command(epilog="Example: tribofmu lab --plan factorial-81+30 --hidden stribeck --seed 7 -o campaign")
 def lab(
     out: Annotated[OutFolder, Writes("CAMPAIGN")],
     plan: Annotated[
@@ -55,6 +60,7 @@ def lab(
         say(f"channel map for ingest: {out / 'channels.yaml'}")
 
 
+@app.command(epilog="Example: tribofmu ingest rig/*.csv --map channels.yaml -o campaign")
 def ingest(
     files: Annotated[list[Path], typer.Argument(help="Measurement files, or a folder of them.")],
     out: Annotated[
@@ -89,8 +95,6 @@ def ingest(
     from sct_twin.ingest.preview import describe, preview
 
     if out is None and not dry_run:
-        from friction_models.common import InputError
-
         raise InputError("ingest: -o is missing; allowed: the folder to write, or --dry-run")
     source = files[0] if len(files) == 1 else files
     width = min(max(shutil.get_terminal_size((80, 24)).columns, 60), 160)
@@ -106,6 +110,7 @@ def ingest(
     say(report.headline())
 
 
+@app.command(epilog="Example: tribofmu twin campaign -o data")
 def twin(
     campaign: Annotated[Path, typer.Argument(help="Campaign folder (from lab or ingest).")],
     out: Annotated[OutFolder, Writes("TWIN")],
@@ -142,12 +147,3 @@ def _kept(folder: Path) -> str:
     if not count:
         return "nothing was finished yet"
     return f"{count} finished tests are kept in {folder}; the same command goes on from there"
-
-
-def add_commands(app: typer.Typer) -> None:
-    """Register the commands of this file."""
-    app.command(epilog="Example: tribofmu lab --plan factorial-81+30 --hidden stribeck --seed 7 -o campaign")(
-        lab
-    )
-    app.command(epilog="Example: tribofmu ingest rig/*.csv --map channels.yaml -o campaign")(ingest)
-    app.command(epilog="Example: tribofmu twin campaign -o data")(twin)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from friction_models.common import InputError, atomic_path
+
 from ..common.console import note, say, write_result
-from ..common.files_named import Reads, Writes
+from ..common.files_named import Commands, Writes
 from ..common.options import (
     Data,
+    FittedModel,
     Isolate,
     Json,
     Names,
@@ -25,6 +27,8 @@ from ..common.options import (
 
 if TYPE_CHECKING:
     from friction_models.loads import DataSet
+
+app = Commands(rich_markup_mode="rich")
 
 
 Interval = Annotated[
@@ -43,6 +47,7 @@ Level = Annotated[
 ]
 
 
+@app.command(epilog="Example: tribofmu train polynomial --data data --set degree=2 -o models/polynomial")
 def train(
     family: Annotated[
         str,
@@ -65,7 +70,8 @@ def train(
     """Train a friction model on the tests of the role `train` and save it with its model card."""
     model = named_model(family, parameters or [])
     dataset = read_data(data, tests)
-    _refuse_empty(len(dataset.select("train").points), data)
+    if dataset.select("train").points.empty:
+        raise InputError(f"{data}: no test has the role 'train'; allowed: at least one")
     from friction_models.models.intervals import check_level
     from friction_models.models.model_card import tied_loads
     from friction_models.training import train as fit
@@ -85,7 +91,6 @@ def train(
 
 def add_interval(model: Any, dataset: DataSet, level: float = 0.95) -> str:
     """Calibrate the prediction interval of a fitted model; return what to tell the user, also why there is none."""
-    from friction_models.common import InputError
     from friction_models.models.interval_coverage import add_interval as calibrate
     from friction_models.models.interval_coverage import report
 
@@ -95,12 +100,9 @@ def add_interval(model: Any, dataset: DataSet, level: float = 0.95) -> str:
         return f"no prediction interval: {error}\n"
 
 
+@app.command(epilog="Example: tribofmu evaluate models/polynomial --data data --json errors.json")
 def evaluate(
-    model: Annotated[
-        str,
-        typer.Argument(help="Model folder, .fmu or .onnx file, or a number for constant mu."),
-        Reads(),
-    ],
+    model: FittedModel,
     data: Data,
     tests: Tests = None,
     json: Json = None,
@@ -122,16 +124,12 @@ def evaluate(
 
         content["coverage"] = coverage = measured_coverage(friction, dataset, level)
         say(coverage_text(coverage))
-    if json is not None:
-        write_result(json, content)
+    write_result(json, content)
 
 
+@app.command(epilog="Example: tribofmu predict models/polynomial --data data -o predicted.csv")
 def predict(
-    model: Annotated[
-        str,
-        typer.Argument(help="Model folder, .fmu or .onnx file, or a number for constant mu."),
-        Reads(),
-    ],
+    model: FittedModel,
     data: Data,
     out: OutFile,
     tests: Tests = None,
@@ -143,7 +141,6 @@ def predict(
 
     The output is CSV or Parquet, by its suffix: the rows and columns of the input as they stand in it.
     """
-    from friction_models.common import InputError, atomic_path
     from friction_models.models.measures import range_warning
 
     if out.suffix not in {".csv", ".parquet"}:
@@ -173,26 +170,6 @@ def has_interval(model: Any) -> bool:
 
 def _refuse_level(model: Any, name: str, level: float | None) -> None:
     if level is not None and not has_interval(model):
-        from friction_models.common import InputError
-
         raise InputError(
             f"--level {level:g}: {name} has no prediction interval; allowed: a model trained with one (train --interval)"
         )
-
-
-def _refuse_empty(points: int, data: Path) -> None:
-    if points == 0:
-        from friction_models.common import InputError
-
-        raise InputError(f"{data}: no test has the role 'train'; allowed: at least one")
-
-
-def add_commands(app: typer.Typer) -> None:
-    """Register the commands of this file."""
-    app.command(epilog="Example: tribofmu train polynomial --data data --set degree=2 -o models/polynomial")(
-        train
-    )
-    app.command(epilog="Example: tribofmu evaluate models/polynomial --data data --json errors.json")(
-        evaluate
-    )
-    app.command(epilog="Example: tribofmu predict models/polynomial --data data -o predicted.csv")(predict)

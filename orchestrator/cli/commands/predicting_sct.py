@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from friction_models.common import InputError, grown
+
 from ..common.console import keeping, progress, say, write_result
-from ..common.files_named import Reads, Writes
+from ..common.files_named import Commands, Reads, Writes
 from ..common.options import (
+    FittedModel,
     Isolate,
     Jobs,
     Json,
@@ -25,13 +28,17 @@ from ..common.options import (
 if TYPE_CHECKING:
     from ...prediction.schedule import SctSchedule
 
+app = Commands(rich_markup_mode="rich")
 
+
+@app.command(
+    "predict-sct",
+    epilog="Examples: tribofmu predict-sct models/better --data data -o predicted;  "
+    "tribofmu predict-sct friction.fmu --plan plan.csv -o predicted;  "
+    "tribofmu predict-sct friction.fmu --inputs test.csv --set bore=20 --set T_tool=100 -o predicted",
+)
 def predict_sct(
-    friction: Annotated[
-        str,
-        typer.Argument(help="Model folder, .fmu or .onnx file, or a number for constant mu."),
-        Reads(),
-    ],
+    friction: FittedModel,
     out: Annotated[OutFolder, Writes("PREDICTION")],
     data: Annotated[
         Path | None,
@@ -70,7 +77,6 @@ def predict_sct(
     Only normal force, motion and tool temperature go in; friction and the heat it makes come out, and are
     compared with the measurement where the test was run after all.
     """
-    from friction_models.common import grown
     from friction_models.common.folders import PREDICTION
 
     from ...cosim.swapping import friction_fmu
@@ -86,8 +92,7 @@ def predict_sct(
         found = predict(fmu, schedules, out, twin=twin, label=label, names=called, jobs=jobs, progress=tick)
     say(found.table())
     say(f"written: {out} (predicted.csv, prediction.json, runs/ with a folder a test)")
-    if json is not None:
-        write_result(json, found.to_dict())
+    write_result(json, found.to_dict())
 
 
 def _schedules(
@@ -99,8 +104,6 @@ def _schedules(
     twin: dict[str, float | str | None],
 ) -> list[SctSchedule]:
     """Return the tests that one of the three options names."""
-    from friction_models.common import InputError
-
     from ...prediction.schedule import SctSchedule, held_out_schedules, planned_schedules
 
     given = [option for option in (data, plan, inputs) if option is not None]
@@ -115,13 +118,3 @@ def _schedules(
     assert inputs is not None
     T_tool = twin.pop("T_tool", None)
     return [SctSchedule.from_file(inputs, {"test_id": inputs.stem, "T_tool": T_tool})]
-
-
-def add_commands(app: typer.Typer) -> None:
-    """Register the command of this file."""
-    app.command(
-        "predict-sct",
-        epilog="Examples: tribofmu predict-sct models/better --data data -o predicted;  "
-        "tribofmu predict-sct friction.fmu --plan plan.csv -o predicted;  "
-        "tribofmu predict-sct friction.fmu --inputs test.csv --set bore=20 --set T_tool=100 -o predicted",
-    )(predict_sct)

@@ -8,10 +8,13 @@ from typing import Annotated
 import typer
 
 from ..common.console import keeping, progress, say
-from ..common.files_named import Writes
+from ..common.files_named import Commands, Writes
 from ..common.options import Jobs, OutFolder
 
+app = Commands(rich_markup_mode="rich")
 
+
+@app.command(epilog="Example: tribofmu demo -o build/demo")
 def demo(
     out: Annotated[OutFolder, Writes("DEMO")] = Path("tribofmu-demo"),
     hidden: Annotated[
@@ -33,6 +36,7 @@ def demo(
     say(printed_summary(result))
 
 
+@app.command(epilog="Example: tribofmu report runs/fre -o fre.html")
 def report(
     folder: Annotated[
         Path, typer.Argument(help="Run folder, folder of a study, of predicted tests, or of the demo.")
@@ -47,9 +51,3 @@ def report(
     from ...report import write_report
 
     say(f"report written: {write_report(folder, out)}")
-
-
-def add_commands(app: typer.Typer) -> None:
-    """Register the commands of this file."""
-    app.command(epilog="Example: tribofmu demo -o build/demo")(demo)
-    app.command(epilog="Example: tribofmu report runs/fre -o fre.html")(report)

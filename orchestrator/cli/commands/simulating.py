@@ -7,11 +7,18 @@ from typing import Annotated
 
 import typer
 
-from ..common.console import note, progress, say, saying_what_is_kept, share
-from ..common.files_named import Writes
+from friction_models.common import check_outputs
+
+from ..common.console import keeping, note, progress, say, share
+from ..common.files_named import Commands, Writes
 from ..common.options import Isolate, Names, OutFolder, Swap, swapped
 
+app = Commands(rich_markup_mode="rich")
 
+
+@app.command(
+    epilog="Example: tribofmu simulate fre.yaml --swap friction=friction.fmu --mode jacobi -o runs/fre"
+)
 def simulate(
     system: Annotated[Path, typer.Argument(help="System description (YAML), or an SSP archive (.ssp).")],
     out: Annotated[OutFolder, Writes("RUN")],
@@ -31,8 +38,6 @@ def simulate(
     ] = None,
 ) -> None:
     """Run a system of FMUs and write a run folder (results, manifest, log)."""
-    from friction_models.common import check_outputs
-
     from ...cosim.master import Master
     from ...cosim.run_folders import force_labels
     from ...cosim.system import System
@@ -47,7 +52,7 @@ def simulate(
     for text in master.warnings:
         note(text)
     snapshots: int | None = None
-    with saying_what_is_kept(), progress(description.name) as tick:
+    with keeping(), progress(description.name) as tick:
         steps = share(tick, description.steps, "steps")
         if fields is None:
             run = master.run(out, progress=steps, csv=csv)
@@ -70,10 +75,3 @@ def simulate(
         )
     if measured is not None:
         say(compare_force(run.force_curve(), measured, run.name).table())
-
-
-def add_commands(app: typer.Typer) -> None:
-    """Register the commands of this file."""
-    app.command(
-        epilog="Example: tribofmu simulate fre.yaml --swap friction=friction.fmu --mode jacobi -o runs/fre"
-    )(simulate)

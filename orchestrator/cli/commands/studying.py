@@ -16,6 +16,14 @@ if TYPE_CHECKING:
 
     Results = dict[str, JobResult]
 
+app = Commands(
+    name="study",
+    help="The paper's studies: resumable, on all cores or on a cluster.",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    epilog="Example: tribofmu study learning-curve --quick -o studies/learning-curve",
+)
+
 OneLubricant = Annotated[
     list[str] | None,
     typer.Option(
@@ -43,6 +51,9 @@ Stroke = Annotated[
 ]
 
 
+@app.command(
+    "learning-curve", epilog="Example: tribofmu study learning-curve --quick -o studies/learning-curve"
+)
 def learning_curve(
     out: StudyFolder,
     data: Lubricants = None,
@@ -82,6 +93,7 @@ def learning_curve(
     carry_out(study, out, written, jobs, scheduler, dry_run, "learning curve")
 
 
+@app.command("forming-error", epilog="Example: tribofmu study forming-error --quick -o studies/forming-error")
 def forming_error(
     out: StudyFolder,
     data: Lubricants = None,
@@ -127,6 +139,7 @@ def forming_error(
     carry_out(study, out, written, jobs, scheduler, dry_run, "forming error")
 
 
+@app.command(epilog="Example: tribofmu study lag --data data --model polynomial -o studies/lag")
 def lag(
     out: StudyFolder,
     data: OneLubricant = None,
@@ -165,6 +178,7 @@ def lag(
     carry_out(study, out, written, jobs, scheduler, dry_run)
 
 
+@app.command(epilog="Example: tribofmu study extrapolation --quick -o studies/extrapolation")
 def extrapolation(
     out: StudyFolder,
     data: OneLubricant = None,
@@ -199,25 +213,3 @@ def extrapolation(
 def _given(**options: Any) -> dict[str, Any]:
     """Return the options that the user gave."""
     return {name: value for name, value in options.items() if value not in (None, [])}
-
-
-def add_commands(app: typer.Typer) -> None:
-    """Register the commands of this file."""
-    studies = Commands(
-        name="study",
-        help="The paper's studies: resumable, on all cores or on a cluster.",
-        no_args_is_help=True,
-        rich_markup_mode="rich",
-        epilog="Example: tribofmu study learning-curve --quick -o studies/learning-curve",
-    )
-    studies.command(
-        "learning-curve", epilog="Example: tribofmu study learning-curve --quick -o studies/learning-curve"
-    )(learning_curve)
-    studies.command(
-        "forming-error", epilog="Example: tribofmu study forming-error --quick -o studies/forming-error"
-    )(forming_error)
-    studies.command(epilog="Example: tribofmu study lag --data data --model polynomial -o studies/lag")(lag)
-    studies.command(epilog="Example: tribofmu study extrapolation --quick -o studies/extrapolation")(
-        extrapolation
-    )
-    app.add_typer(studies)

@@ -7,13 +7,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from friction_models.common import InputError, unknown_name, write_text
+
 from ..common.console import progress, say, write_result
-from ..common.files_named import Writes
+from ..common.files_named import Commands, Writes
 
 if TYPE_CHECKING:
     from forming.verification import Case
 
+app = Commands(rich_markup_mode="rich")
 
+
+@app.command(epilog="Example: tribofmu verify --only ring --json rows.json")
 def verify(
     only: Annotated[
         list[str] | None, typer.Option(help="Run these cases only: a name, or the start of names.")
@@ -32,7 +37,6 @@ def verify(
     it is installed; otherwise its rows say that they are skipped.
     """
     from forming.verification.table import markdown_page, text_table
-    from friction_models.common import write_text
 
     cases = chosen(only or [], fast)
     results = []
@@ -42,8 +46,7 @@ def verify(
             results.append(case.run())
         tick(len(cases), len(cases), "")
     say(text_table(results))
-    if json is not None:
-        write_result(json, {"rows": [row.to_dict() for r in results for row in r.rows]})
+    write_result(json, {"rows": [row.to_dict() for r in results for row in r.rows]})
     if out is not None:
         write_text(out, markdown_page(results))
         say(f"written: {out}")
@@ -59,7 +62,6 @@ def chosen(names: list[str], fast: bool) -> list[Case]:
         A name that no case has.
     """
     from forming.verification import CASES as FORMING
-    from friction_models.common import InputError, unknown_name
     from sct_twin.twin.verification import CASES as TWIN
 
     cases = [*FORMING, *TWIN]
@@ -72,8 +74,3 @@ def chosen(names: list[str], fast: bool) -> list[Case]:
     if not wanted:
         raise InputError("verify: all cases named take long; allowed with --fast: those that do not")
     return wanted
-
-
-def add_commands(app: typer.Typer) -> None:
-    """Register the commands of this file."""
-    app.command(epilog="Example: tribofmu verify --only ring --json rows.json")(verify)

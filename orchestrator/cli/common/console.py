@@ -11,6 +11,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from friction_models.common import write_json, write_text
+from friction_models.common.json_values import plain
+
 from . import interrupts
 
 #: Called with (done, total, what).
@@ -25,23 +28,15 @@ class Interrupted(Exception):
 
 
 @contextmanager
-def keeping(what: Callable[[], str]) -> Iterator[None]:
-    """Turn Ctrl-C into a sentence that says what was kept and how to go on."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        raise Interrupted(f"interrupted; {what()}") from None
-
-
-@contextmanager
-def saying_what_is_kept() -> Iterator[None]:
-    """Turn Ctrl-C into the sentence that came with it, if there is one."""
+def keeping(what: Callable[[], str] | None = None) -> Iterator[None]:
+    """Turn Ctrl-C into a sentence that says what was kept; without `what` into the sentence that came with it, if any."""
     try:
         yield
     except KeyboardInterrupt as interrupt:
-        if not str(interrupt):
+        said = str(interrupt) if what is None else f"interrupted; {what()}"
+        if not said:
             raise
-        raise Interrupted(str(interrupt)) from None
+        raise Interrupted(said) from None
 
 
 @contextmanager
@@ -111,9 +106,9 @@ def say(text: str) -> None:
 def write_page(out: Path | None, name: str, *content: Any) -> None:
     """Write the page of a kind that `report.registry` names where the user asked for one, and say so."""
     if out is not None:
-        from ...report import write_page as write
+        from ...report.registry import page_of
 
-        write(name, out, *content)
+        write_text(out, page_of(name, *content))
         say(f"report written: {out}")
 
 
@@ -122,10 +117,8 @@ def note(text: str) -> None:
     print(f"note: {text}", file=sys.stderr, flush=True)
 
 
-def write_result(path: Path, content: Any) -> None:
-    """Write a JSON result file (stable keys, no NaN), atomically."""
-    from friction_models.common import write_json
-    from friction_models.common.json_values import plain
-
-    write_json(path, plain(content))
-    say(f"written: {path}")
+def write_result(path: Path | None, content: object) -> None:
+    """Write a JSON result file (stable keys, no NaN) where the user asked for one, and say so."""
+    if path is not None:
+        write_json(path, plain(content))
+        say(f"written: {path}")

@@ -7,9 +7,11 @@ import functools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any, TypeVar, get_type_hints
 
 import typer
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True)
@@ -34,10 +36,15 @@ class Writes:
 class Commands(typer.Typer):
     """Commands whose outputs are checked against their inputs before anything is done."""
 
-    def command(self, *arguments: Any, **named: Any) -> Any:
+    def command(self, name: str | None = None, **named: Any) -> Callable[[F], F]:
         """Register a command as Typer does."""
-        register = super().command(*arguments, **named)
-        return lambda function: register(_checked(function))
+        register = super().command(name, **named)
+
+        def registered(function: F) -> F:
+            register(_checked(function))
+            return function
+
+        return registered
 
 
 def _checked(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -52,27 +59,25 @@ def _checked(function: Callable[..., Any]) -> Callable[..., Any]:
 def _check(function: Callable[..., Any], values: dict[str, Any]) -> None:
     from friction_models.common import check_file, check_folder, check_outputs, folders
 
-    outputs: list[Path] = []
+    outputs: list[tuple[Path, Writes]] = []
     inputs: list[Path] = []
     hints = get_type_hints(function, include_extras=True)
     for name, value in values.items():
         marks = [m for m in getattr(hints[name], "__metadata__", ()) if isinstance(m, Reads | Writes)]
-        if not any(isinstance(m, Writes) for m in marks):
+        writes = [m for m in marks if isinstance(m, Writes)]
+        if not writes:
             inputs += _named(value, bool(marks))
         elif value is not None:
-            outputs.append(value)
+            outputs += [(value, mark) for mark in writes]
     # What is wrong with the pair is told before what is wrong with the output alone.
-    check_outputs(outputs, inputs)
-    for name, value in values.items():
-        for mark in getattr(hints[name], "__metadata__", ()):
-            if value is None or not isinstance(mark, Writes):
-                continue
-            if mark.kind == "FILE":
-                check_file(value)
-            elif mark.kind == "EITHER":
-                folders.check_parents(value)
-            else:
-                check_folder(value, getattr(folders, mark.kind))
+    check_outputs([path for path, _ in outputs], inputs)
+    for path, mark in outputs:
+        if mark.kind == "FILE":
+            check_file(path)
+        elif mark.kind == "EITHER":
+            folders.check_parents(path)
+        else:
+            check_folder(path, getattr(folders, mark.kind))
 
 
 def _named(value: Any, texts: bool) -> Iterator[Path]:

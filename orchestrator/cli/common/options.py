@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from friction_models.common import InputError, nearest
+from friction_models.common.child_processes import environment
+
 from .console import note
 from .files_named import Reads, Writes
 
@@ -53,8 +56,6 @@ Swap = Annotated[
 def _isolated(context: typer.Context, value: bool | None) -> bool | None:
     """Apply the option to this command and the processes that it starts."""
     if value is not None:
-        from friction_models.common.child_processes import environment
-
         context.with_resource(environment(**{ISOLATE: str(int(value))}))
     return value
 
@@ -68,6 +69,9 @@ Isolate = Annotated[
         callback=_isolated,
         help="Run all FMUs in processes of their own, where a crash does no harm, or none; by default those not made here.",
     ),
+]
+FittedModel = Annotated[
+    str, typer.Argument(help="Model folder, .fmu or .onnx file, or a number for constant mu."), Reads()
 ]
 Jobs = Annotated[
     int | None, typer.Option("--jobs", "-j", min=1, help="Processes to use (default: all cores).")
@@ -101,23 +105,10 @@ def read_data(
 
 
 def swapped(system: System, swap: Iterable[str] | None, names: Path | None = None) -> System:
-    """Return the system with other models in the components that `--swap` names; `--names` says how their variables are called.
-
-    Raises
-    ------
-    InputError
-        A text that is not ``component=FILE.fmu``, no such component, no such file, variables that do not fit.
-    """
-    from friction_models.common import InputError
-
+    """Return the system with other models in the components that `--swap` names; `--names` says how their variables are called."""
     from ...cosim.swapping import swap_model
 
-    pairs = []
-    for item in swap or []:
-        component, equals, model = item.partition("=")
-        if not equals or not model:
-            raise InputError(f"--swap {item!r}: not of the form component=FILE.fmu")
-        pairs.append((component, model))
+    pairs = [split_pair("--swap ", item, "component=FILE.fmu") for item in swap or []]
     given = given_names([model for _, model in pairs], names)
     for component, model in pairs:
         system = swap_model(
@@ -141,19 +132,7 @@ def given_names(models: Sequence[str], names: Path | None) -> GivenNames:
 
 
 def any_model(name: str, names: GivenNames | None = None) -> Any:
-    """Return what `--model` names: a model folder, a friction FMU, an ONNX file, a number (constant mu) or a family.
-
-    Parameters
-    ----------
-    name : str
-    names : GivenNames, optional
-        What `given_names` returned.
-
-    Raises
-    ------
-    InputError
-        None of them; the message holds the nearest family.
-    """
+    """Return what `--model` names: a model folder, a friction FMU, an ONNX file, a number (constant mu) or a family."""
     path = Path(name)
     if path.suffix == ".fmu":
         from fmus.runtime.foreign_friction import ForeignFmu, GivenNames
@@ -176,8 +155,6 @@ def any_model(name: str, names: GivenNames | None = None) -> Any:
 
         return ConstantFriction(number)
     if "/" in name or "\\" in name or path.suffix:
-        from friction_models.common import InputError
-
         raise InputError(
             f"{name}: no such model; allowed: a model folder, an .fmu or .onnx file, a number or a model family{_near(path)}"
         )
@@ -186,8 +163,6 @@ def any_model(name: str, names: GivenNames | None = None) -> Any:
 
 def _near(path: Path) -> str:
     """Return "did you mean" with the nearest name beside a missing path."""
-    from friction_models.common import nearest
-
     beside = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
     hint = nearest(path.name, beside)
     return f"; did you mean {str(path.parent / hint)!r}?" if hint else ""
@@ -197,8 +172,6 @@ def fitted_model(name: str, names: GivenNames | None = None) -> Any:
     """Return the model behind a name as `any_model` does; it must be able to predict."""
     model = any_model(name, names)
     if not getattr(model, "is_fitted", True):
-        from friction_models.common import InputError
-
         raise InputError(
             f"{name}: the name of a family, not a trained model; allowed: a model folder, an .fmu or .onnx file, or a number"
         )
@@ -213,17 +186,17 @@ def as_number(text: str) -> float | None:
         return None
 
 
+def split_pair(option: str, text: str, form: str) -> tuple[str, str]:
+    """Return what is before and behind the first equals sign; the error says which `form` is allowed."""
+    name, _, value = text.partition("=")
+    if not value.strip():
+        raise InputError(f"{option}{text!r}: not of the form {form}")
+    return name, value
+
+
 def key_values(pairs: Iterable[str], texts: Collection[str] = ()) -> dict[str, Any]:
-    """Read ``key=value`` texts; values as YAML reads them, except those of the keys in `texts`.
-
-    Raises
-    ------
-    InputError
-        A text without an equals sign, or a value that is not YAML.
-    """
+    """Read ``key=value`` texts; values as YAML reads them, except those of the keys in `texts`."""
     import yaml
-
-    from friction_models.common import InputError
 
     result: dict[str, Any] = {}
     for pair in pairs:

@@ -1,81 +1,112 @@
-"""Charts of a diagnosis: residual over two loads, and the share of mu that each effect named has."""
+"""Charts of a diagnosis: budget, ranking, residual over two loads, and the share of mu of each effect that is named."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
+from friction_models.common.markup import escape
 from friction_models.discovery import Diagnosis
 from friction_models.discovery.figures_data import LoadMap, effect_curve
 from friction_models.loads.contract import with_unit
 
-from ..parts.markup import escape
-from ..parts.theme import AFTER, CONSTANT, dress
+from ..parts.chart import Chart
+from ..parts.theme import AFTER, BEFORE, CONSTANT, SOFT
 
 #: From too much friction in the model (blue) over nothing to too little (red); safe for colour-blind readers.
 _DIVERGING = [[0.0, "#2f6da8"], [0.25, "#9fc3df"], [0.5, "#f4f5f6"], [0.75, "#eeb48a"], [1.0, "#b4531a"]]
 _MOST_DOTS = 1500
 
 
-def map_chart(found: LoadMap, parts: Sequence[tuple[str, str]]) -> Any:
-    """Return the mean residual over two loads, one panel a part (key, heading); empty cells stay blank."""
-    from plotly.subplots import make_subplots
+def budget_chart(floor: float, explained: float, missing: float, named: bool) -> Chart:
+    """Return the error budget before and after as bars of the mean square error, relative to that before."""
+    total = floor**2 + explained**2 + missing**2 or 1.0
+    rows = ["after", "before"] if named else ["now"]
+    parts = [
+        ("noise floor (cannot be removed)", CONSTANT, floor, floor),
+        ("explained by what is named", AFTER, explained, 0.0),
+        ("still missing", BEFORE, missing, missing),
+    ]
+    chart = Chart()
+    for label, color, before, after in parts if named else [parts[0], parts[2]]:
+        shares = [100 * value**2 / total for value in (after, before)[-len(rows) :]]
+        chart.bars(
+            0, shares, rows, label, f"{label} %{{x:.1f}} %<extra>%{{y}}</extra>", orientation="h", marker={"color": color},
+            text=[f"{v:.0f} %" if v >= 5 else "" for v in shares], textposition="inside", insidetextanchor="middle",
+            textfont={"color": "white", "size": 14},
+        )  # fmt: skip
+    chart.dress(
+        118 + 46 * len(rows), x="share of the mean square error before",
+        barmode="stack", bargap=0.22, margin={"l": 58, "t": 44, "b": 40}, legend_traceorder="normal",
+    )  # fmt: skip
+    chart.figure.update_xaxes(range=[0, 100], ticksuffix=" %")
+    chart.figure.update_yaxes(ticks="", showgrid=False, tickfont={"color": SOFT, "size": 13})
+    return chart
 
-    chart = make_subplots(
-        rows=1,
-        cols=len(parts),
-        shared_yaxes=True,
-        horizontal_spacing=0.03,
-        subplot_titles=[h for _, h in parts],
-    )
-    largest = float(np.nanmax(np.abs(found.mean[parts[0][0]]))) or 1.0
-    for column, (part, _) in enumerate(parts, 1):
-        chart.add_heatmap(
+
+def ranking_chart(gains: Sequence[tuple[str, float, str]], threshold: float | None = None) -> Chart:
+    """Return the gain of each effect (name, gain, colour) and the gain that chance alone may give (dashed line)."""
+    shown = gains[:12][::-1]
+    chart = Chart(legend=False)
+    chart.bars(
+        0, [max(gain, 0.0) for _, gain, _ in shown], [name for name, _, _ in shown],
+        hover="%{y}: gain %{x:.1f}<extra></extra>", orientation="h", marker={"color": [c for _, _, c in shown]},
+    )  # fmt: skip
+    if threshold is not None:
+        chart.figure.add_vline(x=threshold, line={"color": SOFT, "width": 1.5, "dash": "dash"})
+        chart.figure.add_annotation(
+            x=threshold, y=0, yref="paper", yanchor="bottom", xanchor="left", showarrow=False,
+            text=f" needed: {threshold:.0f}",
+        )  # fmt: skip
+    title = "gain (whitened squares, less 2 for each parameter)"
+    chart.dress(70 + 27 * max(len(shown), 2), x=title, bargap=0.32, margin_t=10)
+    chart.figure.update_xaxes(showgrid=True)
+    chart.figure.update_yaxes(showgrid=False, ticks="", tickfont={"color": SOFT, "size": 13})
+    return chart
+
+
+def map_chart(found: LoadMap, parts: Sequence[str]) -> Chart:
+    """Return the mean residual over two loads, one panel a part (``before``, ``after``); empty cells stay blank."""
+    chart = Chart(len(parts), legend=False, titles=parts, shared_yaxes=True, horizontal_spacing=0.03)
+    largest = float(np.nanmax(np.abs(found.mean[parts[0]]))) or 1.0
+    for panel, part in enumerate(parts):
+        chart.figure.add_heatmap(
             x=found.x_edges, y=found.y_edges, z=found.mean[part], customdata=found.tests,
             colorscale=_DIVERGING, zmin=-largest, zmax=largest, zmid=0.0, hoverongaps=False, xgap=1, ygap=1,
             colorbar={"title": {"text": "measured &#8722; model (mu)", "side": "right"}, "thickness": 12, "len": 1.0,
                       "outlinewidth": 0, "tickformat": "+.3f"},
-            showscale=column == len(parts), row=1, col=column,
+            showscale=panel == len(parts) - 1, **chart.place(panel),
             hovertemplate=f"{found.x} %{{x:.4g}}, {found.y} %{{y:.4g}}<br>%{{z:+.4f}} from %{{customdata}} tests<extra></extra>",
         )  # fmt: skip
-        chart.update_xaxes(title_text=with_unit(found.x), row=1, col=column)
-    dress(chart, 380, legend=False)
-    chart.update_layout(margin_t=44)
-    chart.update_yaxes(showgrid=False, zeroline=False)
-    chart.update_xaxes(zeroline=False)
-    chart.update_yaxes(title_text=with_unit(found.y), row=1, col=1)
+    chart.dress(380, x=with_unit(found.x), y=with_unit(found.y), margin_t=44)
+    chart.figure.update_yaxes(showgrid=False, zeroline=False)
+    chart.figure.update_xaxes(zeroline=False)
     return chart
 
 
-def effect_chart(found: Diagnosis) -> Any:
+def effect_chart(found: Diagnosis) -> Chart | None:
     """Return the share of mu of each effect over each of its drivers: dots in the tests, a line by its formula."""
-    from plotly.subplots import make_subplots
-
-    averages, parameters = found.averages, found.parameters
+    averages = found.averages
     panels = [
         (name, d) for name, effect in found.named.items() for d in effect.driver if d in averages.columns
     ]
     if not panels:
         return None
-    chart = make_subplots(rows=1, cols=len(panels), horizontal_spacing=0.3 / (len(panels) + 2))
+    chart = Chart(len(panels), horizontal_spacing=0.3 / (len(panels) + 2))
     step = max(1, len(averages) // _MOST_DOTS)
-    for column, (name, driver) in enumerate(panels, 1):
-        values = {k: float(v["value"]) for k, v in parameters[name]["values"].items()}
-        label = with_unit(driver)
-        chart.add_scatter(
-            x=averages[driver][::step], y=averages[f"effect {name}"][::step], mode="markers", name="in the tests",
-            marker={"size": 4, "color": CONSTANT, "opacity": 0.5}, legendgroup="dots", showlegend=column == 1,
-            row=1, col=column, hovertemplate=f"{driver} %{{x:.4g}}<br>%{{y:+.4f}}<extra>{escape(name)}</extra>",
+    for panel, (name, driver) in enumerate(panels):
+        values = {k: float(v["value"]) for k, v in found.parameters[name]["values"].items()}
+        said = f"{driver} %{{x:.4g}}<br>%{{y:+.4f}}<extra>{escape(name)}</extra>"
+        chart.scatter(
+            panel, averages[driver][::step], averages[f"effect {name}"][::step], "in the tests", said, "dots",
+            mode="markers", marker={"size": 4, "color": CONSTANT, "opacity": 0.5},
         )  # fmt: skip
         curve = effect_curve(found.named[name], values, averages, driver)
         if curve is not None:
-            chart.add_scatter(
-                x=curve[0], y=curve[1], mode="lines", name="by its formula, other loads at their median",
-                line={"color": AFTER, "width": 2.6}, legendgroup="line", showlegend=column == 1, row=1, col=column,
-                hovertemplate=f"{driver} %{{x:.4g}}<br>%{{y:+.4f}}<extra>{escape(name)}</extra>",
+            chart.scatter(
+                panel, *curve, "by its formula, other loads at their median", said, "line",
+                mode="lines", line={"color": AFTER, "width": 2.6},
             )  # fmt: skip
-        chart.update_xaxes(title_text=label, row=1, col=column)
-        chart.update_yaxes(title_text=f"{escape(name)}: share of mu", row=1, col=column)
-    return dress(chart, 330)
+        chart.axes(panel, with_unit(driver), f"{escape(name)}: share of mu")
+    return chart.dress(330)

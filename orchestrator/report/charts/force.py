@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from ...force_curves.forces import ForceComparison
-from ..parts.theme import PRESS, PRESS_BAND, STYLES, dress
+from ..parts.chart import Chart
+from ..parts.theme import PRESS, PRESS_BAND, STYLES
 
 
 @dataclass(frozen=True)
@@ -19,67 +19,34 @@ class ForceLine:
     levels: Mapping[str, ForceComparison]
 
 
-def force_chart(lines: Sequence[ForceLine], levels: Mapping[str, str]) -> Any:
-    """Return forces (top) and their deviation from the press mean (bottom), one column a level.
-
-    Parameters
-    ----------
-    lines : sequence of ForceLine
-        The simulations.
-    levels : mapping
-        Name of each level and its heading.
-    """
-    from plotly.subplots import make_subplots
-
-    names = list(levels)
-    chart = make_subplots(
-        rows=2,
-        cols=len(names),
-        shared_xaxes=True,
-        shared_yaxes="rows",
-        row_heights=[0.6, 0.4],
-        vertical_spacing=0.07,
-        horizontal_spacing=0.03,
-        subplot_titles=[levels[n] for n in names],
-    )
-    for column, name in enumerate(names, 1):
-        first = column == 1
+def force_chart(lines: Sequence[ForceLine], levels: Mapping[str, str]) -> Chart:
+    """Return forces (top) and their deviation from the press mean (bottom), one column a level (name to heading)."""
+    chart = Chart(
+        len(levels), 2, titles=list(levels.values()), shared_xaxes=True, shared_yaxes="rows",
+        row_heights=[0.6, 0.4], vertical_spacing=0.07, horizontal_spacing=0.03,
+    )  # fmt: skip
+    for column, name in enumerate(levels):
+        below = len(levels) + column
         press = lines[0].levels[name]
         stroke, mean, std = press.stroke, press.measured, press.measured_std
-        _band(chart, stroke, mean - std, mean + std, 1, column, first)
-        chart.add_scatter(
-            x=stroke, y=mean, name="press, mean and scatter", line={"color": PRESS, "width": 2.2},
-            legendgroup="press", showlegend=first, row=1, col=column,
-            hovertemplate="press %{y:.1f} kN<extra></extra>",
+        chart.band(column, stroke, mean - std, mean + std, PRESS_BAND, group="press")
+        chart.scatter(
+            column, stroke, mean, "press, mean and scatter", "press %{y:.1f} kN<extra></extra>", "press",
+            line={"color": PRESS, "width": 2.2},
         )  # fmt: skip
         shown = mean > 0.15 * mean.max()
         relative = 100 * std[shown] / mean[shown]
-        _band(chart, stroke[shown], -relative, relative, 2, column, False)
-        chart.add_hline(y=0, line={"color": PRESS, "width": 1.5}, row=2, col=column)
+        chart.band(below, stroke[shown], -relative, relative, PRESS_BAND, group="press")
+        chart.figure.add_hline(y=0, line={"color": PRESS, "width": 1.5}, **chart.place(below))
         for line in lines:
-            result = line.levels[name]
-            style = STYLES[line.part]
-            chart.add_scatter(
-                x=result.stroke, y=result.simulated, name=line.label, legendgroup=line.label, showlegend=first,
-                line=style, row=1, col=column, hovertemplate=f"{line.label} %{{y:.1f}} kN<extra></extra>",
+            found, look = line.levels[name], STYLES[line.part]
+            chart.scatter(
+                column, found.stroke, found.simulated, line.label, f"{line.label} %{{y:.1f}} kN<extra></extra>", line=look
             )  # fmt: skip
-            keep = result.measured > 0.15 * result.measured.max()
-            deviation = 100 * (result.simulated[keep] / result.measured[keep] - 1)
-            chart.add_scatter(
-                x=result.stroke[keep], y=deviation, legendgroup=line.label, showlegend=False, line=style, row=2,
-                col=column, hovertemplate=f"{line.label} %{{y:+.1f}} %<extra></extra>",
-            )  # fmt: skip
-        chart.update_xaxes(title_text="stroke [mm]", row=2, col=column)
-    dress(chart, 560)
-    chart.update_layout(margin_t=66)
-    chart.update_yaxes(title_text="punch force [kN]", rangemode="tozero", row=1, col=1)
-    chart.update_yaxes(title_text="deviation [%]", row=2, col=1)
+            keep = found.measured > 0.15 * found.measured.max()
+            deviation = 100 * (found.simulated[keep] / found.measured[keep] - 1)
+            said = f"{line.label} %{{y:+.1f}} %<extra></extra>"
+            chart.scatter(below, found.stroke[keep], deviation, hover=said, group=line.label, line=look)
+    chart.dress(560, x="stroke [mm]", y=["punch force [kN]", "deviation [%]"], margin_t=66)
+    chart.figure.update_yaxes(rangemode="tozero", **chart.place(0))
     return chart
-
-
-def _band(chart: Any, x: Any, low: Any, high: Any, row: int, column: int, legend: bool) -> None:
-    common = {"mode": "lines", "line": {"width": 0}, "hoverinfo": "skip", "showlegend": False}
-    chart.add_scatter(x=x, y=low, legendgroup="press", row=row, col=column, **common)
-    chart.add_scatter(
-        x=x, y=high, legendgroup="press", fill="tonexty", fillcolor=PRESS_BAND, row=row, col=column, **common
-    )

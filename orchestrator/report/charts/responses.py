@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
-from friction_models.loads import LOADS, TriboLoads
+from friction_models.common.markup import escape
+from friction_models.loads import LOADS, FloatArray, TriboLoads
+from friction_models.loads.contract import with_unit
 from friction_models.models.domain import known_domain
 
-from ..parts.markup import escape
-from ..parts.theme import LINE, dress
+from ..parts.chart import Chart
+from ..parts.theme import LINE, Look
 
 #: How far the curves go beyond the data, as a share of its range, so that the ends of a model show.
 REACH = 0.15
@@ -21,22 +23,19 @@ CAPTION = (
 )
 
 
-def response_chart(data: TriboLoads, curves: Sequence[tuple[str, Mapping[str, Any], Any]]) -> Any:
-    """Return the chart, one panel a load that was measured.
+class Predicts(Protocol):
+    """What a response is drawn of."""
 
-    Parameters
-    ----------
-    data : TriboLoads
-        It decides the median and the range of each load.
-    curves : sequence of (str, mapping, model)
-        Label, look of the line and model; the model has ``predict(array[n, 5])``.
-    """
-    from plotly.subplots import make_subplots
+    def predict(self, loads: FloatArray, /) -> FloatArray:
+        """Return mu of loads of shape (n, 5)."""
 
+
+def response_chart(data: TriboLoads, curves: Sequence[tuple[str, Look, Predicts]]) -> Chart:
+    """Return a chart with a panel for each load that was measured; `curves`: label, look of the line and model."""
     measured = [q for q in LOADS if q.name not in data.absent]
-    chart = make_subplots(rows=1, cols=len(measured), shared_yaxes=True, horizontal_spacing=0.022)
+    chart = Chart(len(measured), shared_yaxes=True, horizontal_spacing=0.022)
     middle = np.median(data.as_array(), axis=0)
-    for column, quantity in enumerate(measured, 1):
+    for panel, quantity in enumerate(measured):
         values = getattr(data, quantity.name)
         low, high = np.quantile(values, [0.05, 0.95]).tolist()
         ends = [float(values.min()), float(values.max())]
@@ -44,19 +43,13 @@ def response_chart(data: TriboLoads, curves: Sequence[tuple[str, Mapping[str, An
         grid = np.linspace(max(quantity.lower, ends[0] - beyond), min(quantity.upper, ends[1] + beyond), 61)
         points = np.tile(middle, (len(grid), 1))
         points[:, LOADS.index(quantity)] = grid
+        said = f"{quantity.name} %{{x:.4g}}<br>mu %{{y:.4f}}<extra>%{{fullData.name}}</extra>"
         for label, look, model in curves:
             domain = known_domain(model)
-            chart.add_scatter(
-                x=grid, y=model.predict(points if domain is None else domain.clamp(points)), mode="lines",
-                name=escape(label), legendgroup=escape(label), showlegend=column == 1, line=dict(look), row=1, col=column,
-                hovertemplate=f"{quantity.name} %{{x:.4g}}<br>mu %{{y:.4f}}<extra>%{{fullData.name}}</extra>",
-            )  # fmt: skip
+            mu = model.predict(points if domain is None else domain.clamp(points))
+            chart.scatter(panel, grid, mu, escape(label), said, mode="lines", line=look)
         # After the curves: plotly leaves out panels that are still empty.
-        chart.add_vrect(
-            x0=low, x1=high, fillcolor=LINE, opacity=0.6, layer="below", line_width=0, row=1, col=column
+        chart.figure.add_vrect(
+            x0=low, x1=high, fillcolor=LINE, opacity=0.6, layer="below", line_width=0, **chart.place(panel)
         )
-        unit = f" [{quantity.unit}]" if quantity.unit != "1" else ""
-        chart.update_xaxes(title_text=f"{quantity.name}{unit}", row=1, col=column)
-    dress(chart, 340)
-    chart.update_yaxes(title_text="mu", row=1, col=1)
-    return chart
+    return chart.dress(340, x=[with_unit(q.name) for q in measured], y="mu")

@@ -5,10 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.resources import files
-from typing import Any
+from typing import TypedDict
+
+from friction_models.common.markup import document, escape
 
 from ...jobs.versions import versions
-from .markup import escape
+from .chart import Chart, figure
+
+#: Where the numbers of a page come from that holds no measurement.
+VIRTUAL = "Every measurement in this report is synthetic: made by the virtual laboratory, not measured."
+
+
+class StudyManifest(TypedDict):
+    """What pages show of the ``manifest.json`` of a study."""
+
+    versions: dict[str, str]
+    sources: dict[str, str]
+    jobs: dict[str, object]
+    failed: list[str]
 
 
 @dataclass
@@ -45,6 +59,12 @@ class Page:
         """Append a section; parts are HTML."""
         self.sections.append((anchor, heading, "\n".join(p for p in parts if p)))
 
+    def plot(
+        self, anchor: str, heading: str, chart: Chart, caption: str, description: str, *parts: str
+    ) -> None:
+        """Append a section that begins with a chart; see `figure`."""
+        self.add(anchor, heading, figure(anchor, chart, caption, description), *parts)
+
     def render(self, footer: str | None = None) -> str:
         """Return the whole document as one HTML text without any reference to the network; the footer says the version."""
         from plotly.offline import get_plotlyjs
@@ -52,22 +72,14 @@ class Page:
         style = files(__package__).joinpath("style.css").read_text(encoding="utf-8")
         badge = ' <span class="badge">synthetic data</span>' if self.synthetic else ""
         links = " ".join(f'<a href="#{a}">{escape(h)}</a>' for a, h, _ in self.sections)
-        body = "\n".join(
+        sections = "\n".join(
             f'<section id="{a}" aria-labelledby="{a}-h"><h2 id="{a}-h">{escape(h)}</h2>\n{content}\n</section>'
             for a, h, content in self.sections
         )
-        return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{escape(self.title)} - tribofmu</title>
-<style>
-{style}</style>
-<script>{get_plotlyjs()}</script>
-</head>
-<body>
-<a class="skip" href="#content">Skip to the content</a>
+        return document(
+            self.title,
+            f"<style>\n{style}</style>\n<script>{get_plotlyjs()}</script>\n",
+            f"""<a class="skip" href="#content">Skip to the content</a>
 <header class="top">
 <p class="kicker">{escape(self.kicker)}{badge}</p>
 <h1>{escape(self.title)}</h1>
@@ -75,42 +87,19 @@ class Page:
 <nav class="contents" aria-label="Contents">{links}</nav>
 </header>
 <main id="content">
-{body}
+{sections}
 </main>
-<footer>{f"tribofmu {escape(versions()['tribofmu'])}" if footer is None else footer}</footer>
-</body>
-</html>
-"""
+<footer>{f"tribofmu {escape(versions()['tribofmu'])}" if footer is None else footer}</footer>""",
+        )
 
 
-def footer(used: Mapping[str, str], origin: str) -> str:
-    """Return the foot of a study's page: versions that were used, and where the measurements come from.
+def footer(origin: str, used: Mapping[str, str] | None = None) -> str:
+    """Return the foot of a page: versions that were used (by default those at hand), and where the measurements come from.
 
     Examples
     --------
-    >>> footer({"tribofmu": "0.1.0", "python": "3.11.9"}, "Measured in the laboratory.")
+    >>> footer("Measured in the laboratory.", {"tribofmu": "0.1.0", "python": "3.11.9"})
     'tribofmu 0.1.0, Python 3.11.9. Measured in the laboratory.'
     """
+    used = used or versions()
     return f"tribofmu {escape(used['tribofmu'])}, Python {escape(used['python'])}. {escape(origin)}"
-
-
-def figure(name: str, chart: Any, caption: str, description: str) -> str:
-    """Return the HTML of a chart with its caption; `description` is what a screen reader says.
-
-    Examples
-    --------
-    >>> import plotly.graph_objects as go
-    >>> html = figure("mu", go.Figure(go.Scatter(x=[0, 1], y=[0.1, 0.1])), "mu over distance", "A level line.")
-    >>> 'aria-label="A level line."' in html, "<figcaption>mu over distance</figcaption>" in html
-    (True, True)
-    """
-    html = chart.to_html(
-        full_html=False,
-        include_plotlyjs=False,
-        div_id=f"chart-{name}",
-        config={"displayModeBar": False, "responsive": True},
-    )
-    return (
-        f'<figure><div class="plot" role="img" aria-label="{escape(description)}">{html}</div>'
-        f"<figcaption>{caption}</figcaption></figure>"
-    )

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import TYPE_CHECKING, Any, NotRequired, TypedDict, cast
 
 from friction_models.common import InputError
 from friction_models.loads import DataSet, FloatArray
@@ -16,6 +17,8 @@ from ..charts.force import ForceLine
 
 if TYPE_CHECKING:
     from friction_models import FrictionModel
+
+    from .evidence import DiagnosisNumbers
 
 #: Folder of the tests that were predicted in a closed loop.
 PREDICTED = "predicted"
@@ -29,18 +32,15 @@ class PressLevelEntry(TypedDict):
     press: str
 
 
-class _FrictionEntry(TypedDict):
+class FrictionEntry(TypedDict):
+    """A friction model of the demo; `runs` are folders by level, `folder` is missing for a constant."""
+
     part: str
     label: str
     fmu: str
     runs: dict[str, str]
     outside_domain: dict[str, float]
-
-
-class FrictionEntry(_FrictionEntry, total=False):
-    """A friction model of the demo; `runs` are folders by level, `folder` is missing for a constant."""
-
-    folder: str
+    folder: NotRequired[str]
 
 
 class RunFacts(TypedDict):
@@ -66,32 +66,21 @@ class DemoSummary(TypedDict):
     tests: dict[str, int]
     levels: list[PressLevelEntry]
     frictions: list[FrictionEntry]
-    held_out: dict[str, Any]
+    held_out: Mapping[str, Any]
     forces: dict[str, LevelsNumbers]
-    diagnosis: dict[str, Any]
+    diagnosis: Mapping[str, Any]
     run_facts: dict[str, RunFacts]
     seconds: dict[str, float]
     versions: dict[str, str]
-    predicted: dict[str, Any]
+    predicted: Mapping[str, Any]
 
 
 @dataclass
 class DemoFolder:
     """The demo's data, models, forces and diagnosis.
 
-    Attributes
-    ----------
-    folder : Path
-    summary : DemoSummary
-        Content of ``demo.json``.
-    held_out : DataSet
-        Tests that no model was trained on.
-    models : dict of str to FrictionModel
-        By part: ``before`` and ``after`` (missing where nothing was added), ``other``.
-    predicted : dict of str to ndarray
-        mu at the held-out points by ``before`` and ``after``.
-    lines : list of ForceLine
-        Forces of every friction model on every level.
+    `held_out` are the tests that no model was trained on; `models` by part (``before``, ``other``, ``after``, which is
+    missing where nothing was added), `predicted` their mu at the held-out points, `lines` their forces on every level.
     """
 
     folder: Path
@@ -137,9 +126,9 @@ class DemoFolder:
         return next(str(e["label"]) for e in self.summary["frictions"] if e["part"] == part)
 
     @property
-    def diagnosis(self) -> dict[str, Any]:
+    def diagnosis(self) -> DiagnosisNumbers:
         """The diagnosis as `diagnose --json` writes it."""
-        return self.summary["diagnosis"]
+        return cast("DiagnosisNumbers", self.summary["diagnosis"])
 
 
 def _line(folder: Path, summary: DemoSummary, entry: FrictionEntry) -> ForceLine:

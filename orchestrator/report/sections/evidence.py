@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from typing import NotRequired, TypedDict
 
+from friction_models.common.markup import bullets, escape, paragraph, table
 from friction_models.discovery.figures_data import setpoints_text, where_text
+from friction_models.discovery.findings import ErrorBudget, RankedEffect, TestGroups, WorstTest
+from friction_models.discovery.further_tests.next_tests import NextTest
 from friction_models.discovery.verdict import LEVEL
 from friction_models.discovery.wording import p_text
+from friction_models.estimation.noise_floor import NoiseFloorNumbers
+from friction_models.estimation.structure import StructurePlace
 
-from ..charts.evidence import budget_chart, ranking_chart
-from ..parts.markup import bullets, escape, paragraph, table
-from ..parts.page import figure
+from ..charts.diagnosis import budget_chart, ranking_chart
+from ..parts.chart import figure
+from ..parts.theme import AFTER, CONSTANT
 
 MEANINGS = {
     "explained": "One effect, or a pair of them, stands out.",
@@ -23,137 +27,122 @@ MEANINGS = {
 }
 
 
-def verdict_text(diagnosis: Mapping[str, Any]) -> str:
-    """Return verdict and confidence in words (HTML).
+class DiagnosisNumbers(TypedDict):
+    """A diagnosis as `diagnose --json` writes it, with its sentence; older files lack some of it."""
 
-    Examples
-    --------
-    >>> verdict_text({"verdict": "nothing_missing", "confidence": 0.9})
-    '<p><strong>Nothing missing.</strong> What is left of the error is as large as the noise: there is nothing to find. Confidence 90 %.</p>'
-    """
-    verdict = str(diagnosis["verdict"])
-    confidence = diagnosis.get("confidence")
-    sure = f" Confidence {100 * float(confidence):.0f} %." if confidence is not None else ""
-    said = str(diagnosis.get("sentence") or MEANINGS.get(verdict, ""))
-    said = said[0].upper() + said[1:] if said else said
-    if "confidence" in said:
-        sure = ""
+    verdict: str
+    effects: list[str]
+    ranking: list[RankedEffect]
+    noise_floor: NoiseFloorNumbers
+    error_budget: ErrorBudget
+    worst_tests: list[WorstTest]
+    sentence: NotRequired[str]
+    confidence: NotRequired[float | None]
+    confusion_set: NotRequired[list[str]]
+    where: NotRequired[list[StructurePlace]]
+    unrecorded_factor: NotRequired[TestGroups | None]
+    warnings: NotRequired[list[str]]
+    next_tests: NotRequired[list[NextTest]]
+
+
+def verdict_text(found: DiagnosisNumbers) -> str:
+    """Return verdict and confidence in words (HTML)."""
+    verdict, confidence = found["verdict"], found.get("confidence")
+    said = found.get("sentence") or MEANINGS.get(verdict, "")
+    said = said[:1].upper() + said[1:]
+    sure = "" if confidence is None or "confidence" in said else f" Confidence {100 * confidence:.0f} %."
     return f"<p><strong>{escape(verdict.replace('_', ' ').capitalize())}.</strong> {escape(said)}{sure}</p>"
 
 
-def budget_html(diagnosis: Mapping[str, Any]) -> str:
+def budget_html(found: DiagnosisNumbers) -> str:
     """Return the error budget with the noise floor in words."""
-    floor, budget = diagnosis["noise_floor"], diagnosis["error_budget"]
-    low, high = floor.get("interval") or (None, None)
+    noise, named = found["noise_floor"], found["effects"]
+    low, high = noise.get("interval") or (None, None)
     interval = f" (95 % interval {low:.4f} to {high:.4f})" if low is not None and high is not None else ""
-    named = bool(diagnosis["effects"])
-    values = {k: float(budget.get(k) or 0.0) for k in ("floor", "explained", "missing")}
-    names = " and ".join(str(e) for e in diagnosis["effects"])
-    rms = {"before": sum(v**2 for v in values.values()) ** 0.5}
-    if named:
-        rms["after"] = (values["floor"] ** 2 + values["missing"] ** 2) ** 0.5
+    floor, explained, missing = (found["error_budget"][k] or 0.0 for k in ("floor", "explained", "missing"))
     chart = figure(
         "budget",
-        budget_chart(values["floor"], values["explained"], values["missing"], named),
-        f"The noise floor has an RMS of {float(floor['total']):.4f}{interval}: "
-        f"scatter between tests {float(floor['test']):.4f}, drift within a test {float(floor['drift']):.4f}, "
-        f"sensor {float(floor['sensor']):.4f}. No model can be better than that.",
+        budget_chart(floor, explained, missing, bool(named)),
+        f"The noise floor has an RMS of {noise['total']:.4f}{interval}: scatter between tests {noise['test']:.4f}, "
+        f"drift within a test {noise['drift']:.4f}, sensor {noise['sensor']:.4f}. No model can be better than that.",
         "Error budget before and after: noise floor, explained by what is named, still missing.",
     )
-    rows = [
-        (f"{when}, with {names}" if when == "after" else when, f"{total:.4f}", f"{values['floor']:.4f}",
-         f"{values['explained']:.4f}" if when == "before" and named else "-", f"{values['missing']:.4f}")
-        for when, total in rms.items()
-    ]  # fmt: skip
+
+    def row(when: str, explained: float, shown: str) -> tuple[str, ...]:
+        total = (floor**2 + explained**2 + missing**2) ** 0.5
+        return when, f"{total:.4f}", f"{floor:.4f}", shown, f"{missing:.4f}"
+
+    rows = [row("before", explained, f"{explained:.4f}" if named else "-")]
+    rows += [row(f"after, with {' and '.join(named)}", 0.0, "-")] if named else []
     headings = ["RMS of mu", "in all", "noise floor", "explained by what is named", "still missing"]
     return chart + table(headings, rows, numeric=(1, 2, 3, 4))
 
 
-def ranking_html(diagnosis: Mapping[str, Any], threshold: float | None = None) -> str:
+def ranking_html(found: DiagnosisNumbers, threshold: float | None = None) -> str:
     """Return the ranked evidence as chart and table; `threshold` is the gain that an effect needs."""
-    if not diagnosis["ranking"]:
+    ranking, chosen, confusable = found["ranking"], found["effects"], found.get("confusion_set", [])
+    if not ranking:
         return paragraph("No effect of the catalogue could be tried on these data.")
-    ranking, chosen = diagnosis["ranking"], list(diagnosis["effects"])
-    confusable = [str(e) for e in diagnosis.get("confusion_set", [])]
-    parts = [
-        figure(
-            "ranking",
-            ranking_chart(ranking, chosen, confusable, threshold),
-            "Gain of every effect that was tried, with its physical sign enforced, in the order of the evidence: that is the "
-            "gain where the form of the effect may be somewhat wrong. "
-            + (
-                f"Where nothing is missing, the best of all effects gains more than {threshold:.1f} in {100 * LEVEL:g} % of data sets. "
-                if threshold is not None
-                else ""
-            )
-            + (
-                f"The data cannot tell these apart: {escape(', '.join(confusable))}."
-                if len(confusable) > 1
-                else "The data tells the first one from all others."
-                if chosen
-                else "None is accepted: what is missing has another shape than any of them."
-                if diagnosis["verdict"] == "unknown_structure"
-                else "None is accepted: chance alone gives gains like these."
-                if diagnosis["verdict"] == "nothing_missing"
-                else "None is accepted."
-            ),
-            "Ranking of effects by evidence.",
+    none = {
+        "unknown_structure": "None is accepted: what is missing has another shape than any of them.",
+        "nothing_missing": "None is accepted: chance alone gives gains like these.",
+    }.get(found["verdict"], "None is accepted.")
+    if len(confusable) > 1:
+        apart = f"The data cannot tell these apart: {escape(', '.join(confusable))}."
+    else:
+        apart = "The data tells the first one from all others." if chosen else none
+    needed = (
+        ""
+        if threshold is None
+        else f"Where nothing is missing, the best of all effects gains more than {threshold:.1f} in {100 * LEVEL:g} % of data sets. "
+    )
+
+    def told(effect: str, named: str, rival: str, other: str) -> str:
+        return named if effect in chosen else rival if effect in confusable else other
+
+    chart = figure(
+        "ranking",
+        ranking_chart(
+            [(r["effect"], r["gain"], told(r["effect"], AFTER, "#6fb5b1", CONSTANT)) for r in ranking],
+            threshold,
         ),
-        table(
-            ["effect", "evidence", "gain", "family-wise p of the gain", ""],
-            [
-                (
-                    r["effect"],
-                    f"{float(r['evidence']):.1f}",
-                    f"{float(r['gain']):.1f}",
-                    p_text(r["p_value"]),
-                    "named"
-                    if r["effect"] in chosen
-                    else "not told apart"
-                    if r["effect"] in confusable
-                    else "",
-                )
-                for r in ranking[:8]
-            ],
-            numeric=(1, 2, 3),
-            classes=["after" if r["effect"] in chosen else "" for r in ranking[:8]],
-        ),
-    ]
-    return "\n".join(parts)
-
-
-def remarks_html(diagnosis: Mapping[str, Any]) -> str:
-    """Return structure left over, an unrecorded factor and warnings."""
-    parts: list[str] = []
-    where = diagnosis.get("where") or []
-    if where:
-        parts.append("<h3>Where structure is left</h3>")
-        parts.append(bullets(where_text(w) for w in where))
-    factor = diagnosis.get("unrecorded_factor")
-    if factor:
-        parts.append("<h3>An unrecorded factor?</h3>")
-        parts.append(paragraph(str(factor.get("note", "The offsets of the tests fall into two groups."))))
-    warnings = [str(w) for w in diagnosis.get("warnings") or []]
-    if warnings:
-        parts.append("<h3>Read this with care</h3>")
-        parts.append(bullets(warnings))
-    return "\n".join(parts)
-
-
-def next_tests_html(diagnosis: Mapping[str, Any]) -> str:
-    """Return the proposed tests as a table, empty where there are none."""
-    tests = diagnosis.get("next_tests") or []
-    if not tests:
-        return ""
+        "Gain of every effect that was tried, with its physical sign enforced, in the order of the evidence: that is the "
+        f"gain where the form of the effect may be somewhat wrong. {needed}{apart}",
+        "Ranking of effects by evidence.",
+    )
     rows = [
         (
-            t["protocol"],
-            setpoints_text(t["setpoints"]),
-            " / ".join(map(str, t["separates"])),
-            f"{float(t['expected_t']):.1f}",
-            str(t.get("repeats", "-")),
+            r["effect"], f"{r['evidence']:.1f}", f"{r['gain']:.1f}", p_text(r["p_value"]),
+            told(r["effect"], "named", "not told apart", ""),
         )
-        for t in tests
-    ]
+        for r in ranking[:8]
+    ]  # fmt: skip
+    classes = [told(r["effect"], "after", "", "") for r in ranking[:8]]
+    headings = ["effect", "evidence", "gain", "family-wise p of the gain", ""]
+    return f"{chart}\n{table(headings, rows, numeric=(1, 2, 3), classes=classes)}"
+
+
+def remarks_html(found: DiagnosisNumbers) -> str:
+    """Return structure left over, an unrecorded factor and warnings."""
+    factor = found.get("unrecorded_factor")
+    parts = {
+        "Where structure is left": bullets(where_text(w) for w in found.get("where", [])),
+        "An unrecorded factor?": paragraph(factor["note"]) if factor else "",
+        "Read this with care": bullets(found.get("warnings", [])),
+    }
+    return "\n".join(f"<h3>{heading}</h3>\n{html}" for heading, html in parts.items() if html)
+
+
+def next_tests_html(found: DiagnosisNumbers) -> str:
+    """Return the proposed tests as a table, empty where there are none."""
+    rows = [
+        (
+            t["protocol"], setpoints_text(t["setpoints"]), " / ".join(t["separates"]), f"{t['expected_t']:.1f}",
+            t.get("repeats", "-"),
+        )
+        for t in found.get("next_tests", [])
+    ]  # fmt: skip
+    if not rows:
+        return ""
     headings = ["protocol", "set points", "tells apart", "standard errors", "tests for 3 of them"]
     return "<h3>What to test next</h3>" + table(headings, rows, numeric=(3, 4))

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from friction_models.common.markup import escape, table
+
 from ..charts.prediction import prediction_chart
-from ..parts.markup import escape, table
-from ..parts.page import figure
+from ..parts.chart import figure
 from .demo_folder import PREDICTED, DemoFolder
+
+if TYPE_CHECKING:
+    from ...prediction.predict_sct import PredictionNumbers
 
 
 def prediction_html(demo: DemoFolder) -> str:
     """Return chart and table of held-out tests in a closed loop of friction FMU and twin FMU."""
-    found = demo.summary["predicted"]
+    found: Mapping[str, PredictionNumbers] = demo.summary["predicted"]
     labels = {part: demo.label(part) for part in found}
     shown = [str(row["test_id"]) for row in found["before"]["tests"]]
     points = demo.held_out.points
@@ -39,24 +44,21 @@ def prediction_html(demo: DemoFolder) -> str:
     return chart + _table(found)
 
 
-def _table(found: dict[str, Any]) -> str:
+def _table(found: Mapping[str, PredictionNumbers]) -> str:
     """Errors by test, the last row over all of them."""
     parts = list(found)
     headings = ["test", "measured mu", *(f"{p}: RMS of mu" for p in parts)]
     headings += ["measured T [°C]", *(f"{p}: RMS of T [K]" for p in parts)]
     rows: list[tuple[object, ...]] = []
     for number, first in enumerate(found[parts[0]]["tests"]):
-        errors = [found[p]["tests"][number]["errors"] for p in parts]
+        errors = [found[p]["tests"][number]["errors"] or {} for p in parts]
         rows.append(
             (
-                first["test_id"],
-                f"{errors[0]['mu_measured']:.4f}",
-                *(f"{e['mu_rms']:.4f}" for e in errors),
-                f"{errors[0]['T_measured']:.0f}",
-                *(f"{e['T_rms']:.1f}" for e in errors),
+                first["test_id"], f"{errors[0]['mu_measured']:.4f}", *(f"{e['mu_rms']:.4f}" for e in errors),
+                f"{errors[0]['T_measured']:.0f}", *(f"{e['T_rms']:.1f}" for e in errors),
             )
-        )
-    totals = [found[p]["summary"] for p in parts]
+        )  # fmt: skip
+    totals = [found[p]["summary"] or {} for p in parts]
     rows.append(
         ("all", "", *(f"{t['mu_rms']:.4f}" for t in totals), "", *(f"{t['T_rms']:.1f}" for t in totals))
     )

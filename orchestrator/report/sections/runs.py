@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from friction_models.common.markup import bullets, escape, table
 from friction_models.loads import LOADS, MU
+from friction_models.loads.contract import with_unit
 
 from ...comparison.in_one_system import RunsComparison
-from ..parts.markup import bullets, escape, table
-from ..parts.page import Page, figure
-from ..parts.palette import looks
-from ..parts.theme import dress
+from ..parts.chart import Chart
+from ..parts.page import Page
+from ..parts.theme import looks
 
 
 def add_runs(page: Page, c: RunsComparison) -> None:
@@ -32,68 +31,47 @@ def add_runs(page: Page, c: RunsComparison) -> None:
         ),
         bullets(c.remarks()),
     )  # fmt: skip
-    page.add(
+    page.plot(
         "run-forces",
         "Force over stroke",
-        figure("run-forces", _forces(c), "Punch force of every run, unfiltered.", "Force over stroke of all models."),
-    )  # fmt: skip
+        _forces(c),
+        "Punch force of every run, unfiltered.",
+        "Force over stroke of all models.",
+    )
     if any(c.points.values()):
-        page.add(
+        page.plot(
             "run-points",
             "Loads and friction at points",
-            figure(
-                "run-points", _points(c), "Contact points that touch the tool long, the same in every run; gaps: no contact.",
-                "Loads and mu over stroke at contact points, one column a point.",
-            ),
-        )  # fmt: skip
+            _points(c),
+            "Contact points that touch the tool long, the same in every run; gaps: no contact.",
+            "Loads and mu over stroke at contact points, one column a point.",
+        )
 
 
-def _forces(c: RunsComparison) -> Any:
-    from plotly import graph_objects
-
-    chart = graph_objects.Figure()
+def _forces(c: RunsComparison) -> Chart:
+    chart = Chart()
     styles = looks(c.curves)
     for label, curve in c.curves.items():
-        chart.add_scatter(
-            x=curve.stroke, y=curve.force, name=escape(label), line=styles[label],
-            hovertemplate="%{y:.1f} kN<extra>%{fullData.name}</extra>",
-        )  # fmt: skip
-    dress(chart, 420)
-    chart.update_xaxes(title_text="stroke [mm]")
-    chart.update_yaxes(title_text="punch force [kN]", rangemode="tozero")
-    return chart
+        said = "%{y:.1f} kN<extra>%{fullData.name}</extra>"
+        chart.scatter(0, curve.stroke, curve.force, escape(label), said, line=styles[label])
+    return chart.dress(420, x="stroke [mm]", y="punch force [kN]", from_zero=True)
 
 
-def _points(c: RunsComparison) -> Any:
-    from plotly.subplots import make_subplots
-
+def _points(c: RunsComparison) -> Chart:
     first = next(points for points in c.points.values() if points)
-    quantities = [
-        q for q in (MU, *LOADS) if any(q.name in p.values for points in c.points.values() for p in points)
-    ]
-    chart = make_subplots(
-        rows=len(quantities),
-        cols=len(first),
-        shared_xaxes=True,
-        shared_yaxes="rows",
-        horizontal_spacing=0.03,
-        vertical_spacing=0.03,
-        subplot_titles=[f"point {p.point}" for p in first],
-    )
+    known = {name for points in c.points.values() for p in points for name in p.values}
+    names = [q.name for q in (MU, *LOADS) if q.name in known]
+    chart = Chart(
+        len(first), len(names), titles=[f"point {p.point}" for p in first], shared_xaxes=True, shared_yaxes="rows",
+        horizontal_spacing=0.03, vertical_spacing=0.03,
+    )  # fmt: skip
     styles = looks(c.curves)
     for label, points in c.points.items():
-        for column, history in enumerate(points, 1):
-            for row, quantity in enumerate(quantities, 1):
-                if quantity.name not in history.values:
-                    continue
-                chart.add_scatter(
-                    x=history.stroke, y=history.values[quantity.name], name=escape(label), legendgroup=escape(label),
-                    showlegend=row == column == 1, line=styles[label], row=row, col=column,
-                    hovertemplate="%{y:.4g}<extra>%{fullData.name}</extra>",
-                )  # fmt: skip
-    dress(chart, 150 * len(quantities) + 90)
-    for row, quantity in enumerate(quantities, 1):
-        unit = "" if quantity.unit == "1" else f" [{quantity.unit}]"
-        chart.update_yaxes(title_text=f"{quantity.name}{unit}", row=row, col=1)
-    chart.update_xaxes(title_text="stroke [mm]", row=len(quantities))
-    return chart
+        for column, history in enumerate(points):
+            for row, name in enumerate(names):
+                if name in history.values:
+                    chart.scatter(
+                        row * len(first) + column, history.stroke, history.values[name], escape(label),
+                        "%{y:.4g}<extra>%{fullData.name}</extra>", line=styles[label],
+                    )  # fmt: skip
+    return chart.dress(150 * len(names) + 90, x="stroke [mm]", y=[with_unit(name) for name in names])

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-import typer
 
 from fmus import pack, pack_forming
 from fmus.runtime.fmu_files import describe
@@ -141,8 +140,7 @@ def test_the_command_finds_its_runs_again(
 ) -> None:
     pressed().save(tmp_path / "press")
     system.save(tmp_path / "fre.yaml")
-    app = typer.Typer()
-    attributing.add_commands(app)
+    app = attributing.app
     words = [
         "--press",
         str(tmp_path / "press"),

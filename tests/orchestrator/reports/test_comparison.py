@@ -151,7 +151,7 @@ def test_page_of_both(tmp_path: Path) -> None:
     c = compare_on_tests({"<near>": Law(0.002), "0.05": Law(-0.03)}, measured())
     html = comparison_page(c, forces(2, {"<near>": 1.0, "0.05": 0.9}))
     assert "synthetic data" in html and "&lt;near&gt;" in html and "<near>" not in html.replace("\\u003c", "")
-    for anchor in ("parity", "response", "tests", "levels", "forces"):
+    for anchor in ("parity", "response", "tests", "level-errors", "force-curves"):
         assert f'id="chart-{anchor}"' in html
     assert f"at least {FEWEST_UNITS} levels are needed" in html
 

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-import typer
 
 from friction_models.common import InputError
 from orchestrator.cli.commands import covering
@@ -185,8 +184,7 @@ def test_the_command_writes_text_json_plan_and_page(
     history.write_text(
         "v_rel,T,sigma_n,sd,psi,mu\n450,110,2700,12,1.2,0.09\n400,300,2700,14,1.2,0.08\n", encoding="utf-8"
     )
-    app = typer.Typer()
-    covering.add_commands(app)
+    app = covering.app
     out = {k: tmp_path / f"out.{k}" for k in ("json", "html", "csv")}
     app(
         ["--data", str(tmp_path), "--history", str(history), "--json", str(out["json"]), "--report", str(out["html"]),

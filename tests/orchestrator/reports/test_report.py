@@ -16,6 +16,7 @@ from scipy import stats
 from benchmarks.discovery_campaigns import campaign
 from friction_models import LinearFriction
 from friction_models.common import InputError, write_text
+from friction_models.common.markup import escape, table
 from friction_models.discovery import diagnose, refine
 from friction_models.discovery.figures_data import load_map
 from friction_models.discovery.refinement import history_text
@@ -24,8 +25,8 @@ from friction_models.discovery.wording import p_text
 from friction_models.loads import DataSet
 from orchestrator import Master, System
 from orchestrator.report import write_diagnosis_report, write_report
-from orchestrator.report.charts.binned_residual import binned_residual
-from orchestrator.report.parts.markup import Change, escape, table
+from orchestrator.report.charts.residuals import binned_residual
+from orchestrator.report.parts.cards import Change
 from orchestrator.report.refinement_page import refinement_page
 from orchestrator.report.registry import PAGES, page_of
 from tests.friction_models import made_up

@@ -15,7 +15,7 @@ from fmus.runtime.friction_names import FrictionNames
 from friction_models import ConstantFriction
 from friction_models.common import InputError
 from friction_models.loads import DataSet
-from orchestrator.cli.commands.predicting_sct import add_commands
+from orchestrator.cli.commands import predicting_sct
 from orchestrator.prediction.predict_sct import SctPrediction, predict_sct, sct_system
 from orchestrator.prediction.schedule import SctSchedule, held_out_schedules, planned_schedules
 from orchestrator.report import write_report
@@ -172,11 +172,9 @@ def test_plans_that_cannot_be(change: dict[str, Any], words: str, tmp_path: Path
 
 
 def test_the_command(constant: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from typer import Typer
     from typer.testing import CliRunner
 
-    app = Typer()
-    add_commands(app)
+    app = predicting_sct.app
     pd.DataFrame([{**PLAN, "sd_set": 3.0, "ramp": 0.01}]).to_csv(tmp_path / "plan.csv", index=False)
     said = CliRunner().invoke(
         app, [str(constant), "--plan", str(tmp_path / "plan.csv"), "-o", str(tmp_path / "out"), "-j", "1"]

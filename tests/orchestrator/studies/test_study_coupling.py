@@ -132,7 +132,7 @@ def test_lag_page_names_what_failed(lag_results: dict[str, JobResult]) -> None:
     # Without the finest iterated run the lag at the other steps is still there.
     rest = {k: v for k, v in lag_results.items() if not k.endswith("iterated-0.1mm")}
     page = lag_page(evaluate(study(), rest))
-    assert 'id="chart-work"' in page and 'id="chart-finest"' not in page
+    assert 'id="chart-cost"' in page and 'id="chart-finest"' not in page
     empty = lag_page(evaluate(study(), {}))
     assert "no pair of runs to compare" in empty and "not run" in empty
 

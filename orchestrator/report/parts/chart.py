@@ -1,0 +1,216 @@
+"""A chart in the one look of all pages: panels, curves, bands, axes, one legend."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from friction_models.common.markup import escape
+from friction_models.loads import FloatArray
+
+from .theme import INK, LINE, SOFT
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Values: TypeAlias = "Sequence[object] | np.ndarray | pd.Series[Any]"
+FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif'
+_AXIS = {
+    "gridcolor": LINE,
+    "zerolinecolor": "#b8c2cc",
+    "zerolinewidth": 1,
+    "linecolor": "#b8c2cc",
+    "ticks": "outside",
+    "tickcolor": "#b8c2cc",
+    "ticklen": 4,
+    "title_standoff": 8,
+    "title_font_size": 13,
+    "automargin": True,
+}
+
+
+class Chart:
+    """A plotly figure of panels; curves of one name share their entry in the legend, which is above the panels.
+
+    Parameters
+    ----------
+    columns, rows : int
+        Panels; a method's `at` counts them row by row from 0.
+    legend : bool
+    titles : sequence of str
+        Headings of the panels, row by row.
+    **grid
+        Distances and shared axes as `plotly.subplots.make_subplots` has them.
+
+    Attributes
+    ----------
+    figure : plotly.graph_objects.Figure
+
+    Examples
+    --------
+    >>> chart = Chart(columns=2, titles=["rod", "cup"])
+    >>> for panel in (0, 1):
+    ...     chart.scatter(panel, [0, 1], [0.0, 2.0], "press", "%{y} kN")
+    >>> html = chart.dress(300, x="stroke [mm]", y="force [kN]").html("force")
+    >>> [trace.showlegend for trace in chart.figure.data], 'id="chart-force"' in html
+    ([True, False], True)
+    """
+
+    def __init__(
+        self, columns: int = 1, rows: int = 1, legend: bool = True, titles: Sequence[str] = (), **grid: Any
+    ) -> None:
+        from plotly.graph_objects import Figure
+        from plotly.subplots import make_subplots
+
+        self.columns, self.rows, self.legend = columns, rows, legend
+        self.single = rows == columns == 1 and not grid and not titles
+        self.figure = (
+            Figure()
+            if self.single
+            else make_subplots(rows, columns, subplot_titles=list(titles) or None, **grid)
+        )
+        self._named: set[str] = set()
+
+    @classmethod
+    def of_panels(cls, count: int, columns: int = 3, gap: float = 0.16, **more: Any) -> Chart:
+        """Return a chart of `count` panels, at most so many in a row; `gap` is shared among the rows."""
+        rows = -(-count // columns)
+        return cls(min(columns, count), rows, vertical_spacing=gap / rows, **more)
+
+    def place(self, at: int) -> dict[str, int]:
+        """Return row and column of a panel as plotly counts them; nothing where there is only one."""
+        return {} if self.single else {"row": at // self.columns + 1, "col": at % self.columns + 1}
+
+    def scatter(
+        self, at: int, x: Values, y: Values, name: str = "", hover: str = "", group: str = "", **look: Any
+    ) -> None:
+        """Draw a curve or dots; without `name` not in the legend, without `hover` silent under the pointer.
+
+        `group`: what else the entry of the legend switches on and off; `look` as in `plotly.graph_objects.Scatter`.
+        """
+        silent = {"hovertemplate": hover} if hover else {"hoverinfo": "skip"}
+        self.figure.add_scatter(x=x, y=y, **silent, **self._entry(name, group), **look, **self.place(at))
+
+    def band(
+        self,
+        at: int,
+        x: FloatArray,
+        low: FloatArray,
+        high: FloatArray,
+        color: str,
+        name: str = "",
+        group: str = "",
+    ) -> None:
+        """Fill what lies between two curves."""
+        self.scatter(
+            at, np.concatenate([x, x[::-1]]), np.concatenate([high, low[::-1]]), name, group=group,
+            fill="toself", fillcolor=color, line={"width": 0}, mode="lines",
+        )  # fmt: skip
+
+    def bars(self, at: int, x: Values, y: Values, name: str = "", hover: str = "", **look: Any) -> None:
+        """Draw bars; `look` as in `plotly.graph_objects.Bar`."""
+        self.figure.add_bar(x=x, y=y, hovertemplate=hover, **self._entry(name, ""), **look, **self.place(at))
+
+    def _entry(self, name: str, group: str) -> dict[str, str | bool]:
+        entry: dict[str, str | bool] = {"name": name} if name else {}
+        if self.legend and not self.single:
+            key = group or name
+            entry |= {"legendgroup": key} if key else {}
+            entry["showlegend"] = bool(name) and key not in self._named
+            self._named |= {key} if name else set()
+        return entry
+
+    def axes(self, at: int, x: str = "", y: str = "", **both: Any) -> None:
+        """Name the axes of one panel; `both`: properties of either."""
+        if x or both:
+            self.figure.update_xaxes(**({"title_text": x} if x else {}), **both, **self.place(at))
+        if y or both:
+            self.figure.update_yaxes(**({"title_text": y} if y else {}), **both, **self.place(at))
+
+    def dress(
+        self,
+        height: int,
+        x: str | Sequence[str] = "",
+        y: str | Sequence[str] = "",
+        from_zero: bool = False,
+        **layout: Any,
+    ) -> Chart:
+        """Give the chart the common look and return it.
+
+        Parameters
+        ----------
+        height : int
+            In pixels.
+        x : str or sequence of str
+            Below the lowest panel of each column.
+        y : str or sequence of str
+            Beside the first panel of each row.
+        from_zero : bool
+            Whether vertical axes begin at zero.
+        **layout
+            As in `plotly.graph_objects.Layout`.
+        """
+        below = [x] * self.columns if isinstance(x, str) else x
+        for column, text in enumerate(below):
+            self.axes((self.rows - 1) * self.columns + column, x=text)
+        self._look(height)
+        self.figure.update_layout(**layout)
+        for row, text in enumerate([y] * self.rows if isinstance(y, str) else y):
+            self.axes(row * self.columns, y=text)
+        if from_zero:
+            self.figure.update_yaxes(rangemode="tozero")
+        return self
+
+    def _look(self, height: int) -> None:
+        self.figure.update_layout(
+            template="none",
+            height=height,
+            margin={"l": 62, "r": 14, "t": 48 if self.legend else 30, "b": 50},
+            font={"family": FONT, "size": 13, "color": INK},
+            paper_bgcolor="rgba(0,0,0,0)",
+            plot_bgcolor="rgba(0,0,0,0)",
+            hoverlabel={"font": {"family": FONT, "size": 12}},
+            showlegend=self.legend,
+            legend={
+                "orientation": "h",
+                "x": 0,
+                "y": 1.0,
+                "yref": "container",
+                "yanchor": "top",
+                "font": {"size": 13},
+            },
+        )
+        self.figure.update_xaxes(**_AXIS, showgrid=False, showline=True)
+        self.figure.update_yaxes(**_AXIS, showgrid=True, showline=False)
+        for note in self.figure.layout.annotations:
+            note.font.size = 13
+            note.font.color = SOFT
+
+    def html(self, name: str) -> str:
+        """Return the chart as HTML, without plotly's library, which a page holds once."""
+        found: str = self.figure.to_html(
+            full_html=False,
+            include_plotlyjs=False,
+            div_id=f"chart-{name}",
+            config={"displayModeBar": False, "responsive": True},
+        )
+        return found
+
+
+def figure(name: str, chart: Chart, caption: str, description: str) -> str:
+    """Return the HTML of a chart with its caption (HTML); `description` is what a screen reader says.
+
+    Examples
+    --------
+    >>> chart = Chart()
+    >>> chart.scatter(0, [0, 1], [0.1, 0.1], hover="%{y}")
+    >>> html = figure("mu", chart, "mu over distance", "A level line.")
+    >>> 'aria-label="A level line."' in html, "<figcaption>mu over distance</figcaption>" in html
+    (True, True)
+    """
+    return (
+        f'<figure><div class="plot" role="img" aria-label="{escape(description)}">{chart.html(name)}</div>'
+        f"<figcaption>{caption}</figcaption></figure>"
+    )
