@@ -85,7 +85,9 @@ class Confirm:
         self.campaign, self.unseen, self.found = campaign, unseen, found
         self._reference: Reference | None = None
 
-    def __call__(self, verdict: str, chosen: list[Fit], further: Further) -> Confirmation:
+    def __call__(
+        self, verdict: str, chosen: list[Fit], named: str, bent: bool, further: Further
+    ) -> Confirmation:
         """Return a verdict whose names lower the error on unseen tests.
 
         Parameters
@@ -93,11 +95,21 @@ class Confirm:
         verdict : str
             By the scan.
         chosen : list of Fit
-            What it names.
+            What it names, or would name if no structure were left.
+        named : str
+            The verdict if no structure were left.
+        bent : bool
+            Whether what is missing has another form than the first of them.
         further : callable
         """
         if not self.unseen.possible:
-            return Confirmation(verdict, chosen, None, 1.0, [])
+            return Confirmation(verdict, chosen if verdict in NAMED else [], None, 1.0, [])
+        if verdict == "unknown_structure":
+            # structure that does not help to predict other tests is chance; it matters if the names leave it
+            kept = self._that_help(chosen) if chosen else []
+            left = self._shares(kept)
+            if not left.missing > 0.0 or (kept and not bent and left.left < EXPLAINED):
+                verdict = named if kept else "nothing_missing"
         if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
             verdict, chosen = "explained", [seen]
         kept = self._that_help(chosen) if verdict in NAMED else []

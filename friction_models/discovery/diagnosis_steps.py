@@ -39,7 +39,7 @@ from .assembly import Judged, assemble
 from .confirmation import MOST_NAMED, NAMED, Confirm, Confirmation
 from .diagnosis import Diagnosis
 from .unseen_tests import UnseenTests, refitted
-from .verdict import LEVEL, SECOND_LEVEL, Evidence, decide
+from .verdict import LEVEL, SECOND_LEVEL, Evidence, decide, named_verdict
 
 #: Averages that must be left beside the numbers of the base.
 SPARE = 3
@@ -135,15 +135,18 @@ def _judge(
     found = _search_twice(campaign, base, candidates, seed, floor)
     candidates, notes = judge_zero(campaign, found, candidates)
     evidence, chosen = _weigh(campaign, base, found, candidates, seed)
-    verdict = decide(evidence, {c.effect.name: c.effect.kind for c in candidates})
+    kinds = {c.effect.name: c.effect.kind for c in candidates}
+    verdict = decide(evidence, kinds)
     if campaign.spikes > MOST_SPIKES and verdict != "out_of_domain":
         return Judged(found, evidence, Confirmation("data_problem", [], None, 1.0, []), list(notes))
     if verdict == "out_of_domain":
         return Judged(found, evidence, Confirmation(verdict, [], None, 1.0, []), list(notes))
     confirm = Confirm(campaign, UnseenTests(*whole, seed), found)
-    confirmed = confirm(
-        verdict, chosen, lambda kept: _further_effect(campaign, base, kept, found, candidates, seed)
-    )
+
+    def further(kept: Sequence[Fit]) -> Fit | None:
+        return _further_effect(campaign, base, kept, found, candidates, seed)
+
+    confirmed = confirm(verdict, chosen, named_verdict(evidence.confusion_set, kinds), evidence.bent, further)
     return Judged(found, evidence, confirmed, list(notes))
 
 

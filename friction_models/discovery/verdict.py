@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ..estimation.importance import LEAST_SHARE
@@ -67,15 +67,22 @@ class Evidence:
         return self.winner is not None and self.p_value < LEVEL and self.share > LEAST_SHARE
 
     @property
+    def bent(self) -> bool:
+        """Whether the residual bends along the loads of the winner: what is missing has another form."""
+        winner, excess = self.winner, self.misfit.excess
+        if winner is None or not self.present or self.misfit.p_value >= 0.001 or excess <= SEEN:
+            return False
+        memory = winner.prepared.candidate.effect.needs_state
+        return excess / (winner.gain + excess) > (BENT_MEMORY if memory else BENT)
+
+    @property
     def unexplained(self) -> bool:
         """Whether structure is left that matters."""
         winner = self.winner
         named = winner is not None and self.present
         memory = winner is not None and winner.prepared.candidate.effect.needs_state
-        if winner is not None and named and self.misfit.p_value < 0.001:
-            excess = self.misfit.excess
-            if excess > SEEN and excess / (winner.gain + excess) > (BENT_MEMORY if memory else BENT):
-                return True
+        if self.bent:
+            return True
         matters = min(LEAST_SHARE, BESIDE * self.share) if named else LEAST_SHARE
         if self.structure.p_value >= STRUCTURE_LEVEL or self.structure_share <= matters:
             return False
@@ -107,7 +114,17 @@ def decide(evidence: Evidence, kinds: Mapping[str, str]) -> str:
         return "unknown_structure"
     if not evidence.present:
         return "nothing_missing"
-    members = [kinds[n] for n in evidence.confusion_set]
-    if all(k == "fault" for k in members):
+    return named_verdict(evidence.confusion_set, kinds)
+
+
+def named_verdict(confusion: Sequence[str], kinds: Mapping[str, str]) -> str:
+    """Return the verdict where an effect is there, which cannot be told from the others of `confusion`.
+
+    Examples
+    --------
+    >>> named_verdict(["force_zero"], {"force_zero": "fault"})
+    'data_problem'
+    """
+    if confusion and all(kinds[n] == "fault" for n in confusion):
         return "data_problem"
-    return "ambiguous" if len(members) > 1 else "explained"
+    return "ambiguous" if len(confusion) > 1 else "explained"

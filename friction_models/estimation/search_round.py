@@ -16,7 +16,7 @@ from .law_signs import physical_sets
 from .metadata import recorded
 from .noise_floor import Layout, NoiseFloor, Whitener, estimate, independent_columns
 from .scan import Fit, Prepared, Projector, prepare_candidate, rank
-from .significance import Simulated, confusion_set, maximum_gains, p_value, simulate
+from .significance import SAME, Simulated, confusion_set, maximum_gains, p_value, simulate
 from .unseen_loads import varied_first
 
 #: Standard deviations from the rest of its test beyond which a bin is an outlier.
@@ -205,7 +205,8 @@ def search(
         residual=residual,
         candidates=prepared,
         ranking=varied_first(
-            campaign, FormErrors(campaign, whiten, project).ranked(rank(prepared, residual), residual)
+            campaign,
+            simple_first(FormErrors(campaign, whiten, project).ranked(rank(prepared, residual), residual)),
         ),
         null=null,
         simulated=simulated,
@@ -216,6 +217,21 @@ def search(
         count=campaign.count,
         freedom=freedom,
     )
+
+
+def simple_first(ranking: list[Fit]) -> list[Fit]:
+    """Let an effect of the present loads lead one with memory that explains the same.
+
+    An evidence within `SAME` of the first one may be a matter of formulas.
+    """
+    if not ranking or not ranking[0].prepared.candidate.effect.needs_state:
+        return ranking
+    for fit in ranking[1:]:
+        if fit.evidence < (1.0 - SAME) * ranking[0].evidence:
+            break
+        if not fit.prepared.candidate.effect.needs_state:
+            return [fit, *(f for f in ranking if f is not fit)]
+    return ranking
 
 
 def _freedom(campaign: Campaign, mean: FloatArray) -> float:

@@ -12,6 +12,7 @@ from friction_models.common.markup import escape, paragraph, table
 from friction_models.discovery import refine
 from friction_models.discovery.diagnosis import Diagnosis
 from friction_models.discovery.figures_data import load_map, meanings, structure_pair
+from friction_models.discovery.findings import ParameterValue
 from friction_models.discovery.refinement import Addition
 from friction_models.effects import make_effect
 from friction_models.loads import DataSet, FloatArray
@@ -96,8 +97,10 @@ def confirmed_addition(model: Any, data: DataSet, effects: list[str]) -> Additio
 
 def _headline(found: Diagnosis) -> str:
     names = " and ".join(found.named[name].label for name in found.effects)
+    verb = "is" if len(found.effects) < 2 else "are"
     return {
-        "explained": f"{names} is missing" if len(found.effects) < 2 else f"{names} are missing",
+        "explained": f"{names} {verb} missing",
+        "partly_explained": f"{names} {verb} missing, and something else",
         "ambiguous": f"an effect is missing, {names} fits best",
         "unknown_structure": "something is missing that the catalogue does not know",
         "nothing_missing": "nothing is missing" if _sure(found) else "nothing can be seen to be missing",
@@ -157,6 +160,14 @@ def _left_after(averages: pd.DataFrame) -> pd.Series[float]:
     return (after["square"].sum() / after["points"].sum()) ** 0.5
 
 
+def _interval(value: ParameterValue) -> str:
+    return (
+        "to ".join(f"{edge:.3g} " for edge in value["interval"]).strip()
+        if "interval" in value
+        else "not fitted"
+    )
+
+
 def _response(found: Diagnosis) -> str:
     parts = []
     chart = effect_chart(found)
@@ -171,10 +182,17 @@ def _response(found: Diagnosis) -> str:
         title = f"{name}: {told['title']}" if told["title"] != name else name
         parts.append(f"<h3>{escape(title)}</h3><p><code>{escape(entry['equation'])}</code></p>")
         rows = [
-            (k, told["parameters"].get(k, ""), f"{v['value']:.4g}", "" if v["unit"] == "1" else v["unit"])
+            (
+                k,
+                told["parameters"].get(k, ""),
+                f"{v['value']:.4g}",
+                _interval(v),
+                "" if v["unit"] == "1" else v["unit"],
+            )
             for k, v in entry["values"].items()
         ]
-        parts.append(table(["parameter", "meaning", "value", "unit"], rows, numeric=(2,), narrow=True))
+        headings = ["parameter", "meaning", "value", "95 % interval", "unit"]
+        parts.append(table(headings, rows, numeric=(2, 3), narrow=True))
         drivers = ", ".join(with_unit(d) for d in told["driver"])
         notes = f"Driven by {drivers}. " if drivers else ""
         notes += f"Shows {told['where']}. " if told["where"] else ""

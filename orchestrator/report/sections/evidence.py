@@ -18,7 +18,8 @@ from ..parts.chart import figure
 from ..parts.theme import AFTER, CONSTANT
 
 MEANINGS = {
-    "explained": "One effect, or a pair of them, stands out.",
+    "explained": "What is named explains nearly all that can be predicted.",
+    "partly_explained": "What is named lowers the error on unseen tests, and something else that can be predicted is left.",
     "ambiguous": "Several effects fit equally well; more tests are needed to tell them apart.",
     "unknown_structure": "Something systematic is missing that no effect in the catalogue explains.",
     "nothing_missing": "What is left of the error is as large as the noise: there is nothing to find.",
@@ -63,8 +64,10 @@ def budget_html(found: DiagnosisNumbers) -> str:
     chart = figure(
         "budget",
         budget_chart(floor, explained, missing, bool(named)),
-        f"The noise floor has an RMS of {noise['total']:.4f}{interval}: scatter between tests {noise['test']:.4f}, "
-        f"drift within a test {noise['drift']:.4f}, sensor {noise['sensor']:.4f}. No model can be better than that.",
+        f"Averages of the tests, divided as the prediction of whole unseen tests shows it. Noise floor: what neither the model "
+        f"nor flexible curves over loads and metadata predict of a test from the others, {noise['total']:.4f}{interval}. "
+        f"In the records: scatter between tests {noise['test']:.4f}, drift within a test {noise['drift']:.4f}, sensor "
+        f"{noise['sensor']:.4f} a point.",
         "Error budget before and after: noise floor, explained by what is named, still missing.",
     )
 
