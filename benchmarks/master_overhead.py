@@ -34,8 +34,7 @@ def overhead(folder: Path) -> Table:
     path = pack(ConstantFriction(0.08), folder / "overhead.fmu")
     description = describe(path)
     with tempfile.TemporaryDirectory() as place:
-        unpacked = unpack(description, Path(place))
-        with Instance("friction", description, unpacked) as instance:
+        with Instance("friction", unpack(description, Path(place))) as instance:
             instance.initialize([], stop_time=1e6)
             inputs = Port([v for q in LOADS for v in description.resolve(q.name)])
             outputs = Port(description.resolve("mu"))
@@ -89,7 +88,7 @@ def _through_master(instance: Instance, inputs: Port, outputs: Port) -> Callable
 
 
 def _bare(instance: Instance, inputs: Port, outputs: Port, declared: bool = False) -> Callable[[], float]:
-    slave = instance._slave
+    slave = instance.slave
     component = slave._component
     low, high = inputs.values * 0.9, inputs.values * 1.1
     values = inputs.values

@@ -211,7 +211,6 @@ def parse_xml(content: bytes, where: str) -> etree._Element:
 
     Parameters
     ----------
-    content : bytes
     where : str
         Archive and file, for messages.
 

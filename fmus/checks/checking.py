@@ -39,7 +39,6 @@ def check(
 
     Parameters
     ----------
-    path : path-like
     time_limit : float
         Longest time that all trials may take [s].
     memory_limit : int

@@ -18,7 +18,6 @@ class Finding(NamedTuple):
     outcome : {"passed", "failed", "skipped", "noted"}
     group : str
         Heading that it belongs under.
-    text : str
 
     Examples
     --------
@@ -37,10 +36,8 @@ class CheckReport:
 
     Attributes
     ----------
-    path : Path
     title : str
         What the FMU says it is.
-    findings : list of Finding
 
     Examples
     --------

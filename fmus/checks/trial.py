@@ -13,8 +13,8 @@ from friction_models.loads import FloatArray
 
 from ..archive.content import read_description
 from ..archive.limits import limit_memory
+from ..runtime.fmu_files import UnpackedFmu
 from ..runtime.running import FmuError, RunningFmu
-from ..runtime.unpacked import UnpackedFmu
 from .notes import Notes
 from .repeat_steps import STEPS, Play
 from .schema import problems_of
@@ -47,7 +47,7 @@ class Trial:
         self.notes.group = "model description"
         self._schema()
         try:
-            fmu = UnpackedFmu(self.path)
+            fmu = UnpackedFmu.of(self.path)
         except InputError as error:
             self.notes.add(False, self._text(error))
             return
@@ -86,7 +86,7 @@ class Trial:
 
     def _run(self, fmu: UnpackedFmu, notes: Notes) -> None:
         """Play a few steps, twice, and with the FMU state taken and set."""
-        if fmu.description.coSimulation is None:
+        if fmu.raw.coSimulation is None:
             notes.note("skipped", "not offered")
             return
         alone = fmu.claims("canBeInstantiatedOnlyOncePerProcess")
@@ -116,28 +116,28 @@ class Trial:
         if not fmu.fmu.claims("canGetAndSetFMUstate"):
             notes.note("skipped", "FMU state: not claimed")
             return
-        state = fmu.save()
+        state = fmu.save_state()
         ahead = play.steps(fmu, count=2, first=STEPS)
-        fmu.restore(state)
+        fmu.restore_state(state)
         notes.add(_equal(ahead, play.steps(fmu, count=2, first=STEPS)), "FMU state: exact replay")
         if fmu.fmu.claims("canSerializeFMUstate"):
             read = fmu.deserialize(fmu.serialize(state))
-            fmu.restore(read)
+            fmu.restore_state(read)
             replay = play.steps(fmu, count=2, first=STEPS)
             notes.add(_equal(ahead, replay), "FMU state: exact replay after serialization")
-            fmu.release(read)
-        fmu.release(state)
+            fmu.free_state(read)
+        fmu.free_state(state)
 
     def _refusal(self, fmu: UnpackedFmu, notes: Notes) -> None:
         """NaN must be refused by our FMUs and friction FMUs; for other FMUs the answer is only noted."""
-        names = [n for n, v in fmu.variables.items() if v.causality == "input" and v.type == fmu.real]
+        names = [v.own for v in fmu.variables.values() if v.causality == "input" and v.is_float64]
         if not names:
             return
         name = names[-1]
-        ours = fmu.is_friction() or str(fmu.description.generationTool).startswith("tribofmu")
+        ours = fmu.is_friction or str(fmu.raw.generationTool).startswith("tribofmu")
         with RunningFmu(fmu, "refusal") as running:
             try:
-                running.set_real([name], np.full(running.count([name]), np.nan))
+                running.set({name: np.nan})
             except FmuError as error:
                 notes.add(
                     not ours or name.partition("[")[0] in str(error),

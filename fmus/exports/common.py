@@ -18,7 +18,7 @@ from friction_models.common import InputError, atomic_folder, unknown_name
 from friction_models.common.folders import EXPORT
 from friction_models.loads import LOADS, FloatArray
 
-from ..interface.fmi2_description import c_identifier
+from ..interface.description import c_identifier
 from ..interface.friction_source import FrictionSource
 from ..interface.quantities import USUAL
 from ..pages.documentation import card_json
@@ -27,6 +27,8 @@ from ..pages.documentation import card_json
 MARK = "export.json"
 #: The C and Fortran names stay inside Fortran's 63 characters and a fixed-form line.
 MAX_NAME = 24
+#: Files of an export by their path in its folder.
+Files = dict[str, str | bytes]
 _TEMPLATES = Path(__file__).parent / "templates"
 
 
@@ -263,9 +265,9 @@ def one_line(text: str) -> str:
     return plain.replace("*/", "* /").replace("/*", "/ *").replace("\\", "/").replace("??", "? ?")[:400]
 
 
-def documents(source: FrictionSource) -> dict[str, str | bytes]:
+def documents(source: FrictionSource) -> Files:
     """Return the files about the model that every export carries."""
-    files: dict[str, str | bytes] = {"model.onnx": source.onnx, "LICENSE.txt": licence()}
+    files: Files = {"model.onnx": source.onnx, "LICENSE.txt": licence()}
     if source.original is not None:
         files["original.onnx"] = source.original
     if source.card:

@@ -25,7 +25,6 @@ def table(interface: FrictionInterface, ode: bool = False) -> list[Variable]:
 
     Parameters
     ----------
-    interface : FrictionInterface
     ode : bool
         Whether the states are continuous states.
     """

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypedDict
+from typing import TypedDict
 
 from friction_models.loads import Quantity
 
-from .fmi2_description import Description
+from ..slaves.core import SolverConfig, SolverFacts
+from .description import Description
 from .quantities import Variable
 
 
@@ -65,7 +66,6 @@ class SolverInterface:
         ``forming`` or ``twin``.
     title, identifier : str
         Name, and name as a C identifier.
-    outputs, inputs : sequence of Signal
     parameters : mapping of str to (str, float)
         Name to unit and value.
     flags : sequence of str
@@ -96,7 +96,7 @@ class SolverInterface:
     experiment: tuple[float, float]
     flags: Sequence[str] = ()
     meanings: Mapping[str, str] = field(default_factory=dict)
-    fixed: Mapping[str, Any] = field(default_factory=dict)
+    fixed: SolverFacts = field(default_factory=SolverFacts)
 
     def variables(self) -> list[Variable]:
         """Return all variables in file order."""
@@ -154,10 +154,11 @@ class SolverInterface:
         ]
         return found
 
-    def config(self) -> dict[str, Any]:
+    def config(self) -> SolverConfig:
         """Return what the solver is made from."""
         reals = [v for v in self.variables() if v.type == "Real"]
-        return dict(self.fixed) | {
+        return {
+            **self.fixed,
             "names": [v.name for v in reals],
             "first_input": len(self.outputs),
             "first_parameter": len(self.outputs) + len(self.inputs),

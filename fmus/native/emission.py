@@ -31,7 +31,6 @@ class Writer:
 
     Parameters
     ----------
-    graph : Graph
     role : str
         Key of `graph.outputs`.
     tables : Tables

@@ -23,7 +23,6 @@ def function(name: str, arguments: str, writer: Writer) -> str:
     ----------
     name, arguments : str
         Name and parameters in C.
-    writer : Writer
 
     Raises
     ------

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -12,16 +13,15 @@ import numpy.typing as npt
 import pandas as pd
 
 from friction_models.common import InputError
-from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, TriboLoads, require_loads
+from friction_models.loads import LOAD_NAMES, MU, FloatArray, TriboLoads, require_loads
 from friction_models.loads.time_steps import rests, time_steps
 from friction_models.models.domain import Domain
 
 from ..archive.made_here import runs_apart
 from ..interface.friction_source import FrictionSource, parse_source
-from ..interface.quantities import vector
-from .running import FmuError, RunningFmu
+from .fmu_files import UnpackedFmu
+from .running import FmuError, RunningFmu, Value
 from .separate_process import Apart, Died
-from .unpacked import UnpackedFmu
 
 #: Most points of one evaluation of an FMU whose size can be chosen.
 _BLOCK = 1024
@@ -32,11 +32,10 @@ class Evaluation:
 
     Parameters
     ----------
-    fmu : UnpackedFmu
     inputs : sequence of str
-        Its variables of the five loads, one load after the other.
-    outputs : sequence of str
-        Its variables of mu.
+        Its variables of the five loads.
+    output : str
+        Its variable of mu.
 
     Raises
     ------
@@ -44,21 +43,24 @@ class Evaluation:
         No co-simulation, or no contact point.
     """
 
-    def __init__(self, fmu: UnpackedFmu, inputs: Sequence[str], outputs: Sequence[str]) -> None:
+    def __init__(self, fmu: UnpackedFmu, inputs: Sequence[str] = LOAD_NAMES, output: str = MU.name) -> None:
         self.fmu = fmu
-        self.inputs, self.outputs = list(inputs), list(outputs)
-        if fmu.description.coSimulation is None:
+        self.inputs, self.outputs = list(inputs), [output]
+        #: The parameter that gives the arrays their length, where they have no fixed one.
+        self.sizing = fmu.sizing(LOAD_NAMES[0])
+        self._sized: dict[int, UnpackedFmu] = {}
+        if fmu.raw.coSimulation is None:
             raise InputError(f"{fmu.path}: the FMU offers no co-simulation, allowed: an FMU that does")
-        self.nodes = sum(fmu.length(n) for n in self.outputs)
+        self.nodes = len(fmu.resolve(output))
         if self.nodes < 1:
             raise InputError(f"{fmu.path}: the FMU has no contact point, allowed: at least one")
 
     @classmethod
     def of_contract(cls, path: Path, folder: Path | None = None) -> Evaluation:
         """Return the evaluation of an FMU with the variables of the contract; `folder` holds it where it is unpacked already."""
-        fmu = UnpackedFmu(path, folder)
-        names = fmu.friction()
-        return cls(fmu, [n for q in LOADS for n in names[q.name]], names["mu"])
+        fmu = UnpackedFmu.of(path, folder)
+        fmu.contact_points()
+        return cls(fmu)
 
     def values(
         self,
@@ -76,13 +78,17 @@ class Evaluation:
         """Return an output at points that do not follow each other in time."""
         mu = np.empty(len(array))
         width = self._width(len(array))
-        with self._run(width, start) as fmu:
+        with self._run(width, start) as fmu, self._answering(fmu, outputs) as answer:
             for first in range(0, len(array), width):
                 rows = np.minimum(np.arange(first, first + width), len(array) - 1)
-                values = self._evaluate(fmu, array[rows], outputs)
                 count = min(width, len(array) - first)
-                mu[first : first + count] = values[:count]
+                mu[first : first + count] = answer(array[rows])[:count]
         return mu
+
+    @contextmanager
+    def _answering(self, fmu: RunningFmu, outputs: list[str]) -> Iterator[Callable[[FloatArray], FloatArray]]:
+        """Yield what evaluates some points at once."""
+        yield lambda rows: self._evaluate(fmu, rows, outputs)
 
     def in_steps(
         self,
@@ -114,13 +120,15 @@ class Evaluation:
 
     def _width(self, count: int) -> int:
         """Return how many points are evaluated at once: what fits best where the FMU lets us choose."""
-        if self.fmu.sizing is None:
+        if self.sizing is None:
             return self.nodes
-        lower, upper = self.fmu.limits(self.fmu.sizing)
+        lower, upper = self.fmu.limits(self.sizing)
         return max(lower, 1, min(count, _BLOCK if upper is None else upper, _BLOCK))
 
-    def _run(self, width: int, start: dict[str, float]) -> RunningFmu:
-        return RunningFmu(self.fmu, start=start, points=width if self.fmu.sizing is not None else None)
+    def _run(self, width: int, start: Mapping[str, Value]) -> RunningFmu:
+        if self.sizing is not None and width not in self._sized:
+            self._sized[width] = self.fmu.sized({self.sizing: width})
+        return RunningFmu(self._sized.get(width, self.fmu), start=start)
 
     def _write(self, fmu: RunningFmu, rows: FloatArray) -> None:
         fmu.set_real(self.inputs, rows.T.ravel())
@@ -135,7 +143,6 @@ class Elsewhere:
 
     Parameters
     ----------
-    path : Path
     make : callable
         Makes the `Evaluation` of `path` with `arguments`. The folder among them stays that of this process: one that
         crashes cannot tidy up.
@@ -216,8 +223,7 @@ class FmuModel:
         self.nodes = self._evaluation.nodes
         packed = self._fmu.folder / "resources" / "model.onnx"
         self.source = self._packed(packed) if packed.is_file() else None
-        present = list(self._fmu.variables)
-        self._bounds = [vector(present, n) for n in ("mu_low", "mu_high")]
+        self._bounds: list[list[str]] = [[n] if n in self._fmu.arrays else [] for n in ("mu_low", "mu_high")]
 
     def _packed(self, file: Path) -> FrictionSource | None:
         """Return the model in the FMU."""
@@ -244,7 +250,7 @@ class FmuModel:
         """Return the law as the packed model states it, or the name of the FMU."""
         if self.source is not None and self.source.formula:
             return self.source.formula
-        return f"{self._fmu.description.modelName} ({self.path.name})"
+        return f"{self._fmu.raw.modelName} ({self.path.name})"
 
     def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
         """Return mu for a table with the columns of the contract."""

@@ -46,14 +46,12 @@ class Variable:
         Value reference; the elements of an FMI 3.0 array share it.
     type : str
         ``Real``, ``Integer``, ``Enumeration``, ``Boolean``, ``String``, or what else FMI 3.0 calls it.
-    causality, unit : str
     exchange : str
         What get and set functions call the type: ``fmi2Real``, ``fmi3Float64``.
     element : int
         Place in the array.
     starts : tuple of float
         Start values of the whole array; zeros where the FMU gives none.
-    variability : str
     point : int
         The contact point whose instance holds it, where an FMU runs once a point.
     base : str
@@ -79,6 +77,16 @@ class Variable:
     point: int = 0
     base: str = ""
     start_text: str | None = None
+
+    @property
+    def own(self) -> str:
+        """Name of the FMU's own variable, of which this may be an element."""
+        return self.base or self.name
+
+    @property
+    def is_float64(self) -> bool:
+        """Whether its values are float64."""
+        return self.exchange in {"fmi2Real", "fmi3Float64"}
 
 
 def expand(
@@ -118,17 +126,6 @@ def expand(
             indexed.setdefault(base, []).append((index, variable))
     arrays = {base: [v for _, v in sorted(found, key=_index)] for base, found in indexed.items()}
     return variables, arrays
-
-
-def exchange_type(kind: str, version3: bool) -> str:
-    """Return what get and set functions call a type of the model description; empty for one that is not exchanged.
-
-    Examples
-    --------
-    >>> exchange_type("Real", version3=False), exchange_type("Float64", version3=True)
-    ('fmi2Real', 'fmi3Float64')
-    """
-    return (_TYPES3 if version3 else _TYPES2).get(kind, ("", ""))[1]
 
 
 def integer_limits(exchange: str) -> tuple[int, int]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,11 +18,11 @@ from friction_models.models.domain import Domain
 
 from ..archive.content import read_archive
 from ..interface.friction_source import FrictionSource, parse_source
+from ..interface.quantities import load_conversion
 from .fixed_friction import Evaluation, FmuModel
-from .fmu_files import describe
+from .fmu_files import UnpackedFmu, describe
 from .friction_names import FrictionNames, entries_by_model
-from .running import FmuError, RunningFmu
-from .unpacked import UnpackedFmu
+from .running import FmuError, RunningFmu, Value
 
 #: Two ordinary contact states that differ in all loads: an FMU that answers both alike at once may answer after a step.
 _PROBES = ((5.0, 50.0, 500.0, 2.0, 1.1), (200.0, 150.0, 1500.0, 20.0, 3.0))
@@ -38,7 +39,6 @@ def friction_model(
 
     Parameters
     ----------
-    path : path-like
     entry : mapping, optional
         Its entry in a file of names (`read_names`).
     isolate : bool, optional
@@ -160,7 +160,6 @@ class ForeignEvaluation(Evaluation):
 
     Parameters
     ----------
-    path : Path
     names : FrictionNames
         Its variables.
     folder : Path, optional
@@ -168,21 +167,18 @@ class ForeignEvaluation(Evaluation):
     """
 
     def __init__(self, path: Path, names: FrictionNames, folder: Path | None = None) -> None:
-        from ..user_onnx.units import conversion
-
-        fmu = UnpackedFmu(path, folder)
-        variables = {load: fmu.elements(name) for load, (name, _) in names.loads.items()}
-        inputs, outputs = [n for parts in variables.values() for n in parts], fmu.elements(names.mu)
-        for name in (*inputs, *outputs):
-            kind = fmu.variables[name].type
-            if kind != fmu.real:
-                raise InputError(f"{path}: variable {name!r} is of type {kind}, allowed: {fmu.real}")
-        super().__init__(fmu, inputs, outputs)
+        fmu = UnpackedFmu.of(path, folder)
+        inputs = [name for name, _ in names.loads.values()]
+        for name in (*inputs, names.mu):
+            fmu.check_float64(fmu.resolve(name))
+        super().__init__(fmu, inputs, names.mu)
         self.names = names
-        if set(LOAD_NAMES) != set(variables) or any(name != load for load, (name, _) in names.loads.items()):
-            fmu.sizing = None  # arrays under other names keep their length
-        self._columns = [LOAD_NAMES.index(load) for load in variables]
-        units = [conversion(q, u, str(path)) if u else (1.0, 0.0) for q, (_, u) in names.loads.items()]
+        if set(LOAD_NAMES) != set(names.loads) or any(
+            name != load for load, (name, _) in names.loads.items()
+        ):
+            self.sizing = None  # arrays under other names keep their length
+        self._columns = [LOAD_NAMES.index(load) for load in names.loads]
+        units = [load_conversion(q, u, str(path)) if u else (1.0, 0.0) for q, (_, u) in names.loads.items()]
         self._factors, self._offsets = np.array([f for f, _ in units]), np.array([o for _, o in units])
         self._saves = fmu.claims("canGetAndSetFMUState")
         self._short = _short_step(fmu)
@@ -214,29 +210,24 @@ class ForeignEvaluation(Evaluation):
             fmu.step(0.0, self._short)
             return not np.array_equal(now, fmu.get_real(self.outputs))
 
-    def at_once(self, array: FloatArray, start: dict[str, float], outputs: list[str]) -> FloatArray:
-        if not self._late and not self._saves:
-            return super().at_once(array, start, outputs)
-        mu = np.empty(len(array))
-        width = self._width(len(array))
-        with self._run(width, start) as fmu:
-            fresh = fmu.save() if self._saves else None
-            time = 0.0
-            for first in range(0, len(array), width):
-                if fresh is not None:
-                    fmu.restore(fresh)
-                    time = 0.0
-                rows = np.minimum(np.arange(first, first + width), len(array) - 1)
-                values = self._evaluate(fmu, array[rows], outputs)
-                if self._late:
-                    fmu.step(time, self._short)
-                    time += self._short
-                    values = fmu.get_real(outputs)
-                count = min(width, len(array) - first)
-                mu[first : first + count] = values[:count]
+    @contextmanager
+    def _answering(self, fmu: RunningFmu, outputs: list[str]) -> Iterator[Callable[[FloatArray], FloatArray]]:
+        fresh = fmu.save_state() if self._saves else None
+        clock = itertools.count()
+
+        def answer(rows: FloatArray) -> FloatArray:
+            time = 0.0 if fresh is not None else next(clock) * self._short
             if fresh is not None:
-                fmu.release(fresh)
-        return mu
+                fmu.restore_state(fresh)
+            values = self._evaluate(fmu, rows, outputs)
+            if not self._late:
+                return values
+            fmu.step(time, self._short)
+            return fmu.get_real(outputs)
+
+        yield answer
+        if fresh is not None:
+            fmu.free_state(fresh)
 
     def in_steps(
         self, array: FloatArray, t: FloatArray, pause: FloatArray, start: dict[str, float], outputs: list[str]
@@ -246,14 +237,8 @@ class ForeignEvaluation(Evaluation):
             mu[:1] = self.at_once(array[:1], start, outputs)
         return mu
 
-    def _run(self, width: int, start: dict[str, float]) -> RunningFmu:
-        values: dict[str, object] = {}
-        for name, value in {**self.names.start, **start}.items():
-            parts = [name] if name in self.fmu.variables else self.fmu.elements(name)
-            several = len(parts) > 1 and isinstance(value, list)
-            values |= dict(zip(parts, value)) if several else dict.fromkeys(parts, value)
-        points = width if self.fmu.sizing is not None else None
-        return RunningFmu(self.fmu, start=values, points=points)
+    def _run(self, width: int, start: Mapping[str, Value]) -> RunningFmu:
+        return super()._run(width, {**self.names.start, **start})
 
     def _write(self, fmu: RunningFmu, rows: FloatArray) -> None:
         values = rows[:, self._columns] * self._factors + self._offsets
@@ -307,8 +292,12 @@ class ForeignFmu(FmuModel):
         missing = [load for load in LOAD_NAMES if load not in self.names.loads]
         if not missing:
             return ""
-        inputs = {n for n, v in self._fmu.variables.items() if v.causality == "input"}
-        free = [f"{n} stays at {v}" for n, v in self.names.start.items() if n in inputs]
+        arrays = self._fmu.arrays
+        free = [
+            f"{n} stays at {v}"
+            for n, v in self.names.start.items()
+            if n in arrays and arrays[n][0].causality == "input"
+        ]
         verb = "does" if len(missing) == 1 else "do"
         return "; ".join([f"{self.path}: {', '.join(missing)} {verb} not enter it", *free])
 
@@ -316,7 +305,7 @@ class ForeignFmu(FmuModel):
 def _short_step(fmu: UnpackedFmu) -> float:
     """Return a step that lets an FMU answer [s]."""
     try:
-        step = float(fmu.description.defaultExperiment.stepSize)
+        step = float(fmu.raw.defaultExperiment.stepSize)
     except (AttributeError, TypeError, ValueError):
         return _SHORT
     return step if 0.0 < step < 1.0 else _SHORT

@@ -12,6 +12,7 @@ from friction_models.common import InputError, unknown_name
 from friction_models.common.yaml_files import read_yaml
 from friction_models.loads import LOAD_NAMES, LOADS, MU
 
+from ..interface.quantities import load_conversion
 from .fmu_files import FmuDescription
 
 #: A file of names is a page of text.
@@ -81,7 +82,6 @@ class FrictionNames:
 
         Parameters
         ----------
-        description : FmuDescription
         entry : mapping
             By load and for ``mu`` a variable, or ``{variable: ..., unit: ...}``; ``set``: values of other
             inputs and parameters. A load without an entry takes the variable of its own name, if there is one.
@@ -96,8 +96,6 @@ class FrictionNames:
         for key in entry:
             if key not in (*LOAD_NAMES, MU.name, "set"):
                 raise unknown_name("key", str(key), (*LOAD_NAMES, MU.name, "set"), where)
-        from ..user_onnx.units import conversion
-
         loads: dict[str, tuple[str, str]] = {}
         lengths: set[int] = set()
         for load in LOADS:
@@ -115,7 +113,7 @@ class FrictionNames:
                     f"{where}: {name!r} takes {twice[0]!r} and {load.name!r}; allowed: a variable of its own for each load"
                 )
             declared = "" if elements[0].unit == "-" else elements[0].unit
-            factors = [conversion(load.name, u, where) for u in (unit, declared) if u]
+            factors = [load_conversion(load.name, u, where) for u in (unit, declared) if u]
             if len(set(factors)) > 1:
                 raise InputError(
                     f"{where}: {name!r} is in {declared!r}, not in {unit!r}; allowed: {declared!r}"

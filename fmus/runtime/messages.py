@@ -15,8 +15,8 @@ DISCARD = 2
 _PLACEHOLDER = re.compile(r"%[-+#0]*(\d+|\*)?(\.(\d+|\*))?(hh|h|ll|l|j|z|t|L)?[diouxXeEfFgGaAcsp]")
 _WITHOUT_VALUES = " (the FMU's values for the placeholders cannot be shown)"
 
-#: PythonFMU wraps what was said into a line of its own.
-_PYTHON = re.compile(r"PyObject_CallMethod\s+\w+\((['\"])(?P<said>.*)\1\)$")
+#: PythonFMU wraps what was said into a line of its own, and the Python exception around it.
+_PYTHON = re.compile(r"(?:PyObject_CallMethod\s+|^)\w+\((['\"])(?P<said>.*)\1\)$", re.MULTILINE)
 
 
 class Messages:

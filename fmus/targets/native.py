@@ -8,8 +8,7 @@ from pathlib import Path
 from friction_models.loads import LOADS
 
 from ..archive.content import content_guid
-from ..interface.fmi2_description import Description, c_identifier, to_xml
-from ..interface.fmi3_description import build_description, to_xml3
+from ..interface.description import Description, build_description, c_identifier, to_xml
 from ..interface.friction_source import FrictionSource
 from ..interface.friction_variables import variables2, variables3
 from ..interface.quantities import FrictionInterface
@@ -63,7 +62,6 @@ def friction_description(
 
     Parameters
     ----------
-    source, interface : FrictionSource, FrictionInterface
     target : {"native", "python"}
     guid : str
         GUID or instantiation token.
@@ -153,8 +151,6 @@ def native_files(
 
     Parameters
     ----------
-    source : FrictionSource
-    interface : FrictionInterface
     platforms : sequence of str, optional
         As of `native.compile.build`.
     fmi : {"2.0", "3.0"}
@@ -185,7 +181,7 @@ def native_files(
 
     def description(guid: str) -> bytes:
         content = friction_description(source, interface, "native", guid, name, [main], fmi, ode)
-        return to_xml3(content, interface.nodes) if fmi == "3.0" else to_xml(content)
+        return to_xml(content, fmi, interface.nodes)
 
     # The GUID covers everything that decides what the FMU computes and shows.
     guid = content_guid(

@@ -15,7 +15,7 @@ from friction_models.loads import LOADS
 from ..archive.content import write_archive
 from ..archive.made_here import remember
 from ..exports import TARGETS as EXPORT_TARGETS
-from ..interface.fmi2_description import c_identifier
+from ..interface.description import c_identifier
 from ..interface.friction_source import FrictionSource
 from ..interface.friction_variables import MAX_NODES
 from ..interface.friction_variables import NAMES as FMI3_NAMES

@@ -5,14 +5,14 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Sequence
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
 
 from friction_models.common import InputError
 
 from ..archive.content import content_guid
-from ..interface.fmi2_description import Description, to_xml
+from ..interface.description import Description, to_xml
+from ..slaves.core import SolverConfig
+from ..slaves.protocol import package_version
 
 MAIN = "front_fmi2.c"
 #: Files of the front, `MAIN` first.
@@ -22,7 +22,7 @@ SOURCES = (MAIN, "front.h", "front_child.h", "front_posix.h", "front_win32.h", "
 def process_fmu_files(
     description: Description,
     solver: str,
-    config: dict[str, Any],
+    config: SolverConfig,
     platforms: Sequence[str] | None = None,
     python: str | None = None,
 ) -> dict[str, bytes]:
@@ -34,8 +34,8 @@ def process_fmu_files(
         With an empty GUID; it is filled with a hash of the content.
     solver : str
         Name that `fmus.slaves.server` knows.
-    config : dict
-        What the solver is made from; see `fmus.slaves.core.Solver`.
+    config : SolverConfig
+        What the solver is made from.
     platforms : sequence of str, optional
         Platforms to compile for; this machine's by default.
     python : str, optional
@@ -76,7 +76,7 @@ def process_fmu_files(
     return files
 
 
-def front_model(solver: str, config: dict[str, Any]) -> str:
+def front_model(solver: str, config: SolverConfig) -> str:
     """Return `front_model.h`: variables, start values and what the solver process is told.
 
     Examples
@@ -85,14 +85,11 @@ def front_model(solver: str, config: dict[str, Any]) -> str:
     >>> "#define TF_REALS 2" in front_model("forming", config)
     True
     """
-    names: list[str] = config["names"]
+    names = config["names"]
     # The process needs the names of the parameters only; the front has all of them.
     told = config | {"names": [""] * config["first_parameter"] + names[config["first_parameter"] :]}
     content = json.dumps(told, separators=(",", ":"), sort_keys=True).encode()
-    try:
-        packed_by = version("tribofmu")
-    except PackageNotFoundError:
-        packed_by = "of unknown version"
+    packed_by = package_version() or "of unknown version"
     lines = [
         "/* What one solver FMU is; generated. */",
         f"#define TF_REALS {len(names)}",

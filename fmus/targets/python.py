@@ -11,7 +11,7 @@ from friction_models.common import InputError
 from friction_models.loads import LOADS
 
 from ..archive.content import content_guid
-from ..interface.fmi2_description import Description, to_xml
+from ..interface.description import Description, to_xml
 from ..interface.friction_source import FrictionSource
 from ..interface.friction_variables import variables2
 from ..interface.quantities import FrictionInterface

@@ -44,10 +44,6 @@ def pack_signals(
     communication_step : float, optional
         Step of the default experiment [s]; a hundredth of the table by default.
 
-    Returns
-    -------
-    Path
-
     Raises
     ------
     InputError

@@ -37,7 +37,6 @@ class UserModel:
         How the loads enter the original.
     domain : dict
         Trained range by load, contract units; empty when unknown.
-    name, family, formula : str
     card : dict
         What the documentation shows.
     agreement : Agreement or None

@@ -12,9 +12,9 @@ import numpy.typing as npt
 from friction_models.common import InputError, unknown_name
 from friction_models.loads import LOAD_NAMES, LOADS
 
+from ..interface.quantities import load_conversion
 from .reading import ForeignInput
 from .spec import LoadEntry, Spec
-from .units import conversion
 
 Array = npt.NDArray[Any]
 
@@ -278,7 +278,7 @@ def _slot(
 def _scale(name: str, entry: LoadEntry, where: str) -> tuple[float, float]:
     """Return (factor, offset) from the load in the contract's unit to what the graph sees."""
     unit = LOADS[LOAD_NAMES.index(name)].unit if entry.unit is None else entry.unit
-    factor, offset = conversion(name, unit, where)
+    factor, offset = load_conversion(name, unit, where)
     return factor / entry.divide, (offset - entry.subtract) / entry.divide
 
 
@@ -300,7 +300,7 @@ def domain_of(spec: Spec, where: str) -> dict[str, tuple[float, float]]:
         if entry.range is None:
             domain[q.name] = (q.lower, q.upper)
             continue
-        factor, offset = conversion(q.name, entry.unit or q.unit, where)
+        factor, offset = load_conversion(q.name, entry.unit or q.unit, where)
         low, high = ((x - offset) / factor for x in entry.range)
         slack = 1e-9 * max(abs(q.lower), 1.0)
         if not q.lower - slack <= low <= high <= q.upper * (1.0 + 1e-9):

@@ -31,7 +31,7 @@ from fmus.archive.made_here import runs_apart
 from fmus.runtime.contact_points import PointInstances
 from fmus.runtime.errors import SimulationEnded, SimulationError
 from fmus.runtime.fmu_files import unpack
-from fmus.runtime.instance import Instance
+from fmus.runtime.instance import AnyInstance, Instance
 from fmus.runtime.interrupts import Interrupts
 from fmus.runtime.isolated import IsolatedInstance
 from friction_models.common import InputError, check_folder, unknown_name
@@ -39,7 +39,7 @@ from friction_models.common.folders import RUN
 from friction_models.loads import FloatArray
 
 from . import iteration
-from .components import AnyInstance, Components
+from .components import Components
 from .iteration import FixedPointIteration
 from .run_folders import Coupling, Course, Run, write_run
 from .setup.algebraic_loops import loop_warning
@@ -180,18 +180,15 @@ class Master:
         return run
 
     def _open(self, name: str, folder: Path) -> AnyInstance:
-        description = self.wiring.descriptions[name]
-        unpacked = unpack(description, folder)
+        fmu = unpack(self.wiring.descriptions[name], folder)
         parts = self.system.parts(name)
         if name in self.isolated:
             points = self.wiring.points.get(name)
             waiting = self._interrupts.check_waiting
-            return IsolatedInstance(name, description, unpacked, points, self._course.log, parts, waiting)
+            return IsolatedInstance(name, fmu, points, self._course.log, parts, waiting)
         if name in self.wiring.points:
-            return PointInstances(
-                name, description, unpacked, self.wiring.points[name], self._course.log, parts
-            )
-        return Instance(name, description, unpacked, self._course.log, parts)
+            return PointInstances(name, fmu, self.wiring.points[name], self._course.log, parts)
+        return Instance(name, fmu, self._course.log, parts)
 
     def _integrate(self, components: Components, progress: Progress | None) -> dict[str, FloatArray]:
         components.initialize(self.wiring, self.system.stop_time)

@@ -44,7 +44,6 @@ def swap_model(
 
     Parameters
     ----------
-    system : System
     component : str
         Its name; one that takes loads and gives mu may get any friction model, any other one another FMU.
     model : path-like

@@ -27,10 +27,8 @@ class Forest:
 
     Attributes
     ----------
-    roots : list of int
     feature, mode : list of int
         By node; modes as in `_MODES`.
-    split : list of float
     true, false : list of int
         Child where the test holds or not.
     weights : ndarray, shape (leaves, targets)

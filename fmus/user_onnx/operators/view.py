@@ -17,7 +17,6 @@ class View:
 
     Attributes
     ----------
-    node : ForeignNode
     inputs : list of Tensor or None
         None where an optional operand is left out.
     opset : int

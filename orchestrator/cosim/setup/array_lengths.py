@@ -23,7 +23,6 @@ def size_arrays(
 
     Parameters
     ----------
-    system : SystemDescription
     descriptions : dict of str to FmuDescription
         By component; sized ones replace the others.
     problems : list of str
