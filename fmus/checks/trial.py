@@ -30,13 +30,7 @@ _MAX_PROBLEMS, _MAX_VALIDATED = 20, 100_000
 
 
 class Trial:
-    """All trials of one FMU.
-
-    Parameters
-    ----------
-    path, result : path-like
-        The FMU, and the file that findings are written to.
-    """
+    """All trials of one FMU; findings go to the file `result`."""
 
     def __init__(self, path: Path, result: Path) -> None:
         self.path = path

@@ -57,13 +57,7 @@ def _choice(fmu: UnpackedFmu) -> str:
 
 
 class Friction:
-    """A friction FMU at a number of contact points.
-
-    Parameters
-    ----------
-    points : int, optional
-        Value of the structural parameter that gives the arrays their length.
-    """
+    """A friction FMU at a number of contact points, where the length of its arrays can be set."""
 
     def __init__(self, fmu: UnpackedFmu, points: int | None = None) -> None:
         sizing = fmu.sizing(LOAD_NAMES[0])

@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -29,6 +29,7 @@ MARK = "export.json"
 MAX_NAME = 24
 #: Files of an export by their path in its folder.
 Files = dict[str, str | bytes]
+_T = TypeVar("_T")
 _TEMPLATES = Path(__file__).parent / "templates"
 
 
@@ -39,7 +40,7 @@ def template(name: str, values: Mapping[str, str]) -> str:
     return text
 
 
-def checked_options(target: str, options: Mapping[str, Any], allowed: Collection[str]) -> dict[str, Any]:
+def checked_options(target: str, options: Mapping[str, _T], allowed: Collection[str]) -> dict[str, _T]:
     """Return the options that are not None, refusing names that the target does not know.
 
     Examples
@@ -158,14 +159,9 @@ class Reference:
 class Trial:
     """Points and a short history with the values that ONNX Runtime gives there; for the self-tests.
 
-    Attributes
-    ----------
-    points : ndarray
-        Loads, shape (n, 5): inside the domain first, then beyond it.
-    clamped, free, distance : ndarray
-        mu with and without clamping and the domain distance, shape (n,).
-    dt, stepped : ndarray
-        A history over the first points: time steps, and mu after each step, shape (m,).
+    `points` are loads, shape (n, 5), inside the domain first, then beyond it; `clamped` and `free` mu with and without
+    clamping, `distance` the domain distance, shape (n,). `dt` and `stepped` are a history over the first points: time steps,
+    and mu after each step, shape (m,).
     """
 
     points: FloatArray

@@ -20,13 +20,8 @@ NOT_MEASURED = "; not measured in training, no influence"
 def table(interface: FrictionInterface, ode: bool = False) -> list[Variable]:
     """Return one variable a quantity, not yet numbered; `array` where every contact point has a value of its own.
 
-    The five loads, `mu`, `domain_distance`, the states, the system variables, with `ode` the derivatives of the
-    states, the bounds of a prediction interval; then `in_domain` and `clamp_to_domain`.
-
-    Parameters
-    ----------
-    ode : bool
-        Whether the states are continuous states.
+    The five loads, `mu`, `domain_distance`, the states, the system variables, with `ode` (the states are continuous states)
+    the derivatives of the states, the bounds of a prediction interval; then `in_domain` and `clamp_to_domain`.
     """
     loads = tuple(q.name for q in LOADS)
     states = tuple(s.name for s in interface.states)

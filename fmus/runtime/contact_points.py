@@ -31,21 +31,7 @@ class _Split:
 
 
 class PointInstances(AnyInstance):
-    """One instance a contact point, each with its own memory.
-
-    Parameters
-    ----------
-    name : str
-        Name of the component.
-    fmu : UnpackedFmu
-        The scalar FMU, whose folder the instances share.
-    count : int
-        Number of points.
-    log : list of str, optional
-        Receives what the FMUs log.
-    parts : int
-        Steps that the FMUs make in each communication step.
-    """
+    """One `Instance` a contact point of a scalar FMU, each with its own memory; they share the folder of the FMU."""
 
     def __init__(
         self, name: str, fmu: UnpackedFmu, count: int, log: list[str] | None = None, parts: int = 1

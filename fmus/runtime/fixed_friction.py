@@ -28,14 +28,7 @@ _BLOCK = 1024
 
 
 class Evaluation:
-    """Outputs of a friction FMU at loads; its inputs are those of the contract.
-
-    Parameters
-    ----------
-    inputs : sequence of str
-        Its variables of the five loads.
-    output : str
-        Its variable of mu.
+    """Outputs of a friction FMU at loads; by default its variables are those of the contract.
 
     Raises
     ------

@@ -6,7 +6,6 @@ everything before that: paths that leave the folder, archives that swell, XML th
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import re
@@ -19,6 +18,7 @@ from typing import Any, Self
 from lxml import etree
 
 from friction_models.common import InputError, unknown_name
+from friction_models.common.cached_results import path_digest
 from friction_models.loads import LOADS, MU
 
 from ..archive.content import read_description, read_member
@@ -118,9 +118,9 @@ class FmuDescription:
         return replace(self, variables=variables, arrays=arrays, sizes=merged)
 
     @property
-    def structure(self) -> dict[str, Any]:
-        """fmpy's variables of the structural parameters, by name (FMI 3.0)."""
-        return {str(v.name): v for v in self.raw.modelVariables if v.causality == "structuralParameter"}
+    def structure(self) -> list[str]:
+        """Names of the structural parameters (FMI 3.0)."""
+        return [name for name, v in self.variables.items() if v.causality == "structuralParameter"]
 
     def structural(self) -> list[tuple[Variable, int]]:
         """Return the structural parameters that differ from their start values, and their values."""
@@ -219,7 +219,7 @@ class FmuDescription:
     @property
     def sha256(self) -> str:
         """Hash of the archive."""
-        return file_hash(self.path)
+        return path_digest(self.path)
 
 
 @dataclass(frozen=True)
@@ -267,31 +267,8 @@ class UnpackedFmu(FmuDescription):
         return library_in(self.folder, self.raw)
 
 
-def file_hash(path: str | os.PathLike[str]) -> str:
-    """Return the SHA-256 of a file as hexadecimal text.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> with TemporaryDirectory() as place:
-    ...     file = Path(place) / "empty"
-    ...     file.touch()
-    ...     file_hash(file)[:16]
-    'e3b0c44298fc1c14'
-    """
-    with Path(path).open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
 def read_model(path: Path) -> tuple[etree._Element, Any]:
-    """Read modelDescription.xml of an FMU that nobody has looked at yet.
-
-    Returns
-    -------
-    root : Element
-        Root of the file.
-    raw : object
-        fmpy's model description.
+    """Read modelDescription.xml of an FMU that nobody has looked at yet; return its root and fmpy's model description.
 
     Raises
     ------

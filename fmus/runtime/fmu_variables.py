@@ -94,14 +94,8 @@ def expand(
 ) -> tuple[dict[str, Variable], dict[str, list[Variable]]]:
     """Return the variables by full name and the elements of each structured name in index order.
 
-    Parameters
-    ----------
-    file : Path
-        For messages.
-    raw : object
-        fmpy's model description.
-    sizes : mapping of str to int
-        Values of structural parameters that differ from their start values.
+    `sizes` are values of structural parameters that differ from their start values; `file` is for messages, `raw` fmpy's
+    model description.
 
     Raises
     ------

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from ..interface.friction_source import FrictionSource, parse_source
 from ..interface.quantities import load_conversion
 from .fixed_friction import Evaluation, FmuModel
 from .fmu_files import UnpackedFmu, describe
-from .friction_names import FrictionNames, entries_by_model
+from .friction_names import Entry, FrictionNames, entries_by_model
 from .running import FmuError, RunningFmu, Value
 
 #: Two ordinary contact states that differ in all loads: an FMU that answers both alike at once may answer after a step.
@@ -33,7 +32,7 @@ MODEL = "resources/model.onnx"
 
 
 def friction_model(
-    path: str | os.PathLike[str], entry: Mapping[str, Any] | None = None, isolate: bool | None = None
+    path: str | os.PathLike[str], entry: Entry | None = None, isolate: bool | None = None
 ) -> FmuModel:
     """Open any friction FMU as a model.
 
@@ -93,7 +92,7 @@ class GivenNames:
     """
 
     file: Path | None = None
-    entries: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    entries: Mapping[str, Entry] = field(default_factory=dict)
 
     @classmethod
     def read(cls, models: Sequence[str], file: Path | None) -> GivenNames:
@@ -126,9 +125,7 @@ class GivenNames:
             raise InputError(f"{self.file}: {error}") from None
 
 
-def foreign_names(
-    path: str | os.PathLike[str], entry: Mapping[str, Any] | None = None
-) -> FrictionNames | None:
+def foreign_names(path: str | os.PathLike[str], entry: Entry | None = None) -> FrictionNames | None:
     """Return the variables of a friction FMU that others made; None for one of ours, which needs no care.
 
     Raises
@@ -153,17 +150,10 @@ def foreign_names(
 
 
 class ForeignEvaluation(Evaluation):
-    """Outputs of a friction FMU with names, units and habits of its own.
+    """Outputs of a friction FMU with names, units and habits of its own; `folder` holds it where it is unpacked already.
 
     Points of a data set without time are each evaluated from the start state where the FMU can save it. An FMU whose
     outputs follow its inputs only after a step is given a short one.
-
-    Parameters
-    ----------
-    names : FrictionNames
-        Its variables.
-    folder : Path, optional
-        Where it is unpacked already.
     """
 
     def __init__(self, path: Path, names: FrictionNames, folder: Path | None = None) -> None:
@@ -246,16 +236,7 @@ class ForeignEvaluation(Evaluation):
 
 
 class ForeignFmu(FmuModel):
-    """A friction FMU of another generator; see `ForeignEvaluation`.
-
-    Parameters
-    ----------
-    path : path-like
-        FMU for co-simulation, FMI 2.0 or 3.0.
-    names : FrictionNames
-        Its variables.
-    isolate
-        As of `FmuModel`.
+    """A friction FMU of another generator with the variables `names`; see `ForeignEvaluation`.
 
     Raises
     ------

@@ -24,22 +24,10 @@ _clock = time.perf_counter
 
 
 class IsolatedInstance(AnyInstance):
-    """An `Instance`, or `PointInstances`, in a process of its own.
+    """An `Instance`, or `PointInstances` with a number of points, in a process of its own.
 
-    A step is one message to and fro, whole vectors in it.
-
-    Parameters
-    ----------
-    name : str
-        Name of the component.
-    points : int or None
-        Number of contact points of an FMU that runs once a point.
-    log : list of str
-        Receives what the FMU logs.
-    parts : int
-        Steps that the FMU makes in each communication step.
-    waiting : callable, optional
-        Called every now and then during a call; what it raises ends the process.
+    A step is one message to and fro, whole vectors in it. `waiting` is called every now and then during a call; what it
+    raises ends the process.
 
     Raises
     ------

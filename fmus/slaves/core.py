@@ -60,10 +60,6 @@ class Solver(ABC):
     Two hosts drive it: the PythonFMU slave in the simulator's interpreter, and `fmus.slaves.server` in a
     process of its own. A solver sets `process`, an object with `snapshot` and `restore`.
 
-    Parameters
-    ----------
-    config : SolverConfig
-
     Attributes
     ----------
     values : numpy.ndarray

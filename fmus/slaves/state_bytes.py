@@ -25,14 +25,9 @@ _SUM = hashlib.sha256().digest_size
 
 
 def to_bytes(thing: Any, identity: str, classes: Sequence[type]) -> bytes:
-    """Return `thing` as bytes.
+    """Return `thing` as bytes: None, bool, int, float, str, lists, tuples, arrays and objects of `classes`.
 
-    Parameters
-    ----------
-    thing : object
-        Made of None, bool, int, float, str, lists, tuples, arrays and objects of `classes`.
-    identity : str
-        What the reader must know to be the right one.
+    `identity` is what the reader must know to be the right one.
 
     Raises
     ------

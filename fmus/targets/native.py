@@ -58,21 +58,11 @@ def friction_description(
     fmi: str = "2.0",
     ode: bool = False,
 ) -> Description:
-    """Return the model description of a friction FMU.
+    """Return the model description of a friction FMU, ``native`` or ``python``.
 
-    Parameters
-    ----------
-    target : {"native", "python"}
-    guid : str
-        GUID or instantiation token.
-    name : str
-        Name of the model and `modelIdentifier`; by default the model's name, and `own_identifier`.
-    sources : sequence of str
-        Files of `sources/` to be compiled.
-    fmi : {"2.0", "3.0"}
-        Version of the standard; a Python FMU is FMI 2.0.
-    ode : bool
-        Whether the memory is an ODE and the library gives its derivatives: its states are then continuous states.
+    `guid` is a GUID or instantiation token, `name` that of the model and the `modelIdentifier` (by default the model's name,
+    and `own_identifier`), `sources` the files of `sources/` to be compiled. `ode`: the memory is an ODE and the library
+    gives its derivatives; its states are then continuous states. A Python FMU is FMI 2.0.
     """
     native = target == "native"
     both = not source.states or ode
@@ -147,21 +137,10 @@ def native_files(
     fmi: str = "2.0",
     name: str = "",
 ) -> dict[str, bytes]:
-    """Return the files of a native friction FMU.
+    """Return the files of a native friction FMU by their path in the archive.
 
-    Parameters
-    ----------
-    platforms : sequence of str, optional
-        As of `native.compile.build`.
-    fmi : {"2.0", "3.0"}
-    name : str
-        As of `friction_description`.
-
-    Returns
-    -------
-    dict of str to bytes
-        Description, sources, binaries, ONNX model, icon, terminals, licence and reference results by
-        their path in the archive.
+    They are description, sources, binaries, ONNX model, icon, terminals, licence and reference results; `platforms` as of
+    `native.compile.build`, `name` as of `friction_description`.
 
     Raises
     ------

@@ -26,26 +26,11 @@ def process_fmu_files(
     platforms: Sequence[str] | None = None,
     python: str | None = None,
 ) -> dict[str, bytes]:
-    """Return the files of a solver FMU with the native front.
+    """Return the files of a solver FMU with the native front, by their path in the archive.
 
-    Parameters
-    ----------
-    description : Description
-        With an empty GUID; it is filled with a hash of the content.
-    solver : str
-        Name that `fmus.slaves.server` knows.
-    config : SolverConfig
-        What the solver is made from.
-    platforms : sequence of str, optional
-        Platforms to compile for; this machine's by default.
-    python : str, optional
-        Interpreter that the FMU starts when TRIBOFMU_PYTHON is not set; ``python3`` or ``python`` on PATH
-        by default, which keeps the FMU free of this machine's folders.
-
-    Returns
-    -------
-    dict of str to bytes
-        Path in the archive to content.
+    The GUID of the description is filled with a hash of the content. `solver` is a name that `fmus.slaves.server` knows,
+    `python` the interpreter that the FMU starts when TRIBOFMU_PYTHON is not set; ``python3`` or ``python`` on PATH by
+    default, which keeps the FMU free of this machine's folders.
 
     Raises
     ------

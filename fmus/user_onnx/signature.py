@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -53,12 +53,6 @@ class Feed:
     factor: tuple[float, ...]
     offset: tuple[float, ...]
 
-    @classmethod
-    def from_dict(cls, entry: Mapping[str, Any]) -> Feed:
-        """Build from an entry of `Signature.to_dict`."""
-        lists = {k: tuple(entry[k]) for k in ("shape", "loads", "factor", "offset")}
-        return cls(name=entry["name"], kind=entry["kind"], batch=entry["batch"], **lists)
-
     def fill(self, points: Array) -> Array:
         """Return what this input is given at loads of shape (n, 5); n is 1 unless `batch`."""
         values = points[:, list(self.loads)] * np.array(self.factor) + np.array(self.offset)
@@ -95,19 +89,16 @@ class Signature:
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data, for the Python FMU."""
-        inputs = [
-            {
-                "name": f.name,
-                "kind": f.kind,
-                "shape": list(f.shape),
-                "batch": f.batch,
-                "loads": list(f.loads),
-                "factor": list(f.factor),
-                "offset": list(f.offset),
-            }
-            for f in self.feeds
-        ]
+        inputs = [asdict(feed) for feed in self.feeds]
         return {"inputs": inputs, "output": self.output, "multiply": self.multiply, "add": self.add}
+
+    @classmethod
+    def from_dict(cls, entry: Mapping[str, Any]) -> Signature:
+        """Build from what `to_dict` returned, also after its way through JSON."""
+        feeds: Any = [
+            {k: tuple(v) if isinstance(v, list) else v for k, v in f.items()} for f in entry["inputs"]
+        ]
+        return cls(tuple(Feed(**f) for f in feeds), entry["output"], entry["multiply"], entry["add"])
 
 
 def choose_output(outputs: list[str], spec: Spec, where: str) -> str:

@@ -226,6 +226,7 @@ def simulate_level(inputs: Mapping[str, Any], friction: Path, folder: Path) -> R
     """
     from fmus import pack_forming
     from fmus.runtime.fmu_files import describe
+    from fmus.runtime.friction_names import FrictionNames
 
     from ..cosim.iteration import TOLERANCE
     from ..cosim.master import Master
@@ -234,7 +235,7 @@ def simulate_level(inputs: Mapping[str, Any], friction: Path, folder: Path) -> R
     level = Level(**inputs["level"])
     forming = forming_file(inputs, folder.parent)
     pack_forming(forming, process=level.process, **level.numbers)
-    label = str(inputs.get("label", ""))
+    label, names = str(inputs.get("label", "")), inputs.get("names")
     system = extrusion_system(
         friction,
         forming,
@@ -245,7 +246,7 @@ def simulate_level(inputs: Mapping[str, Any], friction: Path, folder: Path) -> R
         {"friction": label} if label else {},
         step=float(inputs["step"]),
         start=inputs["start"],
-        names=inputs.get("names"),
+        names=None if names is None else FrictionNames.from_dict(names),
     )
     if not _has(describe(friction), "domain_distance"):
         system.record = [name for name in system.record or [] if name != "friction.domain_distance"]

@@ -48,20 +48,10 @@ class Transfer:
 
 @dataclass
 class Components:
-    """Instances and ports of a system, and the transfers between them.
+    """Instances and ports of a system by component, in the order of evaluation, and the transfers between them.
 
-    Attributes
-    ----------
-    instances : mapping of str to AnyInstance
-        By component.
-    order : sequence of str
-        Order of evaluation.
-    inputs, outputs : dict of str to Port
-        What is connected or recorded of each component.
-    incoming : dict of str to list of Transfer
-        By target.
-    without_pressure : dict of str to PointsWithoutPressure
-        Components that get other loads at points without contact.
+    `inputs` and `outputs` are what is connected or recorded of each component, `incoming` the transfers by target,
+    `without_pressure` the components that get other loads at points without contact.
     """
 
     instances: Mapping[str, AnyInstance]

@@ -113,7 +113,7 @@ def test_yaml_as_a_list_and_graphs_of_fewer_loads() -> None:
 @pytest.mark.parametrize(
     ("spec", "words"),
     [
-        ({"inputs": {"T": {"unit": "kelvin"}}}, "unknown unit of 'T' 'kelvin'; allowed: K, degC, degF"),
+        ({"inputs": {"T": {"unit": "kelvins"}}}, "unknown unit of 'T' 'kelvins'; allowed: K, degC, degF"),
         ({"inputs": {"T": {"unit": "MPa"}}}, "unknown unit of 'T' 'MPa'"),
         ({"inputs": {"Temp": {}}}, "unknown load in inputs 'Temp'; allowed: T, psi, sd, sigma_n, v_rel"),
         ({"inputs": {"sigman": {}}}, "did you mean 'sigma_n'"),

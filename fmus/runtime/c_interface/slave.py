@@ -50,17 +50,10 @@ class CallFailed(RuntimeError):
 class Slave:
     """A loaded binary and one instance of it; `Fmi2Slave` and `Fmi3Slave` say how its functions are called.
 
-    Parameters
-    ----------
-    archive : Path
-        The FMU, for messages.
-    raw : object
-        fmpy's model description.
-    unpacked : Path
-        Folder of the unpacked archive.
-
     Attributes
     ----------
+    raw : object
+        fmpy's model description.
     now, size : ctypes.c_double
         Start and length of the next step [s]; `advance` passes them on.
     wants_to_end, early : ctypes.c_bool

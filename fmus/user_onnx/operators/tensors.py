@@ -60,15 +60,7 @@ Tensor: TypeAlias = Constant | Symbol
 
 
 class Canvas:
-    """Our graph under construction, with the operations on values that all translations share.
-
-    Parameters
-    ----------
-    graph : GraphBuilder
-        Where nodes are added.
-    where : str
-        File, for messages.
-    """
+    """Our graph under construction, with the operations on values that all translations share."""
 
     def __init__(self, graph: GraphBuilder, where: str) -> None:
         self.graph = graph

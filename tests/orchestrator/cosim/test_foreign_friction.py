@@ -107,7 +107,7 @@ def test_one_instance_a_point_in_a_process_with_other_units(fmus: dict[str, Path
     }
     assert names.start == {"gain": 2.0, "room": 21.0} and not names.has_distance
     assert FrictionNames.from_dict(names.to_dict()) == names
-    system = extrusion_system(fmus["late"], fmus["process"], 1.0, 0.5, names=names.to_dict())
+    system = extrusion_system(fmus["late"], fmus["process"], 1.0, 0.5, names=names)
     run = Master(system).run(tmp_path / "run")
     assert run.manifest["components"]["friction"]["instances"] == POINTS
     before = {n: run[f"forming.{n}"][:-1] for n in LOAD_NAMES}
@@ -124,7 +124,7 @@ def test_one_instance_a_point_in_a_process_with_other_units(fmus: dict[str, Path
 
 def test_a_system_that_converts_units_is_no_archive(fmus: dict[str, Path], tmp_path: Path) -> None:
     names = FrictionNames.of(describe(fmus["late"]), ENTRY)
-    system = extrusion_system(fmus["late"], fmus["process"], 1.0, 0.5, names=names.to_dict())
+    system = extrusion_system(fmus["late"], fmus["process"], 1.0, 0.5, names=names)
     with pytest.raises(InputError, match=r"converts units, which an archive cannot hold"):
         system.export(tmp_path / "x.ssp")
     system.connections[0] = "forming.v_rel -> friction.slip"
