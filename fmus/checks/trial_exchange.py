@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from friction_models.common import InputError
@@ -39,7 +37,7 @@ def exchange(fmu: UnpackedFmu, notes: Notes) -> None:
             fmi_type="ModelExchange",
             stop_time=_TIME,
             output_interval=_TIME / 10,
-            start_values={n: _text(v) for n, v in start.items()},
+            start_values={n: " ".join(map(repr, np.ravel(v).tolist())) for n, v in start.items()},
             output=recorded,
             logger=lambda *_: None,
         )
@@ -106,7 +104,3 @@ def _start(fmu: UnpackedFmu) -> dict[str, float | list[float]]:
         for q in LOADS
         for v in fmu.arrays[q.name]
     }
-
-
-def _text(value: Any) -> Any:
-    return " ".join(repr(v) for v in value) if isinstance(value, list) else value

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import operator
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -118,7 +119,9 @@ def expand(
                 raise InputError(f"{file}: variable {variable.name!r} stands twice in modelDescription.xml")
             variables[variable.name] = variable
             indexed.setdefault(base, []).append((index, variable))
-    arrays = {base: [v for _, v in sorted(found, key=_index)] for base, found in indexed.items()}
+    arrays = {
+        base: [v for _, v in sorted(found, key=operator.itemgetter(0))] for base, found in indexed.items()
+    }
     return variables, arrays
 
 
@@ -201,7 +204,3 @@ def _starts(text: Any, count: int) -> tuple[float, ...]:
     if len(values) == count:
         return tuple(values)
     return (values[0] if values else 0.0,) * count
-
-
-def _index(pair: tuple[int, Variable]) -> int:
-    return pair[0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -15,10 +15,8 @@ from fmus.runtime.ports import Port
 from friction_models.loads import FloatArray
 
 from .points_without_pressure import Patch, PointsWithoutPressure
-
-if TYPE_CHECKING:
-    from .setup.description import SystemDescription
-    from .setup.wiring import Wiring
+from .setup.description import SystemDescription
+from .setup.wiring import Wiring
 
 _Index: TypeAlias = npt.NDArray[np.intp] | slice
 

@@ -166,7 +166,7 @@ class Master:
                 self._interrupts = stack.enter_context(Interrupts())
                 instances: dict[str, AnyInstance] = {}
                 for name in self.wiring.descriptions:
-                    instances[name] = self._open(name, _made(work / name))
+                    instances[name] = self._open(name, work / name)
                     stack.callback(instances[name].close)
                     self._interrupts.check()
                 history = self._integrate(Components.of(self.system, self.wiring, instances), progress)
@@ -184,6 +184,7 @@ class Master:
         return run
 
     def _open(self, name: str, folder: Path) -> AnyInstance:
+        folder.mkdir()
         fmu = unpack(self.wiring.descriptions[name], folder)
         parts = self.system.parts(name)
         if name in self.isolated:
@@ -291,8 +292,3 @@ class Master:
 
     def _unstarted(self) -> Course:
         return Course(self.mode, self.tolerance, self.isolated, self.warnings)
-
-
-def _made(folder: Path) -> Path:
-    folder.mkdir()
-    return folder

@@ -5,18 +5,16 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from fmus.runtime.fmu_files import describe
 from fmus.runtime.fmu_variables import Variable
+from fmus.ssp.systems import Component, Connector, Structure, Value
+from fmus.ssp.writing import write_ssp
 from friction_models.common import InputError
 from friction_models.loads import MU
 
 from .setup.description import SystemDescription
 from .setup.wiring import Wiring
-
-if TYPE_CHECKING:
-    from fmus.ssp.systems import Component, Connector, Structure, Value
 
 
 def export_ssp(system: SystemDescription, path: str | os.PathLike[str], boundary: bool = False) -> Path:
@@ -56,9 +54,6 @@ def export_ssp(system: SystemDescription, path: str | os.PathLike[str], boundary
     >>> [component.name for component in structure.components], structure.step
     (['friction'], 0.1)
     """
-    from fmus.ssp.systems import Connector, Structure
-    from fmus.ssp.writing import write_ssp
-
     wiring = Wiring.of(system)
     scaled = next((link for link in wiring.links if (link.factor, link.offset) != (1.0, 0.0)), None)
     if scaled is not None:
@@ -118,8 +113,6 @@ def export_ssp(system: SystemDescription, path: str | os.PathLike[str], boundary
 
 def _open_inputs(wiring: Wiring, structure: Structure) -> None:
     """Make the inputs that nothing feeds inputs of the system, with their start values."""
-    from fmus.ssp.systems import Connector
-
     fed = {(target, given) for _, _, target, given in structure.connections}
     for name, pairs in wiring.starts.items():
         for variable, value in pairs:
@@ -144,8 +137,6 @@ def _copy(wiring: Wiring, name: str, variable: Variable) -> str:
 
 
 def _components(wiring: Wiring, name: str) -> list[Component]:
-    from fmus.ssp.systems import Component, Connector
-
     description = wiring.descriptions[name]
     used: dict[str, dict[str, Connector]] = {copy: {} for copy in _copies(wiring, name)}
 

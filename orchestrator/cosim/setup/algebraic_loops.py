@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from graphlib import CycleError, TopologicalSorter
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from fmus.runtime.fmu_files import FmuDescription
+from fmus.runtime.fmu_files import FmuDescription
 
-    from .wiring import Wiring
+from .wiring import Wiring
 
 #: What a mode does where a loop is closed.
 _TREATMENT = {
