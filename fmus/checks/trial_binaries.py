@@ -9,7 +9,7 @@ from friction_models.common import InputError
 from ..archive.binaries import Binary, read_binaries
 from ..native.platforms import PLATFORMS, host_platform
 from ..runtime.fmu_files import UnpackedFmu
-from .notes import Notes
+from .report import Notes
 
 _OLD = {"linux32": "x86-linux", "win32": "x86-windows", "darwin32": "x86-darwin"}
 #: The folder of the one kind of library that FMI 2.0 calls by the system alone.

@@ -9,7 +9,7 @@ from friction_models.loads import LOADS, MU, FloatArray
 
 from ..runtime.fmu_files import UnpackedFmu
 from ..runtime.running import RunningFmu
-from .notes import Notes
+from .report import Notes
 
 #: Time of the run [s], and the steps that co-simulation makes of it.
 _TIME, _STEPS = 0.1, 100

@@ -16,7 +16,7 @@ from .repeat_steps import random_loads
 if TYPE_CHECKING:
     from friction_models.models.onnx_model import OnnxModel
 
-    from .notes import Notes
+    from .report import Notes
 
 POINTS = 60
 #: Points of an FMU whose size can be chosen, besides its default.

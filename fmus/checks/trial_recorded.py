@@ -15,7 +15,7 @@ from friction_models.loads import FloatArray
 from ..archive.content import parse_xml
 from ..runtime.fmu_files import UnpackedFmu
 from ..runtime.running import RunningFmu
-from .notes import Notes
+from .report import Notes
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 _MAX_BYTES = 64 * 1024**2

@@ -9,7 +9,7 @@ from friction_models.loads import LOADS, MU
 from ..archive.content import read_description
 from ..interface.quantities import unit_base
 from ..runtime.fmu_files import UnpackedFmu
-from .notes import Notes
+from .report import Notes
 
 #: Base units of the SI; rad is left out, as tools disagree on whether an angle has it.
 _SI = ("kg", "m", "s", "A", "K", "mol", "cd")
