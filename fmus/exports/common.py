@@ -228,6 +228,10 @@ def description(source: FrictionSource) -> dict[str, str]:
         unknown = "not measured, no influence" if q.name in source.absent else "trained range not recorded"
         shown = f"trained on {trained[0]:g} to {trained[1]:g}" if trained else unknown
         loads.append(f"{q.name:8} {q.unit:5} {q.meaning}; {shown}")
+    system = []
+    for p in source.system:  # a text variable says what its numbers stand for
+        labels = "".join(f"; {i} = {label}" for i, label in enumerate(p.labels))
+        system.append(one_line(f"{p.name} [{p.unit}], start {p.start:g}{labels}"))
     return {
         "TITLE": one_line(f"Friction model {source.name} ({source.family}){source.origin}"),
         "SHORT_TITLE": one_line(f"Friction model {source.name}")[: 66 - len(source.origin)] + source.origin,
@@ -235,18 +239,8 @@ def description(source: FrictionSource) -> dict[str, str]:
         "VERSION": package_version("tribofmu") or "0",
         "LOAD_ROWS": rows(loads),
         "STATE_ROWS": rows([one_line(f"{s.name} [{s.unit}], start {s.start:g}") for s in source.states]),
-        "SYSTEM_ROWS": rows(
-            [
-                one_line(f"{p.name} [{p.unit}], start {p.start:g}{_labels(source.labels.get(p.name, ()))}")
-                for p in source.system
-            ]
-        ),
+        "SYSTEM_ROWS": rows(system),
     }
-
-
-def _labels(labels: Sequence[str]) -> str:
-    """Return what the numbers of a text variable stand for."""
-    return "".join(f"; {i} = {label}" for i, label in enumerate(labels))
 
 
 def one_line(text: str) -> str:

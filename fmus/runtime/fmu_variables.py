@@ -9,10 +9,12 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from friction_models.common import InputError
 
+#: What an input or parameter may start at; a list for the elements of an array.
+StartValue: TypeAlias = bool | int | float | str | list[float]
 _INDEXED = re.compile(r"^(?P<base>.*)\[(?P<index>\d+)\]$")
 #: Most elements of all arrays of one FMU.
 MAX_ELEMENTS = 2_000_000

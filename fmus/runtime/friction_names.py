@@ -14,6 +14,7 @@ from friction_models.loads import LOAD_NAMES, LOADS, MU
 
 from ..interface.quantities import load_conversion
 from .fmu_files import FmuDescription
+from .fmu_variables import StartValue
 
 #: A file of names is a page of text.
 _MAX_BYTES = 200_000
@@ -24,10 +25,8 @@ _VALUES: dict[str, tuple[tuple[type, ...], str]] = {
     "Enumeration": ((int,), "a whole number"),
     "String": ((str,), "a text"),
 }
-#: The value of an input or parameter.
-Value: TypeAlias = bool | int | float | str | list[float]
 #: An entry of a file of names: a variable, or its parts and unit, by load and for mu; values by name under ``set``.
-Entry: TypeAlias = Mapping[str, str | Mapping[str, Value]]
+Entry: TypeAlias = Mapping[str, str | Mapping[str, StartValue]]
 #: What the entry of a load may hold.
 _KEYS = ("variable", "unit")
 
@@ -61,7 +60,7 @@ class FrictionNames:
 
     loads: Mapping[str, tuple[str, str]] = field(default_factory=lambda: {n: (n, "") for n in LOAD_NAMES})
     mu: str = MU.name
-    start: Mapping[str, Value] = field(default_factory=dict)
+    start: Mapping[str, StartValue] = field(default_factory=dict)
     each_point: bool = False
     has_distance: bool = True
 
@@ -221,14 +220,14 @@ def _named(value: Any, load: str, where: str) -> tuple[str, str]:
     )
 
 
-def _start(description: FmuDescription, given: Any, used: set[str]) -> dict[str, Value]:
+def _start(description: FmuDescription, given: Any, used: set[str]) -> dict[str, StartValue]:
     """Return values of all inputs that no load feeds: those given, or the FMU's own start values."""
     where = str(description.path)
     if not isinstance(given, dict):
         raise InputError(
             f"{where}: set: {str(given)[:60]!r}, allowed: values of inputs and parameters by name"
         )
-    start: dict[str, Value] = {}
+    start: dict[str, StartValue] = {}
     free = [
         name
         for name, elements in description.arrays.items()

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from fmus.runtime.fmu_files import FmuDescription, describe
-from fmus.runtime.fmu_variables import Variable
+from fmus.runtime.fmu_variables import StartValue, Variable
 from fmus.ssp.reading import read_ssp, unpack_ssp
 from friction_models.common import InputError
 
-from .setup.description import StartValue, TemporaryFolder
+from .setup.description import TemporaryFolder
 
 
 def read_system(path: str | os.PathLike[str]) -> tuple[TemporaryFolder, dict[str, object]]:

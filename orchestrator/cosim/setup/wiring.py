@@ -8,13 +8,13 @@ from dataclasses import dataclass, field, replace
 
 from fmus.runtime.errors import collected
 from fmus.runtime.fmu_files import FmuDescription, describe
-from fmus.runtime.fmu_variables import Variable, integer_limits
+from fmus.runtime.fmu_variables import StartValue, Variable, integer_limits
 from fmus.runtime.instance import Start
 from friction_models.common import InputError, unknown_name
 
 from .array_lengths import size_arrays
 from .connections import scaling, split_connection
-from .description import StartValue, SystemDescription
+from .description import SystemDescription
 
 #: A component and the elements of one of its variables.
 _End = tuple[str, list[Variable]]
