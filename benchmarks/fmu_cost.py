@@ -46,9 +46,8 @@ def measure(folder: Path) -> Section:
 def _step(model: object, target: str, nodes: int) -> float:
     with tempfile.TemporaryDirectory() as place:
         path = pack(model, Path(place) / "friction.fmu", target=target, nodes=nodes)
-        description = describe(path)
-        unpacked = unpack(description, Path(place) / "unpacked")
-        with Instance("friction", description, unpacked) as instance:
+        description = unpack(describe(path), Path(place) / "unpacked")
+        with Instance("friction", description) as instance:
             instance.initialize([], stop_time=1e6)
             inputs = Port([v for q in LOADS for v in description.resolve(q.name)])
             outputs = Port(description.resolve("mu"))

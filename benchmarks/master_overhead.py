@@ -33,22 +33,23 @@ def overhead(folder: Path) -> Table:
     folder.mkdir(parents=True, exist_ok=True)
     path = pack(ConstantFriction(0.08), folder / "overhead.fmu")
     description = describe(path)
-    with tempfile.TemporaryDirectory() as place:
-        unpacked = unpack(description, Path(place))
-        with Instance("friction", description, unpacked) as instance:
-            instance.initialize([], stop_time=1e6)
-            inputs = Port([v for q in LOADS for v in description.resolve(q.name)])
-            outputs = Port(description.resolve("mu"))
-            loops = {
-                "master (Instance.step)": _through_master(instance, inputs, outputs),
-                "bare calls, ready-made arguments": _bare(instance, inputs, outputs),
-                "bare calls, declared types": _bare(instance, inputs, outputs, declared=True),
-            }
-            # In turns, so that a busy moment of the machine meets all of them.
-            taken: dict[str, list[float]] = {name: [] for name in loops}
-            for _ in range(REPEATS):
-                for name, loop in loops.items():
-                    taken[name].append(loop())
+    with (
+        tempfile.TemporaryDirectory() as place,
+        Instance("friction", unpack(description, Path(place))) as instance,
+    ):
+        instance.initialize([], stop_time=1e6)
+        inputs = Port([v for q in LOADS for v in description.resolve(q.name)])
+        outputs = Port(description.resolve("mu"))
+        loops = {
+            "master (Instance.step)": _through_master(instance, inputs, outputs),
+            "bare calls, ready-made arguments": _bare(instance, inputs, outputs),
+            "bare calls, declared types": _bare(instance, inputs, outputs, declared=True),
+        }
+        # In turns, so that a busy moment of the machine meets all of them.
+        taken: dict[str, list[float]] = {name: [] for name in loops}
+        for _ in range(REPEATS):
+            for name, loop in loops.items():
+                taken[name].append(loop())
     cost = {name: statistics.median(times) for name, times in taken.items()}
     master = cost["master (Instance.step)"]
     table = Table(["scalar FMI 2.0 set-step-get", "us", "master / this"])
@@ -89,7 +90,7 @@ def _through_master(instance: Instance, inputs: Port, outputs: Port) -> Callable
 
 
 def _bare(instance: Instance, inputs: Port, outputs: Port, declared: bool = False) -> Callable[[], float]:
-    slave = instance._slave
+    slave = instance.slave
     component = slave._component
     low, high = inputs.values * 0.9, inputs.values * 1.1
     values = inputs.values

@@ -90,7 +90,6 @@ def read_binaries(content: bytes, where: str) -> list[Binary]:
 
     Parameters
     ----------
-    content : bytes
     where : str
         Name of the file, for messages.
 

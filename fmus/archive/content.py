@@ -10,7 +10,8 @@ import shutil
 import stat
 import unicodedata
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 
 from lxml import etree
@@ -100,14 +101,10 @@ def read_members(path: str | os.PathLike[str]) -> dict[str, zipfile.ZipInfo]:
     if not file.is_file():
         what = "is a folder; allowed: an FMU file" if file.is_dir() else "no such FMU"
         raise InputError(f"{file}: {what}")
-    try:
+    with _readable(f"{file}: not an FMU: not a readable ZIP archive"):
         _check_table(file)
         with zipfile.ZipFile(file) as archive:
             members = archive.infolist()
-    except InputError:
-        raise
-    except Exception as error:  # BadZipFile, OSError, and whatever a made-up table of contents leads to
-        raise InputError(f"{file}: not an FMU: not a readable ZIP archive ({_first(error)})") from None
     if len(members) > MAX_FILES:
         raise InputError(f"{file}: {len(members)} files in the archive, allowed: at most {MAX_FILES}")
     total = sum(m.file_size for m in members)
@@ -192,18 +189,14 @@ def read_member(path: str | os.PathLike[str], name: str, limit: int = MAX_BYTES)
     ...     read_member(archive, "a.txt")
     b'mu'
     """
-    try:
-        with zipfile.ZipFile(path) as archive:
-            size = archive.getinfo(name).file_size
-            if size > limit:
-                raise InputError(f"{path}: {name} is larger than {limit} bytes")
-            return archive.read(name)
-    except InputError:
-        raise
-    except Exception as error:  # BadZipFile, zlib.error, OSError, EOFError and others are not one family
-        raise InputError(
-            f"{path}: member {name!r} is damaged and cannot be unpacked ({_first(error)})"
-        ) from None
+    with (
+        _readable(f"{path}: member {name!r} is damaged and cannot be unpacked"),
+        zipfile.ZipFile(path) as archive,
+    ):
+        size = archive.getinfo(name).file_size
+        if size > limit:
+            raise InputError(f"{path}: {name} is larger than {limit} bytes")
+        return archive.read(name)
 
 
 def parse_xml(content: bytes, where: str) -> etree._Element:
@@ -211,7 +204,6 @@ def parse_xml(content: bytes, where: str) -> etree._Element:
 
     Parameters
     ----------
-    content : bytes
     where : str
         Archive and file, for messages.
 
@@ -310,18 +302,13 @@ def unpack_members(path: str | os.PathLike[str], folder: str | os.PathLike[str])
     """
     members = read_members(path)
     target = Path(folder)
-    try:
-        with zipfile.ZipFile(path) as archive:
-            for name, member in members.items():
-                place = target.joinpath(*PurePosixPath(name).parts)
-                place.parent.mkdir(parents=True, exist_ok=True)
-                # zipfile stops at the declared size, the sum of which is bounded, and compares checksums.
-                with archive.open(member) as source, place.open("xb") as written:
-                    shutil.copyfileobj(source, written, 1024**2)
-    except Exception as error:  # BadZipFile, zlib.error, OSError and others are not one family
-        if isinstance(error, OSError) and error.errno == errno.ENOSPC:
-            raise OSError(error.errno, error.strerror, str(target)) from None
-        raise InputError(f"{path}: the archive cannot be unpacked ({_first(error)})") from None
+    with _readable(f"{path}: the archive cannot be unpacked", target), zipfile.ZipFile(path) as archive:
+        for name, member in members.items():
+            place = target.joinpath(*PurePosixPath(name).parts)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            # zipfile stops at the declared size, the sum of which is bounded, and compares checksums.
+            with archive.open(member) as source, place.open("xb") as written:
+                shutil.copyfileobj(source, written, 1024**2)
     return target
 
 
@@ -339,13 +326,23 @@ def check_content(path: str | os.PathLike[str]) -> None:
     >>> with TemporaryDirectory() as place:
     ...     check_content(write_archive(Path(place) / "any.zip", {"a.txt": b"mu"}))
     """
-    try:
-        with zipfile.ZipFile(path) as archive:
-            damaged = archive.testzip()
-    except Exception as error:  # zlib.error, OSError, EOFError and others are not one family
-        raise InputError(f"{path}: the archive cannot be unpacked ({_first(error)})") from None
+    with _readable(f"{path}: the archive cannot be unpacked"), zipfile.ZipFile(path) as archive:
+        damaged = archive.testzip()
     if damaged is not None:
         raise InputError(f"{path}: member {damaged!r} is damaged and cannot be unpacked")
+
+
+@contextmanager
+def _readable(problem: str, folder: Path | None = None) -> Iterator[None]:
+    """Let what goes wrong with an archive be an `InputError`; that there is no room left in `folder` stays an `OSError`."""
+    try:
+        yield
+    except InputError:
+        raise
+    except Exception as error:  # BadZipFile, zlib.error, OSError, EOFError and others are not one family
+        if isinstance(error, OSError) and error.errno == errno.ENOSPC:
+            raise OSError(error.errno, error.strerror, str(folder)) from None
+        raise InputError(f"{problem} ({_first(error)})") from None
 
 
 def _check_table(file: Path) -> None:

@@ -39,7 +39,6 @@ def check(
 
     Parameters
     ----------
-    path : path-like
     time_limit : float
         Longest time that all trials may take [s].
     memory_limit : int
@@ -64,7 +63,7 @@ def check(
     report = CheckReport(file, _title(root))
     size = sum(m.file_size for m in members.values())
     report.add(
-        True, "archive", f"{len(members)} files, {_kilobytes(size)} unpacked, no path leaves the folder"
+        True, "archive", f"{len(members)} files, {size / 1000:.0f} kB unpacked, no path leaves the folder"
     )
     with tempfile.TemporaryDirectory(prefix="tribofmu-check-", ignore_cleanup_errors=True) as folder:
         result = Path(folder) / "result.json"
@@ -155,7 +154,3 @@ def _title(root: Any) -> str:
     tool = " ".join(str(root.get("generationTool", "")).split())[:80]
     made = f", made by {tool}" if tool else ""
     return f"{name}: FMI {root.get('fmiVersion')}, {' and '.join(kinds) or 'no known interface'}{made}"
-
-
-def _kilobytes(size: int) -> str:
-    return f"{size / 1000:.0f} kB"

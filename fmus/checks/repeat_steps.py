@@ -6,10 +6,10 @@ import contextlib
 
 import numpy as np
 
-from friction_models.loads import LOADS, FloatArray
+from friction_models.loads import LOAD_NAMES, FloatArray
 
+from ..runtime.fmu_files import UnpackedFmu
 from ..runtime.running import RunningFmu
-from ..runtime.unpacked import UnpackedFmu
 
 #: Steps of one run.
 STEPS = 5
@@ -19,18 +19,17 @@ class Play:
     """A few steps of an FMU, with random loads where it is a friction FMU."""
 
     def __init__(self, fmu: UnpackedFmu) -> None:
-        self.outputs = [n for n, v in fmu.variables.items() if v.causality == "output" and v.type == fmu.real]
-        experiment = fmu.description.defaultExperiment
+        self.outputs = [n for n, v in fmu.variables.items() if v.causality == "output" and v.is_float64]
+        experiment = fmu.raw.defaultExperiment
         self.size = 0.01
         with contextlib.suppress(TypeError, ValueError):
             if experiment is not None and float(experiment.stepSize) > 0.0:
                 self.size = float(experiment.stepSize)
         self.inputs: list[str] = []
         self.series: FloatArray = np.empty((0, 0))
-        if fmu.is_friction():
-            names = fmu.friction()
-            self.inputs = [n for q in LOADS for n in names[q.name]]
-            points = sum(fmu.length(n) for n in names["mu"])
+        if fmu.is_friction:
+            points = fmu.contact_points()
+            self.inputs = list(LOAD_NAMES)
             rng = np.random.default_rng(2)
             self.series = np.array([random_loads(rng, points).T.ravel() for _ in range(STEPS + 2)])
 

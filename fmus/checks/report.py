@@ -1,7 +1,8 @@
-"""Report of `check`: findings in groups, as data and as text."""
+"""Findings of `check` in groups: as data, as text, and on their way from the second process."""
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -18,7 +19,6 @@ class Finding(NamedTuple):
     outcome : {"passed", "failed", "skipped", "noted"}
     group : str
         Heading that it belongs under.
-    text : str
 
     Examples
     --------
@@ -37,10 +37,8 @@ class CheckReport:
 
     Attributes
     ----------
-    path : Path
     title : str
         What the FMU says it is.
-    findings : list of Finding
 
     Examples
     --------
@@ -86,3 +84,31 @@ class CheckReport:
             lines.append(group)
             lines += [f"  {f.outcome:<7} {f.text}" for f in self.findings if f.group == group]
         return "\n".join(lines)
+
+
+class Notes:
+    """Findings of the second process, written to a file one by one: what was found before a crash is kept.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     notes = Notes(Path(place) / "findings")
+    ...     notes.add(True, "paths stay inside")
+    ...     print(notes.result.read_text())
+    ["passed", "archive", "paths stay inside"]
+    """
+
+    def __init__(self, result: Path) -> None:
+        self.result = result
+        self.group = "archive"
+
+    def add(self, good: bool, text: str) -> None:
+        """Write what went well or not."""
+        self.note("passed" if good else "failed", text)
+
+    def note(self, outcome: str, text: str) -> None:
+        """Write a finding with its outcome."""
+        line = json.dumps([outcome, self.group, " ".join(text.split())[:600]])
+        with self.result.open("a", encoding="utf-8") as stream:
+            stream.write(line + "\n")

@@ -13,10 +13,10 @@ from friction_models.loads import FloatArray
 
 from ..archive.content import read_description
 from ..archive.limits import limit_memory
+from ..runtime.fmu_files import UnpackedFmu
 from ..runtime.running import FmuError, RunningFmu
-from ..runtime.unpacked import UnpackedFmu
-from .notes import Notes
 from .repeat_steps import STEPS, Play
+from .report import Notes
 from .schema import problems_of
 from .trial_binaries import binaries
 from .trial_exchange import exchange
@@ -29,122 +29,111 @@ from .trial_units import units
 _MAX_PROBLEMS, _MAX_VALIDATED = 20, 100_000
 
 
-class Trial:
-    """All trials of one FMU.
+def run(path: Path, notes: Notes) -> None:
+    """Run all trials of one FMU."""
 
-    Parameters
-    ----------
-    path, result : path-like
-        The FMU, and the file that findings are written to.
-    """
+    def failed(error: Exception) -> None:
+        notes.add(False, str(error).replace(f"{path}: ", ""))
 
-    def __init__(self, path: Path, result: Path) -> None:
-        self.path = path
-        self.notes = Notes(result)
-
-    def run(self) -> None:
-        """Run all trials."""
-        self.notes.group = "model description"
-        self._schema()
+    notes.group = "model description"
+    _schema(path, notes)
+    try:
+        fmu = UnpackedFmu.of(path)
+    except InputError as error:
+        failed(error)
+        return
+    units(fmu, notes)
+    notes.group = "platforms"
+    if not binaries(fmu, notes):
+        return
+    for group, trial in (
+        ("co-simulation", _steps),
+        ("friction", friction),
+        ("model exchange", exchange),
+        ("reference results", recorded),
+    ):
+        notes.group = group
         try:
-            fmu = UnpackedFmu(self.path)
-        except InputError as error:
-            self.notes.add(False, self._text(error))
-            return
-        units(fmu, self.notes)
-        self.notes.group = "platforms"
-        here = binaries(fmu, self.notes)
-        if not here:
-            return
-        for group, trial in (
-            ("co-simulation", self._run),
-            ("friction", friction),
-            ("model exchange", exchange),
-            ("reference results", recorded),
-        ):
-            self.notes.group = group
-            try:
-                trial(fmu, self.notes)
-            except (FmuError, InputError) as error:
-                self.notes.add(False, self._text(error))
+            trial(fmu, notes)
+        except (FmuError, InputError) as error:
+            failed(error)
 
-    def _text(self, error: BaseException) -> str:
-        return str(error).replace(f"{self.path}: ", "")
 
-    def _schema(self) -> None:
-        count = sum(1 for _ in read_description(self.path).iterfind("ModelVariables/*"))
-        if count > _MAX_VALIDATED:
-            text = f"schema and semantics: {count} variables, at most {_MAX_VALIDATED} are validated"
-            self.notes.note("skipped", text)
-            return
-        problems = problems_of(self.path)
-        self.notes.add(not problems, "schema and semantics (fmpy)")
-        for problem in problems[:_MAX_PROBLEMS]:
-            self.notes.add(False, str(problem))
-        if len(problems) > _MAX_PROBLEMS:
-            self.notes.add(False, f"... and {len(problems) - _MAX_PROBLEMS} more problems")
+def _schema(path: Path, notes: Notes) -> None:
+    count = sum(1 for _ in read_description(path).iterfind("ModelVariables/*"))
+    if count > _MAX_VALIDATED:
+        text = f"schema and semantics: {count} variables, at most {_MAX_VALIDATED} are validated"
+        notes.note("skipped", text)
+        return
+    problems = problems_of(path)
+    notes.add(not problems, "schema and semantics (fmpy)")
+    for problem in problems[:_MAX_PROBLEMS]:
+        notes.add(False, str(problem))
+    if len(problems) > _MAX_PROBLEMS:
+        notes.add(False, f"... and {len(problems) - _MAX_PROBLEMS} more problems")
 
-    def _run(self, fmu: UnpackedFmu, notes: Notes) -> None:
-        """Play a few steps, twice, and with the FMU state taken and set."""
-        if fmu.description.coSimulation is None:
-            notes.note("skipped", "not offered")
-            return
-        alone = fmu.claims("canBeInstantiatedOnlyOncePerProcess")
-        play = Play(fmu)
-        with RunningFmu(fmu, "first") as first:
-            notes.add(True, "loads and starts in a second process")
-            mine = play.steps(first)
-            if not alone:
-                with RunningFmu(fmu, "second") as second:
-                    again = play.steps(second, count=3)
-                notes.add(_equal(mine[:3], again), "a second instance repeats the first exactly")
-            self._state(first, play, notes)
-        with RunningFmu(fmu, "again") as first:
-            if alone:
-                notes.add(
-                    _equal(mine[:3], play.steps(first, count=3)), "a repeated run gives the same exactly"
-                )
-            else:
-                play.steps(first, count=1)
-            first.reset()
+
+def _steps(fmu: UnpackedFmu, notes: Notes) -> None:
+    """Play a few steps, twice, and with the FMU state taken and set."""
+    if fmu.raw.coSimulation is None:
+        notes.note("skipped", "not offered")
+        return
+    alone = fmu.claims("canBeInstantiatedOnlyOncePerProcess")
+    play = Play(fmu)
+    with RunningFmu(fmu, "first") as first:
+        notes.add(True, "loads and starts in a second process")
+        mine = play.steps(first)
+        if not alone:
+            with RunningFmu(fmu, "second") as second:
+                again = play.steps(second, count=3)
+            notes.add(_equal(mine[:3], again), "a second instance repeats the first exactly")
+        _state(first, play, notes)
+    with RunningFmu(fmu, "again") as first:
+        if alone:
+            repeated = _equal(mine[:3], play.steps(first, count=3))
+            notes.add(repeated, "a repeated run gives the same exactly")
+        else:
+            play.steps(first, count=1)
+        first.reset()
+        repeated = _equal(mine[:3], play.steps(first, count=3))
+        notes.add(repeated, "a reset instance repeats the run exactly")
+    _refusal(fmu, notes)
+
+
+def _state(fmu: RunningFmu, play: Play, notes: Notes) -> None:
+    if not fmu.fmu.claims("canGetAndSetFMUstate"):
+        notes.note("skipped", "FMU state: not claimed")
+        return
+    state = fmu.save_state()
+    ahead = play.steps(fmu, count=2, first=STEPS)
+    fmu.restore_state(state)
+    notes.add(_equal(ahead, play.steps(fmu, count=2, first=STEPS)), "FMU state: exact replay")
+    if fmu.fmu.claims("canSerializeFMUstate"):
+        read = fmu.deserialize(fmu.serialize(state))
+        fmu.restore_state(read)
+        replay = play.steps(fmu, count=2, first=STEPS)
+        notes.add(_equal(ahead, replay), "FMU state: exact replay after serialization")
+        fmu.free_state(read)
+    fmu.free_state(state)
+
+
+def _refusal(fmu: UnpackedFmu, notes: Notes) -> None:
+    """NaN must be refused by our FMUs and friction FMUs; for other FMUs the answer is only noted."""
+    names = [v.own for v in fmu.variables.values() if v.causality == "input" and v.is_float64]
+    if not names:
+        return
+    name = names[-1]
+    ours = fmu.is_friction or str(fmu.raw.generationTool).startswith("tribofmu")
+    with RunningFmu(fmu, "refusal") as running:
+        try:
+            running.set({name: np.nan})
+        except FmuError as error:
             notes.add(
-                _equal(mine[:3], play.steps(first, count=3)), "a reset instance repeats the run exactly"
+                not ours or name.partition("[")[0] in str(error),
+                f"NaN is refused with a message that names the variable ({error})",
             )
-        self._refusal(fmu, notes)
-
-    def _state(self, fmu: RunningFmu, play: Play, notes: Notes) -> None:
-        if not fmu.fmu.claims("canGetAndSetFMUstate"):
-            notes.note("skipped", "FMU state: not claimed")
-            return
-        state = fmu.save()
-        ahead = play.steps(fmu, count=2, first=STEPS)
-        fmu.restore(state)
-        notes.add(_equal(ahead, play.steps(fmu, count=2, first=STEPS)), "FMU state: exact replay")
-        if fmu.fmu.claims("canSerializeFMUstate"):
-            read = fmu.deserialize(fmu.serialize(state))
-            fmu.restore(read)
-            replay = play.steps(fmu, count=2, first=STEPS)
-            notes.add(_equal(ahead, replay), "FMU state: exact replay after serialization")
-            fmu.release(read)
-        fmu.release(state)
-
-    def _refusal(self, fmu: UnpackedFmu, notes: Notes) -> None:
-        """NaN must be refused by our FMUs and friction FMUs; for other FMUs the answer is only noted."""
-        names = [n for n, v in fmu.variables.items() if v.causality == "input" and v.type == fmu.real]
-        if not names:
-            return
-        name = names[-1]
-        ours = fmu.is_friction() or str(fmu.description.generationTool).startswith("tribofmu")
-        with RunningFmu(fmu, "refusal") as running:
-            try:
-                running.set_real([name], np.full(running.count([name]), np.nan))
-            except FmuError as error:
-                notes.add(
-                    not ours or name.partition("[")[0] in str(error),
-                    f"NaN is refused with a message that names the variable ({error})",
-                )
-            else:
-                notes.note("failed" if ours else "noted", f"NaN as {name!r} is accepted, better: an error")
+        else:
+            notes.note("failed" if ours else "noted", f"NaN as {name!r} is accepted, better: an error")
 
 
 def _equal(a: FloatArray, b: FloatArray) -> bool:
@@ -155,6 +144,6 @@ def main() -> None:
     """Check the FMU of the first argument; findings go to the file of the second; memory of the third."""
     limit_memory(int(sys.argv[3]))
     path, result = Path(sys.argv[1]), Path(sys.argv[2])
-    Trial(path, result).run()
+    run(path, Notes(result))
     with result.open("a", encoding="utf-8") as stream:
         stream.write(json.dumps(["end", "", ""]) + "\n")

@@ -8,8 +8,8 @@ from friction_models.common import InputError
 
 from ..archive.binaries import Binary, read_binaries
 from ..native.platforms import PLATFORMS, host_platform
-from ..runtime.unpacked import UnpackedFmu
-from .notes import Notes
+from ..runtime.fmu_files import UnpackedFmu
+from .report import Notes
 
 _OLD = {"linux32": "x86-linux", "win32": "x86-windows", "darwin32": "x86-darwin"}
 #: The folder of the one kind of library that FMI 2.0 calls by the system alone.
@@ -22,7 +22,7 @@ def binaries(fmu: UnpackedFmu, notes: Notes) -> bool:
     host = host_platform()
     here = host.folder(fmu.version)
     root = fmu.folder / "binaries"
-    interfaces = (fmu.description.coSimulation, fmu.description.modelExchange)
+    interfaces = (fmu.raw.coSimulation, fmu.raw.modelExchange)
     names = {i.modelIdentifier for i in interfaces if i is not None}
     folders = sorted(p for p in root.iterdir() if p.is_dir()) if root.is_dir() else []
     found = {}
@@ -35,7 +35,7 @@ def binaries(fmu: UnpackedFmu, notes: Notes) -> bool:
         for file in files:
             _one(fmu, file, notes)
     sources = (fmu.folder / "sources").is_dir()
-    runs = here in found or (fmu.version == "2.0" and fmu.library().is_file())
+    runs = here in found or (fmu.version == "2.0" and fmu.library.is_file())
     notes.add(
         runs,
         f"platforms: {', '.join(found) or 'none'}{', source code' if sources else ''} (this machine: {here})",
@@ -117,15 +117,15 @@ def _required(fmu: UnpackedFmu) -> list[str]:
             "GetBoolean",
             "SetBoolean",
         ]
-        if fmu.description.coSimulation is not None:
+        if fmu.raw.coSimulation is not None:
             names.append("DoStep")
-        if fmu.description.modelExchange is not None:
+        if fmu.raw.modelExchange is not None:
             names += ["SetTime", "GetDerivatives", "GetContinuousStates", "SetContinuousStates"]
         return [f"fmi2{n}" for n in names]
     names += ["GetVersion", "FreeInstance", "EnterInitializationMode", "ExitInitializationMode", "Terminate"]
     names += ["Reset", "GetFloat64", "SetFloat64", "GetBoolean", "SetBoolean"]
-    if fmu.description.coSimulation is not None:
+    if fmu.raw.coSimulation is not None:
         names += ["InstantiateCoSimulation", "DoStep"]
-    if fmu.description.modelExchange is not None:
+    if fmu.raw.modelExchange is not None:
         names += ["InstantiateModelExchange", "SetTime", "GetContinuousStateDerivatives"]
     return [f"fmi3{n}" for n in names]

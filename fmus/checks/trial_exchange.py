@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from friction_models.common import InputError
-from friction_models.loads import LOADS, FloatArray
+from friction_models.loads import LOADS, MU, FloatArray
 
+from ..runtime.fmu_files import UnpackedFmu
 from ..runtime.running import RunningFmu
-from ..runtime.unpacked import UnpackedFmu
-from .notes import Notes
+from .report import Notes
 
 #: Time of the run [s], and the steps that co-simulation makes of it.
 _TIME, _STEPS = 0.1, 100
@@ -19,16 +17,18 @@ _TIME, _STEPS = 0.1, 100
 
 def exchange(fmu: UnpackedFmu, notes: Notes) -> None:
     """Simulate the FMU with fmpy's solver; mu of a friction FMU is compared with co-simulation."""
-    if fmu.description.modelExchange is None:
+    if fmu.raw.modelExchange is None:
         notes.note("skipped", "not offered")
         return
     from fmpy import simulate_fmu
 
-    is_friction = fmu.is_friction()
+    is_friction = fmu.is_friction
     if is_friction:
         _memory(fmu, notes)
-    outputs = [n for n, v in fmu.variables.items() if v.causality == "output" and v.type == fmu.real]
-    recorded = fmu.friction()["mu"] if is_friction else outputs
+    if is_friction:
+        fmu.contact_points()
+    outputs = [v for v in fmu.variables.values() if v.causality == "output" and v.is_float64]
+    recorded = list(dict.fromkeys(v.own for v in (fmu.arrays[MU.name] if is_friction else outputs)))
     start = _start(fmu) if is_friction else {}
     try:
         result = simulate_fmu(
@@ -37,7 +37,7 @@ def exchange(fmu: UnpackedFmu, notes: Notes) -> None:
             fmi_type="ModelExchange",
             stop_time=_TIME,
             output_interval=_TIME / 10,
-            start_values={n: _text(v) for n, v in start.items()},
+            start_values={n: " ".join(map(repr, np.ravel(v).tolist())) for n, v in start.items()},
             output=recorded,
             logger=lambda *_: None,
         )
@@ -50,7 +50,7 @@ def exchange(fmu: UnpackedFmu, notes: Notes) -> None:
     )
     if not is_friction:
         return
-    if fmu.description.coSimulation is None:
+    if fmu.raw.coSimulation is None:
         _reference(fmu, start, np.concatenate([np.ravel(result[n][0]) for n in recorded]), notes)
         return
     with RunningFmu(fmu, "stepped", start=start) as stepped:
@@ -90,8 +90,8 @@ def _reference(fmu: UnpackedFmu, start: dict[str, float | list[float]], mu: Floa
     model = packed_model(fmu, notes)
     if model is None:
         return
-    names = fmu.friction()
-    loads = np.array([np.concatenate([np.ravel(start[n]) for n in names[q.name]]) for q in LOADS]).T
+    names = [dict.fromkeys(v.own for v in fmu.arrays[q.name]) for q in LOADS]
+    loads = np.array([np.concatenate([np.ravel(start[n]) for n in own]) for own in names]).T
     expected = model.predict(loads if model.domain is None else model.domain.clamp(loads))
     worst = float(np.abs(mu - expected).max())
     notes.add(worst <= 1e-9, f"mu against ONNX Runtime at the start: difference {worst:.1e}")
@@ -99,16 +99,8 @@ def _reference(fmu: UnpackedFmu, start: dict[str, float | list[float]], mu: Floa
 
 def _start(fmu: UnpackedFmu) -> dict[str, float | list[float]]:
     """Return loads a little apart from the start values, in the same place of every importer's table."""
-    start: dict[str, float | list[float]] = {}
-    for quantity in LOADS:
-        for name in fmu.friction()[quantity.name]:
-            text = str(fmu.variables[name].start or "0").split()
-            values = [float(x) * 1.01 for x in text]
-            count = fmu.length(name)
-            values = values if len(values) == count else [values[0]] * count
-            start[name] = values if fmu.variables[name].dimensions else values[0]
-    return start
-
-
-def _text(value: Any) -> Any:
-    return " ".join(repr(v) for v in value) if isinstance(value, list) else value
+    return {
+        v.own: [1.01 * x for x in v.starts] if v.base else 1.01 * v.starts[0]
+        for q in LOADS
+        for v in fmu.arrays[q.name]
+    }

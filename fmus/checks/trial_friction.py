@@ -7,17 +7,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from friction_models.common import InputError
-from friction_models.loads import LOAD_NAMES, LOADS, FloatArray
+from friction_models.loads import LOAD_NAMES, MU, FloatArray
 
-from ..interface.quantities import vector
+from ..runtime.fmu_files import UnpackedFmu
 from ..runtime.running import RunningFmu
-from ..runtime.unpacked import UnpackedFmu
 from .repeat_steps import random_loads
 
 if TYPE_CHECKING:
     from friction_models.models.onnx_model import OnnxModel
 
-    from .notes import Notes
+    from .report import Notes
 
 POINTS = 60
 #: Points of an FMU whose size can be chosen, besides its default.
@@ -30,13 +29,12 @@ SLOPE = 1e-5
 
 def friction(fmu: UnpackedFmu, notes: Notes) -> None:
     """Run the trials of a friction FMU; nothing happens with another one."""
-    if not fmu.is_friction() or fmu.description.coSimulation is None:
+    if not fmu.is_friction or fmu.raw.coSimulation is None:
         return
-    fmu.friction()
     model = packed_model(fmu, notes)
     default = Friction(fmu)
     notes.note("noted", f"{default.width} contact point{'s' if default.width > 1 else ''}{_choice(fmu)}")
-    widths = [None] if fmu.sizing is None else [None, 1 if default.width > 1 else SEVERAL]
+    widths = [None] if fmu.sizing(LOAD_NAMES[0]) is None else [None, 1 if default.width > 1 else SEVERAL]
     for width in widths:
         trial = default if width is None else Friction(fmu, width)
         if model is not None:
@@ -51,41 +49,31 @@ def friction(fmu: UnpackedFmu, notes: Notes) -> None:
 
 
 def _choice(fmu: UnpackedFmu) -> str:
-    if fmu.sizing is None:
+    sizing = fmu.sizing(LOAD_NAMES[0])
+    if sizing is None:
         return ""
-    lower, upper = fmu.limits(fmu.sizing)
-    return f", {fmu.sizing} can be set from {max(lower, 1)}{' on' if upper is None else f' to {upper}'}"
+    lower, upper = fmu.limits(sizing)
+    return f", {sizing} can be set from {max(lower, 1)}{' on' if upper is None else f' to {upper}'}"
 
 
 class Friction:
-    """A friction FMU at a number of contact points.
-
-    Parameters
-    ----------
-    fmu : UnpackedFmu
-    points : int, optional
-        Value of the structural parameter that gives the arrays their length.
-    """
+    """A friction FMU at a number of contact points, where the length of its arrays can be set."""
 
     def __init__(self, fmu: UnpackedFmu, points: int | None = None) -> None:
-        self.fmu = fmu
+        sizing = fmu.sizing(LOAD_NAMES[0])
         self.points = points
-        names = fmu.friction()
-        self.inputs = [n for q in LOADS for n in names[q.name]]
-        self.mu = names["mu"]
-        present = list(fmu.variables)
-        self.bounds = [vector(present, n) for n in ("mu_low", "mu_high") if vector(present, n)]
-        sizes = {} if points is None or fmu.sizing is None else {fmu.sizing: points}
-        self.width = sum(fmu.length(n, sizes) for n in self.mu)
-        self.label = "" if points is None else f" with {fmu.sizing} = {points}"
+        self.fmu = fmu if points is None or sizing is None else fmu.sized({sizing: points})
+        self.width = self.fmu.contact_points()
+        self.bounds = [n for n in ("mu_low", "mu_high") if n in fmu.arrays]
+        self.label = "" if points is None else f" with {sizing} = {points}"
 
     def run(self, name: str) -> RunningFmu:
         """Return a started instance."""
-        return RunningFmu(self.fmu, name, points=self.points)
+        return RunningFmu(self.fmu, name)
 
     def set(self, fmu: RunningFmu, loads: FloatArray) -> None:
         """Set the loads, shape (width, 5)."""
-        fmu.set_real(self.inputs, loads.T.ravel())
+        fmu.set_real(LOAD_NAMES, loads.T)
 
 
 def packed_model(fmu: UnpackedFmu, notes: Notes) -> OnnxModel | None:
@@ -97,7 +85,7 @@ def packed_model(fmu: UnpackedFmu, notes: Notes) -> OnnxModel | None:
     packed = folder / "model.onnx"
     # A user's graph without a translation is run in Python as it is.
     as_it_is = (folder / "original.onnx").is_file() and (folder / "interface.json").is_file()
-    ours = str(fmu.description.generationTool).startswith("tribofmu")
+    ours = str(fmu.raw.generationTool).startswith("tribofmu")
     outcome = "failed" if ours else "skipped"
     if not packed.is_file():
         outcome = "skipped" if as_it_is else outcome
@@ -133,7 +121,7 @@ def _reference(trial: Friction, model: OnnxModel, notes: Notes) -> None:
     with trial.run("reference") as fmu:
         for i in range(0, count, trial.width):
             trial.set(fmu, points[i : i + trial.width])
-            mu[i : i + trial.width] = fmu.get_real(trial.mu)
+            mu[i : i + trial.width] = fmu.get_real([MU.name])
     worst = np.abs(mu - expected).max()
     agrees = (np.abs(mu - expected) <= ABSOLUTE + RELATIVE * np.abs(expected)).all()
     notes.add(
@@ -155,7 +143,7 @@ def _interval(trial: Friction, model: OnnxModel | None, notes: Notes) -> None:
             if k % 2 == 0 and model is not None and model.domain is not None:
                 points = model.domain.clamp(points)
             trial.set(fmu, points)
-            mu, low, high = (fmu.get_real(names) for names in (trial.mu, *trial.bounds))
+            mu, low, high = (fmu.get_real([n]) for n in (MU.name, *trial.bounds))
             around &= bool(((low >= 0.0) & (low <= mu) & (mu <= high) & np.isfinite(high)).all())
             if model is not None and model.has_interval:
                 expected = model.margin(points)
@@ -181,7 +169,7 @@ def _memory(trial: Friction, model: OnnxModel, notes: Notes) -> None:
             fmu.step(0.01 * k, 0.01)
             _, state = model.step(points, state, 0.01)
             expected = model.predict(_inside(model, points), state)
-            worst = max(worst, float(np.abs(fmu.get_real(trial.mu) - expected).max()))
+            worst = max(worst, float(np.abs(fmu.get_real([MU.name]) - expected).max()))
     notes.add(
         worst <= 1e-9,
         f"memory over 10 steps against ONNX Runtime{trial.label}: largest difference {worst:.1e}",
@@ -203,8 +191,8 @@ def _derivatives(trial: Friction, model: OnnxModel | None, notes: Notes) -> None
             direction = rng.uniform(-1.0, 1.0, size=points.shape) * scale
             coarse, fine = (_slope(trial, fmu, points, direction, h) for h in (2e-5, 1e-5))
             trial.set(fmu, points)
-            mu = fmu.get_real(trial.mu)
-            got = fmu.derivative(trial.mu, trial.inputs, direction.T.ravel())
+            mu = fmu.get_real([MU.name])
+            got = fmu.derivative([MU.name], LOAD_NAMES, direction.T.ravel())
             # Both differences agree: no kink of the law (a tree, a ReLU, the edge of the domain) lies between.
             smooth = np.abs(coarse - fine) <= 1e-5 * np.abs(fine) + 1e-9
             error = np.abs(got - fine) / (np.abs(fine) + 1e-3 * np.abs(mu) + 1e-6)
@@ -217,7 +205,7 @@ def _derivatives(trial: Friction, model: OnnxModel | None, notes: Notes) -> None
         )
         if trial.fmu.claims("providesAdjointDerivatives"):
             weights = rng.uniform(-1.0, 1.0, size=trial.width)
-            adjoint = fmu.adjoint(trial.mu, trial.inputs, weights)
+            adjoint = fmu.adjoint([MU.name], LOAD_NAMES, weights)
             left, right = float(adjoint @ direction.T.ravel()), float(weights @ got)
             notes.add(
                 bool(abs(left - right) <= 1e-10 * (np.abs(weights) @ np.abs(got) + 1e-12)),
@@ -240,7 +228,7 @@ def _slope(
     values = []
     for side in (h, -h):
         trial.set(fmu, points + side * direction)
-        values.append(fmu.get_real(trial.mu))
+        values.append(fmu.get_real([MU.name]))
     return (values[0] - values[1]) / (2.0 * h)
 
 

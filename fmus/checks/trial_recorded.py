@@ -13,9 +13,9 @@ from friction_models.common import InputError, unknown_name
 from friction_models.loads import FloatArray
 
 from ..archive.content import parse_xml
+from ..runtime.fmu_files import UnpackedFmu
 from ..runtime.running import RunningFmu
-from ..runtime.unpacked import UnpackedFmu
-from .notes import Notes
+from .report import Notes
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 _MAX_BYTES = 64 * 1024**2
@@ -29,7 +29,7 @@ def recorded(fmu: UnpackedFmu, notes: Notes) -> None:
     if not (folder / "fmi-ls-manifest.xml").is_file():
         notes.note("skipped", "the FMU carries none (FMI-LS-REF)")
         return
-    if fmu.description.coSimulation is None:
+    if fmu.raw.coSimulation is None:
         notes.note("skipped", "the FMU offers no co-simulation")
         return
     manifest = parse_xml(_bytes(folder / "fmi-ls-manifest.xml"), "fmi-ls-manifest.xml")
@@ -76,18 +76,18 @@ def _play(fmu: UnpackedFmu, name: str, given: _Table | None, expected: _Table, n
     """Set the inputs of a row, compare the outputs, step to the next row with the inputs held."""
     for table in filter(None, (given, expected)):
         for column, places in table.columns.items():
-            if column not in fmu.variables:
+            if column not in fmu.arrays and column not in fmu.variables:
                 raise unknown_name("variable", column, fmu.variables, f"experiment {name!r}")
-            if len(places) != fmu.length(column):
+            if len(places) != len(fmu.resolve(column)):
                 raise InputError(
-                    f"experiment {name!r}: {len(places)} columns of {column!r}, allowed: {fmu.length(column)}"
+                    f"experiment {name!r}: {len(places)} columns of {column!r}, allowed: {len(fmu.resolve(column))}"
                 )
     if given is not None and not np.array_equal(given.time, expected.time):
         notes.note("skipped", f"experiment {name!r}: stimuli and references have different times")
         return
-    inputs = [] if given is None else [n for n in given.columns if fmu.variables[n].type == fmu.real]
-    outputs = [n for n in expected.columns if fmu.variables[n].type == fmu.real]
-    flags = [n for n in expected.columns if fmu.variables[n].type == "Boolean"]
+    inputs = [] if given is None else [n for n in given.columns if fmu.resolve(n)[0].is_float64]
+    outputs = [n for n in expected.columns if fmu.resolve(n)[0].is_float64]
+    flags = [n for n in expected.columns if fmu.resolve(n)[0].type == "Boolean"]
     worst, good = 0.0, True
     scale = np.abs(expected.values[:, [k for n in outputs for k in expected.columns[n]]]).max(
         axis=0, initial=0.0
@@ -99,7 +99,7 @@ def _play(fmu: UnpackedFmu, name: str, given: _Table | None, expected: _Table, n
             wanted = expected.of(outputs, row)
             found = running.get_real(outputs)
             error = np.abs(found - wanted)
-            limit = _ABSOLUTE + (_RELATIVE * np.abs(wanted) if fmu.is_friction() else _OTHERS * scale)
+            limit = _ABSOLUTE + (_RELATIVE * np.abs(wanted) if fmu.is_friction else _OTHERS * scale)
             good = good and bool((error <= limit).all())
             worst = max(worst, float(error.max(initial=0.0)))
             for flag in flags:

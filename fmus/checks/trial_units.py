@@ -8,8 +8,8 @@ from friction_models.loads import LOADS, MU
 
 from ..archive.content import read_description
 from ..interface.quantities import unit_base
-from ..runtime.unpacked import UnpackedFmu
-from .notes import Notes
+from ..runtime.fmu_files import UnpackedFmu
+from .report import Notes
 
 #: Base units of the SI; rad is left out, as tools disagree on whether an angle has it.
 _SI = ("kg", "m", "s", "A", "K", "mol", "cd")
@@ -26,12 +26,11 @@ def units(fmu: UnpackedFmu, notes: Notes) -> None:
 def _names(fmu: UnpackedFmu, notes: Notes) -> None:
     seen = []
     for quantity in (*LOADS, MU):
-        for name in (n for n in fmu.variables if n.partition("[")[0] == quantity.name):
-            unit = fmu.unit(name)
-            if fmu.variables[name].type != fmu.real or not unit:
+        for v in fmu.arrays.get(quantity.name, ()):
+            if not v.is_float64 or not v.unit:
                 continue
-            if unit not in {quantity.unit, "-" if quantity.unit == "1" else quantity.unit}:
-                notes.add(False, f"unit of {name!r} is {unit!r}, allowed: {quantity.unit!r}")
+            if v.unit not in {quantity.unit, "-" if quantity.unit == "1" else quantity.unit}:
+                notes.add(False, f"unit of {v.own!r} is {v.unit!r}, allowed: {quantity.unit!r}")
                 return
             seen.append(quantity.name)
     if seen:

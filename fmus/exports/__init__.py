@@ -12,12 +12,15 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from friction_models.common import InputError, check_folder, unknown_name
 from friction_models.common.folders import EXPORT
 
 from ..interface.friction_source import FrictionSource
+
+if TYPE_CHECKING:
+    from .common import Files
 
 TARGETS = ("c", "ufric", "vfric", "table")
 
@@ -69,20 +72,53 @@ def export(source: FrictionSource, path: str | os.PathLike[str], target: str, **
     from .common import checked_options, write_folder
 
     check_folder(path, EXPORT)
-
     if target == "table":
         from .table_target import OPTIONS, table_files
 
         return write_folder(path, target, table_files(source, **checked_options(target, options, OPTIONS)))
-    given = checked_options(target, options, ("name",))
-    if target == "c":
-        from .c_target import c_files
+    return write_folder(
+        path, target, subroutine_files(source, target, **checked_options(target, options, ("name",)))
+    )
 
-        return write_folder(path, target, c_files(source, **given))
-    if target == "ufric":
-        from .ufric_target import ufric_files
 
-        return write_folder(path, target, ufric_files(source, **given))
+def subroutine_files(source: FrictionSource, target: str, name: str | None = None) -> Files:
+    """Return the files of an export in C, or in Fortran around it.
+
+    Parameters
+    ----------
+    target : {"c", "ufric", "vfric"}
+    name : str, optional
+        First part of the C names.
+
+    Raises
+    ------
+    InputError
+        A name that is no identifier, or a graph that is not translated.
+
+    Examples
+    --------
+    >>> from fmus.source.reading import read_source
+    >>> from friction_models import ConstantFriction
+    >>> source = read_source(ConstantFriction(mu=0.1))
+    >>> shared = set(subroutine_files(source, "c", "law")) & set(subroutine_files(source, "vfric", "law"))
+    >>> sorted(shared)
+    ['LICENSE.txt', 'README.txt', 'card.json', 'law_friction.c', 'law_friction.h', 'model.onnx']
+    >>> sorted(set(subroutine_files(source, "ufric", "law")) - shared)
+    ['selftest.f90', 'selftest.txt', 'ufric.f']
+    >>> sorted(set(subroutine_files(source, "vfric", "law")) - shared)
+    ['selftest/selftest.f90', 'selftest/selftest.txt', 'selftest/vaba_param.inc', 'vfric.f']
+    """
+    from .c_target import c_files, c_sources, c_values
+    from .common import c_prefix, documents, template
+    from .ufric_target import ufric_files
     from .vfric_target import vfric_files
 
-    return write_folder(path, target, vfric_files(source, **given))
+    prefix = c_prefix(source, name)
+    values = c_values(source, prefix)
+    files_of = {"c": c_files, "ufric": ufric_files, "vfric": vfric_files}[target]
+    return {
+        **c_sources(source, prefix),
+        **files_of(source, prefix, values),
+        "README.txt": template(f"readme_{target}.txt", values),
+        **documents(source),
+    }

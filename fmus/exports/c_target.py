@@ -13,7 +13,7 @@ from friction_models.loads import LOADS, FloatArray
 
 from ..interface.friction_source import FrictionSource
 from ..native.generate import generate
-from .common import Trial, c_prefix, description, documents, one_line, template, trial
+from .common import Files, Trial, description, one_line, template, trial
 
 #: Agreement of a compiled export with ONNX Runtime, relative and absolute.
 RELATIVE, ABSOLUTE = 1e-12, 1e-14
@@ -154,32 +154,7 @@ def selftest(source: FrictionSource, prefix: str, data: Trial) -> str:
     return template("selftest.c", values)
 
 
-def c_files(source: FrictionSource, name: str | None = None) -> dict[str, str | bytes]:
-    """Return the files of a C export.
-
-    Parameters
-    ----------
-    source : FrictionSource
-    name : str, optional
-        First part of the C names.
-
-    Raises
-    ------
-    InputError
-        A name that is no identifier, or a graph that is not translated.
-
-    Examples
-    --------
-    >>> from fmus.source.reading import read_source
-    >>> from friction_models import ConstantFriction
-    >>> sorted(c_files(read_source(ConstantFriction(mu=0.1)), "law"))
-    ['LICENSE.txt', 'README.txt', 'card.json', 'law_friction.c', 'law_friction.h', 'model.onnx', 'selftest.c']
-    """
-    prefix = c_prefix(source, name)
-    values = c_values(source, prefix) | {"BUILD": _BUILD.format(P=prefix)}
-    return {
-        **c_sources(source, prefix),
-        "selftest.c": selftest(source, prefix, trial(source)),
-        "README.txt": template("readme_c.txt", values),
-        **documents(source),
-    }
+def c_files(source: FrictionSource, prefix: str, values: dict[str, str]) -> Files:
+    """Return what a C export has beside the files of `subroutine_files`."""
+    values["BUILD"] = _BUILD.format(P=prefix)
+    return {"selftest.c": selftest(source, prefix, trial(source))}

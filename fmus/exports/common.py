@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from friction_models.common import InputError, atomic_folder, unknown_name
 from friction_models.common.folders import EXPORT
 from friction_models.loads import LOADS, FloatArray
 
-from ..interface.fmi2_description import c_identifier
+from ..interface.description import c_identifier
 from ..interface.friction_source import FrictionSource
 from ..interface.quantities import USUAL
 from ..pages.documentation import card_json
@@ -27,6 +27,9 @@ from ..pages.documentation import card_json
 MARK = "export.json"
 #: The C and Fortran names stay inside Fortran's 63 characters and a fixed-form line.
 MAX_NAME = 24
+#: Files of an export by their path in its folder.
+Files = dict[str, str | bytes]
+_T = TypeVar("_T")
 _TEMPLATES = Path(__file__).parent / "templates"
 
 
@@ -37,7 +40,7 @@ def template(name: str, values: Mapping[str, str]) -> str:
     return text
 
 
-def checked_options(target: str, options: Mapping[str, Any], allowed: Collection[str]) -> dict[str, Any]:
+def checked_options(target: str, options: Mapping[str, _T], allowed: Collection[str]) -> dict[str, _T]:
     """Return the options that are not None, refusing names that the target does not know.
 
     Examples
@@ -156,14 +159,9 @@ class Reference:
 class Trial:
     """Points and a short history with the values that ONNX Runtime gives there; for the self-tests.
 
-    Attributes
-    ----------
-    points : ndarray
-        Loads, shape (n, 5): inside the domain first, then beyond it.
-    clamped, free, distance : ndarray
-        mu with and without clamping and the domain distance, shape (n,).
-    dt, stepped : ndarray
-        A history over the first points: time steps, and mu after each step, shape (m,).
+    `points` are loads, shape (n, 5), inside the domain first, then beyond it; `clamped` and `free` mu with and without
+    clamping, `distance` the domain distance, shape (n,). `dt` and `stepped` are a history over the first points: time steps,
+    and mu after each step, shape (m,).
     """
 
     points: FloatArray
@@ -230,6 +228,10 @@ def description(source: FrictionSource) -> dict[str, str]:
         unknown = "not measured, no influence" if q.name in source.absent else "trained range not recorded"
         shown = f"trained on {trained[0]:g} to {trained[1]:g}" if trained else unknown
         loads.append(f"{q.name:8} {q.unit:5} {q.meaning}; {shown}")
+    system = []
+    for p in source.system:  # a text variable says what its numbers stand for
+        labels = "".join(f"; {i} = {label}" for i, label in enumerate(p.labels))
+        system.append(one_line(f"{p.name} [{p.unit}], start {p.start:g}{labels}"))
     return {
         "TITLE": one_line(f"Friction model {source.name} ({source.family}){source.origin}"),
         "SHORT_TITLE": one_line(f"Friction model {source.name}")[: 66 - len(source.origin)] + source.origin,
@@ -237,18 +239,8 @@ def description(source: FrictionSource) -> dict[str, str]:
         "VERSION": package_version("tribofmu") or "0",
         "LOAD_ROWS": rows(loads),
         "STATE_ROWS": rows([one_line(f"{s.name} [{s.unit}], start {s.start:g}") for s in source.states]),
-        "SYSTEM_ROWS": rows(
-            [
-                one_line(f"{p.name} [{p.unit}], start {p.start:g}{_labels(source.labels.get(p.name, ()))}")
-                for p in source.system
-            ]
-        ),
+        "SYSTEM_ROWS": rows(system),
     }
-
-
-def _labels(labels: Sequence[str]) -> str:
-    """Return what the numbers of a text variable stand for."""
-    return "".join(f"; {i} = {label}" for i, label in enumerate(labels))
 
 
 def one_line(text: str) -> str:
@@ -263,9 +255,9 @@ def one_line(text: str) -> str:
     return plain.replace("*/", "* /").replace("/*", "/ *").replace("\\", "/").replace("??", "? ?")[:400]
 
 
-def documents(source: FrictionSource) -> dict[str, str | bytes]:
+def documents(source: FrictionSource) -> Files:
     """Return the files about the model that every export carries."""
-    files: dict[str, str | bytes] = {"model.onnx": source.onnx, "LICENSE.txt": licence()}
+    files: Files = {"model.onnx": source.onnx, "LICENSE.txt": licence()}
     if source.original is not None:
         files["original.onnx"] = source.original
     if source.card:

@@ -31,7 +31,6 @@ class Grid:
 
     Attributes
     ----------
-    lines : list of ndarray
     full : bool
         Whether `refine` ended at the largest allowed number of rows.
 

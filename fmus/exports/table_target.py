@@ -44,7 +44,6 @@ class FrictionTable:
         One axis a load.
     fixed : dict of str to float
         The other loads.
-    system : dict of str to float
     tolerance, largest, rms : float
         Wanted largest error; measured largest and root-mean-square error of multilinear interpolation.
     left_out : dict of str to float
@@ -108,7 +107,6 @@ def tabulate(
 
     Parameters
     ----------
-    source : FrictionSource
     axes : sequence of str
         Loads that vary, slowest first; a load that mu does not react to gets two grid lines.
     points : mapping, optional

@@ -12,8 +12,7 @@ import numpy as np
 from friction_models.loads import LOAD_NAMES
 
 from ..interface.friction_source import FrictionSource
-from .c_target import c_sources, c_values
-from .common import Reference, c_prefix, documents, one_line, template, test_box
+from .common import Files, Reference, one_line, template, test_box
 
 
 def fortran_number(value: float) -> str:
@@ -95,43 +94,20 @@ def history(source: FrictionSource, points: int = 3, increments: int = 8) -> str
     return "\n".join(rows) + "\n"
 
 
-def ufric_files(source: FrictionSource, name: str | None = None) -> dict[str, str | bytes]:
-    """Return the files of a UFRIC export.
-
-    Parameters
-    ----------
-    source : FrictionSource
-    name : str, optional
-        First part of the C names.
-
-    Raises
-    ------
-    InputError
-        A name that is no identifier, or a graph that is not translated.
-
-    Examples
-    --------
-    >>> from fmus.source.reading import read_source
-    >>> from friction_models import ConstantFriction
-    >>> sorted(ufric_files(read_source(ConstantFriction(mu=0.1)), "law"))
-    ['LICENSE.txt', 'README.txt', 'card.json', 'law_friction.c', 'law_friction.h', 'model.onnx', 'selftest.f90', 'selftest.txt', 'ufric.f']
-    """
-    prefix = c_prefix(source, name)
+def ufric_files(source: FrictionSource, prefix: str, values: dict[str, str]) -> Files:
+    """Return what a UFRIC export has beside the files of `subroutine_files`."""
     depends = depends_on(source)
     system = [
         f"c     {one_line(f'{p.name} [{p.unit}]')[:60]}\n      values({i + 1}) = {fortran_number(p.start)}\n"
         for i, p in enumerate(source.system)
     ]
-    values = c_values(source, prefix) | {
+    values |= {
         "PSI_MATTERS": ".true." if "psi" in depends else ".false.",
         "DEPENDS": ", ".join(depends) or "none of the loads",
         "SYSTEM_LINES": "".join(system) or "      values(1) = 0.0d0\n",
     }
     return {
-        **c_sources(source, prefix),
         "ufric.f": template("ufric.f", values),
         "selftest.f90": template("ufric_selftest.f90", values),
         "selftest.txt": history(source),
-        "README.txt": template("readme_ufric.txt", values),
-        **documents(source),
     }

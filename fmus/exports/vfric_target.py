@@ -9,8 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..interface.friction_source import FrictionSource
-from .c_target import c_sources, c_values
-from .common import Reference, c_prefix, documents, template, test_box
+from .common import Files, Reference, template, test_box
 from .ufric_target import depends_on, fortran_number
 
 
@@ -51,31 +50,10 @@ def history(source: FrictionSource, points: int = 4, increments: int = 8) -> str
     return "\n".join(rows) + "\n"
 
 
-def vfric_files(source: FrictionSource, name: str | None = None) -> dict[str, str | bytes]:
-    """Return the files of a VFRIC export.
-
-    Parameters
-    ----------
-    source : FrictionSource
-    name : str, optional
-        First part of the C names.
-
-    Raises
-    ------
-    InputError
-        A name that is no identifier, or a graph that is not translated.
-
-    Examples
-    --------
-    >>> from fmus.source.reading import read_source
-    >>> from friction_models import ConstantFriction
-    >>> sorted(vfric_files(read_source(ConstantFriction(mu=0.1)), "law"))
-    ['LICENSE.txt', 'README.txt', 'card.json', 'law_friction.c', 'law_friction.h', 'model.onnx', 'selftest/selftest.f90', 'selftest/selftest.txt', 'selftest/vaba_param.inc', 'vfric.f']
-    """
-    prefix = c_prefix(source, name)
-    start = source.interface(1)
-    props = ["1.", *(f"{p:g}" for p in (20.0, *(v.start for v in start.system)))]
-    values = c_values(source, prefix) | {
+def vfric_files(source: FrictionSource, prefix: str, values: dict[str, str]) -> Files:
+    """Return what a VFRIC export has beside the files of `subroutine_files`."""
+    props = ["1.", *(f"{p:g}" for p in (20.0, *(p.start for p in source.system)))]
+    values |= {
         "DEPVAR": str(3 + len(source.states)),
         "PROPERTIES": str(len(props)),
         "PROPS_LINE": ", ".join(props),
@@ -83,11 +61,8 @@ def vfric_files(source: FrictionSource, name: str | None = None) -> dict[str, st
         "TOLERANCE": "1d-12",
     }
     return {
-        **c_sources(source, prefix),
         "vfric.f": template("vfric.f", values),
         "selftest/selftest.f90": template("vfric_selftest.f90", values),
         "selftest/selftest.txt": history(source),
         "selftest/vaba_param.inc": template("vaba_param.inc", values),
-        "README.txt": template("readme_vfric.txt", values),
-        **documents(source),
     }

@@ -17,33 +17,22 @@ MAX_NODES = 100_000
 NOT_MEASURED = "; not measured in training, no influence"
 
 
-def table(interface: FrictionInterface, ode: bool = False) -> list[Variable]:
-    """Return one variable a quantity, not yet numbered; `array` where every contact point has a value of its own.
+def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]:
+    """Yield one variable a quantity, not yet numbered; `array` where every contact point has a value of its own.
 
-    The five loads, `mu`, `domain_distance`, the states, the system variables, with `ode` the derivatives of the
-    states, the bounds of a prediction interval; then `in_domain` and `clamp_to_domain`.
-
-    Parameters
-    ----------
-    interface : FrictionInterface
-    ode : bool
-        Whether the states are continuous states.
+    The five loads, `mu`, `domain_distance`, the states, the system variables, with `ode` (the states are continuous states)
+    the derivatives of the states, the bounds of a prediction interval; then `in_domain` and `clamp_to_domain`.
     """
     loads = tuple(q.name for q in LOADS)
     states = tuple(s.name for s in interface.states)
     system = tuple(p.name for p in interface.system)
     now = (*loads, *(states if ode else ()), *system)
     first = (*loads, *states, *system)
-    rows: list[Variable] = []
 
-    def add(
-        name: str, causality: str, variability: str = "continuous", initial: str = "", **more: object
-    ) -> None:
-        rows.append(Variable(name, 0, causality, variability, initial, **more))  # type: ignore[arg-type]
-
-    def coefficient(name: str, meaning: str) -> None:
-        add(
+    def coefficient(name: str, meaning: str) -> Variable:
+        return Variable(
             name,
+            0,
             "output",
             initial="calculated",
             unit=MU.unit,
@@ -56,8 +45,9 @@ def table(interface: FrictionInterface, ode: bool = False) -> list[Variable]:
         )
 
     for q in LOADS:
-        add(
+        yield Variable(
             q.name,
+            0,
             "input",
             unit=q.unit,
             nominal=q.nominal,
@@ -67,9 +57,10 @@ def table(interface: FrictionInterface, ode: bool = False) -> list[Variable]:
             description=q.meaning + (NOT_MEASURED if q.name in interface.absent else ""),
             array=True,
         )
-    coefficient(MU.name, MU.meaning)
-    add(
+    yield coefficient(MU.name, MU.meaning)
+    yield Variable(
         "domain_distance",
+        0,
         "output",
         initial="calculated",
         unit="1",
@@ -79,8 +70,9 @@ def table(interface: FrictionInterface, ode: bool = False) -> list[Variable]:
         array=True,
     )
     for s in interface.states:
-        add(
+        yield Variable(
             s.name,
+            0,
             "local",
             initial="exact",
             unit=s.unit,
@@ -90,8 +82,9 @@ def table(interface: FrictionInterface, ode: bool = False) -> list[Variable]:
             array=True,
         )
     for p in interface.system:
-        add(
+        yield Variable(
             p.name,
+            0,
             "parameter",
             "tunable",
             "exact",
@@ -101,8 +94,9 @@ def table(interface: FrictionInterface, ode: bool = False) -> list[Variable]:
             description=p.description,
         )
     for s in interface.states if ode else ():
-        add(
+        yield Variable(
             f"der({s.name})",
+            0,
             "local",
             initial="calculated",
             unit=s.rate_unit,
@@ -113,9 +107,10 @@ def table(interface: FrictionInterface, ode: bool = False) -> list[Variable]:
             array=True,
         )
     for bound, meaning in bounds(interface.interval):
-        coefficient(bound, meaning)
-    add(
+        yield coefficient(bound, meaning)
+    yield Variable(
         "in_domain",
+        0,
         "output",
         "discrete",
         "calculated",
@@ -123,8 +118,9 @@ def table(interface: FrictionInterface, ode: bool = False) -> list[Variable]:
         description="whether every point in contact is inside the trained domain",
         depends=loads,
     )
-    add(
+    yield Variable(
         "clamp_to_domain",
+        0,
         "parameter",
         "tunable",
         "exact",
@@ -132,7 +128,6 @@ def table(interface: FrictionInterface, ode: bool = False) -> list[Variable]:
         start=True,
         description="evaluate at the nearest point of the trained domain instead of extrapolating",
     )
-    return rows
 
 
 def variables2(interface: FrictionInterface, ode: bool = False) -> list[Variable]:
@@ -147,7 +142,7 @@ def variables2(interface: FrictionInterface, ode: bool = False) -> list[Variable
     >>> [name for name in names if name.startswith(("T[", "mu["))]
     ['T[1]', 'T[2]', 'mu[1]', 'mu[2]']
     """
-    rows = table(interface, ode)
+    rows = list(table(interface, ode))
     by_point = {row.name for row in rows if row.array}
     # Tunable parameters are known at an event and at a communication point; FMI 2.0 lists them for the start only.
     parameters = {row.name for row in rows if row.causality == "parameter"}

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from friction_models.loads import Quantity
+from friction_models.common import unknown_name
+from friction_models.common.units import conversion, spelling, units_like
+from friction_models.loads import QUANTITIES, Quantity
 
 #: Exponents of the SI base units, factor and offset: value_SI = factor * value + offset.
 UNITS: dict[str, dict[str, float]] = {
@@ -59,6 +61,37 @@ def unit_base(name: str) -> dict[str, float] | None:
     base.pop("offset", None)  # a rate has no zero point
     base["s"] = base.get("s", 0) - 1
     return base if base["s"] else {k: v for k, v in base.items() if k != "s"}
+
+
+def units_of(load: Quantity) -> list[str]:
+    """Return the units that measure a load, its own first.
+
+    Examples
+    --------
+    >>> from friction_models.loads import LOADS
+    >>> {q.name: units_of(q)[:3] for q in LOADS}
+    {'v_rel': ['mm/s', 'um/s', 'cm/s'], 'T': ['degC', 'K', 'degF'], 'sigma_n': ['MPa', 'Pa', 'kPa'], 'sd': ['mm', 'um', 'cm'], 'psi': ['1', '%']}
+    """
+    return list(dict.fromkeys([load.unit, *units_like(load.unit)]))
+
+
+def load_conversion(name: str, unit: str, where: str) -> tuple[float, float]:
+    """Return (factor, offset) that turn a load in the contract's unit into `unit`.
+
+    Raises
+    ------
+    InputError
+        The unit does not measure this load; names the nearest one that does.
+
+    Examples
+    --------
+    >>> load_conversion("T", "K", "law.yaml"), load_conversion("sigma_n", "GPa", "law.yaml")
+    ((1.0, 273.15), (0.001, 0.0))
+    """
+    load = QUANTITIES[name]
+    if spelling(unit) not in units_of(load):
+        raise unknown_name(f"unit of {name!r}", unit, units_of(load), where)
+    return conversion(spelling(unit), load.unit, name, where)
 
 
 @dataclass(frozen=True)
@@ -122,7 +155,6 @@ class Parameter:
 
     Attributes
     ----------
-    name, unit : str
     start : float
         Value unless another one is set.
     lower, upper : float or None

@@ -3,35 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, TypedDict
+from dataclasses import dataclass, field, replace
+from typing import TypedDict
 
 from friction_models.loads import Quantity
 
-from .fmi2_description import Description
+from ..slaves.core import SolverConfig, SolverFacts
+from .description import Description
 from .quantities import Variable
 
 
-@dataclass(frozen=True)
-class Signal:
-    """An output or input.
+def signal(
+    name: str,
+    unit: str,
+    meaning: str,
+    start: float = 0.0,
+    lower: float | None = None,
+    upper: float | None = None,
+    nominal: float | None = None,
+) -> Variable:
+    """Return an output or input of a solver, not yet numbered.
 
     Examples
     --------
-    >>> Signal("F_n", "N", "normal force").name
-    'F_n'
+    >>> signal("F_n", "N", "normal force").unit
+    'N'
     """
-
-    name: str
-    unit: str
-    meaning: str
-    start: float = 0.0
-    lower: float | None = None
-    upper: float | None = None
-    nominal: float | None = None
+    return Variable(
+        name, 0, "", unit=unit, start=start, lower=lower, upper=upper, description=meaning, nominal=nominal
+    )
 
 
-def indexed(quantity: Quantity, n: int, i: int) -> Signal:
+def indexed(q: Quantity, n: int, i: int) -> Variable:
     """Return the signal of a quantity at marker `i` of `n`; one marker has no index.
 
     Examples
@@ -40,9 +43,8 @@ def indexed(quantity: Quantity, n: int, i: int) -> Signal:
     >>> indexed(LOADS[0], 3, 1).name, indexed(LOADS[0], 1, 0).name
     ('v_rel[2]', 'v_rel')
     """
-    name = quantity.name if n == 1 else f"{quantity.name}[{i + 1}]"
-    q = quantity
-    return Signal(name, q.unit, q.meaning, q.nominal, q.lower, q.upper, q.nominal)
+    name = q.name if n == 1 else f"{q.name}[{i + 1}]"
+    return signal(name, q.unit, q.meaning, q.nominal, q.lower, q.upper, q.nominal)
 
 
 class _Computed(TypedDict):
@@ -65,7 +67,6 @@ class SolverInterface:
         ``forming`` or ``twin``.
     title, identifier : str
         Name, and name as a C identifier.
-    outputs, inputs : sequence of Signal
     parameters : mapping of str to (str, float)
         Name to unit and value.
     flags : sequence of str
@@ -80,7 +81,7 @@ class SolverInterface:
     Examples
     --------
     >>> interface = SolverInterface(
-    ...     "signals", "a press", "press", outputs=[Signal("F_n", "N", "normal force")], inputs=[], parameters={},
+    ...     "signals", "a press", "press", outputs=[signal("F_n", "N", "normal force")], inputs=[], parameters={},
     ...     experiment=(0.1, 1.0),
     ... )
     >>> [(v.name, v.causality, v.unit) for v in interface.variables()]
@@ -90,47 +91,31 @@ class SolverInterface:
     solver: str
     title: str
     identifier: str
-    outputs: Sequence[Signal]
-    inputs: Sequence[Signal]
+    outputs: Sequence[Variable]
+    inputs: Sequence[Variable]
     parameters: Mapping[str, tuple[str, float]]
     experiment: tuple[float, float]
     flags: Sequence[str] = ()
     meanings: Mapping[str, str] = field(default_factory=dict)
-    fixed: Mapping[str, Any] = field(default_factory=dict)
+    fixed: SolverFacts = field(default_factory=SolverFacts)
 
     def variables(self) -> list[Variable]:
         """Return all variables in file order."""
-        first_input = len(self.outputs)
-        first_parameter = first_input + len(self.inputs)
-        first_flag = first_parameter + len(self.parameters)
         # Outputs answer the inputs of the step before: no direct dependence, no algebraic loop for any master.
         computed: _Computed = {
             "initial": "calculated",
             "depends": (),
             "initial_depends": tuple(self.parameters),
         }
-        found = [
-            Variable(s.name, i, "output", unit=s.unit, nominal=s.nominal, description=s.meaning, **computed)
-            for i, s in enumerate(self.outputs)
+        outputs = [
+            replace(s, causality="output", start=None, lower=None, upper=None, **computed)
+            for s in self.outputs
         ]
-        found += [
-            Variable(
-                s.name,
-                first_input + i,
-                "input",
-                unit=s.unit,
-                start=s.start,
-                lower=s.lower,
-                upper=s.upper,
-                nominal=s.nominal,
-                description=s.meaning,
-            )
-            for i, s in enumerate(self.inputs)
-        ]
-        found += [
+        inputs = [replace(s, causality="input") for s in self.inputs]
+        parameters = [
             Variable(
                 name,
-                first_parameter + i,
+                0,
                 "parameter",
                 "fixed",
                 "exact",
@@ -138,26 +123,21 @@ class SolverInterface:
                 start=value,
                 description=self.meanings.get(name, ""),
             )
-            for i, (name, (unit, value)) in enumerate(self.parameters.items())
+            for name, (unit, value) in self.parameters.items()
         ]
-        found += [
-            Variable(
-                name,
-                first_flag + i,
-                "output",
-                "discrete",
-                type="Boolean",
-                description="whether the marker is in contact",
-                **computed,
-            )
-            for i, name in enumerate(self.flags)
+        meaning = "whether the marker is in contact"
+        flags = [
+            Variable(name, 0, "output", "discrete", type="Boolean", description=meaning, **computed)
+            for name in self.flags
         ]
-        return found
+        found = [*outputs, *inputs, *parameters, *flags]
+        return [replace(v, reference=i) for i, v in enumerate(found)]
 
-    def config(self) -> dict[str, Any]:
+    def config(self) -> SolverConfig:
         """Return what the solver is made from."""
         reals = [v for v in self.variables() if v.type == "Real"]
-        return dict(self.fixed) | {
+        return {
+            **self.fixed,
             "names": [v.name for v in reals],
             "first_input": len(self.outputs),
             "first_parameter": len(self.outputs) + len(self.inputs),

@@ -86,21 +86,10 @@ def build(
     platforms: Sequence[str] | None = None,
     fmi: str = "2.0",
 ) -> dict[str, bytes]:
-    """Compile the sources into one shared library a platform.
+    """Compile `main`, with the other texts beside it, into one shared library `identifier` a platform.
 
-    Parameters
-    ----------
-    sources : mapping of str to str
-        File name to text: the C files and all headers.
-    main : str
-        The file to compile.
-    identifier : str
-        Name of the libraries.
-    platforms : sequence of str, optional
-        Platform tuples (``x86_64-linux``), other names of them (``win64``, ``macos``) or ``all``;
-        this machine alone by default.
-    fmi : {"2.0", "3.0"}
-        Version of the standard, which decides on the names of the folders.
+    `platforms` are platform tuples (``x86_64-linux``), other names of them (``win64``, ``macos``) or ``all``; this machine
+    alone by default. The version of the standard decides on the names of the folders.
 
     Returns
     -------

@@ -27,21 +27,9 @@ _INPUTS = {"loads": "L", "state": "S", "system": "P"}
 
 
 class Writer:
-    """Writes the statements that compute one output of the graph.
+    """Writes the statements that compute one output (`role`) of the graph; `tables` takes the constants.
 
-    Parameters
-    ----------
-    graph : Graph
-    role : str
-        Key of `graph.outputs`.
-    tables : Tables
-        Takes the constants.
-    where : str
-        For messages.
-    lanes : bool
-        A block of points instead of one.
-    seeded : bool
-        Forward derivatives beside the values (one point only).
+    With `lanes` for a block of points instead of one, with `seeded` forward derivatives beside the values (one point only).
     """
 
     def __init__(
@@ -215,10 +203,10 @@ class Writer:
     def _product(self, step: Step) -> None:
         x, w = step.inputs[0], step.inputs[1]
         assert x is not None and w is not None and w.constant is not None
-        alpha = float(step.attributes.get("alpha", 1.0)) if step.op == "Gemm" else 1.0
-        beta = float(step.attributes.get("beta", 1.0)) if step.op == "Gemm" else 1.0
+        alpha = step.attributes.number("alpha", 1.0) if step.op == "Gemm" else 1.0
+        beta = step.attributes.number("beta", 1.0) if step.op == "Gemm" else 1.0
         weights = w.constant.astype(float)
-        weights = alpha * (weights.T if step.attributes.get("transB", 0) else weights)
+        weights = alpha * (weights.T if step.attributes.whole("transB", 0) else weights)
         inputs, outputs = weights.shape
         bias = step.inputs[2] if len(step.inputs) > 2 else None
         start = "NULL"

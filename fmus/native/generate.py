@@ -126,8 +126,8 @@ def _index_type(graph: Graph) -> str:
     trees = [s for s in graph.steps if s.op == "TreeEnsemble"]
     largest = max(
         (
-            2 * np.size(s.attributes["nodes_splits"])
-            + int(np.max(s.attributes["nodes_featureids"], initial=0))
+            2 * s.attributes.array("nodes_splits").size
+            + int(np.max(s.attributes.array("nodes_featureids"), initial=0))
             for s in trees
         ),
         default=0,

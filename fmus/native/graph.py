@@ -11,23 +11,14 @@ from friction_models.loads import LOADS
 from friction_models.models.intervals import MARGIN
 
 from .ops import infer_shape
-from .tensors import MAX_VALUES, Graph, Step, Tensor, refuse, rules_of
+from .tensors import MAX_VALUES, Attributes, Graph, Step, Tensor, refuse, rules_of
 
 #: Numbers that a graph may hold: twice as many take compilers a minute and gigabytes of memory.
 MAX_CONSTANTS = 1 << 21
 
 
 def read_graph(content: bytes, where: str, states: int, system: int) -> Graph:
-    """Read a serialized model.
-
-    Parameters
-    ----------
-    content : bytes
-        ONNX file.
-    where : str
-        For messages.
-    states, system : int
-        Number of states of a point and of system variables, from the metadata.
+    """Read a serialized model with that many states of a point and system variables, as its metadata say.
 
     Raises
     ------
@@ -69,10 +60,8 @@ def _read(content: bytes, where: str, states: int, system: int) -> Graph:
         raise InputError(f"{where}: the graph has no input 'loads' of shape (n, {len(LOADS)})")
     result = Graph(inputs, {})
     for node in graph.node:
-        attributes = {a.name: _attribute(a) for a in node.attribute}
         if node.op_type == "Constant":
-            value_of = next(iter(attributes.values()))
-            array = np.asarray(value_of)
+            array = np.asarray(_attribute(node.attribute[0]))
             known[node.output[0]] = Tensor(node.output[0], array.shape, array)
             continue
         missing = next((n for n in node.input if n and n not in known), None)
@@ -80,6 +69,7 @@ def _read(content: bytes, where: str, states: int, system: int) -> Graph:
             raise InputError(
                 f"{where}: node {node.name or node.op_type!r} uses {missing!r}, which does not exist"
             )
+        attributes = Attributes({a.name: _attribute(a) for a in node.attribute})
         arguments = [known[n] if n else None for n in node.input]
         shape = infer_shape(node.op_type, node.domain, attributes, arguments, where)
         output = Tensor(node.output[0], shape)

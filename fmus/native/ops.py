@@ -6,11 +6,10 @@ Every operator acts on the row vector of one contact point; whatever mixes point
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
-from .tensors import Array, Step, Tensor, broadcast, constant_of, refuse
+from .tensors import Array, Attributes, Step, Tensor, broadcast, constant_of, refuse
 
 #: What the expressions below call.
 PRELUDE = """\
@@ -83,13 +82,13 @@ def plain_name(step: Step) -> str:
 
 def cast(step: Step, a: str) -> str:
     """Return the value of a Cast: rounded to single precision, cut to an integer, or a truth value."""
-    return _CASTS[int(step.attributes["to"])].format(a)
+    return _CASTS[step.attributes.whole("to")].format(a)
 
 
 def differentiated(step: Step) -> list[Tensor]:
     """Return the operands that the derivative of a step depends on."""
     operands = [t for t in step.inputs if t is not None]
-    if step.op in _BY_PIECES or (step.op == "Cast" and int(step.attributes["to"]) in {6, 7, 9}):
+    if step.op in _BY_PIECES or (step.op == "Cast" and step.attributes.whole("to") in {6, 7, 9}):
         return []
     if step.op == "Where":
         return operands[1:]
@@ -119,17 +118,10 @@ def _choose(condition: str, first: str | None, second: str | None) -> str | None
 
 
 def derivative(op: str, y: str, a: Operands, d: Seeds) -> str | None:
-    """Return the forward derivative of one element, or None when it is zero.
+    """Return the forward derivative of one element of value `y`, or None when it is zero.
 
-    Parameters
-    ----------
-    op : str
-        A key of `ELEMENTWISE`.
-    y : str
-        The element's value.
-    a, d : sequences
-        Operands and their derivatives. At a kink the derivative is the one of the branch that the
-        value takes; where it is infinite (sqrt at 0, power below 1 at 0) it is 0.
+    `a` and `d` are the operands and their derivatives. At a kink the derivative is the one of the branch that the value
+    takes; where it is infinite (sqrt at 0, power below 1 at 0) it is 0.
     """
     match op:
         case "Add":
@@ -180,7 +172,7 @@ def _extreme(sign: str, function: str, a: Operands, d: Seeds) -> str | None:
 
 
 def infer_shape(
-    op: str, domain: str, attributes: dict[str, Any], inputs: Sequence[Tensor | None], where: str
+    op: str, domain: str, attributes: Attributes, inputs: Sequence[Tensor | None], where: str
 ) -> tuple[int, ...]:
     """Return the shape of a node's output with the batch dimension 1.
 
@@ -198,7 +190,7 @@ def infer_shape(
     if op in ELEMENTWISE:
         return broadcast([t.shape for t in inputs if t is not None], op, where)
     if op == "Cast":
-        to = int(attributes["to"])
+        to = attributes.whole("to")
         if to not in _CASTS:
             raise refuse(
                 where, f"Cast to type {to} is not translated, allowed: {', '.join(map(str, _CASTS))}"
@@ -206,51 +198,51 @@ def infer_shape(
         return first.shape
     if op in {"MatMul", "Gemm"}:
         weights = constant_of(inputs[1], f"the matrix of a {op}", where)
-        if attributes.get("transA", 0) or weights.ndim != 2 or len(first.shape) != 2:
+        if attributes.whole("transA", 0) or weights.ndim != 2 or len(first.shape) != 2:
             raise refuse(where, f"{op} with a transposed or not two-dimensional operand is not translated")
-        rows, columns = weights.shape[::-1] if attributes.get("transB", 0) else weights.shape
+        rows, columns = weights.shape[::-1] if attributes.whole("transB", 0) else weights.shape
         if first.shape[1] != rows:
             raise refuse(where, f"{op} of {first.shape} with {weights.shape} does not fit")
         return (1, int(columns))
     if op == "TreeEnsemble":
-        targets = int(attributes.get("n_targets", 1))
-        kinds = set(np.ravel(attributes["nodes_modes"]).tolist())
-        if targets != 1 or attributes.get("post_transform", 0) != 0 or kinds - {0}:
+        targets = attributes.whole("n_targets", 1)
+        kinds = set(attributes.array("nodes_modes").tolist())
+        if targets != 1 or attributes.whole("post_transform", 0) != 0 or kinds - {0}:
             raise refuse(where, "TreeEnsemble other than a sum of <= trees with one target is not translated")
-        if attributes.get("aggregate_function", 1) != 1:
+        if attributes.whole("aggregate_function", 1) != 1:
             raise refuse(where, "TreeEnsemble that does not sum its trees is not translated")
         return (1, 1)
     if op == "ReduceSum":
         axes = reduce_axes(attributes, inputs, where)
         if len(first.shape) != 2 or axes != [1]:
             raise refuse(where, f"ReduceSum over axes {axes} of a value of shape {first.shape} mixes points")
-        return (1, 1) if attributes.get("keepdims", 1) else (1,)
+        return (1, 1) if attributes.whole("keepdims", 1) else (1,)
     picked = picks(op, attributes, inputs, where)
     if op == "Gather" and np.ndim(constant_of(inputs[1], "the index of a Gather", where)) == 0:
         return (1,)
     return (1, len(picked))
 
 
-def reduce_axes(attributes: dict[str, Any], inputs: Sequence[Tensor | None], where: str) -> list[int]:
+def reduce_axes(attributes: Attributes, inputs: Sequence[Tensor | None], where: str) -> list[int]:
     """Return the axes of a ReduceSum, counted from the front."""
     first = inputs[0]
     assert first is not None
     if len(inputs) > 1 and inputs[1] is not None:
         axes = np.ravel(constant_of(inputs[1], "the axes of a ReduceSum", where)).tolist()
     else:
-        axes = list(attributes.get("axes", range(len(first.shape))))
+        axes = attributes.array("axes").tolist() if "axes" in attributes else list(range(len(first.shape)))
     return [int(a) % len(first.shape) for a in axes]
 
 
 def picks(
-    op: str, attributes: dict[str, Any], inputs: Sequence[Tensor | None], where: str
+    op: str, attributes: Attributes, inputs: Sequence[Tensor | None], where: str
 ) -> list[tuple[Tensor, int]]:
     """Return, for every element of the output of Gather, Slice or Concat, where it comes from."""
     first = inputs[0]
     assert first is not None
     if any(t is not None and len(t.shape) != 2 for t in (inputs if op == "Concat" else [first])):
         raise refuse(where, f"{op} of a value that is not two-dimensional is not translated")
-    if op in {"Concat", "Gather"} and int(attributes.get("axis", 0)) % 2 != 1:
+    if op in {"Concat", "Gather"} and attributes.whole("axis", 0) % 2 != 1:
         raise refuse(where, f"{op} along axis 0 mixes points")
     if op == "Concat":
         return [(t, i) for t in inputs if t is not None for i in range(t.size)]

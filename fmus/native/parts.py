@@ -17,13 +17,7 @@ _SCALAR = re.compile(r"\b[td]\d+\b")
 
 
 def function(name: str, arguments: str, writer: Writer) -> str:
-    """Return a function with the statements of `writer`, in two builds, and the one that chooses.
-
-    Parameters
-    ----------
-    name, arguments : str
-        Name and parameters in C.
-    writer : Writer
+    """Return a C function with the statements of `writer`, in two builds, and the one that chooses.
 
     Raises
     ------

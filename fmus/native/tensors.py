@@ -19,17 +19,7 @@ MAX_VALUES = 1 << 14
 
 @dataclass
 class Tensor:
-    """A value of the graph.
-
-    Attributes
-    ----------
-    name : str
-        Name in the ONNX graph.
-    shape : tuple of int
-        Shape with the batch dimension set to 1.
-    constant : ndarray or None
-        Value of an initializer; None for a value that depends on an input.
-    """
+    """A value of the graph, of a shape with the batch dimension 1; `constant` is None where it depends on an input."""
 
     name: str
     shape: tuple[int, ...]
@@ -41,12 +31,34 @@ class Tensor:
         return int(np.prod(self.shape, dtype=int))
 
 
+class Attributes:
+    """The attributes of a node: numbers, texts, lists and arrays by name."""
+
+    def __init__(self, values: dict[str, Any]) -> None:
+        self._values = values
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._values
+
+    def number(self, name: str, default: float) -> float:
+        """Return a number."""
+        return float(self._values.get(name, default))
+
+    def whole(self, name: str, default: int | None = None) -> int:
+        """Return a whole number; without a default it must be there."""
+        return int(self._values[name] if default is None else self._values.get(name, default))
+
+    def array(self, name: str) -> Array:
+        """Return the numbers of a list, which must be there."""
+        return np.ravel(self._values[name])
+
+
 @dataclass
 class Step:
     """One node: operator, attributes, tensors in and out (None stands for an optional input left out)."""
 
     op: str
-    attributes: dict[str, Any]
+    attributes: Attributes
     inputs: list[Tensor | None]
     output: Tensor
 

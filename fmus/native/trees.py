@@ -2,37 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from friction_models.common import InputError
 
 from .tables import Tables, literal
+from .tensors import Attributes
 
 
-def tree_tables(
-    attributes: Mapping[str, Any], features: int, tables: Tables, where: str
-) -> tuple[str, str, int]:
-    """Write the trees as tables.
-
-    Returns
-    -------
-    nodes, trees : str
-        Names of the two tables.
-    count : int
-        Number of trees.
+def tree_tables(attributes: Attributes, features: int, tables: Tables, where: str) -> tuple[str, str, int]:
+    """Write the trees as two tables; return the names of those of the nodes and of the trees, and the number of trees.
 
     Raises
     ------
     InputError
         An index out of range, or a node that is reached twice.
     """
-    a = {k: np.ravel(v) for k, v in attributes.items()}
-    feature, split = a["nodes_featureids"].astype(np.int64), a["nodes_splits"].astype(float)
-    weights, roots = a["leaf_weights"].astype(float), a["tree_roots"].astype(np.int64)
-    sides = [(a[f"nodes_{s}nodeids"].astype(np.int64), a[f"nodes_{s}leafs"]) for s in ("true", "false")]
+    feature, split = (
+        attributes.array("nodes_featureids").astype(np.int64),
+        attributes.array("nodes_splits").astype(float),
+    )
+    weights, roots = (
+        attributes.array("leaf_weights").astype(float),
+        attributes.array("tree_roots").astype(np.int64),
+    )
+    sides = [
+        (attributes.array(f"nodes_{s}nodeids").astype(np.int64), attributes.array(f"nodes_{s}leafs"))
+        for s in ("true", "false")
+    ]
     count = len(feature)
     if any(len(x) != count for x in (split, *sides[0], *sides[1])):
         raise InputError(f"{where}: TreeEnsemble has lists of different lengths for its {count} nodes")

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from contextlib import ExitStack
 from dataclasses import dataclass
-from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -14,8 +12,8 @@ import numpy.typing as npt
 
 from friction_models.loads import FloatArray
 
-from .fmu_files import FmuDescription
-from .instance import Instance, Start
+from .fmu_files import UnpackedFmu
+from .instance import AnyInstance, Instance, Start
 from .ports import Port
 
 
@@ -32,52 +30,25 @@ class _Split:
     order: npt.NDArray[np.intp]
 
 
-class PointInstances:
-    """One instance a contact point, each with its own memory; same methods as `Instance`.
-
-    Parameters
-    ----------
-    name : str
-        Name of the component.
-    description : FmuDescription
-        Of the scalar FMU.
-    unpacked : Path
-        Folder of the unpacked archive, shared by the instances.
-    count : int
-        Number of points.
-    log : list of str, optional
-        Receives what the FMUs log.
-    parts : int
-        Steps that the FMUs make in each communication step.
-    """
+class PointInstances(AnyInstance):
+    """One `Instance` a contact point of a scalar FMU, each with its own memory; they share the folder of the FMU."""
 
     def __init__(
-        self,
-        name: str,
-        description: FmuDescription,
-        unpacked: Path,
-        count: int,
-        log: list[str] | None = None,
-        parts: int = 1,
+        self, name: str, fmu: UnpackedFmu, count: int, log: list[str] | None = None, parts: int = 1
     ) -> None:
-        self.name = name
-        self.description = description
         self._splits: dict[int, _Split] = {}
         with ExitStack() as opened:
             self.instances = [
-                opened.enter_context(Instance(f"{name}[{k + 1}]", description, unpacked, log, parts))
-                for k in range(count)
+                opened.enter_context(Instance(f"{name}[{k + 1}]", fmu, log, parts)) for k in range(count)
             ]
             self._opened = opened.pop_all()
 
     @property
     def seconds(self) -> float:
-        """Time spent in steps, exchange of values included [s]."""
         return sum(instance.seconds for instance in self.instances)
 
     @property
     def ended(self) -> bool:
-        """Whether an FMU made its last step: it asked to end the simulation."""
         return any(instance.ended for instance in self.instances)
 
     def _split(self, port: Port) -> _Split:
@@ -97,18 +68,15 @@ class PointInstances:
         return self._splits[id(port)]
 
     def enter_initialization(self, starts: Iterable[Start], stop_time: float) -> None:
-        """Set start values, the same in every instance, and enter initialization mode."""
         values = list(starts)
         for instance in self.instances:
             instance.enter_initialization(values, stop_time)
 
     def exit_initialization(self) -> None:
-        """Leave initialization mode: the FMUs are ready for steps."""
         for instance in self.instances:
             instance.exit_initialization()
 
     def step(self, inputs: Port, outputs: Port, now: float, size: float) -> None:
-        """Write the inputs, advance every instance from `now` by `size` seconds, read the outputs."""
         given, found = self._split(inputs), self._split(outputs)
         given.values[:] = inputs.values[given.order]
         for instance, written, read in zip(self.instances, given.ports, found.ports):
@@ -116,46 +84,27 @@ class PointInstances:
         outputs.values[found.order] = found.values
 
     def write(self, inputs: Port, now: float = 0.0) -> None:
-        """Write inputs outside a step."""
         given = self._split(inputs)
         given.values[:] = inputs.values[given.order]
         for instance, written in zip(self.instances, given.ports):
             instance.write(written, now)
 
     def read(self, outputs: Port, now: float = 0.0) -> None:
-        """Read outputs outside a step."""
         found = self._split(outputs)
         for instance, read in zip(self.instances, found.ports):
             instance.read(read, now)
         outputs.values[found.order] = found.values
 
     def save_state(self, now: float = 0.0) -> Any:
-        """Return handles to the states of all instances; give them to `free_state` in the end."""
         return [instance.save_state(now) for instance in self.instances]
 
     def restore_state(self, state: Any, now: float = 0.0) -> None:
-        """Go back to saved states."""
         for instance, one in zip(self.instances, state):
             instance.restore_state(one, now)
 
     def free_state(self, state: Any) -> None:
-        """Give up saved states."""
         for instance, one in zip(self.instances, state):
             instance.free_state(one)
 
-    def reset(self) -> None:
-        """Bring every instance back to where instantiation left it."""
-        for instance in self.instances:
-            instance.reset()
-
     def close(self) -> None:
-        """Terminate and unload; safe after a failure."""
         self._opened.close()
-
-    def __enter__(self) -> PointInstances:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

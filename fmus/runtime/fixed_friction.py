@@ -1,9 +1,9 @@
-"""A friction FMU as a fixed friction model: `predict` through the FMU itself."""
+"""A friction FMU as a fixed friction model: `predict` through the FMU itself, ours or that of another generator."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,53 +12,66 @@ import numpy.typing as npt
 import pandas as pd
 
 from friction_models.common import InputError
-from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, TriboLoads, require_loads
+from friction_models.loads import LOAD_NAMES, FloatArray, TriboLoads, require_loads
 from friction_models.loads.time_steps import rests, time_steps
 from friction_models.models.domain import Domain
 
 from ..archive.made_here import runs_apart
 from ..interface.friction_source import FrictionSource, parse_source
-from ..interface.quantities import vector
-from .running import FmuError, RunningFmu
+from ..interface.quantities import load_conversion
+from .fmu_files import UnpackedFmu
+from .friction_names import FrictionNames
+from .running import FmuError, RunningFmu, Value
 from .separate_process import Apart, Died
-from .unpacked import UnpackedFmu
 
 #: Most points of one evaluation of an FMU whose size can be chosen.
 _BLOCK = 1024
+#: Two ordinary contact states that differ in all loads: an FMU that answers both alike at once may answer after a step.
+_PROBES = ((5.0, 50.0, 500.0, 2.0, 1.1), (200.0, 150.0, 1500.0, 20.0, 3.0))
+#: Step that lets such an FMU answer [s], where it names none.
+_SHORT = 1e-3
+#: Where our own friction FMUs hold their law.
+MODEL = "resources/model.onnx"
 
 
 class Evaluation:
-    """Outputs of a friction FMU at loads; its inputs are those of the contract.
+    """Outputs of a friction FMU at loads; `folder` holds it where it is unpacked already.
 
-    Parameters
-    ----------
-    fmu : UnpackedFmu
-    inputs : sequence of str
-        Its variables of the five loads, one load after the other.
-    outputs : sequence of str
-        Its variables of mu.
+    Without names it is one with the variables of the contract. Of one with names, units and habits of its own the points
+    of a data set without time are each evaluated from the start state where the FMU can save it, and where outputs
+    follow inputs only after a step, it is given a short one.
 
     Raises
     ------
     InputError
-        No co-simulation, or no contact point.
+        Variables that do not fit, no co-simulation, or no contact point.
     """
 
-    def __init__(self, fmu: UnpackedFmu, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        self.fmu = fmu
-        self.inputs, self.outputs = list(inputs), list(outputs)
-        if fmu.description.coSimulation is None:
+    def __init__(self, path: Path, names: FrictionNames | None = None, folder: Path | None = None) -> None:
+        self.fmu = fmu = UnpackedFmu.of(path, folder)
+        self.names = FrictionNames() if names is None else names
+        loads = self.names.loads
+        self.inputs, self.outputs = [name for name, _ in loads.values()], [self.names.mu]
+        if names is None:
+            fmu.contact_points()
+        for name in (*self.inputs, *self.outputs):
+            fmu.check_float64(fmu.resolve(name))
+        if fmu.raw.coSimulation is None:
             raise InputError(f"{fmu.path}: the FMU offers no co-simulation, allowed: an FMU that does")
-        self.nodes = sum(fmu.length(n) for n in self.outputs)
+        self.nodes = len(fmu.resolve(self.names.mu))
         if self.nodes < 1:
             raise InputError(f"{fmu.path}: the FMU has no contact point, allowed: at least one")
-
-    @classmethod
-    def of_contract(cls, path: Path, folder: Path | None = None) -> Evaluation:
-        """Return the evaluation of an FMU with the variables of the contract; `folder` holds it where it is unpacked already."""
-        fmu = UnpackedFmu(path, folder)
-        names = fmu.friction()
-        return cls(fmu, [n for q in LOADS for n in names[q.name]], names["mu"])
+        #: The parameter that gives the arrays their length; those under other names keep theirs.
+        ours = set(loads) == set(LOAD_NAMES) and all(name == load for load, (name, _) in loads.items())
+        self.sizing = fmu.sizing(LOAD_NAMES[0]) if ours else None
+        self._sized: dict[int, UnpackedFmu] = {}
+        self._columns = [LOAD_NAMES.index(load) for load in loads]
+        units = [load_conversion(q, u, str(path)) if u else (1.0, 0.0) for q, (_, u) in loads.items()]
+        self._factors, self._offsets = np.array([f for f, _ in units]), np.array([o for _, o in units])
+        self._saves = names is not None and fmu.claims("canGetAndSetFMUState")
+        self._short = _short_step(fmu)
+        #: Whether mu follows the loads only after a step; None: not known yet.
+        self._late = None if names is not None else False
 
     def values(
         self,
@@ -67,21 +80,55 @@ class Evaluation:
         start: dict[str, float],
         outputs: list[str],
     ) -> FloatArray:
-        """Return an output at points of a test, with their times and pauses, or at points without time."""
-        if times is None:
-            return self.at_once(array, start, outputs)
-        return self.in_steps(array, *times, start, outputs)
+        """Return an output at points of a test, with their times and pauses, or at points without time.
+
+        Without points it only finds out whether the FMU answers after a step.
+        """
+        if self._late is None:
+            try:
+                self._late = self._answers_late()
+            except FmuError as error:
+                raise InputError(f"{self.fmu.path}: the FMU refuses ordinary loads ({error})") from None
+        if not len(array):
+            return np.empty(0)
+        return (
+            self.at_once(array, start, outputs)
+            if times is None
+            else self.in_steps(array, *times, start, outputs)
+        )
+
+    def _answers_late(self) -> bool:
+        """Return whether mu follows the loads only after a step."""
+        first, second = (np.tile(p, (max(self._width(1), 1), 1)) for p in _PROBES)
+        with self._run(self._width(1), {}) as fmu:
+            before = self._evaluate(fmu, first, self.outputs)
+            now = self._evaluate(fmu, second, self.outputs)
+            if not np.array_equal(before, now):
+                return False
+            fmu.step(0.0, self._short)
+            return not np.array_equal(now, fmu.get_real(self.outputs))
 
     def at_once(self, array: FloatArray, start: dict[str, float], outputs: list[str]) -> FloatArray:
         """Return an output at points that do not follow each other in time."""
         mu = np.empty(len(array))
         width = self._width(len(array))
         with self._run(width, start) as fmu:
+            fresh = fmu.save_state() if self._saves else None
+            time = 0.0
             for first in range(0, len(array), width):
+                if fresh is not None:
+                    fmu.restore_state(fresh)
+                    time = 0.0
                 rows = np.minimum(np.arange(first, first + width), len(array) - 1)
                 values = self._evaluate(fmu, array[rows], outputs)
+                if self._late:
+                    fmu.step(time, self._short)
+                    time += self._short
+                    values = fmu.get_real(outputs)
                 count = min(width, len(array) - first)
                 mu[first : first + count] = values[:count]
+            if fresh is not None:
+                fmu.free_state(fresh)
         return mu
 
     def in_steps(
@@ -110,20 +157,25 @@ class Evaluation:
                     self._write(fmu, rows)
                     fmu.step(time, float(t[row] - t[0]) - time)
                 mu[row] = self._evaluate(fmu, rows, outputs)[0]
+        if self._late:  # the first point is read before any step
+            mu[:1] = self.at_once(array[:1], start, outputs)
         return mu
 
     def _width(self, count: int) -> int:
         """Return how many points are evaluated at once: what fits best where the FMU lets us choose."""
-        if self.fmu.sizing is None:
+        if self.sizing is None:
             return self.nodes
-        lower, upper = self.fmu.limits(self.fmu.sizing)
+        lower, upper = self.fmu.limits(self.sizing)
         return max(lower, 1, min(count, _BLOCK if upper is None else upper, _BLOCK))
 
-    def _run(self, width: int, start: dict[str, float]) -> RunningFmu:
-        return RunningFmu(self.fmu, start=start, points=width if self.fmu.sizing is not None else None)
+    def _run(self, width: int, start: Mapping[str, Value]) -> RunningFmu:
+        if self.sizing is not None and width not in self._sized:
+            self._sized[width] = self.fmu.sized({self.sizing: width})
+        return RunningFmu(self._sized.get(width, self.fmu), start={**self.names.start, **start})
 
     def _write(self, fmu: RunningFmu, rows: FloatArray) -> None:
-        fmu.set_real(self.inputs, rows.T.ravel())
+        values = rows[:, self._columns] * self._factors + self._offsets
+        fmu.set_real(self.inputs, values.T)
 
     def _evaluate(self, fmu: RunningFmu, rows: FloatArray, outputs: list[str]) -> FloatArray:
         self._write(fmu, rows)
@@ -133,17 +185,12 @@ class Evaluation:
 class Elsewhere:
     """The same evaluation in a process of its own, which starts with the first question and again after a crash.
 
-    Parameters
-    ----------
-    path : Path
-    make : callable
-        Makes the `Evaluation` of `path` with `arguments`. The folder among them stays that of this process: one that
-        crashes cannot tidy up.
+    The folder is that of this process: one that crashes cannot tidy up.
     """
 
-    def __init__(self, path: Path, make: Callable[..., Evaluation], *arguments: Any) -> None:
-        self._make = (make, path, *arguments)
+    def __init__(self, path: Path, names: FrictionNames | None, folder: Path) -> None:
         self._path = path
+        self._arguments = (path, names, folder)
         self._apart: Apart | None = None
 
     def values(self, *arguments: Any) -> FloatArray:
@@ -155,7 +202,7 @@ class Elsewhere:
             The FMU refuses a value, or ends its process.
         """
         if self._apart is None:
-            self._apart = Apart(*self._make, errors=(FmuError,))
+            self._apart = Apart(Evaluation, *self._arguments, errors=(FmuError,))
         try:
             return np.asarray(self._apart.call("values", *arguments), dtype=float)
         except Died as end:
@@ -177,15 +224,14 @@ class FmuModel:
         ``mu``: scalars, scalars named ``v_rel[1]`` ..., or arrays.
     isolate : bool, optional
         Run it in a process of its own, where a crash does no harm; by default where it was not made here (`made_here`).
-    make : callable
-        Makes the `Evaluation` of the file with `arguments`; one more argument is the folder it is unpacked in already.
-    *arguments
-        Of `make`.
+    names : FrictionNames, optional
+        Variables of an FMU that others made; see `Evaluation`.
 
     Raises
     ------
     InputError
-        Not an FMU, or not one with these variables and units; with the nearest name.
+        Not an FMU, or not one with these variables and units; with the nearest name. With `names` an FMU that does not
+        answer ordinary loads.
 
     Examples
     --------
@@ -202,31 +248,23 @@ class FmuModel:
     is_fitted = True
 
     def __init__(
-        self,
-        path: str | os.PathLike[str],
-        isolate: bool | None = None,
-        make: Callable[..., Evaluation] = Evaluation.of_contract,
-        *arguments: Any,
+        self, path: str | os.PathLike[str], isolate: bool | None = None, names: FrictionNames | None = None
     ) -> None:
         self.path = Path(path)
         apart = runs_apart(self.path, isolate)
-        self._evaluation = make(self.path, *arguments)
+        self._evaluation = Evaluation(self.path, names)
         self._fmu = self._evaluation.fmu
-        self._elsewhere = Elsewhere(self.path, make, *arguments, self._fmu.folder) if apart else None
+        self._elsewhere = Elsewhere(self.path, names, self._fmu.folder) if apart else None
+        self.names = names
         self.nodes = self._evaluation.nodes
-        packed = self._fmu.folder / "resources" / "model.onnx"
-        self.source = self._packed(packed) if packed.is_file() else None
-        present = list(self._fmu.variables)
-        self._bounds = [vector(present, n) for n in ("mu_low", "mu_high")]
-
-    def _packed(self, file: Path) -> FrictionSource | None:
-        """Return the model in the FMU."""
-        return parse_source(file.read_bytes(), str(self.path))
-
-    @property
-    def domain(self) -> Domain:
-        """The trained domain that the FMU's ONNX model records; the physical limits without one."""
-        return self.source.box if self.source is not None else Domain.physical()
+        packed = _packed_model(self._fmu.folder / MODEL, self.path, names)
+        # With names of its own the variables of the FMU need not be those of a model inside it.
+        self.source = packed if names is None else None
+        #: The trained domain that a model of ours in the FMU records; the physical limits without one.
+        self.domain = Domain.physical() if packed is None else packed.box
+        self._bounds: list[list[str]] = [[n] if n in self._fmu.arrays else [] for n in ("mu_low", "mu_high")]
+        if names is not None:
+            self._values(np.empty((0, len(LOAD_NAMES))), None, {}, self._evaluation.outputs)
 
     @property
     def card(self) -> dict[str, Any]:
@@ -235,7 +273,9 @@ class FmuModel:
 
     @property
     def needed_loads(self) -> tuple[str, ...]:
-        """The loads without which the FMU cannot be evaluated: all five, but those its model was not given in training."""
+        """The loads without which the FMU cannot be evaluated: all that enter it, but those its model was not given in training."""
+        if self.names is not None:
+            return tuple(n for n in LOAD_NAMES if n in self.names.loads)
         if self.source is None:
             return LOAD_NAMES
         return () if self.source.family == "constant" else self.source.box.measured
@@ -244,7 +284,17 @@ class FmuModel:
         """Return the law as the packed model states it, or the name of the FMU."""
         if self.source is not None and self.source.formula:
             return self.source.formula
-        return f"{self._fmu.description.modelName} ({self.path.name})"
+        return f"{self._fmu.raw.modelName} ({self.path.name})"
+
+    def remark(self) -> str:
+        """Return which loads do not enter and which inputs stay as they are; empty where all loads enter."""
+        missing = [] if self.names is None else [n for n in LOAD_NAMES if n not in self.names.loads]
+        if self.names is None or not missing:
+            return ""
+        inputs = {n for n, elements in self._fmu.arrays.items() if elements[0].causality == "input"}
+        free = [f"{n} stays at {v}" for n, v in self.names.start.items() if n in inputs]
+        verb = "does" if len(missing) == 1 else "do"
+        return "; ".join([f"{self.path}: {', '.join(missing)} {verb} not enter it", *free])
 
     def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
         """Return mu for a table with the columns of the contract."""
@@ -315,6 +365,27 @@ class FmuModel:
     def _values(self, *arguments: Any) -> FloatArray:
         """Return what `Evaluation.values` returns, here or in another process."""
         return (self._elsewhere or self._evaluation).values(*arguments)
+
+
+def _packed_model(model: Path, path: Path, names: FrictionNames | None) -> FrictionSource | None:
+    """Return the model in an FMU; in one of other generators the file may be of another kind."""
+    if not model.is_file():
+        return None
+    try:
+        return parse_source(model.read_bytes(), str(path))
+    except InputError:
+        if names is None:
+            raise
+        return None
+
+
+def _short_step(fmu: UnpackedFmu) -> float:
+    """Return a step that lets an FMU answer [s]."""
+    try:
+        step = float(fmu.raw.defaultExperiment.stepSize)
+    except (AttributeError, TypeError, ValueError):
+        return _SHORT
+    return step if 0.0 < step < 1.0 else _SHORT
 
 
 def read_friction_fmu(path: str | os.PathLike[str]) -> FmuModel:

@@ -6,18 +6,19 @@ everything before that: paths that leave the folder, archives that swell, XML th
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from tempfile import TemporaryDirectory
+from typing import Any, Self
 
 from lxml import etree
 
 from friction_models.common import InputError, unknown_name
+from friction_models.common.cached_results import path_digest
 from friction_models.loads import LOADS, MU
 
 from ..archive.content import read_description, read_member
@@ -27,6 +28,8 @@ from .fmu_variables import Variable, expand, sizing_parameter
 
 #: Where a friction FMU holds its model card, and how large a card may be.
 CARD, MAX_CARD_BYTES = "documentation/card.json", 4_000_000
+#: The variables of a friction FMU and what they are.
+_FRICTION = (*((q, "input") for q in LOADS), (MU, "output"))
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,11 @@ class FmuDescription:
         By full name, ``v_rel[3]`` included.
     arrays : dict of str to list of Variable
         Elements of each structured name in index order; a scalar is an array of one.
-    sizes : dict of str to int
+    capabilities : mapping of str to str
+        Attributes of the element ``CoSimulation``; fmpy leaves out some of them, and the bounds.
+    bounds : mapping of str to (str, str)
+        Attributes ``min`` and ``max`` of the structural parameters, empty where they are missing.
+    sizes : mapping of str to int
         Values chosen for structural parameters (FMI 3.0).
 
     Examples
@@ -65,7 +72,9 @@ class FmuDescription:
     raw: Any
     variables: dict[str, Variable]
     arrays: dict[str, list[Variable]]
-    sizes: dict[str, int] = field(default_factory=dict)
+    capabilities: Mapping[str, str]
+    bounds: Mapping[str, tuple[str, str]]
+    sizes: Mapping[str, int] = field(default_factory=dict)
 
     def resolve(self, name: str, kind: str = "variable", causality: str | None = None) -> list[Variable]:
         """Return the elements behind a scalar, indexed or structured name.
@@ -86,7 +95,7 @@ class FmuDescription:
         ]
         raise unknown_name(kind, name, allowed, self.path.name)
 
-    def sized(self, sizes: Mapping[str, int]) -> FmuDescription:
+    def sized(self, sizes: Mapping[str, int]) -> Self:
         """Return the description with other values of structural parameters.
 
         Raises
@@ -98,22 +107,32 @@ class FmuDescription:
         for name, value in sizes.items():
             if name not in known:
                 raise unknown_name("structural parameter", name, known, str(self.path))
-            low, high = max(1, _whole(known[name].min, 1)), _whole(known[name].max, 2**63 - 1)
+            least, high = self.limits(name)
+            low, high = max(1, least), 2**63 - 1 if high is None else high
             if not low <= value <= high:
                 raise InputError(
                     f"{self.path}: structural parameter {name!r} = {value}, allowed: {low} to {high}"
                 )
-        merged = self.sizes | dict(sizes)
-        return FmuDescription(self.path, self.raw, *expand(self.path, self.raw, merged), merged)
+        merged = {**self.sizes, **sizes}
+        variables, arrays = expand(self.path, self.raw, merged)
+        return replace(self, variables=variables, arrays=arrays, sizes=merged)
 
     @property
-    def structure(self) -> dict[str, Any]:
-        """fmpy's variables of the structural parameters, by name (FMI 3.0)."""
-        return {str(v.name): v for v in self.raw.modelVariables if v.causality == "structuralParameter"}
+    def structure(self) -> list[str]:
+        """Names of the structural parameters (FMI 3.0)."""
+        return [name for name, v in self.variables.items() if v.causality == "structuralParameter"]
 
     def structural(self) -> list[tuple[Variable, int]]:
         """Return the structural parameters that differ from their start values, and their values."""
         return [(self.variables[name], value) for name, value in self.sizes.items()]
+
+    def limits(self, name: str) -> tuple[int, int | None]:
+        """Return the smallest and the largest value of a structural parameter, None without a limit."""
+        # Not through floating point, as they may have 64 bits.
+        low, high = (
+            int(t) if re.fullmatch(r"-?\d{1,20}", t) else None for t in self.bounds.get(name, ("", ""))
+        )
+        return low or 0, high
 
     def sizing(self, name: str) -> str | None:
         """Return the structural parameter that sizes the vector `name`, None for what has a fixed size."""
@@ -129,20 +148,63 @@ class FmuDescription:
         """Version of the standard, ``2.0`` or ``3.0``."""
         return "2.0" if self.raw.fmiVersion == "2.0" else "3.0"
 
+    def claims(self, capability: str) -> bool:
+        """Whether the co-simulation interface claims a capability, by the name of either version."""
+        wanted = capability.lower().removesuffix("s")
+        return any(
+            name.lower().removesuffix("s") == wanted and value in {"true", "1"}
+            for name, value in self.capabilities.items()
+        )
+
     @property
     def state_can_be_saved(self) -> bool:
         """Whether the FMU can be rolled back (needed by the iterated mode)."""
-        flags = self.raw.coSimulation
-        return bool(flags.canGetAndSetFMUstate)
+        return self.claims("canGetAndSetFMUstate")
+
+    @property
+    def is_friction(self) -> bool:
+        """Whether there are inputs and an output with the names of the loads and of mu."""
+        found = {name: self.arrays[name][0].causality for name in self.arrays}
+        return all(found.get(q.name) == wanted for q, wanted in _FRICTION)
 
     @property
     def is_scalar_friction(self) -> bool:
         """Whether this is a friction FMU of one contact point: five scalar loads in, mu out."""
-        wanted = [*((q.name, "input") for q in LOADS), (MU.name, "output")]
-        return all(
-            name in self.variables and self.variables[name].causality == causality
-            for name, causality in wanted
-        )
+        return self.is_friction and all(q.name in self.variables for q, _ in _FRICTION)
+
+    def contact_points(self) -> int:
+        """Return for how many points a friction FMU is, whose variables are checked.
+
+        Raises
+        ------
+        InputError
+            A variable is missing, is not an input or output, has another type, unit or number of points.
+        """
+        count = len(self.arrays.get("v_rel", ()))
+        for quantity, wanted in _FRICTION:
+            if quantity.name not in self.arrays:
+                raise unknown_name("variable", quantity.name, self.arrays, str(self.path))
+            elements = self.arrays[quantity.name]
+            first = elements[0]
+            where = f"{self.path}: variable {first.own!r}"
+            if first.causality != wanted:
+                raise InputError(f"{where} is a {first.causality}, allowed: {wanted}")
+            self.check_float64(elements)
+            if first.unit not in {quantity.unit, "", "-" if quantity.unit == "1" else ""}:
+                raise InputError(f"{where} has unit {first.unit!r}, allowed: {quantity.unit!r}")
+            if len(elements) != count:
+                raise InputError(
+                    f"{self.path}: {len(elements)} points of {quantity.name!r} and {count} of 'v_rel', allowed: equally many"
+                )
+        return count
+
+    def check_float64(self, elements: Iterable[Variable]) -> None:
+        """Refuse variables of another type."""
+        wrong = next((v for v in elements if not v.is_float64), None)
+        if wrong is not None:
+            allowed = "Real" if self.version == "2.0" else "Float64"
+            shown = wrong.exchange[4:] or wrong.type
+            raise InputError(f"{self.path}: variable {wrong.own!r} is of type {shown}, allowed: {allowed}")
 
     @property
     def synthetic(self) -> bool:
@@ -157,34 +219,56 @@ class FmuDescription:
     @property
     def sha256(self) -> str:
         """Hash of the archive."""
-        return file_hash(self.path)
+        return path_digest(self.path)
 
 
-def file_hash(path: str | os.PathLike[str]) -> str:
-    """Return the SHA-256 of a file as hexadecimal text.
+@dataclass(frozen=True)
+class UnpackedFmu(FmuDescription):
+    """A described FMU whose files are in a folder.
+
+    Attributes
+    ----------
+    folder : Path
+        A temporary one, from `of`, lives as long as this object.
 
     Examples
     --------
     >>> from tempfile import TemporaryDirectory
+    >>> from fmus import pack
+    >>> from friction_models import ConstantFriction
     >>> with TemporaryDirectory() as place:
-    ...     file = Path(place) / "empty"
-    ...     file.touch()
-    ...     file_hash(file)[:16]
-    'e3b0c44298fc1c14'
+    ...     fmu = UnpackedFmu.of(pack(ConstantFriction(mu=0.1), Path(place) / "law.fmu", target="python", nodes=2))
+    ...     fmu.contact_points(), fmu.variables["sigma_n[1]"].unit, [v.name for v in fmu.resolve("mu")]
+    (2, 'MPa', ['mu[1]', 'mu[2]'])
     """
-    with Path(path).open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+    folder: Path = Path()
+    _temporary: TemporaryDirectory[str] | None = field(default=None, repr=False, compare=False)
+
+    @classmethod
+    def of(cls, path: str | os.PathLike[str], folder: Path | None = None) -> UnpackedFmu:
+        """Unpack an FMU of any interface, or take the `folder` where somebody else has unpacked it.
+
+        Raises
+        ------
+        InputError
+            What `describe` refuses, but for an FMU without co-simulation.
+        """
+        found = _described(Path(path))
+        if folder is not None:
+            return cls(**vars(found), folder=folder)
+        temporary = TemporaryDirectory(prefix="tribofmu-", ignore_cleanup_errors=True)
+        unpack_archive(path, temporary.name)
+        return cls(**vars(found), folder=Path(temporary.name), _temporary=temporary)
+
+    @property
+    def library(self) -> Path:
+        """The library for this machine; it may not exist."""
+        return library_in(self.folder, self.raw)
 
 
 def read_model(path: Path) -> tuple[etree._Element, Any]:
-    """Read modelDescription.xml of an FMU that nobody has looked at yet.
-
-    Returns
-    -------
-    root : Element
-        Root of the file.
-    raw : object
-        fmpy's model description.
+    """Read modelDescription.xml of an FMU that nobody has looked at yet; return its root and fmpy's model description.
 
     Raises
     ------
@@ -239,22 +323,32 @@ def describe(path: str | os.PathLike[str]) -> FmuDescription:
     ...     description.version, [v.name for v in description.resolve("mu")]
     ('2.0', ['mu[1]', 'mu[2]'])
     """
-    file = Path(path)
-    _, raw = read_model(file)
-    if raw.coSimulation is None:
+    found = _described(Path(path))
+    if found.raw.coSimulation is None:
         raise InputError(
-            f"{file}: the FMU offers no co-simulation, allowed: FMI {raw.fmiVersion} for co-simulation"
+            f"{path}: the FMU offers no co-simulation, allowed: FMI {found.raw.fmiVersion} for co-simulation"
         )
+    return found
+
+
+def _described(file: Path) -> FmuDescription:
+    root, raw = read_model(file)
+    interface = root.find("CoSimulation")
+    capabilities = {} if interface is None else {str(k): str(v) for k, v in interface.attrib.items()}
+    bounds = {
+        str(v.get("name")): (str(v.get("min", "")), str(v.get("max", "")))
+        for v in root.iterfind("ModelVariables/*[@causality='structuralParameter']")
+    }
     try:
-        return FmuDescription(file, raw, *expand(file, raw, {}))
+        return FmuDescription(file, raw, *expand(file, raw, {}), capabilities, bounds)
     except InputError:
         raise
     except Exception as error:  # sizes and start values that are no numbers
         raise _not_valid(file, raw.fmiVersion, error) from None
 
 
-def unpack(description: FmuDescription, folder: Path) -> Path:
-    """Unpack a described FMU into `folder` and return the folder; nothing is written outside it.
+def unpack(description: FmuDescription, folder: Path) -> UnpackedFmu:
+    """Unpack a described FMU into `folder`; nothing is written outside it.
 
     Raises
     ------
@@ -263,20 +357,15 @@ def unpack(description: FmuDescription, folder: Path) -> Path:
     """
     from fmpy import platform, platform_tuple
 
-    file = description.path
-    unpack_archive(file, folder)
-    if not library_in(folder, description.raw).is_file():
+    unpack_archive(description.path, folder)
+    fmu = UnpackedFmu(**vars(description), folder=folder)
+    if not fmu.library.is_file():
         wanted = platform if description.version == "2.0" else platform_tuple
         present = sorted(p.name for p in (folder / "binaries").glob("*") if p.is_dir())
         raise InputError(
-            f"{file}: no binary for the platform {wanted!r}; present: {', '.join(present) or 'none'}"
+            f"{fmu.path}: no binary for the platform {wanted!r}; present: {', '.join(present) or 'none'}"
         )
-    return folder
-
-
-def _whole(text: str | None, otherwise: int) -> int:
-    """Return a limit from the XML; not through floating point, as it may have 64 bits."""
-    return int(text) if text is not None and re.fullmatch(r"-?\d{1,20}", text) else otherwise
+    return fmu
 
 
 def _not_valid(path: Path, version: str, error: Exception) -> InputError:

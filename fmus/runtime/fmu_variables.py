@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import itertools
 import math
+import operator
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from friction_models.common import InputError
 
+#: What an input or parameter may start at; a list for the elements of an array.
+StartValue: TypeAlias = bool | int | float | str | list[float]
 _INDEXED = re.compile(r"^(?P<base>.*)\[(?P<index>\d+)\]$")
 #: Most elements of all arrays of one FMU.
 MAX_ELEMENTS = 2_000_000
@@ -46,14 +49,12 @@ class Variable:
         Value reference; the elements of an FMI 3.0 array share it.
     type : str
         ``Real``, ``Integer``, ``Enumeration``, ``Boolean``, ``String``, or what else FMI 3.0 calls it.
-    causality, unit : str
     exchange : str
         What get and set functions call the type: ``fmi2Real``, ``fmi3Float64``.
     element : int
         Place in the array.
     starts : tuple of float
         Start values of the whole array; zeros where the FMU gives none.
-    variability : str
     point : int
         The contact point whose instance holds it, where an FMU runs once a point.
     base : str
@@ -80,20 +81,24 @@ class Variable:
     base: str = ""
     start_text: str | None = None
 
+    @property
+    def own(self) -> str:
+        """Name of the FMU's own variable, of which this may be an element."""
+        return self.base or self.name
+
+    @property
+    def is_float64(self) -> bool:
+        """Whether its values are float64."""
+        return self.exchange in {"fmi2Real", "fmi3Float64"}
+
 
 def expand(
     file: Path, raw: Any, sizes: Mapping[str, int]
 ) -> tuple[dict[str, Variable], dict[str, list[Variable]]]:
     """Return the variables by full name and the elements of each structured name in index order.
 
-    Parameters
-    ----------
-    file : Path
-        For messages.
-    raw : object
-        fmpy's model description.
-    sizes : mapping of str to int
-        Values of structural parameters that differ from their start values.
+    `sizes` are values of structural parameters that differ from their start values; `file` is for messages, `raw` fmpy's
+    model description.
 
     Raises
     ------
@@ -116,19 +121,10 @@ def expand(
                 raise InputError(f"{file}: variable {variable.name!r} stands twice in modelDescription.xml")
             variables[variable.name] = variable
             indexed.setdefault(base, []).append((index, variable))
-    arrays = {base: [v for _, v in sorted(found, key=_index)] for base, found in indexed.items()}
+    arrays = {
+        base: [v for _, v in sorted(found, key=operator.itemgetter(0))] for base, found in indexed.items()
+    }
     return variables, arrays
-
-
-def exchange_type(kind: str, version3: bool) -> str:
-    """Return what get and set functions call a type of the model description; empty for one that is not exchanged.
-
-    Examples
-    --------
-    >>> exchange_type("Real", version3=False), exchange_type("Float64", version3=True)
-    ('fmi2Real', 'fmi3Float64')
-    """
-    return (_TYPES3 if version3 else _TYPES2).get(kind, ("", ""))[1]
 
 
 def integer_limits(exchange: str) -> tuple[int, int]:
@@ -210,7 +206,3 @@ def _starts(text: Any, count: int) -> tuple[float, ...]:
     if len(values) == count:
         return tuple(values)
     return (values[0] if values else 0.0,) * count
-
-
-def _index(pair: tuple[int, Variable]) -> int:
-    return pair[0]

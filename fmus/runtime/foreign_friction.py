@@ -1,4 +1,4 @@
-"""Friction FMUs of other generators as friction models: other names and units, one or many points, with or without delay."""
+"""Friction FMUs of other generators: which variables take the loads, as a file of names says or their own names do."""
 
 from __future__ import annotations
 
@@ -7,38 +7,22 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from friction_models.common import InputError
-from friction_models.loads import LOAD_NAMES, FloatArray
-from friction_models.models.domain import Domain
 
 from ..archive.content import read_archive
-from ..interface.friction_source import FrictionSource, parse_source
-from .fixed_friction import Evaluation, FmuModel
+from .fixed_friction import MODEL, FmuModel
 from .fmu_files import describe
-from .friction_names import FrictionNames, entries_by_model
-from .running import FmuError, RunningFmu
-from .unpacked import UnpackedFmu
-
-#: Two ordinary contact states that differ in all loads: an FMU that answers both alike at once may answer after a step.
-_PROBES = ((5.0, 50.0, 500.0, 2.0, 1.1), (200.0, 150.0, 1500.0, 20.0, 3.0))
-#: Step that lets such an FMU answer [s], where it names none.
-_SHORT = 1e-3
-#: Where our own friction FMUs hold their law.
-MODEL = "resources/model.onnx"
+from .friction_names import Entry, FrictionNames, entries_by_model
 
 
 def friction_model(
-    path: str | os.PathLike[str], entry: Mapping[str, Any] | None = None, isolate: bool | None = None
+    path: str | os.PathLike[str], entry: Entry | None = None, isolate: bool | None = None
 ) -> FmuModel:
     """Open any friction FMU as a model.
 
     Parameters
     ----------
-    path : path-like
     entry : mapping, optional
         Its entry in a file of names (`read_names`).
     isolate : bool, optional
@@ -64,7 +48,7 @@ def friction_model(
             model = FmuModel(path, isolate)
         if model.source is not None:
             return model
-    return ForeignFmu(path, FrictionNames.of(describe(path), entry or {}), isolate)
+    return FmuModel(path, isolate, FrictionNames.of(describe(path), entry or {}))
 
 
 @contextmanager
@@ -93,7 +77,7 @@ class GivenNames:
     """
 
     file: Path | None = None
-    entries: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    entries: Mapping[str, Entry] = field(default_factory=dict)
 
     @classmethod
     def read(cls, models: Sequence[str], file: Path | None) -> GivenNames:
@@ -126,9 +110,7 @@ class GivenNames:
             raise InputError(f"{self.file}: {error}") from None
 
 
-def foreign_names(
-    path: str | os.PathLike[str], entry: Mapping[str, Any] | None = None
-) -> FrictionNames | None:
+def foreign_names(path: str | os.PathLike[str], entry: Entry | None = None) -> FrictionNames | None:
     """Return the variables of a friction FMU that others made; None for one of ours, which needs no care.
 
     Raises
@@ -150,182 +132,3 @@ def foreign_names(
         return None
     with _hinted() if entry is None else nullcontext():
         return FrictionNames.of(described, entry or {})
-
-
-class ForeignEvaluation(Evaluation):
-    """Outputs of a friction FMU with names, units and habits of its own.
-
-    Points of a data set without time are each evaluated from the start state where the FMU can save it. An FMU whose
-    outputs follow its inputs only after a step is given a short one.
-
-    Parameters
-    ----------
-    path : Path
-    names : FrictionNames
-        Its variables.
-    folder : Path, optional
-        Where it is unpacked already.
-    """
-
-    def __init__(self, path: Path, names: FrictionNames, folder: Path | None = None) -> None:
-        from ..user_onnx.units import conversion
-
-        fmu = UnpackedFmu(path, folder)
-        variables = {load: fmu.elements(name) for load, (name, _) in names.loads.items()}
-        inputs, outputs = [n for parts in variables.values() for n in parts], fmu.elements(names.mu)
-        for name in (*inputs, *outputs):
-            kind = fmu.variables[name].type
-            if kind != fmu.real:
-                raise InputError(f"{path}: variable {name!r} is of type {kind}, allowed: {fmu.real}")
-        super().__init__(fmu, inputs, outputs)
-        self.names = names
-        if set(LOAD_NAMES) != set(variables) or any(name != load for load, (name, _) in names.loads.items()):
-            fmu.sizing = None  # arrays under other names keep their length
-        self._columns = [LOAD_NAMES.index(load) for load in variables]
-        units = [conversion(q, u, str(path)) if u else (1.0, 0.0) for q, (_, u) in names.loads.items()]
-        self._factors, self._offsets = np.array([f for f, _ in units]), np.array([o for _, o in units])
-        self._saves = fmu.claims("canGetAndSetFMUState")
-        self._short = _short_step(fmu)
-        self._late: bool | None = None
-
-    def values(
-        self,
-        array: FloatArray,
-        times: tuple[FloatArray, FloatArray] | None,
-        start: dict[str, float],
-        outputs: list[str],
-    ) -> FloatArray:
-        """Return an output as `Evaluation` does; without points only find out whether the FMU answers after a step."""
-        if self._late is None:
-            try:
-                self._late = self._answers_late()
-            except FmuError as error:
-                raise InputError(f"{self.fmu.path}: the FMU refuses ordinary loads ({error})") from None
-        return super().values(array, times, start, outputs) if len(array) else np.empty(0)
-
-    def _answers_late(self) -> bool:
-        """Return whether mu follows the loads only after a step."""
-        first, second = (np.tile(p, (max(self._width(1), 1), 1)) for p in _PROBES)
-        with self._run(self._width(1), {}) as fmu:
-            before = self._evaluate(fmu, first, self.outputs)
-            now = self._evaluate(fmu, second, self.outputs)
-            if not np.array_equal(before, now):
-                return False
-            fmu.step(0.0, self._short)
-            return not np.array_equal(now, fmu.get_real(self.outputs))
-
-    def at_once(self, array: FloatArray, start: dict[str, float], outputs: list[str]) -> FloatArray:
-        if not self._late and not self._saves:
-            return super().at_once(array, start, outputs)
-        mu = np.empty(len(array))
-        width = self._width(len(array))
-        with self._run(width, start) as fmu:
-            fresh = fmu.save() if self._saves else None
-            time = 0.0
-            for first in range(0, len(array), width):
-                if fresh is not None:
-                    fmu.restore(fresh)
-                    time = 0.0
-                rows = np.minimum(np.arange(first, first + width), len(array) - 1)
-                values = self._evaluate(fmu, array[rows], outputs)
-                if self._late:
-                    fmu.step(time, self._short)
-                    time += self._short
-                    values = fmu.get_real(outputs)
-                count = min(width, len(array) - first)
-                mu[first : first + count] = values[:count]
-            if fresh is not None:
-                fmu.release(fresh)
-        return mu
-
-    def in_steps(
-        self, array: FloatArray, t: FloatArray, pause: FloatArray, start: dict[str, float], outputs: list[str]
-    ) -> FloatArray:
-        mu = super().in_steps(array, t, pause, start, outputs)
-        if self._late and len(mu):  # the first point is read before any step
-            mu[:1] = self.at_once(array[:1], start, outputs)
-        return mu
-
-    def _run(self, width: int, start: dict[str, float]) -> RunningFmu:
-        values: dict[str, object] = {}
-        for name, value in {**self.names.start, **start}.items():
-            parts = [name] if name in self.fmu.variables else self.fmu.elements(name)
-            several = len(parts) > 1 and isinstance(value, list)
-            values |= dict(zip(parts, value)) if several else dict.fromkeys(parts, value)
-        points = width if self.fmu.sizing is not None else None
-        return RunningFmu(self.fmu, start=values, points=points)
-
-    def _write(self, fmu: RunningFmu, rows: FloatArray) -> None:
-        values = rows[:, self._columns] * self._factors + self._offsets
-        fmu.set_real(self.inputs, values.T.ravel())
-
-
-class ForeignFmu(FmuModel):
-    """A friction FMU of another generator; see `ForeignEvaluation`.
-
-    Parameters
-    ----------
-    path : path-like
-        FMU for co-simulation, FMI 2.0 or 3.0.
-    names : FrictionNames
-        Its variables.
-    isolate
-        As of `FmuModel`.
-
-    Raises
-    ------
-    InputError
-        No co-simulation, no binary for this platform, variables of another type, no contact point, or an FMU that
-        does not answer ordinary loads.
-    """
-
-    def __init__(
-        self, path: str | os.PathLike[str], names: FrictionNames, isolate: bool | None = None
-    ) -> None:
-        super().__init__(path, isolate, ForeignEvaluation, names)
-        self.names = names
-        self._domain = _recorded_domain(self._fmu.folder / MODEL)
-        self._bounds = [[], []]
-        self._values(np.empty((0, len(LOAD_NAMES))), None, {}, self._evaluation.outputs)
-
-    def _packed(self, file: Path) -> FrictionSource | None:
-        """Return nothing: the variables of the FMU need not be those of a model inside it."""
-        return None
-
-    @property
-    def domain(self) -> Domain:
-        """The trained domain where the FMU holds a model of ours; another generator does not say: the physical limits."""
-        return self._domain
-
-    @property
-    def needed_loads(self) -> tuple[str, ...]:
-        """The loads that enter the FMU."""
-        return tuple(n for n in LOAD_NAMES if n in self.names.loads)
-
-    def remark(self) -> str:
-        """Return which loads do not enter and which inputs stay as they are; empty where all loads enter."""
-        missing = [load for load in LOAD_NAMES if load not in self.names.loads]
-        if not missing:
-            return ""
-        inputs = {n for n, v in self._fmu.variables.items() if v.causality == "input"}
-        free = [f"{n} stays at {v}" for n, v in self.names.start.items() if n in inputs]
-        verb = "does" if len(missing) == 1 else "do"
-        return "; ".join([f"{self.path}: {', '.join(missing)} {verb} not enter it", *free])
-
-
-def _short_step(fmu: UnpackedFmu) -> float:
-    """Return a step that lets an FMU answer [s]."""
-    try:
-        step = float(fmu.description.defaultExperiment.stepSize)
-    except (AttributeError, TypeError, ValueError):
-        return _SHORT
-    return step if 0.0 < step < 1.0 else _SHORT
-
-
-def _recorded_domain(model: Path) -> Domain:
-    """Return the trained domain that an ONNX file in an FMU records; the physical limits without one."""
-    try:
-        source = parse_source(model.read_bytes(), str(model)) if model.is_file() else None
-    except InputError:
-        source = None  # a file of another kind
-    return Domain.physical() if source is None else source.box

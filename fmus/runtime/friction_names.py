@@ -6,13 +6,15 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from friction_models.common import InputError, unknown_name
 from friction_models.common.yaml_files import read_yaml
 from friction_models.loads import LOAD_NAMES, LOADS, MU
 
+from ..interface.quantities import load_conversion
 from .fmu_files import FmuDescription
+from .fmu_variables import StartValue
 
 #: A file of names is a page of text.
 _MAX_BYTES = 200_000
@@ -23,6 +25,8 @@ _VALUES: dict[str, tuple[tuple[type, ...], str]] = {
     "Enumeration": ((int,), "a whole number"),
     "String": ((str,), "a text"),
 }
+#: An entry of a file of names: a variable, or its parts and unit, by load and for mu; values by name under ``set``.
+Entry: TypeAlias = Mapping[str, str | Mapping[str, StartValue]]
 #: What the entry of a load may hold.
 _KEYS = ("variable", "unit")
 
@@ -56,7 +60,7 @@ class FrictionNames:
 
     loads: Mapping[str, tuple[str, str]] = field(default_factory=lambda: {n: (n, "") for n in LOAD_NAMES})
     mu: str = MU.name
-    start: Mapping[str, Any] = field(default_factory=dict)
+    start: Mapping[str, StartValue] = field(default_factory=dict)
     each_point: bool = False
     has_distance: bool = True
 
@@ -76,12 +80,11 @@ class FrictionNames:
             yield load, f"{variable} [{unit}]" if unit else variable
 
     @classmethod
-    def of(cls, description: FmuDescription, entry: Mapping[str, Any]) -> FrictionNames:
+    def of(cls, description: FmuDescription, entry: Entry) -> FrictionNames:
         """Resolve an entry of a file of names against an FMU.
 
         Parameters
         ----------
-        description : FmuDescription
         entry : mapping
             By load and for ``mu`` a variable, or ``{variable: ..., unit: ...}``; ``set``: values of other
             inputs and parameters. A load without an entry takes the variable of its own name, if there is one.
@@ -96,8 +99,6 @@ class FrictionNames:
         for key in entry:
             if key not in (*LOAD_NAMES, MU.name, "set"):
                 raise unknown_name("key", str(key), (*LOAD_NAMES, MU.name, "set"), where)
-        from ..user_onnx.units import conversion
-
         loads: dict[str, tuple[str, str]] = {}
         lengths: set[int] = set()
         for load in LOADS:
@@ -115,7 +116,7 @@ class FrictionNames:
                     f"{where}: {name!r} takes {twice[0]!r} and {load.name!r}; allowed: a variable of its own for each load"
                 )
             declared = "" if elements[0].unit == "-" else elements[0].unit
-            factors = [conversion(load.name, u, where) for u in (unit, declared) if u]
+            factors = [load_conversion(load.name, u, where) for u in (unit, declared) if u]
             if len(set(factors)) > 1:
                 raise InputError(
                     f"{where}: {name!r} is in {declared!r}, not in {unit!r}; allowed: {declared!r}"
@@ -136,7 +137,7 @@ class FrictionNames:
         return cls(loads, name, start, len(elements) == 1 and not description.sizing(name), distance)
 
 
-def read_names(path: Path) -> dict[str, dict[str, object]]:
+def read_names(path: Path) -> dict[str, Entry]:
     """Read a file of names: a mapping from each FMU (as it is called on the command line, or its file name) to its entry.
 
     Raises
@@ -169,7 +170,7 @@ def read_names(path: Path) -> dict[str, dict[str, object]]:
     return {str(fmu): dict(entry) for fmu, entry in content.items()}
 
 
-def entries_by_model(models: Sequence[str], names: Path) -> dict[str, dict[str, object]]:
+def entries_by_model(models: Sequence[str], names: Path) -> dict[str, Entry]:
     """Return the entries of a file of names by the models of a command line.
 
     Raises
@@ -186,7 +187,7 @@ def entries_by_model(models: Sequence[str], names: Path) -> dict[str, dict[str, 
     ...     entries_by_model(["0.08", "models/other.fmu"], file)
     {'models/other.fmu': {'mu': 'f'}}
     """
-    found: dict[str, dict[str, object]] = {}
+    found: dict[str, Entry] = {}
     aliases = {n: (n, Path(n).name, Path(n).stem) for n in models if Path(n).suffix == ".fmu"}
     for key, entry in read_names(names).items():
         meant = [key] if key in aliases else [n for n, several in aliases.items() if key in several]
@@ -219,14 +220,14 @@ def _named(value: Any, load: str, where: str) -> tuple[str, str]:
     )
 
 
-def _start(description: FmuDescription, given: Any, used: set[str]) -> dict[str, object]:
+def _start(description: FmuDescription, given: Any, used: set[str]) -> dict[str, StartValue]:
     """Return values of all inputs that no load feeds: those given, or the FMU's own start values."""
     where = str(description.path)
     if not isinstance(given, dict):
         raise InputError(
             f"{where}: set: {str(given)[:60]!r}, allowed: values of inputs and parameters by name"
         )
-    start: dict[str, object] = {}
+    start: dict[str, StartValue] = {}
     free = [
         name
         for name, elements in description.arrays.items()
@@ -241,7 +242,7 @@ def _start(description: FmuDescription, given: Any, used: set[str]) -> dict[str,
             raise InputError(f"{where}: set: {key!r} = {str(value)[:60]!r}, allowed: {allowed}")
         if isinstance(value, float) and not math.isfinite(value):
             raise InputError(f"{where}: set: {key!r} = {value!r}, allowed: {allowed}")
-        start[str(key)] = value
+        start[str(key)] = given[key]
     for base, elements in description.arrays.items():
         first = elements[0]
         if first.causality != "input" or base in used or base in start or first.type == "String":
@@ -251,6 +252,7 @@ def _start(description: FmuDescription, given: Any, used: set[str]) -> dict[str,
             raise InputError(
                 f"{where}: {base!r} starts at {values[0]}; allowed: a finite number (give one by set)"
             )
-        whole = {"Boolean": bool, "Integer": int, "Enumeration": int}.get(first.type, float)
+        kinds: dict[str, type[bool | int | float]] = {"Boolean": bool, "Integer": int, "Enumeration": int}
+        whole = kinds.get(first.type, float)
         start[base] = whole(values[0]) if len(set(values)) == 1 else values
     return start

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable
-from pathlib import Path
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from types import TracebackType
-from typing import Any
+from typing import Any, Protocol, Self
 
 from friction_models.common import InputError
 
 from .c_interface import Slave, load
 from .c_interface.slave import DISCARD, WARNING, CallFailed
 from .errors import SimulationEnded, SimulationError
-from .fmu_files import FmuDescription
+from .fmu_files import UnpackedFmu
 from .fmu_variables import Variable
 from .messages import Messages
 from .ports import Port
@@ -25,110 +25,22 @@ Start = tuple[Variable, bool | int | float | str]
 _clock = time.perf_counter
 
 
-class Instance:
-    """A loaded co-simulation FMU (FMI 2.0 or 3.0) between instantiation and `close`.
+class AnyInstance(Protocol):
+    """What a master needs of a component: `Instance`, `PointInstances`, or either of them in a process of its own."""
 
-    Parameters
-    ----------
-    name : str
-        Name of the component.
-    description : FmuDescription
-        From `describe`.
-    unpacked : Path
-        Folder of the unpacked archive; removed by its owner.
-    log : list of str, optional
-        Receives what the FMU logs.
-    parts : int
-        Steps that the FMU makes in each communication step.
+    @property
+    def seconds(self) -> float:
+        """Time spent in steps, exchange of values included [s]."""
 
-    Raises
-    ------
-    InputError
-        The binary cannot be loaded, or creates no instance (a wrong GUID, for example).
-    """
-
-    def __init__(
-        self,
-        name: str,
-        description: FmuDescription,
-        unpacked: Path,
-        log: list[str] | None = None,
-        parts: int = 1,
-    ) -> None:
-        self.name = name
-        self.description = description
-        self.log = log if log is not None else []
-        #: Time spent in steps, exchange of values included [s].
-        self.seconds = 0.0
-        #: Whether the FMU made its last step: it asked to end the simulation.
-        self.ended = False
-        self._parts = parts
-        self._messages = Messages(name, self.log)
-        self._running = False
-        self._slave: Slave = load(description.path, description.raw, unpacked)
-        # FMI 2.0 messages are formats, those of FMI 3.0 plain text.
-        formats = description.version == "2.0"
-        try:
-            self._slave.instantiate(name, lambda status, text: self._messages.receive(status, text, formats))
-            self._configure(description)
-        except InputError:
-            self._slave.free()
-            raise
-        except Exception as error:
-            self._slave.free()
-            raise InputError(
-                f"{description.path}: component {name!r}: {self._messages.cause(error)}; allowed: an FMU whose binary "
-                f"accepts the GUID of its model description, {str(description.raw.guid)[:60]!r}"
-            ) from None
-        self._now, self._size = self._slave.now, self._slave.size
-        self._inputs = self._outputs = Port([])
-        self._step = self._bound(self._inputs, self._outputs)
-
-    def _configure(self, description: FmuDescription) -> None:
-        """Set the structural parameters (FMI 3.0) that differ from their start values."""
-        chosen = description.structural()
-        if not chosen:
-            return
-        port = Port([variable for variable, _ in chosen])
-        port.values[:] = [value for _, value in chosen]
-        self._slave.call("EnterConfigurationMode")
-        self._set(port)
-        self._slave.call("ExitConfigurationMode")
-
-    def _failure(self, call: str, at: float, error: BaseException) -> SimulationError:
-        self._running = False
-        cause = self._messages.cause(error)
-        return SimulationError(f"component {self.name!r} failed at t = {at:g} s in {call}: {cause}")
-
-    def initialize(self, starts: Iterable[Start], stop_time: float) -> None:
-        """Set start values and go through initialization mode."""
-        self.enter_initialization(starts, stop_time)
-        self.exit_initialization()
+    @property
+    def ended(self) -> bool:
+        """Whether the FMU made its last step: it asked to end the simulation."""
 
     def enter_initialization(self, starts: Iterable[Start], stop_time: float) -> None:
         """Set start values and enter initialization mode: now values can be read and written."""
-        slave = self._slave
-        try:
-            numbers: dict[str, tuple[Variable, float]] = {}
-            for variable, value in starts:
-                if variable.type == "String":
-                    slave.set_string(variable.reference, str(value))
-                else:
-                    numbers[variable.name] = (variable, float(value))
-            port = Port([variable for variable, _ in numbers.values()])
-            port.values[:] = [value for _, value in numbers.values()]
-            self._set(port)
-            slave.enter_initialization(stop_time)
-        except CallFailed as error:
-            raise self._failure("initialization", 0.0, error) from None
 
     def exit_initialization(self) -> None:
         """Leave initialization mode: the FMU is ready for steps."""
-        try:
-            self._slave.exit_initialization()
-        except CallFailed as error:
-            raise self._failure("initialization", 0.0, error) from None
-        self._running = True
 
     def step(self, inputs: Port, outputs: Port, now: float, size: float) -> None:
         """Write the inputs, advance from `now` by `size` seconds, read the outputs.
@@ -140,6 +52,194 @@ class Instance:
         SimulationEnded
             It ended the simulation before the step was complete. With a complete step `ended` is set.
         """
+
+    def write(self, inputs: Port, now: float = 0.0) -> None:
+        """Write inputs outside a step."""
+
+    def read(self, outputs: Port, now: float = 0.0) -> None:
+        """Read outputs outside a step."""
+
+    def save_state(self, now: float = 0.0) -> Any:
+        """Return a handle to the complete state; give it to `free_state` in the end."""
+
+    def restore_state(self, state: Any, now: float = 0.0) -> None:
+        """Go back to a saved state."""
+
+    def free_state(self, state: Any) -> None:
+        """Give up a saved state."""
+
+    def close(self) -> None:
+        """Terminate and unload; safe after a failure."""
+
+
+class LoadedFmu:
+    """A loaded co-simulation FMU (FMI 2.0 or 3.0) between instantiation and `close`; the methods are those of `AnyInstance`."""
+
+    def __init__(self, name: str, fmu: UnpackedFmu, log: list[str] | None = None) -> None:
+        self.name = name
+        self.fmu = fmu
+        self.log = log if log is not None else []
+        self._messages = Messages(name, self.log)
+        self._running = False
+        self.slave: Slave = load(fmu.path, fmu.raw, fmu.folder)
+        # FMI 2.0 messages are formats, those of FMI 3.0 plain text.
+        formats = fmu.version == "2.0"
+        try:
+            self.slave.instantiate(name, lambda status, text: self._messages.receive(status, text, formats))
+            self._configure()
+        except InputError:
+            self.slave.free()
+            raise
+        except Exception as error:
+            self.slave.free()
+            raise self._not_created(self._messages.cause(error)) from None
+
+    def _configure(self) -> None:
+        """Set the structural parameters (FMI 3.0) that differ from their start values."""
+        chosen = self.fmu.structural()
+        if chosen:
+            self.slave.call("EnterConfigurationMode")
+            self._assign(chosen)
+            self.slave.call("ExitConfigurationMode")
+
+    def _not_created(self, cause: str) -> Exception:
+        return InputError(
+            f"{self.fmu.path}: component {self.name!r}: {cause}; allowed: an FMU whose binary "
+            f"accepts the GUID of its model description, {str(self.fmu.raw.guid)[:60]!r}"
+        )
+
+    def _failed(self, call: str, at: float, cause: str) -> Exception:
+        return SimulationError(f"component {self.name!r} failed at t = {at:g} s in {call}: {cause}")
+
+    def _failure(self, call: str, at: float, error: BaseException) -> Exception:
+        self._running = False
+        return self._failed(call, at, self._messages.cause(error))
+
+    @contextmanager
+    def _doing(self, call: str, at: float = 0.0) -> Iterator[None]:
+        """Let a refused call become an error that says what was done, when and why it failed."""
+        self._messages.forget()
+        try:
+            yield
+        except CallFailed as error:
+            raise self._failure(call, at, error) from None
+
+    def initialize(self, starts: Iterable[Start], stop_time: float | None = None) -> None:
+        """Set start values and go through initialization mode; without a stop time the end is open."""
+        self.enter_initialization(starts, stop_time)
+        self.exit_initialization()
+
+    def _assign(self, starts: Iterable[Start]) -> None:
+        numbers: dict[str, tuple[Variable, float]] = {}
+        for variable, value in starts:
+            if variable.type == "String":
+                self.slave.set_string(variable.reference, str(value))
+            else:
+                numbers[variable.name] = (variable, float(value))
+        port = Port([variable for variable, _ in numbers.values()])
+        port.values[:] = [value for _, value in numbers.values()]
+        self._set(port)
+
+    def enter_initialization(self, starts: Iterable[Start], stop_time: float | None = None) -> None:
+        with self._doing("initialization"):
+            self._assign(starts)
+            self.slave.enter_initialization(stop_time)
+
+    def exit_initialization(self) -> None:
+        with self._doing("initialization"):
+            self.slave.exit_initialization()
+        self._running = True
+
+    def _calls(self, port: Port, direction: str) -> list[_Call]:
+        return [
+            (direction + group.exchange[4:], *self.slave.exchange(group, direction)) for group in port.groups
+        ]
+
+    def _set(self, port: Port) -> None:
+        port.to_buffers()
+        for name, function, arguments in self._calls(port, "Set"):
+            self.slave.passed(name, function(*arguments))
+
+    def write(self, inputs: Port, now: float = 0.0) -> None:
+        with self._doing("setting inputs", now):
+            self._set(inputs)
+
+    def read(self, outputs: Port, now: float = 0.0) -> None:
+        with self._doing("reading outputs", now):
+            for name, function, arguments in self._calls(outputs, "Get"):
+                self.slave.passed(name, function(*arguments))
+        outputs.from_buffers()
+
+    def save_state(self, now: float = 0.0) -> Any:
+        with self._doing("saving the state", now):
+            return self.slave.save_state()
+
+    def restore_state(self, state: Any, now: float = 0.0) -> None:
+        with self._doing("restoring the state", now):
+            self.slave.restore_state(state)
+
+    def free_state(self, state: Any) -> None:
+        self.slave.free_state(state)
+
+    def reset(self) -> None:
+        """Bring the FMU back to where instantiation left it."""
+        with self._doing("reset"):
+            self.slave.call("Reset")
+        self._running = False
+
+    def close(self) -> None:
+        slave = self.slave
+        if self._running:
+            self._running = False
+            try:
+                slave.call("Terminate")
+            except CallFailed as error:
+                self._messages.note(f"terminate: {self._messages.cause(error)}")
+        slave.free()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class Instance(LoadedFmu):
+    """An FMU that runs in a system.
+
+    Parameters
+    ----------
+    name : str
+        Name of the component.
+    fmu : UnpackedFmu
+        From `unpack`.
+    log : list of str, optional
+        Receives what the FMU logs.
+    parts : int
+        Steps that the FMU makes in each communication step.
+
+    Raises
+    ------
+    InputError
+        The binary cannot be loaded, or creates no instance (a wrong GUID, for example).
+    """
+
+    def __init__(self, name: str, fmu: UnpackedFmu, log: list[str] | None = None, parts: int = 1) -> None:
+        super().__init__(name, fmu, log)
+        self.seconds = 0.0
+        self.ended = False
+        self._parts = parts
+        self._now, self._size = self.slave.now, self.slave.size
+        self._inputs = self._outputs = Port([])
+        self._step = self._bound(self._inputs, self._outputs)
+
+    def reset(self) -> None:
+        super().reset()
+        self.ended = False
+
+    def step(self, inputs: Port, outputs: Port, now: float, size: float) -> None:
         began = _clock()
         self._messages.forget()
         if inputs is not self._inputs or outputs is not self._outputs:
@@ -153,17 +253,12 @@ class Instance:
             raise self._failure("a step", now, error) from None
         self.seconds += _clock() - began
 
-    def _calls(self, port: Port, direction: str) -> list[_Call]:
-        return [
-            (direction + group.exchange[4:], *self._slave.exchange(group, direction)) for group in port.groups
-        ]
-
     def _bound(self, inputs: Port, outputs: Port) -> Callable[[], None]:
         """Return one function that makes all calls of a step on these ports; it raises `CallFailed`."""
-        refused = self._slave.refused
+        refused = self.slave.refused
         sets, gets = self._calls(inputs, "Set"), self._calls(outputs, "Get")
-        wants_to_end, finish = self._slave.wants_to_end, self._finish
-        advance, step = self._slave.advance() if self._parts == 1 else (self._in_parts(), ())
+        wants_to_end, finish = self.slave.wants_to_end, self._finish
+        advance, step = self.slave.advance() if self._parts == 1 else (self._in_parts(), ())
 
         def general() -> None:
             inputs.to_buffers()
@@ -201,9 +296,9 @@ class Instance:
 
     def _in_parts(self) -> Callable[[], int]:
         """Return a function that makes the smaller steps of a communication step."""
-        advance, step = self._slave.advance()
+        advance, step = self.slave.advance()
         now, size, parts = self._now, self._size, self._parts
-        wants_to_end = self._slave.wants_to_end
+        wants_to_end = self.slave.wants_to_end
 
         def several() -> int:
             begin, whole = now.value, size.value
@@ -213,7 +308,7 @@ class Instance:
                 status = int(advance(*step))
                 if status > WARNING or wants_to_end:
                     if k < parts - 1:
-                        self._slave.early.value = True
+                        self.slave.early.value = True
                     break
             size.value = whole
             return status
@@ -222,7 +317,7 @@ class Instance:
 
     def _finish(self, status: int) -> None:
         """Deal with a step that was refused, or after which the FMU asks to end the simulation."""
-        slave = self._slave
+        slave = self.slave
         end = self._now.value + self._size.value / self._parts
         if status > WARNING:
             if status != DISCARD or self._messages.complained or not slave.terminated():
@@ -237,69 +332,3 @@ class Instance:
                 + (f": {said}" if said else "")
             )
         self.ended = True
-
-    def _set(self, port: Port) -> None:
-        port.to_buffers()
-        for name, function, arguments in self._calls(port, "Set"):
-            self._slave.passed(name, function(*arguments))
-
-    def write(self, inputs: Port, now: float = 0.0) -> None:
-        """Write inputs outside a step."""
-        try:
-            self._set(inputs)
-        except CallFailed as error:
-            raise self._failure("setting inputs", now, error) from None
-
-    def read(self, outputs: Port, now: float = 0.0) -> None:
-        """Read outputs outside a step."""
-        try:
-            for name, function, arguments in self._calls(outputs, "Get"):
-                self._slave.passed(name, function(*arguments))
-        except CallFailed as error:
-            raise self._failure("reading outputs", now, error) from None
-        outputs.from_buffers()
-
-    def save_state(self, now: float = 0.0) -> Any:
-        """Return a handle to the FMU's complete state; give it to `free_state` in the end."""
-        try:
-            return self._slave.save_state()
-        except CallFailed as error:
-            raise self._failure("saving the state", now, error) from None
-
-    def restore_state(self, state: Any, now: float = 0.0) -> None:
-        """Go back to a saved state."""
-        try:
-            self._slave.restore_state(state)
-        except CallFailed as error:
-            raise self._failure("restoring the state", now, error) from None
-
-    def free_state(self, state: Any) -> None:
-        """Give up a saved state."""
-        self._slave.free_state(state)
-
-    def reset(self) -> None:
-        """Bring the FMU back to where instantiation left it."""
-        try:
-            self._slave.call("Reset")
-        except CallFailed as error:
-            raise self._failure("reset", 0.0, error) from None
-        self._running = self.ended = False
-
-    def close(self) -> None:
-        """Terminate and unload; safe after a failure."""
-        slave = self._slave
-        if self._running:
-            self._running = False
-            try:
-                slave.call("Terminate")
-            except CallFailed as error:
-                self._messages.note(f"terminate: {self._messages.cause(error)}")
-        slave.free()
-
-    def __enter__(self) -> Instance:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

@@ -14,35 +14,20 @@ from friction_models.loads import FloatArray
 
 from .contact_points import PointInstances
 from .errors import SimulationEnded, SimulationError
-from .fmu_files import FmuDescription, describe
+from .fmu_files import UnpackedFmu
 from .fmu_variables import Variable
-from .instance import Instance, Start
+from .instance import AnyInstance, Instance, Start
 from .ports import Port
 from .separate_process import Apart, Died
 
 _clock = time.perf_counter
 
 
-class IsolatedInstance:
-    """An `Instance`, or `PointInstances`, in a process of its own; same methods.
+class IsolatedInstance(AnyInstance):
+    """An `Instance`, or `PointInstances` with a number of points, in a process of its own.
 
-    A step is one message to and fro, whole vectors in it.
-
-    Parameters
-    ----------
-    name : str
-        Name of the component.
-    description : FmuDescription
-    unpacked : Path
-        Folder of the unpacked archive.
-    points : int or None
-        Number of contact points of an FMU that runs once a point.
-    log : list of str
-        Receives what the FMU logs.
-    parts : int
-        Steps that the FMU makes in each communication step.
-    waiting : callable, optional
-        Called every now and then during a call; what it raises ends the process.
+    A step is one message to and fro, whole vectors in it. `waiting` is called every now and then during a call; what it
+    raises ends the process.
 
     Raises
     ------
@@ -52,11 +37,13 @@ class IsolatedInstance:
         It ends its process.
     """
 
+    seconds = 0.0
+    ended = False
+
     def __init__(
         self,
         name: str,
-        description: FmuDescription,
-        unpacked: Path,
+        fmu: UnpackedFmu,
         points: int | None,
         log: list[str],
         parts: int = 1,
@@ -64,11 +51,8 @@ class IsolatedInstance:
     ) -> None:
         self.name = name
         self.log = log
-        self.seconds = 0.0
-        self.ended = False
         self._ports: dict[int, tuple[int, Port]] = {}
-        place, given = str(unpacked), (points, parts)
-        arguments = (name, str(description.path), dict(description.sizes), place, *given)
+        arguments = (name, str(fmu.path), dict(fmu.sizes), str(fmu.folder), points, parts)
         errors = (SimulationError, SimulationEnded)
         self._apart = Apart(_Served, *arguments, errors=errors, waiting=waiting)
         self._ask("loading", 0.0, "ready")
@@ -95,16 +79,13 @@ class IsolatedInstance:
         return self._ports[id(port)][0]
 
     def enter_initialization(self, starts: Iterable[Start], stop_time: float) -> None:
-        """Set start values and enter initialization mode."""
         self._ask("initialization", 0.0, "enter_initialization", list(starts), stop_time)
 
     def exit_initialization(self) -> None:
-        """Leave initialization mode: the FMU is ready for steps."""
         self._ask("initialization", 0.0, "exit_initialization")
         self._take_log()
 
     def step(self, inputs: Port, outputs: Port, now: float, size: float) -> None:
-        """Write the inputs, advance from `now` by `size` seconds, read the outputs."""
         began = _clock()
         numbers = self._number(inputs), self._number(outputs)
         answer: FloatArray = self._ask("a step", now, "step", *numbers, inputs.values.tobytes(), now, size)
@@ -115,28 +96,22 @@ class IsolatedInstance:
         self.seconds += _clock() - began
 
     def write(self, inputs: Port, now: float = 0.0) -> None:
-        """Write inputs outside a step."""
         self._ask("setting inputs", now, "write", self._number(inputs), inputs.values.tobytes(), now)
 
     def read(self, outputs: Port, now: float = 0.0) -> None:
-        """Read outputs outside a step."""
         outputs.values[:] = self._ask("reading outputs", now, "read", self._number(outputs), now)
 
     def save_state(self, now: float = 0.0) -> int:
-        """Return a number for the saved state; give it to `free_state` in the end."""
         return int(self._ask("saving the state", now, "save_state", now))
 
     def restore_state(self, state: int, now: float = 0.0) -> None:
-        """Go back to a saved state."""
         self._ask("restoring the state", now, "restore_state", state, now)
 
     def free_state(self, state: int) -> None:
-        """Give up a saved state."""
         with contextlib.suppress(Died):  # gone with its process
             self._apart.call("free_state", state)
 
     def close(self) -> None:
-        """Terminate and end the process; safe after a failure."""
         self._apart.waiting = None  # the interrupt that led here was dealt with
         self._take_log()
         self._apart.close()
@@ -148,16 +123,14 @@ class _Served:
     def __init__(
         self, name: str, path: str, sizes: dict[str, int], unpacked: str, points: int | None, parts: int
     ) -> None:
-        description = describe(path)
-        if sizes:
-            description = description.sized(sizes)
+        fmu = UnpackedFmu.of(path, Path(unpacked)).sized(sizes)
         self.log: list[str] = []
         self.ports: list[Port] = []
         self.states: dict[int, Any] = {}
         self.instance: Instance | PointInstances = (
-            Instance(name, description, Path(unpacked), self.log, parts)
+            Instance(name, fmu, self.log, parts)
             if points is None
-            else PointInstances(name, description, Path(unpacked), points, self.log, parts)
+            else PointInstances(name, fmu, points, self.log, parts)
         )
         self.enter_initialization = self.instance.enter_initialization
         self.exit_initialization = self.instance.exit_initialization

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import re
 
+from .c_interface.slave import DISCARD
+
 #: Messages of one instance that are kept; an FMU may log every step.
 MAX_MESSAGES = 1000
 MAX_LENGTH = 2000
-#: The status of what an FMU says when it discards a step; errors are above.
-DISCARD = 2
 
 #: FMI 2.0 messages are formats of printf. Their values come as variadic arguments, which portable Python code
 #: cannot receive; the format alone is shown, and it is said that values are missing.
 _PLACEHOLDER = re.compile(r"%[-+#0]*(\d+|\*)?(\.(\d+|\*))?(hh|h|ll|l|j|z|t|L)?[diouxXeEfFgGaAcsp]")
 _WITHOUT_VALUES = " (the FMU's values for the placeholders cannot be shown)"
 
-#: PythonFMU wraps what was said into a line of its own.
-_PYTHON = re.compile(r"PyObject_CallMethod\s+\w+\((['\"])(?P<said>.*)\1\)$")
+#: PythonFMU wraps what was said into a line of its own, and the Python exception around it.
+_PYTHON = re.compile(r"(?:PyObject_CallMethod\s+|^)\w+\((['\"])(?P<said>.*)\1\)$", re.MULTILINE)
 
 
 class Messages:

@@ -21,7 +21,7 @@ from ctypes import (
     c_uint64,
 )
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -30,8 +30,11 @@ from friction_models.loads import FloatArray
 
 from .fmu_variables import Variable
 
+if TYPE_CHECKING:
+    from ctypes import _SimpleCData
+
 #: How values of a type lie in memory, by the name that FMI's get and set functions give the type.
-C_TYPES: dict[str, Any] = {
+C_TYPES: dict[str, type[_SimpleCData[Any]]] = {
     "fmi2Real": c_double,
     "fmi2Integer": c_int,
     "fmi2Boolean": c_int,
@@ -53,16 +56,9 @@ C_TYPES: dict[str, Any] = {
 class Group:
     """Variables of one type: what one call of FMI moves.
 
-    Attributes
-    ----------
-    exchange : str
-        ``fmi2Real``, ``fmi3Float64``, ...
-    rows, places : ndarray or None
-        Value `rows[k]` of the port stands at `places[k]` of the buffer; None: the buffer is the port's own.
-    buffer : ndarray
-        What the FMU reads and writes.
-    arguments : tuple
-        Of the call, after the instance: references, their number, values and (FMI 3.0) their number.
+    Value `rows[k]` of the port stands at `places[k]` of the `buffer` that the FMU reads and writes; None: the buffer is the
+    port's own. `arguments` are those of the call, after the instance: references, their number, values and (FMI 3.0) their
+    number.
     """
 
     exchange: str

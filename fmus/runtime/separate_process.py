@@ -50,18 +50,10 @@ class Died(RuntimeError):
 
 
 class Apart:
-    """An object that lives in a process of its own.
+    """An object that lives in a process of its own, where `make`, an importable function, makes it from `arguments`.
 
-    Parameters
-    ----------
-    make : callable
-        Makes the object there; importable.
-    *arguments
-        Of `make`.
-    errors : iterable of exception types
-        Errors of its methods that are raised here as they are; others become `RuntimeError`.
-    waiting : callable, optional
-        Called every now and then while an answer is awaited; what it raises ends the process.
+    Its methods may raise `errors`, which are raised here as they are; others become `RuntimeError`. `waiting` is called every
+    now and then while an answer is awaited; what it raises ends the process.
     """
 
     def __init__(

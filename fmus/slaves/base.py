@@ -10,7 +10,7 @@ import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypedDict
 
 import numpy as np
 from pythonfmu.enums import Fmi2Status
@@ -18,7 +18,16 @@ from pythonfmu.fmi2slave import Fmi2Slave
 
 from friction_models.common import InputError
 
-from .core import Solver
+from .core import Saved, Solver
+
+
+class State(TypedDict, total=False):
+    """An FMU state: the solver with what it saved and what the host remembers, or the bytes of all that."""
+
+    solver: Solver
+    saved: Saved
+    more: list[Any]
+    bytes: bytes
 
 
 def guarded(method: Callable[..., Any]) -> Callable[..., Any]:
@@ -126,13 +135,13 @@ class SolverSlave(Fmi2Slave):
         raise ValueError("Boolean variables of this FMU are outputs and cannot be set")
 
     @guarded
-    def _get_fmu_state(self) -> dict[str, Any]:
+    def _get_fmu_state(self) -> State:
         self.ensure_started()
         more = [self.begin, self.now, self.initialized]
         return {"solver": self.solver, "saved": self.solver.save(), "more": more}
 
     @guarded
-    def _set_fmu_state(self, state: dict[str, Any]) -> None:
+    def _set_fmu_state(self, state: State) -> None:
         saved, more = state.get("saved"), state.get("more")
         if saved is None or more is None:  # PythonFMU reads bytes where no instance is at hand
             saved, more = self.solver.from_bytes(state["bytes"])
@@ -143,12 +152,11 @@ class SolverSlave(Fmi2Slave):
         self.running = True
 
     @staticmethod
-    def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
+    def _fmu_state_to_bytes(state: State) -> bytes:
         if "bytes" in state:
             return bytes(state["bytes"])
-        content: bytes = state["solver"].to_bytes(state["saved"], state["more"])
-        return content
+        return state["solver"].to_bytes(state["saved"], state["more"])
 
     @staticmethod
-    def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
+    def _fmu_state_from_bytes(state: bytes) -> State:
         return {"bytes": state}

@@ -5,8 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 from abc import ABC, abstractmethod
-from importlib.metadata import PackageNotFoundError, version
-from typing import Any, ClassVar, NamedTuple
+from collections.abc import Mapping
+from typing import Any, ClassVar, NamedTuple, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,34 @@ import numpy.typing as npt
 from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
+from .protocol import package_version
 from .state_bytes import from_bytes, to_bytes
+
+
+class SolverFacts(TypedDict, total=False):
+    """What a solver itself needs; each takes its own part."""
+
+    process: str
+    #: Arguments of the process, and the names of its numbers that may be left out.
+    fixed: Mapping[str, object]
+    optional: list[str]
+    material: Mapping[str, object]
+    T_specimen: float | None
+    #: Times at which signals change [s], and the values in between, one row a signal.
+    edges: list[float]
+    means: list[list[float]]
+
+
+class SolverConfig(SolverFacts):
+    """Content of `interface.json`: what a solver is made from, as `fmus.interface.solver_interface` writes it."""
+
+    #: Names of the Real variables and their start values; places of the first input and the first parameter.
+    names: list[str]
+    start: list[float]
+    first_input: int
+    first_parameter: int
+    #: Number of Boolean outputs.
+    flags: int
 
 
 class Saved(NamedTuple):
@@ -33,13 +60,6 @@ class Solver(ABC):
     Two hosts drive it: the PythonFMU slave in the simulator's interpreter, and `fmus.slaves.server` in a
     process of its own. A solver sets `process`, an object with `snapshot` and `restore`.
 
-    Parameters
-    ----------
-    config : dict
-        Names (`names`), start values (`start`), places of the first input and the first parameter
-        (`first_input`, `first_parameter`), number of Boolean outputs (`flags`), and what the solver
-        itself needs; as `fmus.targets.solvers` writes it.
-
     Attributes
     ----------
     values : numpy.ndarray
@@ -54,11 +74,11 @@ class Solver(ABC):
     #: Classes that a snapshot of the process is made of.
     snapshot_classes: ClassVar[tuple[type, ...]] = ()
 
-    def __init__(self, config: dict[str, Any]) -> None:
+    def __init__(self, config: SolverConfig) -> None:
         self.config = config
-        self.names: list[str] = config["names"]
-        self.first_input: int = config["first_input"]
-        self.first_parameter: int = config["first_parameter"]
+        self.names = config["names"]
+        self.first_input = config["first_input"]
+        self.first_parameter = config["first_parameter"]
         self.values: FloatArray = np.array(config["start"], dtype=np.float64)
         self.flags = np.zeros(config["flags"], dtype=bool)
         self.started: FloatArray = np.empty(0)
@@ -126,10 +146,7 @@ class Solver(ABC):
 
     def identity(self) -> str:
         """Return a text that differs between FMUs and versions of the package."""
-        try:
-            package = version("tribofmu")
-        except PackageNotFoundError:
-            package = ""
+        package = package_version() or ""
         shown = {k: v for k, v in self.config.items() if k != "names"}
         text = json.dumps([type(self).__name__, package, shown], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()

@@ -43,11 +43,9 @@ class FormingSolver(Solver):
         material = material_from_dict(self.config["material"])
         # A number that may be left out is 0 in the FMU when it is.
         left_out = {name for name in self.config["optional"] if self.parameters()[name] == 0.0}
-        given: dict[str, Any] = self.config["fixed"] | {
-            name: value for name, value in self.parameters().items() if name not in left_out
-        }
+        parameters = {name: value for name, value in self.parameters().items() if name not in left_out}
         kind: Any = PROCESSES[self.config.get("process", "fre")]
-        self.process = kind(material=material, **given)
+        self.process = kind(material=material, **self.config["fixed"], **parameters)
         self.process.start()
         self.process.set_mu(self.inputs())
         if self.fields is None:

@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import os
 import struct
+from importlib.metadata import PackageNotFoundError, version
 
 VERSION = 1
 MAGIC = b"TFMU"
@@ -37,13 +38,16 @@ HELLO, CONFIGURE, START, STEP, SAVE, RESTORE, FREE, QUIT, SERIALIZE, DESERIALIZE
 OK, DISCARD, ERROR = 0, 2, 3
 
 
-class Channel:
-    """Messages over a file descriptor that is read and written.
+def package_version() -> str | None:
+    """Return the version of the package tribofmu, None where it is not installed as one."""
+    try:
+        return version("tribofmu")
+    except PackageNotFoundError:
+        return None
 
-    Parameters
-    ----------
-    descriptor : int
-    """
+
+class Channel:
+    """Messages over a file descriptor that is read and written."""
 
     def __init__(self, descriptor: int) -> None:
         self.descriptor = descriptor

@@ -20,7 +20,6 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
@@ -39,12 +38,7 @@ MOST_STATES = 10_000
 
 
 class Server:
-    """Answers requests about one solver.
-
-    Parameters
-    ----------
-    channel : Channel
-    """
+    """Answers requests about one solver."""
 
     def __init__(self, channel: Channel) -> None:
         self.channel = channel
@@ -92,10 +86,7 @@ class Server:
     def hello(self, content: bytes) -> bytes:
         if content[:4] != protocol.MAGIC:
             raise ValueError("the first message is not one of a solver FMU")
-        try:
-            package = version("tribofmu")
-        except PackageNotFoundError:
-            package = "of unknown version"
+        package = protocol.package_version() or "of unknown version"
         return protocol.MAGIC + struct.pack("<I", protocol.VERSION) + package.encode()
 
     def configure(self, content: bytes) -> bytes:

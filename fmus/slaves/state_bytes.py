@@ -25,15 +25,9 @@ _SUM = hashlib.sha256().digest_size
 
 
 def to_bytes(thing: Any, identity: str, classes: Sequence[type]) -> bytes:
-    """Return `thing` as bytes.
+    """Return `thing` as bytes: None, bool, int, float, str, lists, tuples, arrays and objects of `classes`.
 
-    Parameters
-    ----------
-    thing : object
-        Made of None, bool, int, float, str, lists, tuples, arrays and objects of `classes`.
-    identity : str
-        What the reader must know to be the right one.
-    classes : sequence of type
+    `identity` is what the reader must know to be the right one.
 
     Raises
     ------
@@ -112,7 +106,7 @@ class _Writer:
 
 class _Reader:
     def __init__(self, classes: Sequence[type], arrays: Sequence[npt.NDArray[Any]]) -> None:
-        self.classes: dict[str, Any] = {c.__name__: c for c in classes}
+        self.classes = {c.__name__: c for c in classes}
         self.arrays = arrays
         self.made: list[Any] = []
 
@@ -128,7 +122,7 @@ class _Reader:
         self.made[place] = made = self._make(node, place)
         return made
 
-    def _make(self, node: dict[str, Any], place: int) -> Any:
+    def _make(self, node: Any, place: int) -> Any:
         if "array" in node:
             return self.arrays[node["array"]]
         if "list" in node:
@@ -140,7 +134,7 @@ class _Reader:
             return kind(*(self.thing(n) for n in node["items"]))
         if dataclasses.is_dataclass(kind) and {f.name for f in dataclasses.fields(kind)} != set(node["has"]):
             raise ValueError(f"{node['class']} has other parts here")
-        made = object.__new__(kind)
+        made: Any = object.__new__(kind)
         self.made[place] = made
         made.__dict__.update({k: self.thing(n) for k, n in node["has"].items()})
         return made

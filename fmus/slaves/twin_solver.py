@@ -26,11 +26,13 @@ class TwinSolver(Solver):
 
     def start(self) -> None:
         F_n, v_slide, T_tool, mu = self.inputs().tolist()
-        given: dict[str, Any] = {
-            "T_tool": T_tool,
-            "T_specimen": self.config["T_specimen"],
-        } | self.parameters()
-        self.process = SctProcess(material=material_from_dict(self.config["material"]), **given)
+        parameters: Any = self.parameters()
+        self.process = SctProcess(
+            material=material_from_dict(self.config["material"]),
+            T_tool=T_tool,
+            T_specimen=self.config["T_specimen"],
+            **parameters,
+        )
         self.publish(self.process.advance(0.0, F_n, v_slide, T_tool, mu))
 
     def advance(self, elapsed: float, step: float) -> None:

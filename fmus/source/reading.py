@@ -80,7 +80,7 @@ def read_source(
 def _file_source(
     content: bytes, where: str, spec: str | os.PathLike[str] | None, target: str
 ) -> FrictionSource:
-    from ..user_onnx import is_ours, looks_ours
+    from ..user_onnx import is_ours, looks_ours, read_user_model
     from ..user_onnx.reading import parse
 
     model = parse(content, where)
@@ -92,7 +92,7 @@ def _file_source(
             )
         return parse_source(content, where)
     if spec is not None or not looks_ours(model):
-        return _user_source(content, where, spec, target)
+        return read_user_model(content, where, spec, python=target == "python")
     # Without metadata but with our signature: as it is where the generator reads it, else redrawn.
     from ..native.graph import read_graph
 
@@ -101,27 +101,7 @@ def _file_source(
         read_graph(content, where, len(source.states), len(source.system))
     except InputError as error:
         try:
-            return _user_source(content, where, spec, target)
+            return read_user_model(content, where, spec, python=target == "python")
         except InputError:
             raise error from None
     return source
-
-
-def _user_source(
-    content: bytes, where: str, spec: str | os.PathLike[str] | None, target: str
-) -> FrictionSource:
-    from ..user_onnx import read_user_model
-
-    user = read_user_model(content, where, spec, python=target == "python")
-    return FrictionSource(
-        onnx=user.onnx,
-        where=where,
-        family=user.family,
-        name=user.name,
-        formula=user.formula,
-        domain=user.domain,
-        card=user.card,
-        original=content,
-        foreign=None if user.onnx else user.signature.to_dict(),
-        note="" if user.agreement is None else str(user.agreement),
-    )

@@ -19,7 +19,7 @@ from friction_models.expressions.onnx_session import onnx_session
 from friction_models.loads import LOADS, FloatArray
 from friction_models.models.intervals import MARGIN
 
-from ..interface.fmi2_description import number
+from ..interface.description import number
 from ..interface.friction_source import FrictionSource
 from ..interface.quantities import USUAL, FrictionInterface
 

@@ -7,11 +7,9 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from lxml import etree
-
 from friction_models.common import InputError
 
-from ..archive.content import read_description
+from ..runtime.fmu_files import describe
 from ..targets.packing import pack
 from .systems import TYPES, Component, Connector, Structure, Value
 from .writing import write_ssp
@@ -69,53 +67,30 @@ def single(fmu: str | os.PathLike[str], name: str = "friction", boundary: bool =
     >>> [c.name for c in structure.components[0].connectors][:5]
     ['v_rel', 'T', 'sigma_n', 'sd', 'psi']
     """
-    root = read_description(fmu)
-    variables, starts = scalars(root)
-    inputs, outputs = [], []
-    for variable in variables:
-        if variable.kind == "input":
-            inputs.append(variable)
-        elif variable.kind == "output":
-            outputs.append(variable)
-    experiment = root.find("DefaultExperiment")
-    given = {} if experiment is None else dict(experiment.attrib)
-    links = [("", c.name, name, c.name) for c in inputs] + [(name, c.name, "", c.name) for c in outputs]
+    description = describe(fmu)
+    # An FMI 3.0 array counts as a scalar: SSP 1.0 has no arrays, and ours have one element by default.
+    scalars = {v.own: v for v in description.variables.values() if v.type in TYPES}
+    connectors = [
+        Connector(v.own, kind, v.type, v.unit)
+        for kind in ("input", "output")
+        for v in scalars.values()
+        if v.causality == kind
+    ]
+    links = [
+        ("", c.name, name, c.name) if c.kind == "input" else (name, c.name, "", c.name) for c in connectors
+    ]
+    given = [scalars[c.name] for c in connectors if c.kind == "input"]
+    start: dict[str, Value] = {
+        v.own: v.starts[0] for v in given if v.type == "Real" and v.start_text is not None
+    }
+    experiment = description.raw.defaultExperiment
+    stop, step = (getattr(experiment, key, None) for key in ("stopTime", "stepSize"))
     return Structure(
         name,
-        [Component(name, f"resources/{name}.fmu", [*inputs, *outputs])],
+        [Component(name, f"resources/{name}.fmu", connectors)],
         links if boundary else [],
-        [*inputs, *outputs] if boundary else [],
-        {c.name: starts[c.name] for c in inputs if c.name in starts} if boundary else {},
-        stop=float(given.get("stopTime", 1.0)),
-        step=float(given.get("stepSize", 0.01)),
+        list(connectors) if boundary else [],
+        start if boundary else {},
+        stop=1.0 if stop is None else float(stop),
+        step=0.01 if step is None else float(step),
     )
-
-
-def scalars(root: etree._Element) -> tuple[list[Connector], dict[str, Value]]:
-    """Return the inputs, outputs and parameters of a model description (FMI 2.0 or 3.0) as connectors.
-
-    With them the start values of those that are Real. An FMI 3.0 array counts as a scalar: SSP 1.0 has no arrays, and ours have one element by default.
-    """
-    declared = {t.get("name"): t for t in root.iter("SimpleType")}
-    declared |= {t.get("name"): t for t in root.iterfind("TypeDefinitions/*") if t.tag.endswith("Type")}
-    found: list[Connector] = []
-    starts: dict[str, Value] = {}
-    for variable in root.iterfind("ModelVariables/*"):
-        kind = variable.get("causality")
-        if kind not in {"input", "output", "parameter"}:
-            continue
-        typed = variable if variable.tag != "ScalarVariable" else next(iter(variable))
-        name = str(typed.tag)
-        kinds = {"Float64": "Real", "Float32": "Real"}
-        name = kinds.get(name, "Integer" if "Int" in name else name)
-        if name not in TYPES:
-            continue
-        definition = declared.get(typed.get("declaredType"))
-        units = [typed.get("unit")]
-        if definition is not None:
-            units += [definition.get("unit"), *(e.get("unit") for e in definition)]
-        unit = next((u for u in units if u), "")
-        found.append(Connector(str(variable.get("name")), kind, name, unit))
-        if name == "Real" and typed.get("start"):
-            starts[found[-1].name] = float(str(typed.get("start")).split()[0])
-    return found, starts

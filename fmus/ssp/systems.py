@@ -56,10 +56,8 @@ class Component:
 
     Attributes
     ----------
-    name : str
     source : str
         Path in the archive, ``resources/friction.fmu``; components may share it.
-    connectors : list of Connector
     start : dict of str to value
         Start values by variable.
 
@@ -81,8 +79,6 @@ class Structure:
 
     Attributes
     ----------
-    name : str
-    components : list of Component
     connections : list of tuple
         Start component, start variable, end component, end variable; "" as component is the system itself.
     connectors : list of Connector

@@ -8,8 +8,7 @@ from pathlib import Path
 from friction_models.loads import LOADS
 
 from ..archive.content import content_guid
-from ..interface.fmi2_description import Description, c_identifier, to_xml
-from ..interface.fmi3_description import build_description, to_xml3
+from ..interface.description import Description, build_description, c_identifier, to_xml
 from ..interface.friction_source import FrictionSource
 from ..interface.friction_variables import variables2, variables3
 from ..interface.quantities import FrictionInterface
@@ -59,22 +58,11 @@ def friction_description(
     fmi: str = "2.0",
     ode: bool = False,
 ) -> Description:
-    """Return the model description of a friction FMU.
+    """Return the model description of a friction FMU, ``native`` or ``python``.
 
-    Parameters
-    ----------
-    source, interface : FrictionSource, FrictionInterface
-    target : {"native", "python"}
-    guid : str
-        GUID or instantiation token.
-    name : str
-        Name of the model and `modelIdentifier`; by default the model's name, and `own_identifier`.
-    sources : sequence of str
-        Files of `sources/` to be compiled.
-    fmi : {"2.0", "3.0"}
-        Version of the standard; a Python FMU is FMI 2.0.
-    ode : bool
-        Whether the memory is an ODE and the library gives its derivatives: its states are then continuous states.
+    `guid` is a GUID or instantiation token, `name` that of the model and the `modelIdentifier` (by default the model's name,
+    and `own_identifier`), `sources` the files of `sources/` to be compiled. `ode`: the memory is an ODE and the library
+    gives its derivatives; its states are then continuous states. A Python FMU is FMI 2.0.
     """
     native = target == "native"
     both = not source.states or ode
@@ -149,23 +137,10 @@ def native_files(
     fmi: str = "2.0",
     name: str = "",
 ) -> dict[str, bytes]:
-    """Return the files of a native friction FMU.
+    """Return the files of a native friction FMU by their path in the archive.
 
-    Parameters
-    ----------
-    source : FrictionSource
-    interface : FrictionInterface
-    platforms : sequence of str, optional
-        As of `native.compile.build`.
-    fmi : {"2.0", "3.0"}
-    name : str
-        As of `friction_description`.
-
-    Returns
-    -------
-    dict of str to bytes
-        Description, sources, binaries, ONNX model, icon, terminals, licence and reference results by
-        their path in the archive.
+    They are description, sources, binaries, ONNX model, icon, terminals, licence and reference results; `platforms` as of
+    `native.compile.build`, `name` as of `friction_description`.
 
     Raises
     ------
@@ -185,7 +160,7 @@ def native_files(
 
     def description(guid: str) -> bytes:
         content = friction_description(source, interface, "native", guid, name, [main], fmi, ode)
-        return to_xml3(content, interface.nodes) if fmi == "3.0" else to_xml(content)
+        return to_xml(content, fmi, interface.nodes)
 
     # The GUID covers everything that decides what the FMU computes and shows.
     guid = content_guid(

@@ -15,7 +15,8 @@ from friction_models.loads import LOADS
 from ..archive.content import write_archive
 from ..archive.made_here import remember
 from ..exports import TARGETS as EXPORT_TARGETS
-from ..interface.fmi2_description import c_identifier
+from ..exports import export
+from ..interface.description import c_identifier
 from ..interface.friction_source import FrictionSource
 from ..interface.friction_variables import MAX_NODES
 from ..interface.friction_variables import NAMES as FMI3_NAMES
@@ -111,7 +112,13 @@ def pack(
         if name is not None or arrays:
             given = f"name = {name!r}" if name is not None else "arrays"
             raise InputError(f"{given}: belongs to an FMU; target {target!r} has none")
-        return _export(model, path, target, int(nodes), version, platforms, spec, options)
+        if nodes != 1 or version != "2.0" or platforms:
+            raise InputError(
+                f"nodes, FMI version and platforms are those of an FMU; target {target!r} has none"
+            )
+        if Path(path).suffix == ".fmu":
+            raise InputError(f"{path}: target {target!r} writes a folder, allowed: a name without '.fmu'")
+        return export(read_source(model, spec=spec, target=target), path, target, **options)
     if options:
         option = next(iter(options))
         raise InputError(f"{option} = {options[option]!r} is no option of target {target!r}; allowed: none")
@@ -140,25 +147,6 @@ def pack(
         files = friction_files(source, interface, name or "")
     files |= friction_documents(source, interface, files, target, version)
     return remember(write_archive(path, files))
-
-
-def _export(
-    model: object,
-    path: str | os.PathLike[str],
-    target: str,
-    nodes: int,
-    fmi: str,
-    platforms: Sequence[str] | None,
-    spec: str | os.PathLike[str] | None,
-    options: dict[str, object],
-) -> Path:
-    if nodes != 1 or fmi != "2.0" or platforms:
-        raise InputError(f"nodes, FMI version and platforms are those of an FMU; target {target!r} has none")
-    if Path(path).suffix == ".fmu":
-        raise InputError(f"{path}: target {target!r} writes a folder, allowed: a name without '.fmu'")
-    from ..exports import export
-
-    return export(read_source(model, spec=spec, target=target), path, target, **options)
 
 
 def _check_identifier(name: str) -> None:

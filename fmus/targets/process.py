@@ -5,14 +5,14 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Sequence
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
 
 from friction_models.common import InputError
 
 from ..archive.content import content_guid
-from ..interface.fmi2_description import Description, to_xml
+from ..interface.description import Description, to_xml
+from ..slaves.core import SolverConfig
+from ..slaves.protocol import package_version
 
 MAIN = "front_fmi2.c"
 #: Files of the front, `MAIN` first.
@@ -22,30 +22,15 @@ SOURCES = (MAIN, "front.h", "front_child.h", "front_posix.h", "front_win32.h", "
 def process_fmu_files(
     description: Description,
     solver: str,
-    config: dict[str, Any],
+    config: SolverConfig,
     platforms: Sequence[str] | None = None,
     python: str | None = None,
 ) -> dict[str, bytes]:
-    """Return the files of a solver FMU with the native front.
+    """Return the files of a solver FMU with the native front, by their path in the archive.
 
-    Parameters
-    ----------
-    description : Description
-        With an empty GUID; it is filled with a hash of the content.
-    solver : str
-        Name that `fmus.slaves.server` knows.
-    config : dict
-        What the solver is made from; see `fmus.slaves.core.Solver`.
-    platforms : sequence of str, optional
-        Platforms to compile for; this machine's by default.
-    python : str, optional
-        Interpreter that the FMU starts when TRIBOFMU_PYTHON is not set; ``python3`` or ``python`` on PATH
-        by default, which keeps the FMU free of this machine's folders.
-
-    Returns
-    -------
-    dict of str to bytes
-        Path in the archive to content.
+    The GUID of the description is filled with a hash of the content. `solver` is a name that `fmus.slaves.server` knows,
+    `python` the interpreter that the FMU starts when TRIBOFMU_PYTHON is not set; ``python3`` or ``python`` on PATH by
+    default, which keeps the FMU free of this machine's folders.
 
     Raises
     ------
@@ -76,7 +61,7 @@ def process_fmu_files(
     return files
 
 
-def front_model(solver: str, config: dict[str, Any]) -> str:
+def front_model(solver: str, config: SolverConfig) -> str:
     """Return `front_model.h`: variables, start values and what the solver process is told.
 
     Examples
@@ -85,14 +70,11 @@ def front_model(solver: str, config: dict[str, Any]) -> str:
     >>> "#define TF_REALS 2" in front_model("forming", config)
     True
     """
-    names: list[str] = config["names"]
+    names = config["names"]
     # The process needs the names of the parameters only; the front has all of them.
     told = config | {"names": [""] * config["first_parameter"] + names[config["first_parameter"] :]}
     content = json.dumps(told, separators=(",", ":"), sort_keys=True).encode()
-    try:
-        packed_by = version("tribofmu")
-    except PackageNotFoundError:
-        packed_by = "of unknown version"
+    packed_by = package_version() or "of unknown version"
     lines = [
         "/* What one solver FMU is; generated. */",
         f"#define TF_REALS {len(names)}",

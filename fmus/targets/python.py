@@ -11,7 +11,7 @@ from friction_models.common import InputError
 from friction_models.loads import LOADS
 
 from ..archive.content import content_guid
-from ..interface.fmi2_description import Description, to_xml
+from ..interface.description import Description, to_xml
 from ..interface.friction_source import FrictionSource
 from ..interface.friction_variables import variables2
 from ..interface.quantities import FrictionInterface
@@ -74,25 +74,12 @@ def friction_files(source: FrictionSource, interface: FrictionInterface, name: s
 def python_fmu_files(
     description: Description, script: str, resources: dict[str, bytes], alone: bool = False
 ) -> dict[str, bytes]:
-    """Put a slave script, its resources and PythonFMU together.
+    """Return a slave script, its resources and PythonFMU as the files of an FMU, by their path in the archive.
 
-    Parameters
-    ----------
-    description : Description
-        With an empty GUID; it is filled with a hash of the content.
-    script : str
-        Module with one class whose statement ends in ``(Fmi2Slave):``, as PythonFMU looks for it.
-    resources : dict of str to bytes
-        Files beside the script.
-    alone : bool
-        Whether the FMU carries the Python part of PythonFMU in ``resources/fallback``, for interpreters
-        where it is not installed.
-
-    Returns
-    -------
-    dict of str to bytes
-        Path in the archive to content. The module's name is unique to the content: all FMUs of a
-        process share one interpreter, and modules of equal names would collide.
+    The GUID of the description is filled with a hash of the content. The script has one class whose statement ends in
+    ``(Fmi2Slave):``, as PythonFMU looks for it; the name of its module is unique to the content, as all FMUs of a process
+    share one interpreter and modules of equal names would collide. `alone`: the FMU carries the Python part of PythonFMU in
+    ``resources/fallback``, for interpreters where it is not installed.
     """
     try:
         # Not by import: in a process that runs a Python FMU the name stands for the FMU's own copy.

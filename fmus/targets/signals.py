@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from friction_models.common import InputError
 
-from ..interface.solver_interface import Signal, SolverInterface
+from ..interface.solver_interface import SolverInterface, signal
 from .solvers import write_solver_fmu
 
 #: Longest table; it is read at once where the FMU starts.
@@ -43,10 +43,6 @@ def pack_signals(
         Name of the model.
     communication_step : float, optional
         Step of the default experiment [s]; a hundredth of the table by default.
-
-    Returns
-    -------
-    Path
 
     Raises
     ------
@@ -82,7 +78,7 @@ def pack_signals(
         solver="signals",
         title=title,
         identifier="signals",
-        outputs=[Signal(name, unit, meaning) for name, (unit, meaning, _) in signals.items()],
+        outputs=[signal(name, unit, meaning) for name, (unit, meaning, _) in signals.items()],
         inputs=[],
         parameters={},
         experiment=(communication_step or float(times[-1]) / 100.0, float(times[-1])),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from friction_models.loads import LOADS, MU
 
 from ..archive.content import write_archive
 from ..archive.made_here import remember
-from ..interface.solver_interface import Signal, SolverInterface, indexed
+from ..interface.solver_interface import SolverInterface, indexed, signal
 from ..pages.documentation import page
 
 #: `python`: in the simulator's own Python; `process`: in a Python process that the FMU starts.
@@ -122,10 +122,10 @@ def pack_forming(
     meanings = _meanings(solver)
     outputs = [indexed(q, n, i) for q in LOADS for i in range(n)]
     outputs += [
-        Signal("stroke", "mm", "travel of the punch"),
-        Signal("force", "kN", "punch force"),
-        Signal("work", "J", "work of the punch"),
-        Signal("max_tau_over_k", "1", "highest friction stress over shear yield stress"),
+        signal("stroke", "mm", "travel of the punch"),
+        signal("force", "kN", "punch force"),
+        signal("work", "J", "work of the punch"),
+        signal("max_tau_over_k", "1", "highest friction stress over shear yield stress"),
     ]
     fixed = {k: v for k, v in kwargs.items() if k not in numbers and k != "material"} | {"n_points": n}
     if fixed.get("tool_material") is not None:  # its data, not its name: the FMU goes where the file is not
@@ -208,7 +208,8 @@ def pack_twin(
         "t_wait": "s",
     }
     _check_names(SctProcess, kwargs, "twin", without=("thermal",))
-    values = {name: _value(SctProcess, kwargs, name) for name in (*units, "T_tool", "T_specimen")}
+    known = _parameters(SctProcess)
+    values = {name: kwargs.get(name, known[name].default) for name in (*units, "T_tool", "T_specimen")}
     for name, value in values.items():
         if not isinstance(value, (int, float)) and not (name == "T_specimen" and value is None):
             raise InputError(f"{name} = {value!r}, allowed: a number")
@@ -232,9 +233,9 @@ def pack_twin(
         identifier="twin_sct",
         outputs=[indexed(q, 1, 0) for q in LOADS],
         inputs=[
-            Signal("F_n", "N", "normal force", float(values["F_max"]), 0.0, 1e8),
-            Signal("v_slide", "mm/s", "sliding speed of the plate", float(values["speed"]), 0.0, 1e5),
-            Signal("T_tool", "degC", tool, float(values["T_tool"]), T.lower, T.upper),
+            signal("F_n", "N", "normal force", float(values["F_max"]), 0.0, 1e8),
+            signal("v_slide", "mm/s", "sliding speed of the plate", float(values["speed"]), 0.0, 1e5),
+            signal("T_tool", "degC", tool, float(values["T_tool"]), T.lower, T.upper),
             indexed(MU, 1, 0),
         ],
         parameters={n: (u, float(values[n])) for n, u in units.items()},
@@ -279,20 +280,16 @@ def _meanings(solver: Any) -> dict[str, str]:
 
 def _check_names(
     solver: Any,
-    kwargs: Mapping[str, Any],
+    names: Iterable[str],
     what: str,
     without: Sequence[str] = (),
     beside: Sequence[str] = (),
 ) -> None:
     """Refuse unknown parameters of `what`; options of the packing itself (`beside`) are allowed names, too."""
     allowed = [p for p in _parameters(solver) if p not in without]
-    for name in kwargs:
+    for name in names:
         if name not in allowed:
             raise unknown_name(f"parameter of the {what}", name, [*beside, *allowed])
-
-
-def _value(solver: Any, kwargs: Mapping[str, Any], name: str) -> Any:
-    return kwargs.get(name, _parameters(solver)[name].default)
 
 
 def write_solver_fmu(

@@ -5,12 +5,13 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from friction_models.loads import LOAD_NAMES, LOADS
 
+from ..interface.friction_source import FrictionSource
 from .attempt import try_original
 from .lowering import lower
 from .operators.nodes import NotTranslated
@@ -26,32 +27,16 @@ __all__ = ["NotTranslated", "Spec", "UserModel", "is_ours", "looks_ours", "read_
 
 
 @dataclass(frozen=True)
-class UserModel:
+class UserModel(FrictionSource):
     """A foreign file, understood.
 
     Attributes
     ----------
-    onnx : bytes
-        Our graph; empty when it has no translation and runs in Python only.
-    signature : Signature
-        How the loads enter the original.
-    domain : dict
-        Trained range by load, contract units; empty when unknown.
-    name, family, formula : str
-    card : dict
-        What the documentation shows.
     agreement : Agreement or None
-        How our graph and the original compare; None without our graph.
+        How our graph and the original compare; None where it has no translation and runs in Python only.
     """
 
-    onnx: bytes
-    signature: Signature
-    domain: dict[str, tuple[float, float]]
-    name: str
-    family: str
-    formula: str
-    card: dict[str, object]
-    agreement: Agreement | None
+    agreement: Agreement | None = None
 
 
 def is_ours(model: onnx.ModelProto) -> bool:
@@ -129,8 +114,8 @@ def read_user_model(
     >>> graph = helper.make_graph([helper.make_node("MatMul", ["x", "w"], ["mu"])], "law", [loads], [mu], [weights])
     >>> model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
     >>> user = read_user_model(model.SerializeToString(), "law.onnx")
-    >>> user.family, user.signature.output, user.agreement.difference < 1e-12
-    ('onnx', 'mu', True)
+    >>> user.family, user.card["output of the original"], user.agreement.difference < 1e-12
+    ('onnx', "'mu', mu = 1 * value + 0", True)
     """
     given = Spec() if spec is None else spec if isinstance(spec, Spec) else Spec.load(spec)
     place = where if spec is None or isinstance(spec, Spec) else f"{where} with {spec}"
@@ -150,18 +135,26 @@ def read_user_model(
         try_original(content, signature, sample(domain)[::16], where)
         reason = str(error).removeprefix(f"{where}: ").partition("; pack it")[0].partition(", allowed")[0]
         card["runs"] = f"the original file in ONNX Runtime ({reason})"
-        return UserModel(b"", signature, domain, name, given.family, given.formula, card, None)
-    card["runs"] = (
-        f"the graph in float64, compared with the original in ONNX Runtime at {agreement.points} random points"
-    )
-    metadata: dict[str, object] = {
-        "tribofmu.model": {"family": given.family, "name": name, "formula": given.formula},
-        "tribofmu.card": card,
-    }
-    if domain:
-        metadata["tribofmu.domain"] = {k: list(v) for k, v in domain.items()}
-    return UserModel(
-        _with_metadata(ours, metadata), signature, domain, name, given.family, given.formula, card, agreement
+        found = UserModel(b"", where, foreign=signature.to_dict())
+    else:
+        card["runs"] = (
+            f"the graph in float64, compared with the original in ONNX Runtime at {agreement.points} random points"
+        )
+        metadata: dict[str, object] = {
+            "tribofmu.model": {"family": given.family, "name": name, "formula": given.formula},
+            "tribofmu.card": card,
+        }
+        if domain:
+            metadata["tribofmu.domain"] = {k: list(v) for k, v in domain.items()}
+        found = UserModel(_with_metadata(ours, metadata), where, note=str(agreement), agreement=agreement)
+    return replace(
+        found,
+        family=given.family,
+        name=name,
+        formula=given.formula,
+        domain=domain,
+        card=card,
+        original=content,
     )
 
 

@@ -16,7 +16,7 @@ from friction_models.common import InputError
 from friction_models.common.child_processes import python_command
 
 from .parity import original_mu, session
-from .signature import Feed, Signature
+from .signature import Signature
 
 Array = npt.NDArray[Any]
 #: Longest time [s] and most memory [bytes] of the attempt.
@@ -68,9 +68,7 @@ def main() -> None:
     folder = Path(sys.argv[1])
     task = json.loads((folder / "task.json").read_text(encoding="utf-8"))
     where, error = str(task["where"]), ""
-    entry = task["signature"]
-    feeds = tuple(Feed.from_dict(f) for f in entry["inputs"])
-    signature = Signature(feeds, entry["output"], entry["multiply"], entry["add"])
+    signature = Signature.from_dict(task["signature"])
     try:
         content = (folder / "original.onnx").read_bytes()
         mu = original_mu(session(content, where), signature, np.array(task["points"]), where)

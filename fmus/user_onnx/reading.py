@@ -251,24 +251,22 @@ def _input(value: onnx.ValueInfoProto, where: str) -> ForeignInput:
     return ForeignInput(value.name, KINDS[tensor.elem_type], tuple(dims))
 
 
-def _node(node: onnx.NodeProto, where: str) -> ForeignNode:
+def _attribute(a: onnx.AttributeProto, node: onnx.NodeProto, where: str) -> Any:
     from onnx import helper
 
-    attributes: dict[str, Any] = {}
-    for a in node.attribute:
-        if a.ref_attr_name:
-            raise InputError(f"{where}: attribute {a.name!r:.60} refers to a function; allowed: values")
-        try:
-            value = helper.get_attribute_value(a)
-        except ValueError:
-            raise InputError(
-                f"{where}: attribute {a.name!r:.60} of {node.op_type!r:.60} has no value"
-            ) from None
-        if hasattr(value, "data_type"):
-            value = array_of(value, where)[0] if node.op_type != "Constant" else array_of(value, where)
-        elif isinstance(value, bytes):
-            value = value.decode("utf-8", "replace")
-        attributes[a.name] = value
+    if a.ref_attr_name:
+        raise InputError(f"{where}: attribute {a.name!r:.60} refers to a function; allowed: values")
+    try:
+        value = helper.get_attribute_value(a)
+    except ValueError:
+        raise InputError(f"{where}: attribute {a.name!r:.60} of {node.op_type!r:.60} has no value") from None
+    if hasattr(value, "data_type"):
+        return array_of(value, where)[0] if node.op_type != "Constant" else array_of(value, where)
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
+
+
+def _node(node: onnx.NodeProto, where: str) -> ForeignNode:
+    attributes = {a.name: _attribute(a, node, where) for a in node.attribute}
     domain = "" if node.domain == "ai.onnx" else node.domain
     label = node.name or node.op_type
     return ForeignNode(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -12,9 +12,9 @@ import numpy.typing as npt
 from friction_models.common import InputError, unknown_name
 from friction_models.loads import LOAD_NAMES, LOADS
 
+from ..interface.quantities import load_conversion
 from .reading import ForeignInput
 from .spec import LoadEntry, Spec
-from .units import conversion
 
 Array = npt.NDArray[Any]
 
@@ -53,12 +53,6 @@ class Feed:
     factor: tuple[float, ...]
     offset: tuple[float, ...]
 
-    @classmethod
-    def from_dict(cls, entry: Mapping[str, Any]) -> Feed:
-        """Build from an entry of `Signature.to_dict`."""
-        lists = {k: tuple(entry[k]) for k in ("shape", "loads", "factor", "offset")}
-        return cls(name=entry["name"], kind=entry["kind"], batch=entry["batch"], **lists)
-
     def fill(self, points: Array) -> Array:
         """Return what this input is given at loads of shape (n, 5); n is 1 unless `batch`."""
         values = points[:, list(self.loads)] * np.array(self.factor) + np.array(self.offset)
@@ -95,19 +89,16 @@ class Signature:
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data, for the Python FMU."""
-        inputs = [
-            {
-                "name": f.name,
-                "kind": f.kind,
-                "shape": list(f.shape),
-                "batch": f.batch,
-                "loads": list(f.loads),
-                "factor": list(f.factor),
-                "offset": list(f.offset),
-            }
-            for f in self.feeds
-        ]
+        inputs = [asdict(feed) for feed in self.feeds]
         return {"inputs": inputs, "output": self.output, "multiply": self.multiply, "add": self.add}
+
+    @classmethod
+    def from_dict(cls, entry: Mapping[str, Any]) -> Signature:
+        """Build from what `to_dict` returned, also after its way through JSON."""
+        feeds: Any = [
+            {k: tuple(v) if isinstance(v, list) else v for k, v in f.items()} for f in entry["inputs"]
+        ]
+        return cls(tuple(Feed(**f) for f in feeds), entry["output"], entry["multiply"], entry["add"])
 
 
 def choose_output(outputs: list[str], spec: Spec, where: str) -> str:
@@ -278,7 +269,7 @@ def _slot(
 def _scale(name: str, entry: LoadEntry, where: str) -> tuple[float, float]:
     """Return (factor, offset) from the load in the contract's unit to what the graph sees."""
     unit = LOADS[LOAD_NAMES.index(name)].unit if entry.unit is None else entry.unit
-    factor, offset = conversion(name, unit, where)
+    factor, offset = load_conversion(name, unit, where)
     return factor / entry.divide, (offset - entry.subtract) / entry.divide
 
 
@@ -300,7 +291,7 @@ def domain_of(spec: Spec, where: str) -> dict[str, tuple[float, float]]:
         if entry.range is None:
             domain[q.name] = (q.lower, q.upper)
             continue
-        factor, offset = conversion(q.name, entry.unit or q.unit, where)
+        factor, offset = load_conversion(q.name, entry.unit or q.unit, where)
         low, high = ((x - offset) / factor for x in entry.range)
         slack = 1e-9 * max(abs(q.lower), 1.0)
         if not q.lower - slack <= low <= high <= q.upper * (1.0 + 1e-9):

@@ -77,7 +77,6 @@ class Spec(BaseModel):
         For the FMU's description and documentation; `family` is also part of the binary's name.
     inputs : dict of str to LoadEntry
         By load of the contract. In the file also a list: then the order is that of the columns.
-    output : OutputEntry
 
     Examples
     --------

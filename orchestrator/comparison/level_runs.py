@@ -220,6 +220,7 @@ def simulate_level(inputs: Inputs, friction: Path, folder: Path) -> Run:
     """
     from fmus import pack_forming
     from fmus.runtime.fmu_files import describe
+    from fmus.runtime.friction_names import FrictionNames
 
     from ..cosim.iteration import TOLERANCE
     from ..cosim.master import Master
@@ -228,7 +229,7 @@ def simulate_level(inputs: Inputs, friction: Path, folder: Path) -> Run:
     level = Level(**inputs["level"])
     forming = forming_file(inputs, folder.parent)
     pack_forming(forming, process=level.process, **level.numbers)
-    label = str(inputs.get("label", ""))
+    label, names = str(inputs.get("label", "")), inputs.get("names")
     system = extrusion_system(
         friction,
         forming,
@@ -239,7 +240,7 @@ def simulate_level(inputs: Inputs, friction: Path, folder: Path) -> Run:
         {"friction": label} if label else {},
         step=float(inputs["step"]),
         start=inputs["start"],
-        names=inputs.get("names"),
+        names=None if names is None else FrictionNames.from_dict(names),
     )
     if "domain_distance" not in describe(friction).arrays:
         system.record = [name for name in system.record or [] if name != "friction.domain_distance"]

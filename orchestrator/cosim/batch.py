@@ -31,9 +31,6 @@ class RunTask:
 
     Attributes
     ----------
-    system : System
-    folder : Path
-    mode : str
     key : str
         Of a run in a cache (`cached_task`): the hash of all that decides it. Such a run is kept with a checksum; a
         folder in its place that does not fit is replaced, whatever is in it.

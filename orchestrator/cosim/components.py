@@ -4,48 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from fmus.runtime.errors import SimulationError
+from fmus.runtime.instance import AnyInstance
 from fmus.runtime.ports import Port
 from friction_models.loads import FloatArray
 
 from .points_without_pressure import Patch, PointsWithoutPressure
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from fmus.runtime.instance import Start
-
-    from .setup.description import SystemDescription
-    from .setup.wiring import Wiring
+from .setup.description import SystemDescription
+from .setup.wiring import Wiring
 
 _Index: TypeAlias = npt.NDArray[np.intp] | slice
-
-
-class AnyInstance(Protocol):
-    """What the master needs of a component: `Instance`, `PointInstances`, or either of them in a process of its own."""
-
-    @property
-    def seconds(self) -> float:
-        """Time spent in steps [s]."""
-
-    @property
-    def ended(self) -> bool:
-        """Whether the FMU made its last step: it asked to end the simulation."""
-
-    def enter_initialization(self, starts: Iterable[Start], stop_time: float) -> None: ...
-    def exit_initialization(self) -> None: ...
-    def step(self, inputs: Port, outputs: Port, now: float, size: float) -> None: ...
-    def write(self, inputs: Port, now: float = 0.0) -> None: ...
-    def read(self, outputs: Port, now: float = 0.0) -> None: ...
-    def save_state(self, now: float = 0.0) -> Any: ...
-    def restore_state(self, state: Any, now: float = 0.0) -> None: ...
-    def free_state(self, state: Any) -> None: ...
-    def close(self) -> None: ...
 
 
 @dataclass
@@ -73,20 +46,10 @@ class Transfer:
 
 @dataclass
 class Components:
-    """Instances and ports of a system, and the transfers between them.
+    """Instances and ports of a system by component, in the order of evaluation, and the transfers between them.
 
-    Attributes
-    ----------
-    instances : mapping of str to AnyInstance
-        By component.
-    order : sequence of str
-        Order of evaluation.
-    inputs, outputs : dict of str to Port
-        What is connected or recorded of each component.
-    incoming : dict of str to list of Transfer
-        By target.
-    without_pressure : dict of str to PointsWithoutPressure
-        Components that get other loads at points without contact.
+    `inputs` and `outputs` are what is connected or recorded of each component, `incoming` the transfers by target,
+    `without_pressure` the components that get other loads at points without contact.
     """
 
     instances: Mapping[str, AnyInstance]

@@ -31,7 +31,7 @@ from fmus.archive.made_here import runs_apart
 from fmus.runtime.contact_points import PointInstances
 from fmus.runtime.errors import SimulationEnded, SimulationError
 from fmus.runtime.fmu_files import unpack
-from fmus.runtime.instance import Instance
+from fmus.runtime.instance import AnyInstance, Instance
 from fmus.runtime.interrupts import Interrupts
 from fmus.runtime.isolated import IsolatedInstance
 from friction_models.common import InputError, check_folder, unknown_name
@@ -39,9 +39,9 @@ from friction_models.common.folders import RUN
 from friction_models.loads import FloatArray
 
 from . import iteration
-from .components import AnyInstance, Components
+from .components import Components
 from .iteration import FixedPointIteration
-from .run_folders import Coupling, Course, Run, write_run
+from .run_folders import Course, Run, write_run
 from .setup.algebraic_loops import loop_warning
 from .setup.wiring import Wiring
 from .system import System
@@ -66,6 +66,11 @@ class Master:
     isolate : bool, optional
         Run every FMU in a process of its own, where a crash does no harm, or none. By default those that were not
         made on this machine (`fmus.archive.made_here`).
+
+    Attributes
+    ----------
+    course : Course
+        What happened in the last run, beside its results.
 
     Raises
     ------
@@ -121,7 +126,7 @@ class Master:
         self.warnings = [*self.wiring.notes, *loop_warning(self.wiring, mode)]
         #: Components that run in a process of their own.
         self.isolated = {n for n, d in self.wiring.descriptions.items() if runs_apart(d.path, isolate)}
-        self._course = Course()
+        self.course = self._unstarted()
         self._iteration: FixedPointIteration | None = None
         self._interrupts = Interrupts()
 
@@ -152,7 +157,7 @@ class Master:
             Ctrl-C, between two steps or two seconds after it in a step of an isolated FMU; the message says what is kept.
         """
         check_folder(folder, RUN)
-        self._course = course = Course()
+        self.course = course = self._unstarted()
         began = time.perf_counter()
         # Binaries cannot be deleted while they are mapped on some platforms: folders go after the instances.
         work = Path(tempfile.mkdtemp(prefix="tribofmu-"))
@@ -161,7 +166,7 @@ class Master:
                 self._interrupts = stack.enter_context(Interrupts())
                 instances: dict[str, AnyInstance] = {}
                 for name in self.wiring.descriptions:
-                    instances[name] = self._open(name, _made(work / name))
+                    instances[name] = self._open(name, work / name)
                     stack.callback(instances[name].close)
                     self._interrupts.check()
                 history = self._integrate(Components.of(self.system, self.wiring, instances), progress)
@@ -172,26 +177,23 @@ class Master:
         timing["setup"] = time.perf_counter() - began - course.loop_seconds
         timing["total"] = time.perf_counter() - began
         course.timing = timing
-        coupling = Coupling(self.mode, self.tolerance, self.isolated, self.warnings)
-        run = write_run(Path(folder), self.system, self.wiring, coupling, course, history, csv)
+        run = write_run(Path(folder), self.system, self.wiring, course, history, csv)
         if course.stopped is not None:
             kept = f"{course.stopped}; kept in {folder}: {len(run.time) - 1} steps until then"
             raise type(course.stopped)(kept)
         return run
 
     def _open(self, name: str, folder: Path) -> AnyInstance:
-        description = self.wiring.descriptions[name]
-        unpacked = unpack(description, folder)
+        folder.mkdir()
+        fmu = unpack(self.wiring.descriptions[name], folder)
         parts = self.system.parts(name)
         if name in self.isolated:
             points = self.wiring.points.get(name)
             waiting = self._interrupts.check_waiting
-            return IsolatedInstance(name, description, unpacked, points, self._course.log, parts, waiting)
+            return IsolatedInstance(name, fmu, points, self.course.log, parts, waiting)
         if name in self.wiring.points:
-            return PointInstances(
-                name, description, unpacked, self.wiring.points[name], self._course.log, parts
-            )
-        return Instance(name, description, unpacked, self._course.log, parts)
+            return PointInstances(name, fmu, self.wiring.points[name], self.course.log, parts)
+        return Instance(name, fmu, self.course.log, parts)
 
     def _integrate(self, components: Components, progress: Progress | None) -> dict[str, FloatArray]:
         components.initialize(self.wiring, self.system.stop_time)
@@ -219,14 +221,14 @@ class Master:
                 progress(k / steps)
             ended = [name for name, instance in components.instances.items() if instance.ended]
             if ended and k < steps:
-                self._course.ending = f"component {ended[0]!r} ended the simulation at t = {k * size:g} s"
+                self.course.ending = f"component {ended[0]!r} ended the simulation at t = {k * size:g} s"
                 break
-        self._course.loop_seconds = time.perf_counter() - loop
-        if self._course.ending:
-            self._course.ending += f", before the stop time of {self.system.stop_time:g} s"
-        if self._course.stopped is not None and not made:
-            raise type(self._course.stopped)(
-                f"{self._course.stopped}; nothing was written, as no step was complete"
+        self.course.loop_seconds = time.perf_counter() - loop
+        if self.course.ending:
+            self.course.ending += f", before the stop time of {self.system.stop_time:g} s"
+        if self.course.stopped is not None and not made:
+            raise type(self.course.stopped)(
+                f"{self.course.stopped}; nothing was written, as no step was complete"
             )
         return {label: values[: made + 1] for label, values in history.items()}
 
@@ -238,12 +240,12 @@ class Master:
             advance[self.mode](components, now, size)
             return True
         except SimulationEnded as end:
-            self._course.ending = str(end)
+            self.course.ending = str(end)
         except SimulationError as error:
             # An FMU that saw the interrupt itself may have failed by it.
-            self._course.stopped = self._interruption(now) if self._interrupts.asked else error
+            self.course.stopped = self._interruption(now) if self._interrupts.asked else error
         except KeyboardInterrupt:
-            self._course.stopped = self._interruption(now)
+            self.course.stopped = self._interruption(now)
         return False
 
     def _interruption(self, now: float) -> KeyboardInterrupt:
@@ -280,35 +282,13 @@ class Master:
                     fixed_point.pass_on()
                 self._gauss_seidel(components, now, size)
                 if fixed_point.converged():
-                    self._course.iterations.append(fixed_point.repetitions)
-                    self._course.changes.append(fixed_point.change)
+                    self.course.iterations.append(fixed_point.repetitions)
+                    self.course.changes.append(fixed_point.change)
                     return
         raise SimulationError(
             f"the step at t = {now:g} s did not converge in {fixed_point.repetitions} repetitions: {fixed_point.where} still "
             f"changes by {100 * fixed_point.change:.2g} %; use a smaller communication step or the mode 'gauss_seidel'"
         )
 
-    @property
-    def ending(self) -> str:
-        """Why the last run ended before its stop time although nothing failed."""
-        return self._course.ending
-
-    @property
-    def loop_seconds(self) -> float:
-        """Wall time of the stepping loop of the last run [s], without loading and writing."""
-        return self._course.loop_seconds
-
-    @property
-    def iterations(self) -> list[int]:
-        """Repetitions of each step of the last run in the mode ``iterated``."""
-        return list(self._course.iterations)
-
-    @property
-    def changes(self) -> list[float]:
-        """Largest relative change of a connection in the last repetition of each of these steps."""
-        return list(self._course.changes)
-
-
-def _made(folder: Path) -> Path:
-    folder.mkdir()
-    return folder
+    def _unstarted(self) -> Course:
+        return Course(self.mode, self.tolerance, self.isolated, self.warnings)

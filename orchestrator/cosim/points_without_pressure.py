@@ -28,12 +28,7 @@ _Rows = npt.NDArray[np.intp]
 class PointsWithoutPressure:
     """Finds the points of a friction component that carry no pressure, and replaces their loads.
 
-    Attributes
-    ----------
-    source : str
-        The component that computes the contact.
-    rows : ndarray of int, shape (points,)
-        Indices of the pressure among its outputs.
+    `source` computes the contact, `rows`, shape (points,), are the places of the pressure among its outputs.
     """
 
     source: str

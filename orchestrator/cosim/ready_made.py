@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from fmus.runtime.friction_names import FrictionNames
 from friction_models.loads import LOAD_NAMES
@@ -29,7 +28,7 @@ def extrusion_system(
     provenance: Mapping[str, bool | int | float | str] | None = None,
     step: float = STEP,
     start: Mapping[str, bool | int | float | str] | None = None,
-    names: Mapping[str, Any] | None = None,
+    names: FrictionNames | None = None,
 ) -> System:
     """Return forward rod extrusion, friction first: the one-step lag of the paper's user subroutine.
 
@@ -49,8 +48,8 @@ def extrusion_system(
         Punch travel of one communication step [mm]; the stroke is rounded to whole steps.
     start : mapping, optional
         Start values of the friction FMU, such as ``clamp_to_domain``.
-    names : mapping, optional
-        `FrictionNames.to_dict`: which variables of a friction FMU that others made take the loads and give mu.
+    names : FrictionNames, optional
+        Which variables of a friction FMU that others made take the loads and give mu.
 
     Examples
     --------
@@ -59,7 +58,7 @@ def extrusion_system(
     (50, 0.25, 'friction.mu -> forming.mu')
     """
     seconds = step / speed
-    called = FrictionNames() if names is None else FrictionNames.from_dict(names)
+    called = names or FrictionNames()
     component: dict[str, object] = {
         "fmu": str(Path(friction).resolve()),
         "start": dict(called.start) | dict(start or {}),

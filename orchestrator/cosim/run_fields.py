@@ -22,12 +22,7 @@ from .run_folders import Run
 
 @contextmanager
 def asked_for_fields(every: float) -> Iterator[Path]:
-    """Let forming FMUs that start in this block write their fields; yield the folder.
-
-    Parameters
-    ----------
-    every : float
-        Stroke between two snapshots [mm].
+    """Let forming FMUs that start in this block write their fields, a snapshot `every` mm of stroke; yield the folder.
 
     Raises
     ------

@@ -49,22 +49,17 @@ def force_labels(recorded: Collection[str], where: str) -> tuple[str, str]:
     )
 
 
-@dataclass(frozen=True)
-class Coupling:
-    """How the components of a run were coupled: mode of the master and its tolerance (mode ``iterated``)."""
+@dataclass
+class Course:
+    """How the components of a run were coupled, and what happened in it beside its results."""
 
     mode: str
+    #: Mode ``iterated``: relative change that counts as agreement.
     tolerance: float
-    #: Components that ran in a process of their own.
+    #: Components that run in a process of their own.
     isolated: Collection[str]
     #: Sentences about open inputs and algebraic loops.
     warnings: Sequence[str]
-
-
-@dataclass
-class Course:
-    """What happened in a run, beside its results."""
-
     #: Messages of the FMUs.
     log: list[str] = field(default_factory=list)
     #: Mode ``iterated``: repetitions of each step, and largest relative change of a connection in the last one.
@@ -210,7 +205,6 @@ def write_run(
     folder: Path,
     system: SystemDescription,
     wiring: Wiring,
-    coupling: Coupling,
     course: Course,
     history: dict[str, FloatArray],
     csv: bool = False,
@@ -233,20 +227,20 @@ def write_run(
             "start": dict(system.components[name].start),
             "instances": wiring.points.get(name, 1),
             "steps": system.parts(name),
-            "isolated": name in coupling.isolated,
+            "isolated": name in course.isolated,
         }
         for name, description in wiring.descriptions.items()
     }
     manifest: dict[str, object] = {
         "name": system.name,
         "synthetic": system.synthetic or any(part["synthetic"] for part in files.values()),
-        "mode": coupling.mode,
+        "mode": course.mode,
         "communication_step": system.communication_step,
         "stop_time": system.stop_time,
         "steps": points - 1,
         "status": "stopped" if failure else "ok",
         "message": failure or course.ending,
-        "warnings": list(coupling.warnings),
+        "warnings": list(course.warnings),
         "seeds": {k: v for k, v in system.provenance.items() if k.endswith("seed")},
         "provenance": system.provenance,
         "components": files,
@@ -255,13 +249,13 @@ def write_run(
         "platform": platform.platform(terse=True),
         "written": datetime.now(UTC).isoformat(timespec="seconds"),
     }
-    if coupling.mode == "iterated":
+    if course.mode == "iterated":
         manifest["iterations"] = {
             "mean": float(np.mean(course.iterations or [0])),
             "largest": max(course.iterations, default=0),
             "total": sum(course.iterations),
             "largest_change": max(course.changes, default=0.0),
-            "tolerance": coupling.tolerance,
+            "tolerance": course.tolerance,
         }
     run = Run(folder, manifest, time, values, units)
     with atomic_folder(folder, RUN) as place:

@@ -5,18 +5,16 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from fmus.runtime.fmu_files import describe
 from fmus.runtime.fmu_variables import Variable
+from fmus.ssp.systems import Component, Connector, Structure, Value
+from fmus.ssp.writing import write_ssp
 from friction_models.common import InputError
 from friction_models.loads import MU
 
 from .setup.description import SystemDescription
 from .setup.wiring import Wiring
-
-if TYPE_CHECKING:
-    from fmus.ssp.systems import Component, Connector, Structure, Value
 
 
 def export_ssp(system: SystemDescription, path: str | os.PathLike[str], boundary: bool = False) -> Path:
@@ -56,9 +54,6 @@ def export_ssp(system: SystemDescription, path: str | os.PathLike[str], boundary
     >>> [component.name for component in structure.components], structure.step
     (['friction'], 0.1)
     """
-    from fmus.ssp.systems import Connector, Structure
-    from fmus.ssp.writing import write_ssp
-
     wiring = Wiring.of(system)
     scaled = next((link for link in wiring.links if (link.factor, link.offset) != (1.0, 0.0)), None)
     if scaled is not None:
@@ -74,7 +69,7 @@ def export_ssp(system: SystemDescription, path: str | os.PathLike[str], boundary
                 f"{system.source}: component {found[0]!r} has {what}, which an archive cannot hold; allowed: without it"
             )
     links = [
-        (_copy(wiring, link.source, a), _plain(a), _copy(wiring, link.target, b), _plain(b))
+        (_copy(wiring, link.source, a), a.own, _copy(wiring, link.target, b), b.own)
         for link in wiring.links
         for a, b in zip(link.sources, link.targets)
     ]
@@ -109,25 +104,23 @@ def export_ssp(system: SystemDescription, path: str | os.PathLike[str], boundary
         for item in wiring.recorded:
             for v in item.elements if item.elements[0].causality == "output" else ():
                 copy = _copy(wiring, item.component, v)
-                name = f"{copy}_{_plain(v)}"
+                name = f"{copy}_{v.own}"
                 structure.connectors.append(Connector(name, "output", v.type, v.unit))
-                structure.connections.append((copy, _plain(v), "", name))
+                structure.connections.append((copy, v.own, "", name))
     resources = {f"resources/{name}.fmu": system.fmu_path(name) for name in system.components}
     return write_ssp(path, structure, resources)
 
 
 def _open_inputs(wiring: Wiring, structure: Structure) -> None:
     """Make the inputs that nothing feeds inputs of the system, with their start values."""
-    from fmus.ssp.systems import Connector
-
     fed = {(target, given) for _, _, target, given in structure.connections}
     for name, pairs in wiring.starts.items():
         for variable, value in pairs:
             for copy in _copies(wiring, name) if variable.causality == "input" else ():
-                own = f"{copy}_{_plain(variable)}"
-                if (copy, _plain(variable)) not in fed:
+                own = f"{copy}_{variable.own}"
+                if (copy, variable.own) not in fed:
                     structure.connectors.append(Connector(own, "input", variable.type, variable.unit))
-                    structure.connections.append(("", own, copy, _plain(variable)))
+                    structure.connections.append(("", own, copy, variable.own))
                     structure.start[own] = value
 
 
@@ -143,14 +136,7 @@ def _copy(wiring: Wiring, name: str, variable: Variable) -> str:
     return f"{name}_{(variable.point or variable.element) + 1}"
 
 
-def _plain(variable: Variable) -> str:
-    """Return the name of a variable in the FMU of one contact point."""
-    return variable.base or variable.name
-
-
 def _components(wiring: Wiring, name: str) -> list[Component]:
-    from fmus.ssp.systems import Component, Connector
-
     description = wiring.descriptions[name]
     used: dict[str, dict[str, Connector]] = {copy: {} for copy in _copies(wiring, name)}
 
@@ -167,7 +153,7 @@ def _components(wiring: Wiring, name: str) -> list[Component]:
                     f"{description.path}: {v.name!r} is an element of an FMI 3.0 array, which SSP 1.0 cannot express; "
                     "allowed: scalars, or FMI 2.0 with `--nodes`"
                 )
-            connector = Connector(_plain(v), kind, v.type, v.unit)
+            connector = Connector(v.own, kind, v.type, v.unit)
             used[_copy(wiring, name, v)].setdefault(connector.name, connector)
 
     for link in wiring.links:
@@ -180,12 +166,10 @@ def _components(wiring: Wiring, name: str) -> list[Component]:
             use(item.elements, "output")
     start: dict[str, Value] = {}
     for variable, value in wiring.starts[name]:
-        start[_plain(variable)] = value
+        start[variable.own] = value
         for connectors in used.values():
             kind = "input" if variable.causality == "input" else "parameter"
-            connectors.setdefault(
-                _plain(variable), Connector(_plain(variable), kind, variable.type, variable.unit)
-            )
+            connectors.setdefault(variable.own, Connector(variable.own, kind, variable.type, variable.unit))
     return [
         Component(copy, f"resources/{name}.fmu", list(connectors.values()), dict(start))
         for copy, connectors in used.items()

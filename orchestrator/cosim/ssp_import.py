@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from fmus.runtime.fmu_files import FmuDescription, describe
-from fmus.runtime.fmu_variables import Variable
+from fmus.runtime.fmu_variables import StartValue, Variable
+from fmus.ssp.reading import read_ssp, unpack_ssp
 from friction_models.common import InputError
 
-from .setup.description import StartValue, TemporaryFolder
+from .setup.description import TemporaryFolder
 
 
 def read_system(path: str | os.PathLike[str]) -> tuple[TemporaryFolder, dict[str, object]]:
@@ -26,8 +27,6 @@ def read_system(path: str | os.PathLike[str]) -> tuple[TemporaryFolder, dict[str
     InputError
         What `read_ssp` refuses, a broken FMU, or no step and stop time anywhere.
     """
-    from fmus.ssp.reading import read_ssp, unpack_ssp
-
     file = Path(path)
     structure = read_ssp(file)
     place = TemporaryFolder()

@@ -44,7 +44,6 @@ def swap_model(
 
     Parameters
     ----------
-    system : System
     component : str
         Its name; one that takes loads and gives mu may get any friction model, any other one another FMU.
     model : path-like
@@ -111,7 +110,7 @@ def takes_loads(system: System, component: str) -> bool:
     (True, False)
     """
     loads, mu = False, False
-    for left, right in _ends(system):
+    for left, right, _ in filter(None, map(_ends, system.connections)):
         loads = loads or (right[0] == component and _load(left[1], right[1]) is not None)
         mu = mu or (left[0] == component and MU.name in {_base(left[1]), _base(right[1])})
     return loads and mu
@@ -151,25 +150,26 @@ def _fitted(system: System, component: str, names: FrictionNames | None) -> Syst
     part = system.components[component]
     connections, ours = [], {MU.name: called.mu}
     for text in system.connections:
-        parts = split_connection(text)
-        if parts is None:
+        ends = _ends(text)
+        if ends is None:
             connections.append(text)
             continue
-        left, right = (end.partition(".") for end in parts[:2])
-        load = _load(left[2], right[2]) if right[0] == component else None
+        (source, output), (target, given), unit = ends
+        load = _load(output, given) if target == component else None
         if load is not None:
             if load not in called.loads:
                 continue  # it does not enter the FMU
-            variable, unit = called.loads[load]
-            if names is None and _base(right[2]) not in description.arrays:
-                variable = right[2]  # a system that was written for it, or a mistake that is told below
-            target = f"{component}.{variable}{_index(right[2])}"
-            keeps = parts[2] if names is None and _base(right[2]) != load else unit
-            text = f"{parts[0]} -> {target}" + (f" [{keeps}]" if keeps else "")
+            variable, wanted = called.loads[load]
+            if names is None and _base(given) not in description.arrays:
+                variable = given  # a system that was written for it, or a mistake that is told below
+            keeps = unit if names is None and _base(given) != load else wanted
+            text = f"{_joined(source, output)} -> {component}.{variable}{_index(given)}" + (
+                f" [{keeps}]" if keeps else ""
+            )
             _check(description, variable, "input", names)
-        elif left[0] == component and MU.name in {_base(left[2]), _base(right[2])}:
-            ours[_base(left[2])] = called.mu
-            text = f"{component}.{called.mu}{_index(left[2])} -> {parts[1]}"
+        elif source == component and MU.name in {_base(output), _base(given)}:
+            ours[_base(output)] = called.mu
+            text = f"{component}.{called.mu}{_index(output)} -> {_joined(target, given)}"
             _check(description, called.mu, "output", names)
         connections.append(text)
     part.start = {
@@ -209,14 +209,17 @@ def _is_packed(text: str) -> bool:
     return not Path(text).is_file()
 
 
-def _ends(system: System) -> list[tuple[tuple[str, str], tuple[str, str]]]:
-    found = []
-    for text in system.connections:
-        parts = split_connection(text)
-        if parts is not None:
-            left, right = (end.partition(".") for end in parts[:2])
-            found.append(((left[0], left[2]), (right[0], right[2])))
-    return found
+def _ends(text: str) -> tuple[tuple[str, str], tuple[str, str], str] | None:
+    """Return component and variable of both ends of a connection, and its unit; None for what is none."""
+    parts = split_connection(text)
+    if parts is None:
+        return None
+    left, right = (end.partition(".") for end in parts[:2])
+    return (left[0], left[2]), (right[0], right[2]), parts[2]
+
+
+def _joined(component: str, variable: str) -> str:
+    return f"{component}.{variable}" if variable else component
 
 
 def _load(source: str, target: str) -> str | None:

@@ -208,11 +208,11 @@ def _converted(name: str, values: pd.Series, unit: str, where: str) -> FloatArra
         return numbers
     quantity = QUANTITIES[name]
     if unit and unit != quantity.unit:
-        from fmus.user_onnx.units import conversion
+        from fmus.interface.quantities import load_conversion
 
         if name == MU.name:
             raise unknown_name("unit of 'mu'", unit, ["1"], where)
-        factor, offset = conversion(name, unit, where)  # contract -> unit
+        factor, offset = load_conversion(name, unit, where)  # contract -> unit
         numbers = (numbers - offset) / factor
     if name == "sigma_n":
         numbers = np.maximum(numbers, 0.0)  # codes write tension or a residue at points that do not touch

@@ -51,7 +51,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
 def test_native_fmu_is_valid_and_agrees_with_onnx_runtime(name: str, made: Made) -> None:
     model, path = made(name)
     assert validate_fmu(str(path)) == []
-    unpacked = UnpackedFmu(path)
+    unpacked = UnpackedFmu.of(path)
     onnx = OnnxModel(unpacked.folder / "resources" / "model.onnx")
     points = random_loads(150, seed=8)
     lower, upper = np.array(model.domain.lower), np.array(model.domain.upper)
@@ -59,7 +59,7 @@ def test_native_fmu_is_valid_and_agrees_with_onnx_runtime(name: str, made: Made)
     points[2:7] = np.where(np.eye(5, dtype=bool), lower, 0.5 * (lower + upper))
     points[7] = [0.0, 20.0, 0.0, 0.0, 1.0]
     points[8] = [q.upper for q in LOADS]
-    inputs = [n for q in LOADS for n in unpacked.elements(q.name)]
+    inputs = [v.name for q in LOADS for v in unpacked.resolve(q.name)]
     for clamp in (True, False):
         if not clamp:
             points = np.clip(points, lower - 0.3 * (upper - lower), upper + 0.3 * (upper - lower))
@@ -69,8 +69,8 @@ def test_native_fmu_is_valid_and_agrees_with_onnx_runtime(name: str, made: Made)
             fmu.set({"clamp_to_domain": clamp})
             for i in range(0, len(points), 3):
                 fmu.set_real(inputs, points[i : i + 3].T.ravel())
-                mu[i : i + 3] = fmu.get_real(unpacked.elements("mu"))
-                distance[i : i + 3] = fmu.get_real(unpacked.elements("domain_distance"))
+                mu[i : i + 3] = fmu.get_real([v.name for v in unpacked.resolve("mu")])
+                distance[i : i + 3] = fmu.get_real([v.name for v in unpacked.resolve("domain_distance")])
         expected = onnx.predict(model.domain.clamp(points) if clamp else points)
         np.testing.assert_allclose(mu, expected, rtol=1e-12, atol=1e-14)
         np.testing.assert_allclose(distance, model.domain.distance(points), rtol=1e-13)
@@ -87,7 +87,7 @@ def test_memory_and_metadata_act_as_in_the_model(name: str, made: Made) -> None:
     if model.states:
         np.testing.assert_allclose(read_friction_fmu(path).predict(loads), model.predict(loads), rtol=1e-9)
     for variable in model.system_variables:
-        unpacked = UnpackedFmu(path)
+        unpacked = UnpackedFmu.of(path)
         onnx = OnnxModel(unpacked.folder / "resources" / "model.onnx")
         row = loads.as_array()[:1]
         with RunningFmu(unpacked) as fmu:
@@ -100,7 +100,7 @@ def test_memory_and_metadata_act_as_in_the_model(name: str, made: Made) -> None:
 @pytest.mark.parametrize("name", ["polynomial", "ffnn", "power_law", "linear + stribeck"])
 def test_derivatives_are_those_of_the_value(name: str, made: Made) -> None:
     model, path = made(name)
-    unpacked = UnpackedFmu(path)
+    unpacked = UnpackedFmu.of(path)
     row = 0.6 * np.array(model.domain.lower) + 0.4 * np.array(model.domain.upper)
     names = [f"{n}[1]" for n in LOAD_NAMES]
     with RunningFmu(unpacked) as fmu:

@@ -11,7 +11,7 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from fmus import FmuModel, pack
-from fmus.checks.notes import Notes
+from fmus.checks.report import Notes
 from fmus.checks.trial_friction import friction as friction_trial
 from fmus.native.generate import generate
 from fmus.runtime.running import FmuError, RunningFmu, UnpackedFmu
@@ -107,13 +107,15 @@ def test_fmus_give_the_same_bounds(
     inside = np.asarray(model.domain.clamp(POINTS))
     mu, margin = model.predict(inside), (model.interval or pytest.fail()).margins(POINTS, model.domain)
     for key in (k for k in fmus if k.rpartition("-")[0] == name):
-        fmu = UnpackedFmu(fmus[key])
-        groups = [n for q in LOAD_NAMES for n in fmu.elements(q)]
+        fmu = UnpackedFmu.of(fmus[key])
+        groups = [v.name for q in LOAD_NAMES for v in fmu.resolve(q)]
         got = []
         with RunningFmu(fmu) as running:
             for i in range(0, len(POINTS) - 2, 3):
                 running.set_real(groups, POINTS[i : i + 3].T)
-                got.append([running.get_real(fmu.elements(n)) for n in ("mu_high", "mu", "mu_low")])
+                got.append(
+                    [running.get_real([v.name for v in fmu.resolve(n)]) for n in ("mu_high", "mu", "mu_low")]
+                )
         high, centre, low = np.array(got).transpose(1, 0, 2).reshape(3, -1)
         rows = slice(0, len(high))
         np.testing.assert_allclose(centre, mu[rows], rtol=1e-9, atol=1e-12)
@@ -126,7 +128,7 @@ def test_fmus_give_the_same_bounds(
 
 def test_check_knows_the_bounds(fmus: dict[str, Path], tmp_path: Path) -> None:
     notes = Notes(tmp_path / "found.jsonl")
-    friction_trial(UnpackedFmu(fmus["linear + work_exhaustion-3.0"]), notes)
+    friction_trial(UnpackedFmu.of(fmus["linear + work_exhaustion-3.0"]), notes)
     found = [json.loads(line) for line in notes.result.read_text().splitlines()]
     bounds = [(outcome, text) for outcome, _, text in found if text.startswith("mu_low and mu_high")]
     # Around mu, and against ONNX Runtime; with the default number of points and with another one.
@@ -138,9 +140,8 @@ def test_check_knows_the_bounds(fmus: dict[str, Path], tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("key", ["linear-2.0", "linear + work_exhaustion-3.0"])
 def test_derivatives_of_the_bounds(fmus: dict[str, Path], key: str) -> None:
-    fmu = UnpackedFmu(fmus[key])
-    inputs = [n for q in LOAD_NAMES for n in fmu.elements(q)]
-    bounds = [*fmu.elements("mu_low"), *fmu.elements("mu_high")]
+    fmu = UnpackedFmu.of(fmus[key])
+    inputs, bounds = LOAD_NAMES, ("mu_low", "mu_high")
     points, direction = anywhere(3, seed=9), np.random.default_rng(2).uniform(-1.0, 1.0, (3, 5))
     direction *= [10.0, 10.0, 100.0, 1.0, 0.5]
 
@@ -162,10 +163,10 @@ def test_derivatives_of_the_bounds(fmus: dict[str, Path], key: str) -> None:
 
 @pytest.mark.parametrize("key", ["linear-2.0", "linear + work_exhaustion-3.0", "linear-python"])
 def test_bounds_cannot_be_set(fmus: dict[str, Path], key: str) -> None:
-    with RunningFmu(UnpackedFmu(fmus[key])) as running:
+    with RunningFmu(UnpackedFmu.of(fmus[key])) as running:
         name = "mu_high" if key.endswith("3.0") else "mu_high[2]"
         with pytest.raises(FmuError, match="cannot be set"):
-            running.set_real([name], np.full(running.count([name]), 0.1))
+            running.set_real([name], np.full(len(running.fmu.resolve(name)), 0.1))
 
 
 def test_without_the_option_nothing_changes(
@@ -181,7 +182,7 @@ def test_without_the_option_nothing_changes(
             file.name
         )
     default = pack(model, tmp_path / "default.fmu", target="python")
-    assert not {"mu_low", "mu_high"} & set(UnpackedFmu(default).variables)
+    assert not {"mu_low", "mu_high"} & set(UnpackedFmu.of(default).variables)
     again = pack(model, tmp_path / "again.fmu", target="python", nodes=3, interval=True)
     assert again.read_bytes() == fmus["linear-python"].read_bytes()
     plain = fresh("linear").fit_frame(FRAME)

@@ -46,7 +46,7 @@ class Made:
         model.fit_frame(points, tests)
         model.save(folder / "model")
         self.source = read_source(folder / "model")
-        self.fmu = UnpackedFmu(pack(folder / "model", folder / "m.fmu"))
+        self.fmu = UnpackedFmu.of(pack(folder / "model", folder / "m.fmu"))
         self.lower, self.upper = (np.array(x) for x in (model.domain.lower, model.domain.upper))
 
 

@@ -65,7 +65,7 @@ def test_sources_compile_with_fmpy(
         pytest.skip("make is not installed, which CMake's build needs")
     if not any(shutil.which(c) for c in ("cc", "gcc", "clang", "cl")):
         pytest.skip("no C compiler is installed, and CMake finds none inside the extra [cross]")
-    own = UnpackedFmu(ageing(fmi, 1))
+    own = UnpackedFmu.of(ageing(fmi, 1))
     folder = tmp_path / "unpacked"
     shutil.copytree(own.folder, folder)
     binaries = [b for b in (folder / "binaries").rglob("*") if b.is_file()]
@@ -76,7 +76,7 @@ def test_sources_compile_with_fmpy(
     archive = Path(shutil.make_archive(str(tmp_path / "again"), "zip", folder))
     again = archive.rename(tmp_path / "again.fmu")
     results = []
-    for fmu in (own, UnpackedFmu(again)):
+    for fmu in (own, UnpackedFmu.of(again)):
         with RunningFmu(fmu, start={"v_rel": 80.0}) as running:
             running.step(0.0, 0.1)
             results.append(running.get_real(["mu", "age", "der(age)"]))
@@ -93,7 +93,7 @@ def test_sources_have_no_warnings(
         pytest.skip("no C compiler is installed")
     version = f"{main[3]}.0"
     path = ageing(version, 1) if memory else pack(linear_onnx, tmp_path / "linear.fmu", fmi=version)
-    fmu = UnpackedFmu(path)
+    fmu = UnpackedFmu.of(path)
     warnings = ["-Wall", "-Wextra", "-Wshadow", "-pedantic", "-Werror", "-isystem", str(HEADERS)]
     command = [compiler, "-std=c99", "-O1", *warnings, "-c", main, "-o", str(tmp_path / "x.o")]
     done = subprocess.run(command, cwd=fmu.folder / "sources", capture_output=True, text=True, check=False)
@@ -116,7 +116,7 @@ def test_xml_files_keep_to_their_schemas(file: str, schema: str, ageing: Get) ->
 
 
 def test_terminal_of_the_friction_port(ageing: Get) -> None:
-    fmu = UnpackedFmu(ageing("3.0", 1))
+    fmu = UnpackedFmu.of(ageing("3.0", 1))
     folder = fmu.folder / "terminalsAndIcons"
     terminal = etree.parse(str(folder / "terminalsAndIcons.xml")).find("Terminals/Terminal")
     assert (terminal.get("terminalKind"), terminal.get("matchingRule")) == ("org.tribofmu.friction", "plug")
@@ -153,7 +153,7 @@ def test_licences(ageing: Get, ageing_onnx: Path) -> None:
 
 @pytest.mark.parametrize(("fmi", "nodes"), [("2.0", 1), ("2.0", 3), ("3.0", 1), ("3.0", 3)])
 def test_reference_results_are_what_the_fmu_computes(ageing: Get, fmi: str, nodes: int) -> None:
-    fmu = UnpackedFmu(ageing(fmi, nodes))
+    fmu = UnpackedFmu.of(ageing(fmi, nodes))
 
     def read(name: str) -> tuple[list[str], np.ndarray]:
         with (fmu.folder / FOLDER / name).open(encoding="utf-8", newline="") as stream:
@@ -178,7 +178,7 @@ def test_reference_results_are_what_the_fmu_computes(ageing: Get, fmi: str, node
 
 
 def test_manifest_names_what_is_there(ageing: Get, ageing_onnx: Path) -> None:
-    fmu = UnpackedFmu(ageing("3.0", 1))
+    fmu = UnpackedFmu.of(ageing("3.0", 1))
     folder = fmu.folder / FOLDER
     root = etree.parse(str(folder / "fmi-ls-manifest.xml")).getroot()
     space = "{http://fmi-standard.org/fmi-ls-manifest}"

@@ -19,6 +19,7 @@ from fmus.archive.content import read_description
 from fmus.interface.friction_variables import MAX_NODES
 from fmus.native.compile import fmi_headers
 from fmus.runtime.running import FmuError, RunningFmu, UnpackedFmu
+from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES
 from tests.fmus.graphs import inside, random_loads, runtime
 from tests.fmus.memory_models import AGE_0, D, ageing_bytes
@@ -28,7 +29,7 @@ Get = Callable[..., UnpackedFmu]
 
 def by_fmpy(running: RunningFmu) -> Any:
     """Return fmpy's object for the same instance: it has a method for every function of the standard."""
-    description = running.fmu.description
+    description = running.fmu.raw
     slave: Any = FMU3Slave(
         guid=description.guid,
         unzipDirectory=str(running.fmu.folder),
@@ -37,6 +38,15 @@ def by_fmpy(running: RunningFmu) -> Any:
     )
     slave.component = running.slave._component
     return slave
+
+
+def call(running: RunningFmu, function: Callable[..., Any], *arguments: Any) -> None:
+    """Call a method of fmpy's object; a refusal becomes the error of `RunningFmu`, with the FMU's own words."""
+    running._messages.forget()
+    try:
+        function(*arguments)
+    except Exception as error:
+        raise running._failure("", 0.0, error) from None
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +62,7 @@ def unpacked(tmp_path_factory: pytest.TempPathFactory, linear_onnx: Path, memory
             path = pack(
                 models[name], folder / f"{name}-{nodes}-{fmi}.fmu", nodes=nodes, fmi=fmi, arrays=fmi == "3.0"
             )
-            made[key] = UnpackedFmu(path)
+            made[key] = UnpackedFmu.of(path)
         return made[key]
 
     return get
@@ -125,16 +135,16 @@ def test_state_comes_back_also_into_an_instance_of_another_size(unpacked: Get) -
     with RunningFmu(fmu, points=5) as first, RunningFmu(fmu) as second:
         first.set_real(["v_rel"], np.arange(1.0, 6.0))
         first.step(0.0, 0.5)
-        state = first.save()
+        state = first.save_state()
         at_save = first.get_real(["work", "mu"])
         first.step(0.5, 0.5)
         later = first.get_real(["work", "mu"])
         content = first.serialize(state)
-        second.restore(second.deserialize(content))
-        assert by_fmpy(second).getUInt64([fmu.variables["n"].valueReference]) == [5]
-        second.sizes["n"] = 5
+        second.restore_state(second.deserialize(content))
+        assert by_fmpy(second).getUInt64([fmu.variables["n"].reference]) == [5]
+        second.fmu = fmu.sized({"n": 5})
         for running in (first, second):
-            running.restore(state) if running is first else None
+            running.restore_state(state) if running is first else None
             np.testing.assert_array_equal(running.get_real(["work", "mu"]), at_save)
             running.step(0.5, 0.5)
             np.testing.assert_array_equal(running.get_real(["work", "mu"]), later)
@@ -154,7 +164,7 @@ def test_adjoint_is_the_transposed_directional_derivative(unpacked: Get) -> None
     unknowns, knowns = ["mu", "domain_distance", "der(age)"], [*LOAD_NAMES, "age", "Ra"]
     with RunningFmu(fmu, points=points) as running:
         running.set_real(LOAD_NAMES, random_loads(points, seed=2).T)
-        rows, columns = running.count(unknowns), running.count(knowns)
+        rows, columns = (sum(len(running.fmu.resolve(n)) for n in names) for names in (unknowns, knowns))
         forward = np.column_stack([running.derivative(unknowns, knowns, e) for e in np.eye(columns)])
         adjoint = np.vstack([running.adjoint(unknowns, knowns, e) for e in np.eye(rows)])
         assert np.count_nonzero(forward) > 2 * points
@@ -194,7 +204,7 @@ def dependencies(running: RunningFmu, reference: int) -> tuple[list[int], list[i
 
 def test_dependencies_by_element(unpacked: Get) -> None:
     fmu = unpacked("ageing")
-    reference = {n: v.valueReference for n, v in fmu.variables.items()}
+    reference = {v.own: v.reference for v in fmu.variables.values()}
     with RunningFmu(fmu, points=2) as running:
         for name, known in (
             ("mu", [*LOAD_NAMES, "age", "Ra", "clamp_to_domain"]),
@@ -206,7 +216,7 @@ def test_dependencies_by_element(unpacked: Get) -> None:
             points = [(i, k, 1 if k in {"Ra", "clamp_to_domain"} else i) for i in (1, 2) for k in known]
             assert pairs == [(i, reference[k], element) for i, k, element in points]
             # The same at the level of variables.
-            unknowns = [*fmu.description.outputs, *fmu.description.derivatives]
+            unknowns = [*fmu.raw.outputs, *fmu.raw.derivatives]
             listed = next(u.dependencies for u in unknowns if u.variable.name == name)
             assert [v.name for v in listed] == known
             assert set(kinds) == {5}  # fmi3Dependent
@@ -218,9 +228,9 @@ def test_dependencies_by_element(unpacked: Get) -> None:
 
 def test_calls_that_are_not_allowed_say_why(unpacked: Get) -> None:
     fmu = unpacked("memory")
-    reference = {n: v.valueReference for n, v in fmu.variables.items()}
+    reference = {v.own: v.reference for v in fmu.variables.values()}
     with RunningFmu(fmu, points=3) as running:
-        call, slave = running._asked, by_fmpy(running)
+        slave = by_fmpy(running)
         for function, arguments, words in (
             (slave.setFloat64, ([reference["T"]], [1.0, np.nan, 2.0]), r"T\[2\] = -?nan is not a finite number"),
             (slave.setFloat64, ([reference["T"]], [1.0, 2.0]), "number of values"),
@@ -243,21 +253,25 @@ def test_calls_that_are_not_allowed_say_why(unpacked: Get) -> None:
         ):  # fmt: skip
             before = running.get_real(["T", "work", "mu"])
             with pytest.raises(FmuError, match=words):
-                call(function, *arguments)
+                call(running, function, *arguments)
             np.testing.assert_array_equal(running.get_real(["T", "work", "mu"]), before)
         running.step(0.0, 0.0)
-    for bad in (0, MAX_NODES + 1, 2**63):
-        with pytest.raises(FmuError, match=f"n = {bad}, allowed: 1 to {MAX_NODES}"):
-            RunningFmu(fmu, points=bad)
+        for bad in (0, MAX_NODES + 1, 2**63):
+            with pytest.raises(InputError, match=f"'n' = {bad}, allowed: 1 to {MAX_NODES}"):
+                RunningFmu(fmu, points=bad)
+            running.call("Reset")
+            slave.enterConfigurationMode()
+            with pytest.raises(FmuError, match=f"n = {bad}, allowed: 1 to {MAX_NODES}"):
+                call(running, slave.setUInt64, [reference["n"]], [bad])
 
 
 def test_model_exchange_with_a_chosen_number_of_points(unpacked: Get) -> None:
     fmu = unpacked("ageing")
-    reference = {n: v.valueReference for n, v in fmu.variables.items()}
+    reference = {v.own: v.reference for v in fmu.variables.values()}
     model: Any = FMU3Model(
-        guid=fmu.description.guid,
+        guid=fmu.raw.guid,
         unzipDirectory=str(fmu.folder),
-        modelIdentifier=fmu.description.modelExchange.modelIdentifier,
+        modelIdentifier=fmu.raw.modelExchange.modelIdentifier,
         instanceName="me",
     )
     model.instantiate()
@@ -298,7 +312,7 @@ def test_scheduled_execution_and_wrong_tokens_give_no_instance(unpacked: Get) ->
     slave: Any = FMU3Slave(
         guid="{another}",
         unzipDirectory=str(fmu.folder),
-        modelIdentifier=fmu.description.coSimulation.modelIdentifier,
+        modelIdentifier=fmu.raw.coSimulation.modelIdentifier,
         instanceName="wrong",
     )
     with pytest.raises(Exception, match="instantiate"):
@@ -315,8 +329,8 @@ def test_same_model_gives_the_same_bytes(linear_onnx: Path, tmp_path: Path) -> N
 
 def test_description_of_arrays_and_units(unpacked: Get) -> None:
     fmu = unpacked("ageing", 3)
-    variables = fmu.variables
-    references = [v.valueReference for v in fmu.description.modelVariables]
+    variables = {v.name: v for v in fmu.raw.modelVariables}
+    references = [v.valueReference for v in fmu.raw.modelVariables]
     assert sorted(references) == list(range(len(variables)))
     for name in (*LOAD_NAMES, "mu", "domain_distance", "age", "der(age)"):
         assert variables[name].shape == (3,)
@@ -326,7 +340,7 @@ def test_description_of_arrays_and_units(unpacked: Get) -> None:
     # The range seen in training is no limit of a system variable, zero roughness is.
     assert (float(variables["Ra"].min), variables["Ra"].max) == (0.0, None)
     assert "trained from 0.1 to 2" in variables["Ra"].description
-    units = {u.name: u.baseUnit for u in fmu.description.unitDefinitions}
+    units = {u.name: u.baseUnit for u in fmu.raw.unitDefinitions}
     assert (units["MPa"].factor, units["MPa"].kg, units["MPa"].m, units["MPa"].s) == (1e6, 1, -1, -2)
     assert (units["degC"].K, units["degC"].offset) == (1, 273.15)
     root = read_description(fmu.path)

@@ -63,7 +63,7 @@ def test_one_point_of_fmi_3_is_scalars(ageing: Path, linear_onnx: Path, tmp_path
     assert kinds["in_domain"][0] == "Boolean"
     assert validate_fmu(str(path)) == []
     loads = random_loads(5, seed=3)
-    fmu = UnpackedFmu(path)
+    fmu = UnpackedFmu.of(path)
     with RunningFmu(fmu) as running:
         for row, mu in zip(loads, runtime(linear_onnx.read_bytes(), inside(loads)), strict=True):
             running.set_real(LOAD_NAMES, row)
@@ -88,7 +88,7 @@ def test_one_point_of_fmi_3_is_scalars(ageing: Path, linear_onnx: Path, tmp_path
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
 def test_in_domain_read_as_a_number_is_0_or_1(ageing: Path, tmp_path: Path, fmi: str) -> None:
     """CasADi reads every output as a Real, and asks for its derivatives."""
-    fmu = UnpackedFmu(pack(ageing, tmp_path / "x.fmu", fmi=fmi))
+    fmu = UnpackedFmu.of(pack(ageing, tmp_path / "x.fmu", fmi=fmi))
     with RunningFmu(fmu) as running:
         for temperature, expected in ((100.0, 1.0), (5000.0, 0.0)):
             running.set_real(["T"], [temperature])
@@ -187,8 +187,8 @@ def test_a_name_belongs_to_one_model(tmp_path: Path, target: str) -> None:
     assert len({first[0], *others}) == 3
     own, content = name_of(0.08, "d.fmu", name="polymer_B7")
     assert own == "polymer_B7" and content == name_of(0.08, "e.fmu", name="polymer_B7")[1]
-    fmu = UnpackedFmu(tmp_path / "d.fmu")
-    assert fmu.description.modelName == "polymer_B7"
+    fmu = UnpackedFmu.of(tmp_path / "d.fmu")
+    assert fmu.raw.modelName == "polymer_B7"
     with RunningFmu(fmu) as running:
         assert running.get_real(["mu"]) == [0.08]
     for bad in ("polymer B7", "7up", "", "möbius", "a" * 65, "../x"):

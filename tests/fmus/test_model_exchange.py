@@ -117,12 +117,12 @@ def test_in_domain_changes_at_an_event_on_the_border(ageing: Ageing, fmi: str) -
 @pytest.fixture(params=["2.0", "3.0"])
 def continuous(request: pytest.FixtureRequest, ageing: Ageing) -> Iterator[tuple[Any, UnpackedFmu]]:
     """An instance in continuous-time mode."""
-    unpacked = UnpackedFmu(ageing(request.param, 1))
+    unpacked = UnpackedFmu.of(ageing(request.param, 1))
     kind = FMU2Model if request.param == "2.0" else FMU3Model
     fmu: Any = kind(
-        guid=unpacked.description.guid,
+        guid=unpacked.raw.guid,
         unzipDirectory=str(unpacked.folder),
-        modelIdentifier=unpacked.description.modelExchange.modelIdentifier,
+        modelIdentifier=unpacked.raw.modelExchange.modelIdentifier,
         instanceName="me",
     )
     fmu.instantiate()
@@ -130,7 +130,7 @@ def continuous(request: pytest.FixtureRequest, ageing: Ageing) -> Iterator[tuple
     if request.param == "2.0":
         fmu.setupExperiment()
     fmu.enterInitializationMode()
-    setter([unpacked.variables[n].valueReference for n in LOAD_NAMES], list(LOADS_INSIDE.values()))
+    setter([unpacked.variables[n].reference for n in LOAD_NAMES], list(LOADS_INSIDE.values()))
     fmu.exitInitializationMode()
     update(fmu)
     fmu.enterContinuousTimeMode()
@@ -145,7 +145,7 @@ def update(fmu: Any) -> None:
 def test_a_boolean_waits_for_the_event(continuous: tuple[Any, UnpackedFmu]) -> None:
     fmu, unpacked = continuous
     setter = fmu.setReal if isinstance(fmu, FMU2Model) else fmu.setFloat64
-    temperature, shown = (unpacked.variables[n].valueReference for n in ("T", "in_domain"))
+    temperature, shown = (unpacked.variables[n].reference for n in ("T", "in_domain"))
     setter([temperature], [500.0])
     assert fmu.getBoolean([shown])[0]
     needs_event, ends = fmu.completedIntegratorStep()
@@ -190,7 +190,7 @@ def test_derivative_of_the_memory(continuous: tuple[Any, UnpackedFmu]) -> None:
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
 def test_directional_derivatives_of_mu_and_of_the_rate(ageing: Ageing, fmi: str) -> None:
     """Against central differences; the model is bilinear, so that these are exact but for rounding."""
-    unpacked = UnpackedFmu(ageing(fmi, 1))
+    unpacked = UnpackedFmu.of(ageing(fmi, 1))
     knowns = [*LOAD_NAMES, "age", "Ra"]
     outputs = ["mu", "domain_distance", "der(age)"]
     at = LOADS_INSIDE | {"age": 0.4, "Ra": 0.3}
@@ -224,7 +224,7 @@ def test_directional_derivatives_of_mu_and_of_the_rate(ageing: Ageing, fmi: str)
 
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
 def test_what_is_held_at_a_limit_does_not_move(ageing: Ageing, fmi: str) -> None:
-    unpacked = UnpackedFmu(ageing(fmi, 1))
+    unpacked = UnpackedFmu.of(ageing(fmi, 1))
     with RunningFmu(unpacked, start=LOADS_INSIDE | {"T": 450.0}) as fmu:
         along = ["T"], np.ones(1)
         # Clamped to 400 degC; the distance from the domain goes on, in units of its width.
@@ -243,14 +243,14 @@ def test_what_is_held_at_a_limit_does_not_move(ageing: Ageing, fmi: str) -> None
 def test_memory_that_is_no_equation_is_for_co_simulation_only(
     fmi: str, memory_onnx: Path, tmp_path: Path
 ) -> None:
-    unpacked = UnpackedFmu(pack(memory_onnx, tmp_path / "memory.fmu", fmi=fmi))
-    assert unpacked.description.modelExchange is None
+    unpacked = UnpackedFmu.of(pack(memory_onnx, tmp_path / "memory.fmu", fmi=fmi))
+    assert unpacked.raw.modelExchange is None
     messages: list[str] = []
     kind = FMU2Model if fmi == "2.0" else FMU3Model
     fmu: Any = kind(
-        guid=unpacked.description.guid,
+        guid=unpacked.raw.guid,
         unzipDirectory=str(unpacked.folder),
-        modelIdentifier=unpacked.description.coSimulation.modelIdentifier,
+        modelIdentifier=unpacked.raw.coSimulation.modelIdentifier,
         instanceName="me",
     )
     if fmi == "3.0":
@@ -265,7 +265,7 @@ def test_memory_that_is_no_equation_is_for_co_simulation_only(
 
 def test_description_of_the_states(ageing: Ageing) -> None:
     for fmi in ("2.0", "3.0"):
-        description: Any = UnpackedFmu(ageing(fmi, 3)).description
+        description: Any = UnpackedFmu.of(ageing(fmi, 3)).raw
         rates = [d.variable for d in description.derivatives]
         names = ["der(age)"] if fmi == "3.0" else [f"der(age[{i}])" for i in (1, 2, 3)]
         assert [r.name for r in rates] == names

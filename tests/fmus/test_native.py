@@ -39,9 +39,9 @@ def test_fmpy_finds_no_problem(
 @pytest.mark.parametrize("target", ["native", "python"])
 def test_two_models_in_one_process_give_their_own_values(packed: Pack, target: str) -> None:
     with (
-        RunningFmu(UnpackedFmu(packed(0.04, target))) as low,
-        RunningFmu(UnpackedFmu(packed(0.12, target))) as high,
-        RunningFmu(UnpackedFmu(packed(0.04, target))) as again,
+        RunningFmu(UnpackedFmu.of(packed(0.04, target))) as low,
+        RunningFmu(UnpackedFmu.of(packed(0.12, target))) as high,
+        RunningFmu(UnpackedFmu.of(packed(0.04, target))) as again,
     ):
         for _ in range(2):
             values = [float(f.get_real(["mu"])[0]) for f in (low, high, again)]
@@ -53,7 +53,7 @@ def test_two_models_in_one_process_give_their_own_values(packed: Pack, target: s
 def test_not_a_number_is_an_error_that_names_the_variable(
     packed: Pack, linear_onnx: Path, target: str, bad: float
 ) -> None:
-    with RunningFmu(UnpackedFmu(packed(linear_onnx, target, 4))) as fmu:
+    with RunningFmu(UnpackedFmu.of(packed(linear_onnx, target, 4))) as fmu:
         with pytest.raises(FmuError, match=r"sigma_n\[3\] = -?(nan|inf) is not a finite number"):
             fmu.set_real(["sigma_n[2]", "sigma_n[3]"], np.array([1000.0, bad]))
         assert np.isfinite(fmu.get_real(["mu[3]"])).all()
@@ -61,7 +61,7 @@ def test_not_a_number_is_an_error_that_names_the_variable(
 
 @pytest.mark.parametrize("target", ["native", "python"])
 def test_outside_the_domain_is_clamped_or_extrapolated(packed: Pack, linear_onnx: Path, target: str) -> None:
-    with RunningFmu(UnpackedFmu(packed(linear_onnx, target))) as fmu:
+    with RunningFmu(UnpackedFmu.of(packed(linear_onnx, target))) as fmu:
         fmu.set_real(LOAD_NAMES, INSIDE)
         assert fmu.get_boolean("in_domain")
         assert fmu.get_real(["mu", "domain_distance"]) == pytest.approx([law(100.0, 1000.0), 0.0])
@@ -75,14 +75,14 @@ def test_outside_the_domain_is_clamped_or_extrapolated(packed: Pack, linear_onnx
 
 @pytest.mark.parametrize("target", ["native", "python"])
 def test_mu_is_never_negative(packed: Pack, linear_onnx: Path, target: str) -> None:
-    with RunningFmu(UnpackedFmu(packed(linear_onnx, target))) as fmu:
+    with RunningFmu(UnpackedFmu.of(packed(linear_onnx, target))) as fmu:
         fmu.set({"clamp_to_domain": False, "T": 2000.0, "sigma_n": 0.0})
         assert law(2000.0, 0.0) < 0.0
         assert fmu.get_real(["mu"])[0] == 0.0
 
 
 def test_unphysical_loads_are_moved_to_the_physical_limit(packed: Pack, linear_onnx: Path) -> None:
-    with RunningFmu(UnpackedFmu(packed(linear_onnx))) as fmu:
+    with RunningFmu(UnpackedFmu.of(packed(linear_onnx))) as fmu:
         fmu.set({"clamp_to_domain": False, "T": 100.0, "sigma_n": -1.0})
         assert fmu.get_real(["mu"])[0] == pytest.approx(law(100.0, 0.0))
 
@@ -91,7 +91,7 @@ def test_unphysical_loads_are_moved_to_the_physical_limit(packed: Pack, linear_o
 def test_a_point_out_of_contact_does_not_count_for_in_domain(
     packed: Pack, linear_onnx: Path, target: str
 ) -> None:
-    with RunningFmu(UnpackedFmu(packed(linear_onnx, target, 4))) as fmu:
+    with RunningFmu(UnpackedFmu.of(packed(linear_onnx, target, 4))) as fmu:
         for i in range(4):
             fmu.set_real([f"{n}[{i + 1}]" for n in LOAD_NAMES], INSIDE)
         fmu.set_real(["sigma_n[2]"], np.array([0.0]))
@@ -104,7 +104,7 @@ def test_a_point_out_of_contact_does_not_count_for_in_domain(
 @pytest.mark.parametrize("target", ["native", "python"])
 def test_nodes_are_evaluated_row_by_row(packed: Pack, linear_onnx: Path, target: str) -> None:
     loads = random_loads(4, seed=5)
-    with RunningFmu(UnpackedFmu(packed(linear_onnx, target, 4))) as fmu:
+    with RunningFmu(UnpackedFmu.of(packed(linear_onnx, target, 4))) as fmu:
         for q, column in zip(LOADS, loads.T):
             fmu.set_real([f"{q.name}[{i + 1}]" for i in range(4)], column)
         mu = fmu.get_real([f"mu[{i + 1}]" for i in range(4)])
@@ -112,9 +112,9 @@ def test_nodes_are_evaluated_row_by_row(packed: Pack, linear_onnx: Path, target:
 
 
 def test_start_values_are_inside_the_domain(packed: Pack, linear_onnx: Path) -> None:
-    fmu = UnpackedFmu(packed(linear_onnx))
+    fmu = UnpackedFmu.of(packed(linear_onnx))
     for q in LOADS:
-        variable = fmu.variables[q.name]
+        variable = next(v for v in fmu.raw.modelVariables if v.name == q.name)
         low, high = BOX[q.name]
         assert low <= float(variable.start) <= high
         assert (float(variable.min), float(variable.max)) == (q.lower, q.upper)
@@ -123,7 +123,7 @@ def test_start_values_are_inside_the_domain(packed: Pack, linear_onnx: Path) -> 
 
 @pytest.mark.parametrize("target", ["native", "python"])
 def test_memory_advances_in_steps_only(packed: Pack, memory_onnx: Path, target: str) -> None:
-    with RunningFmu(UnpackedFmu(packed(memory_onnx, target))) as fmu:
+    with RunningFmu(UnpackedFmu.of(packed(memory_onnx, target))) as fmu:
         fmu.set_real(LOAD_NAMES, INSIDE)
         for _ in range(3):
             assert fmu.get_real(["mu"])[0] == pytest.approx(0.05 + 0.01 + 0.1 * 0.2)
@@ -144,32 +144,35 @@ def test_memory_advances_in_steps_only(packed: Pack, memory_onnx: Path, target: 
 
 @pytest.mark.parametrize("target", ["native", "python"])
 def test_state_comes_back_exactly_also_through_bytes(packed: Pack, memory_onnx: Path, target: str) -> None:
-    unpacked = UnpackedFmu(packed(memory_onnx, target, 4))
+    unpacked = UnpackedFmu.of(packed(memory_onnx, target, 4))
     names = [f"work[{i + 1}]" for i in range(4)] + [f"mu[{i + 1}]" for i in range(4)]
     with RunningFmu(unpacked, start={"Ra": 0.7, "work[2]": 3.0}) as fmu, RunningFmu(unpacked) as other:
         fmu.set({"v_rel[1]": 333.0})
         fmu.step(0.0, 0.1)
-        saved, at_save = fmu.save(), fmu.get_real(names)
+        saved, at_save = fmu.save_state(), fmu.get_real(names)
         fmu.step(0.1, 0.3)
         later = fmu.get_real(names)
         assert (later[:4] > at_save[:4]).all()
-        other.restore(other.deserialize(fmu.serialize(saved)))
+        other.restore_state(other.deserialize(fmu.serialize(saved)))
         for instance in (fmu, other):
-            instance.restore(saved) if instance is fmu else None
+            instance.restore_state(saved) if instance is fmu else None
             assert np.array_equal(instance.get_real(names), at_save)
             instance.step(0.1, 0.3)
             assert np.array_equal(instance.get_real(names), later)
 
 
 def test_state_of_another_fmu_is_refused(packed: Pack, linear_onnx: Path) -> None:
-    with RunningFmu(UnpackedFmu(packed(0.04))) as one, RunningFmu(UnpackedFmu(packed(linear_onnx))) as two:
-        content = one.serialize(one.save())
+    with (
+        RunningFmu(UnpackedFmu.of(packed(0.04))) as one,
+        RunningFmu(UnpackedFmu.of(packed(linear_onnx))) as two,
+    ):
+        content = one.serialize(one.save_state())
         with pytest.raises(FmuError, match="does not belong to this FMU"):
             two.deserialize(content)
 
 
 def test_calls_that_are_not_allowed_say_why(packed: Pack, memory_onnx: Path) -> None:
-    with RunningFmu(UnpackedFmu(packed(memory_onnx))) as fmu:
+    with RunningFmu(UnpackedFmu.of(packed(memory_onnx))) as fmu:
         with pytest.raises(FmuError, match="output"):
             fmu.set({"mu": 0.1})
         with pytest.raises(FmuError, match="memory of a point"):
@@ -201,7 +204,7 @@ def test_model_exchange_has_no_lag_and_memory_is_not_offered(
         output=["mu", "T"],
     )
     np.testing.assert_allclose(result["mu"], law(result["T"], 1000.0), rtol=1e-12)
-    assert UnpackedFmu(packed(memory_onnx)).description.modelExchange is None
+    assert UnpackedFmu.of(packed(memory_onnx)).raw.modelExchange is None
 
 
 def test_same_model_gives_the_same_bytes(linear_onnx: Path, tmp_path: Path) -> None:
@@ -209,7 +212,7 @@ def test_same_model_gives_the_same_bytes(linear_onnx: Path, tmp_path: Path) -> N
     second = pack(linear_onnx, tmp_path / "sub" / "b.fmu")
     assert first.read_bytes() == second.read_bytes()
     other = pack(linear_onnx, tmp_path / "c.fmu", nodes=2)
-    assert UnpackedFmu(other).description.guid != UnpackedFmu(first).description.guid
+    assert UnpackedFmu.of(other).raw.guid != UnpackedFmu.of(first).raw.guid
 
 
 def test_what_the_archive_carries(packed: Pack, linear_onnx: Path) -> None:
@@ -230,13 +233,13 @@ def test_what_the_archive_carries(packed: Pack, linear_onnx: Path) -> None:
 def test_windows_and_the_system_compiler(
     linear_onnx: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    both = UnpackedFmu(pack(linear_onnx, tmp_path / "system.fmu"))
+    both = UnpackedFmu.of(pack(linear_onnx, tmp_path / "system.fmu"))
     monkeypatch.setattr(compiling, "zig_command", lambda: None)
     with pytest.raises(InputError, match=r"platform 'win64' needs the Zig compiler"):
         pack(linear_onnx, tmp_path / "w.fmu", platforms=["linux64", "win64"])
     if compiling.system_command() is not None:
-        system = UnpackedFmu(pack(linear_onnx, tmp_path / "system.fmu"))
-        assert system.description.guid == both.description.guid
+        system = UnpackedFmu.of(pack(linear_onnx, tmp_path / "system.fmu"))
+        assert system.raw.guid == both.raw.guid
         with RunningFmu(system) as fmu:
             fmu.set_real(LOAD_NAMES, INSIDE)
             assert fmu.get_real(["mu"])[0] == pytest.approx(law(100.0, 1000.0))

@@ -25,7 +25,7 @@ N = 40
 
 
 def test_many_instances_and_refused_calls_leave_the_interpreter_whole(packed: Pack) -> None:
-    unpacked = UnpackedFmu(packed(0.07, "python"))
+    unpacked = UnpackedFmu.of(packed(0.07, "python"))
     path_before = list(sys.path)
     for k in range(20):  # with PythonFMU alone the second refused call ends the process
         with RunningFmu(unpacked) as fmu:
@@ -38,9 +38,9 @@ def test_many_instances_and_refused_calls_leave_the_interpreter_whole(packed: Pa
 
 
 def test_packing_still_works_after_a_python_fmu_ran(packed: Pack, tmp_path: Path) -> None:
-    with RunningFmu(UnpackedFmu(packed(0.07, "python"))):
+    with RunningFmu(UnpackedFmu.of(packed(0.07, "python"))):
         path = pack(ConstantFriction(0.09), tmp_path / "later.fmu", target="python")
-    with RunningFmu(UnpackedFmu(path)) as fmu:
+    with RunningFmu(UnpackedFmu.of(path)) as fmu:
         assert fmu.get_real(["mu"])[0] == 0.09
 
 
@@ -62,13 +62,13 @@ def twin(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_solver_fmus_are_valid_and_publish_without_direct_dependence(forming: Path, twin: Path) -> None:
     for path in (forming, twin):
         assert validate_fmu(str(path)) == []
-        fmu = UnpackedFmu(path)
-        assert all(list(o.dependencies) == [] for o in fmu.description.outputs)
-        assert fmu.description.coSimulation.canGetAndSetFMUstate
-    fmu = UnpackedFmu(forming)
-    assert fmu.unit("force") == "kN"
+        fmu = UnpackedFmu.of(path)
+        assert all(list(o.dependencies) == [] for o in fmu.raw.outputs)
+        assert fmu.raw.coSimulation.canGetAndSetFMUstate
+    fmu = UnpackedFmu.of(forming)
+    assert fmu.resolve("force")[0].unit == "kN"
     assert fmu.variables["half_angle"].causality == "parameter"
-    assert len(fmu.elements("mu")) == len(fmu.elements("active")) == N
+    assert len([v.name for v in fmu.resolve("mu")]) == len([v.name for v in fmu.resolve("active")]) == N
 
 
 def test_forming_fmu_is_the_solver(forming: Path) -> None:
@@ -76,8 +76,8 @@ def test_forming_fmu_is_the_solver(forming: Path) -> None:
 
     process = ForwardRodExtrusion(n_points=N, mesh_size=0.6, half_angle=50.0)
     process.start()
-    unpacked = UnpackedFmu(forming)
-    mu, force = unpacked.elements("mu"), ["force", "stroke", "work"]
+    unpacked = UnpackedFmu.of(forming)
+    mu, force = [v.name for v in unpacked.resolve("mu")], ["force", "stroke", "work"]
     with RunningFmu(unpacked, start={"half_angle": 50.0}) as fmu:
         fmu.step(0.0, 0.0)  # zero-length steps move nothing
         assert fmu.get_real(["stroke"])[0] == 0.0
@@ -92,7 +92,7 @@ def test_forming_fmu_is_the_solver(forming: Path) -> None:
             )
         active = process.active
         assert 0 < active.sum() < N
-        loads = np.array([fmu.get_real(unpacked.elements(n)) for n in LOAD_NAMES]).T
+        loads = np.array([fmu.get_real([v.name for v in unpacked.resolve(n)]) for n in LOAD_NAMES]).T
         np.testing.assert_allclose(loads[active], process.loads()[active], rtol=1e-9)
         assert (loads[~active, 2] == 0.0).all()  # no contact, no pressure: friction keeps its memory
         with pytest.raises(FmuError, match="half_angle cannot be set after initialization"):
@@ -120,10 +120,10 @@ def test_every_process_is_an_fmu_with_its_numbers_as_parameters(
     kind: Any = PROCESSES[process]
     direct = kind(**options | start)
     direct.start(0.08)
-    unpacked = UnpackedFmu(path)
-    mu = unpacked.elements("mu")
+    unpacked = UnpackedFmu.of(path)
+    mu = [v.name for v in unpacked.resolve("mu")]
     assert {v.unit for v in unpacked.variables.values() if v.causality == "parameter"} >= {"mm", "kW/(m2 K)"}
-    assert "Punch speed [mm/s]." in str(unpacked.variables["speed"].description)
+    assert "Punch speed [mm/s]." in str({v.name: v.description for v in unpacked.raw.modelVariables}["speed"])
     with RunningFmu(unpacked, start=start) as fmu:
         for k in range(4):
             fmu.set_real(mu, np.full(12, 0.08))
@@ -135,14 +135,14 @@ def test_every_process_is_an_fmu_with_its_numbers_as_parameters(
 
 
 def test_forming_fmu_goes_back_exactly(forming: Path) -> None:
-    unpacked = UnpackedFmu(forming)
-    outputs = [n for name in (*LOAD_NAMES, "force", "work") for n in unpacked.elements(name)]
+    unpacked = UnpackedFmu.of(forming)
+    outputs = [v.name for name in (*LOAD_NAMES, "force", "work") for v in unpacked.resolve(name)]
     with RunningFmu(unpacked) as fmu:
         fmu.step(0.0, 0.02)
-        state, seen = fmu.save(), []
+        state, seen = fmu.save_state(), []
         for friction in (0.05, 0.15, 0.05):
-            fmu.restore(state)
-            fmu.set_real(unpacked.elements("mu"), np.full(N, friction))
+            fmu.restore_state(state)
+            fmu.set_real([v.name for v in unpacked.resolve("mu")], np.full(N, friction))
             fmu.step(0.02, 0.02)
             fmu.step(0.04, 0.02)
             seen.append(fmu.get_real(outputs))
@@ -156,7 +156,7 @@ def test_twin_fmu_is_the_process(twin: Path) -> None:
     process = SctProcess(T_tool=100.0)
     expected = process.advance(0.0, 200e3, 100.0, 100.0, 0.1)
     start = {"F_n": 200e3, "v_slide": 100.0, "T_tool": 100.0, "mu": 0.1}
-    with RunningFmu(UnpackedFmu(twin), start=start) as fmu:
+    with RunningFmu(UnpackedFmu.of(twin), start=start) as fmu:
         np.testing.assert_allclose(fmu.get_real(LOAD_NAMES), expected, rtol=1e-12)
         for k in range(5):
             fmu.step(0.01 * k, 0.01)
@@ -210,7 +210,7 @@ if not {installed}:
                 return spec
     sys.meta_path.insert(0, Hidden())
 from fmus.runtime.running import RunningFmu, UnpackedFmu
-with RunningFmu(UnpackedFmu({str(packed(0.07, "python"))!r})) as fmu:
+with RunningFmu(UnpackedFmu.of({str(packed(0.07, "python"))!r})) as fmu:
     assert fmu.get_real(["mu"])[0] == 0.07
 import pythonfmu
 print(pythonfmu.__file__)

@@ -28,7 +28,7 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("step", [0.02, 0.07, 0.3])
 def test_distance_is_kept_whatever_the_step(source: Path, step: float) -> None:
     count = round(0.6 / step + 0.49)
-    with RunningFmu(UnpackedFmu(source)) as fmu:
+    with RunningFmu(UnpackedFmu.of(source)) as fmu:
         assert fmu.get_real(["v_slide"])[0] == SPEED[0]
         speeds = []
         for k in range(count):
@@ -38,7 +38,7 @@ def test_distance_is_kept_whatever_the_step(source: Path, step: float) -> None:
 
 
 def test_a_step_inside_an_interval_gives_its_value_and_the_last_one_holds(source: Path) -> None:
-    with RunningFmu(UnpackedFmu(source)) as fmu:
+    with RunningFmu(UnpackedFmu.of(source)) as fmu:
         fmu.step(0.0, 0.05)
         assert fmu.get_real(["v_slide", "F_n"]).tolist() == pytest.approx([10.0, 1e5])
         fmu.step(0.05, 0.1)
@@ -49,11 +49,11 @@ def test_a_step_inside_an_interval_gives_its_value_and_the_last_one_holds(source
 
 
 def test_state_is_saved_and_the_fmu_passes_the_check(source: Path) -> None:
-    with RunningFmu(UnpackedFmu(source)) as fmu:
+    with RunningFmu(UnpackedFmu.of(source)) as fmu:
         fmu.step(0.0, 0.2)
-        state, before = fmu.save(), fmu.get_real(["v_slide"])[0]
+        state, before = fmu.save_state(), fmu.get_real(["v_slide"])[0]
         fmu.step(0.2, 0.4)
-        fmu.restore(state)
+        fmu.restore_state(state)
         assert fmu.get_real(["v_slide"])[0] == before
     report = check(source)
     assert report.ok, str(report)

@@ -39,7 +39,7 @@ def original(content: bytes, feed: dict[str, Array]) -> Array:
 
 
 def evaluate(path: Path, loads: Array) -> Array:
-    with RunningFmu(UnpackedFmu(path)) as fmu:
+    with RunningFmu(UnpackedFmu.of(path)) as fmu:
         mu = np.empty(len(loads))
         for i, row in enumerate(loads):
             fmu.set_real(LOAD_NAMES, row)

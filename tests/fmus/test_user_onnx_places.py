@@ -113,7 +113,7 @@ def test_yaml_as_a_list_and_graphs_of_fewer_loads() -> None:
 @pytest.mark.parametrize(
     ("spec", "words"),
     [
-        ({"inputs": {"T": {"unit": "kelvin"}}}, "unknown unit of 'T' 'kelvin'; allowed: K, degC, degF"),
+        ({"inputs": {"T": {"unit": "kelvins"}}}, "unknown unit of 'T' 'kelvins'; allowed: K, degC, degF"),
         ({"inputs": {"T": {"unit": "MPa"}}}, "unknown unit of 'T' 'MPa'"),
         ({"inputs": {"Temp": {}}}, "unknown load in inputs 'Temp'; allowed: T, psi, sd, sigma_n, v_rel"),
         ({"inputs": {"sigman": {}}}, "did you mean 'sigma_n'"),
@@ -181,8 +181,8 @@ def test_native_fmu_of_a_users_file_shows_the_contract_and_keeps_the_original(tm
     )
     model = save(line(), tmp_path / "m.onnx")
     path = pack(model, tmp_path / "m.fmu", spec=spec)
-    unpacked = UnpackedFmu(path)
-    assert unpacked.description.modelName == "friction shop floor"
+    unpacked = UnpackedFmu.of(path)
+    assert unpacked.raw.modelName == "friction shop floor"
     assert (unpacked.folder / "resources" / "original.onnx").read_bytes() == model.read_bytes()
     assert "A. User" in (unpacked.folder / "documentation" / "index.html").read_text(encoding="utf-8")
     carried = OnnxModel(unpacked.folder / "resources" / "model.onnx")
@@ -192,7 +192,7 @@ def test_native_fmu_of_a_users_file_shows_the_contract_and_keeps_the_original(tm
     inside[0, 1] = 400.0
     inside[0, 1] += 273.15
     with RunningFmu(unpacked) as fmu:
-        assert unpacked.unit("T") == "degC"
+        assert unpacked.resolve("T")[0].unit == "degC"
         fmu.set_real(LOAD_NAMES, loads[0])
         np.testing.assert_allclose(fmu.get_real(["mu"]), true_line(inside), rtol=1e-6)
     report = check(path)
@@ -217,7 +217,7 @@ def test_what_has_no_translation_runs_in_python_in_its_own_units(rows: Any, tmp_
         pack(model, tmp_path / "no.fmu", spec=spec)
     path = pack(model, tmp_path / "sine.fmu", spec=spec, target="python", nodes=3)
     T, sigma_n = np.array([20.0, 100.0, 400.0]), np.array([600.0, 1000.0, 2000.0])
-    with RunningFmu(UnpackedFmu(path)) as fmu:
+    with RunningFmu(UnpackedFmu.of(path)) as fmu:
         fmu.set_real([f"T[{k}]" for k in (1, 2, 3)], T)
         fmu.set_real([f"sigma_n[{k}]" for k in (1, 2, 3)], sigma_n)
         mu = fmu.get_real([f"mu[{k}]" for k in (1, 2, 3)])
@@ -231,7 +231,7 @@ def test_what_has_no_translation_runs_in_python_in_its_own_units(rows: Any, tmp_
 def test_python_fmu_of_a_translated_file_is_the_native_one(tmp_path: Path) -> None:
     model = save(line(), tmp_path / "m.onnx")
     path = pack(model, tmp_path / "m.fmu", target="python")
-    with RunningFmu(UnpackedFmu(path)) as fmu:
+    with RunningFmu(UnpackedFmu.of(path)) as fmu:
         fmu.set_real(LOAD_NAMES, LOADED[0])
         np.testing.assert_allclose(fmu.get_real(["mu"]), lowered(line())[:1], rtol=1e-12)
 
@@ -435,7 +435,7 @@ def test_the_example_of_the_documentation_runs(tmp_path: Path, monkeypatch: pyte
     with torch.no_grad():
         expected = 0.08 + 0.1 * seen["net"].double()(torch.tensor(scaled)).numpy()[:, 0]
     assert expected.min() > 0.0
-    with RunningFmu(UnpackedFmu(tmp_path / "net.fmu")) as fmu:
+    with RunningFmu(UnpackedFmu.of(tmp_path / "net.fmu")) as fmu:
         for row, mu in zip(loads, expected):
             fmu.set_real(LOAD_NAMES, row)
             assert fmu.get_real(["mu"])[0] == pytest.approx(mu, rel=1e-9)

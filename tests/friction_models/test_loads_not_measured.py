@@ -143,7 +143,7 @@ def test_an_fmu_has_the_inputs_and_they_have_no_influence(tmp_path: Path) -> Non
     np.testing.assert_array_equal(fmu.predict(moved(loads)), fmu.predict(loads))
     assert fmu.domain == model.domain
     assert evaluate(fmu, LESS).overall["outside_domain"] == 0.0
-    starts = {n: float(fmu._fmu.variables[n].start) for n in LOAD_NAMES}
+    starts = {n: fmu._fmu.variables[n].starts[0] for n in LOAD_NAMES}
     assert starts["T"] == 80.0 and starts["psi"] == 1.2
     with pytest.raises(InputError, match=r"less\.fmu was given sd in training"):
         fmu.predict_frame(LESS.drop(columns="sd"))

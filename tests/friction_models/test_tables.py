@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from fmus.user_onnx.units import conversion as fmu_conversion
+from fmus.interface.quantities import load_conversion as fmu_conversion
 from friction_models.common import InputError
 from friction_models.common.files import read_json
 from friction_models.common.units import UNITS, conversion, units_like

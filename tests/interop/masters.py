@@ -55,7 +55,7 @@ def seconds_a_step(subjects: Subjects, client: str, folder: Path, steps: int) ->
     system.stop_time = STEP * steps
     master = Master(system, client)
     master.run(folder)
-    return master.loop_seconds / steps
+    return master.course.loop_seconds / steps
 
 
 def _run(subjects: Subjects, client: str, folder: Path, fmi: str, timed: int) -> dict[str, Any]:

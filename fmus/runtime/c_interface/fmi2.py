@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import CFUNCTYPE, Structure, byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p, cast
+from ctypes import CFUNCTYPE, Structure, byref, c_char_p, c_double, c_int, c_void_p, cast
 from typing import Any
 
 from friction_models.common import InputError
@@ -32,7 +32,6 @@ class Fmi2Slave(Slave):
     prefix = "fmi2"
 
     def instantiate(self, name: str, receive: Receiver) -> None:
-        """Create the instance; `receive` gets status and text of its messages."""
         from fmpy import calloc, free
 
         # A receiver of its own for each instance. fmpy's proxy, which fills in the placeholders of formats,
@@ -60,18 +59,15 @@ class Fmi2Slave(Slave):
         )
 
     def enter_initialization(self, stop_time: float | None = None) -> None:
-        """Begin the initialization mode of a run from 0 to `stop_time` [s], None for an open end."""
         end = c_int(stop_time is not None), c_double(stop_time or 0.0)
         self.call("SetupExperiment", c_int(0), c_double(0.0), c_double(0.0), *end)
         self.call("EnterInitializationMode")
 
     def advance(self, keeps_older_states: bool = False) -> tuple[Any, tuple[Any, ...]]:
-        """Return function and arguments of a step from `now` by `size`."""
         keeps_no_older_state = c_int(not keeps_older_states)
         return self.function("DoStep"), (self._component, self.now, self.size, keeps_no_older_state)
 
     def terminated(self) -> bool:
-        """Return whether the step was discarded because the FMU ends the simulation; `reached` is then set."""
         # PythonFMU gives this answer whenever `do_step` returns False, whatever the reason.
         if "pythonfmu" in str(self.raw.generationTool).lower():
             return False
@@ -86,8 +82,3 @@ class Fmi2Slave(Slave):
         except InputError:  # a binary without these functions
             return False
         return True
-
-    def set_string(self, reference: int, value: str) -> None:
-        """Set a string variable."""
-        text = (c_char_p * 1)(value.encode())
-        self.call("SetString", byref(c_uint(reference)), c_size_t(1), text)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from ctypes import CFUNCTYPE, byref, c_bool, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
+from ctypes import CFUNCTYPE, byref, c_bool, c_char_p, c_double, c_int, c_size_t, c_void_p
 from typing import Any
 
 from .slave import Receiver, Slave
@@ -18,8 +18,6 @@ class Fmi3Slave(Slave):
     prefix = "fmi3"
 
     def instantiate(self, name: str, receive: Receiver) -> None:
-        """Create the instance; `receive` gets status and text of its messages."""
-
         def logger(_environment: Any, status: int, _category: bytes, message: bytes | None) -> None:
             receive(status, message)
 
@@ -46,7 +44,6 @@ class Fmi3Slave(Slave):
         )
 
     def enter_initialization(self, stop_time: float | None = None) -> None:
-        """Begin the initialization mode of a run from 0 to `stop_time` [s], None for an open end."""
         self.call(
             "EnterInitializationMode",
             c_bool(False),
@@ -57,7 +54,6 @@ class Fmi3Slave(Slave):
         )
 
     def advance(self, keeps_older_states: bool = False) -> tuple[Any, tuple[Any, ...]]:
-        """Return function and arguments of a step from `now` by `size`."""
         events = c_bool(False)
         keeps_no_older_state = c_bool(not keeps_older_states)
         return self.function("DoStep"), (
@@ -70,8 +66,3 @@ class Fmi3Slave(Slave):
             byref(self.early),
             byref(self.reached),
         )
-
-    def set_string(self, reference: int, value: str) -> None:
-        """Set a string variable."""
-        text = (c_char_p * 1)(value.encode())
-        self.call("SetString", byref(c_uint(reference)), c_size_t(1), text, c_size_t(1))

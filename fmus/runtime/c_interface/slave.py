@@ -7,16 +7,7 @@ given as they are, which costs half of what conversion does. Every argument is t
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from ctypes import (
-    CDLL,
-    byref,
-    c_bool,
-    c_double,
-    c_size_t,
-    c_uint,
-    c_uint8,
-    c_void_p,
-)
+from ctypes import CDLL, byref, c_bool, c_char_p, c_double, c_size_t, c_uint, c_uint8, c_void_p
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -28,6 +19,8 @@ WARNING = 1
 DISCARD = 2
 FATAL = 4
 
+#: A function of the binary; what it takes and returns is declared nowhere.
+CFunction = Any
 Receiver = Callable[[int, bytes | None], None]
 
 
@@ -57,17 +50,10 @@ class CallFailed(RuntimeError):
 class Slave:
     """A loaded binary and one instance of it; `Fmi2Slave` and `Fmi3Slave` say how its functions are called.
 
-    Parameters
-    ----------
-    archive : Path
-        The FMU, for messages.
-    raw : object
-        fmpy's model description.
-    unpacked : Path
-        Folder of the unpacked archive.
-
     Attributes
     ----------
+    raw : object
+        fmpy's model description.
     now, size : ctypes.c_double
         Start and length of the next step [s]; `advance` passes them on.
     wants_to_end, early : ctypes.c_bool
@@ -93,7 +79,7 @@ class Slave:
         self.reached = c_double(0.0)
         self.fatal = False
         self._component: c_void_p | None = None
-        self._functions: dict[str, Any] = {}
+        self._functions: dict[str, CFunction] = {}
         self._keep: Any = None
         try:
             self._library: Any = CDLL(str(library_in(unpacked, raw)))
@@ -164,7 +150,9 @@ class Slave:
 
     def set_string(self, reference: int, value: str) -> None:
         """Set a string variable."""
-        raise NotImplementedError
+        text, one = (c_char_p * 1)(value.encode()), c_size_t(1)
+        # FMI 3.0 wants the number of values, too.
+        self.call("SetString", byref(c_uint(reference)), one, text, *([one] if self.prefix == "fmi3" else []))
 
     def save_state(self) -> c_void_p:
         """Return a handle to the whole state."""

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy.typing as npt
 
 from friction_models.common import InputError
-
-if TYPE_CHECKING:
-    pass
-
 
 Array = npt.NDArray[Any]
 MAX_ELEMENTS = 1 << 24

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from .nodes import refuse
-from .structure import keep
-from .tensors import Canvas, Constant, Tensor
+from .tensors import Canvas, Constant, Tensor, reduced
 from .view import View
 
 
@@ -79,7 +78,6 @@ def reduce(c: Canvas, v: View) -> Tensor:
 
 
 def _product(c: Canvas, value: Tensor, axes: list[int], hold: bool, what: str) -> Tensor:
-    shape = keep(axes, value.shape) if hold else [n for k, n in enumerate(value.shape) if k not in axes]
     rest = [k for k in range(len(value.shape)) if k not in axes]
     count = int(np.prod([value.shape[k] for k in axes], dtype=int))
     if not 0 < count <= 64:
@@ -89,7 +87,7 @@ def _product(c: Canvas, value: Tensor, axes: list[int], hold: bool, what: str) -
     result = c.move(what, lambda a: a[:, 0], flat)
     for k in range(1, count):
         result = c.each(what, lambda a, b: a * b, result, c.move(what, lambda a, k=k: a[:, k], flat))
-    return c.reshape(result, shape)
+    return c.reshape(result, reduced(value.shape, axes, hold))
 
 
 def _log_sum_exp(c: Canvas, value: Tensor, axes: list[int], hold: bool) -> Tensor:
@@ -97,7 +95,7 @@ def _log_sum_exp(c: Canvas, value: Tensor, axes: list[int], hold: bool) -> Tenso
     top = c.extreme(value, axes, True, True, what)
     powers = c.each(what, lambda a, m: c.x.exp(a - m), value, top)
     total = c.each(what, lambda s, m: c.x.log(s) + m, c.total(powers, axes, True, what), top)
-    return total if hold else c.reshape(total, [n for k, n in enumerate(value.shape) if k not in axes])
+    return c.reshape(total, reduced(value.shape, axes, hold))
 
 
 def softmax(c: Canvas, v: View) -> Tensor:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -236,8 +235,3 @@ def feature_vector(c: Canvas, v: View) -> Tensor:
     tensors = [c.reshape(t, (1, t.size)) for t in v.tensors()]
     c.room([sum(t.size for t in tensors)], "FeatureVectorizer", True)
     return c.move("FeatureVectorizer", lambda *a: np.concatenate(a, axis=1), *tensors)
-
-
-def keep(axes: Sequence[int], shape: Sequence[int]) -> list[int]:
-    """Return a shape whose `axes` are 1."""
-    return [1 if k in axes else n for k, n in enumerate(shape)]

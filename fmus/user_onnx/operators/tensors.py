@@ -59,16 +59,13 @@ class Symbol:
 Tensor: TypeAlias = Constant | Symbol
 
 
-class Canvas:
-    """Our graph under construction, with the operations on values that all translations share.
+def reduced(shape: Sequence[int], axes: Sequence[int], keep: bool) -> tuple[int, ...]:
+    """Return a shape after a reduction over axes, which are 1 with `keep` and gone without."""
+    return tuple(1 if k in axes else n for k, n in enumerate(shape) if keep or k not in axes)
 
-    Parameters
-    ----------
-    graph : GraphBuilder
-        Where nodes are added.
-    where : str
-        File, for messages.
-    """
+
+class Canvas:
+    """Our graph under construction, with the operations on values that all translations share."""
 
     def __init__(self, graph: GraphBuilder, where: str) -> None:
         self.graph = graph
@@ -273,8 +270,7 @@ class Canvas:
         """Return the sum over axes."""
         rank = len(tensor.shape)
         axes = sorted({int(a) % rank for a in axes}) if rank else []
-        kept = tuple(1 if k in axes else n for k, n in enumerate(tensor.shape))
-        shape = kept if keep else tuple(n for k, n in enumerate(tensor.shape) if k not in axes)
+        kept, shape = reduced(tensor.shape, axes, True), reduced(tensor.shape, axes, keep)
         if isinstance(tensor, Constant):
             return Constant(np.asarray(tensor.array.sum(axis=tuple(axes))).reshape(shape), tensor.kind)
         size = int(np.prod(kept, dtype=int))
@@ -294,7 +290,6 @@ class Canvas:
         rank = len(tensor.shape)
         axes = sorted({int(a) % rank for a in axes}) if rank else []
         order = [k for k in range(rank) if k not in axes] + axes
-        rest = [tensor.shape[k] for k in range(rank) if k not in axes]
         inner = int(np.prod([tensor.shape[k] for k in axes], dtype=int))
         if inner == 0:
             raise refuse(self.where, f"{what} over nothing is not translated")
@@ -308,5 +303,4 @@ class Canvas:
             value = self.each(what, function, first, second)
             if odd.size:
                 value = self.move(what, lambda a, b: np.concatenate([a, b], axis=1), value, odd)
-        shape = [1 if k in axes else n for k, n in enumerate(tensor.shape)] if keep else rest
-        return self.reshape(value, shape)
+        return self.reshape(value, reduced(tensor.shape, axes, keep))

@@ -25,15 +25,8 @@ _MODES = ("BRANCH_LEQ", "BRANCH_LT", "BRANCH_GTE", "BRANCH_GT", "BRANCH_EQ", "BR
 class Forest:
     """Trees as they stand in the file: nodes are numbers, leaves are complements of leaf numbers.
 
-    Attributes
-    ----------
-    roots : list of int
-    feature, mode : list of int
-        By node; modes as in `_MODES`.
-    split : list of float
-    true, false : list of int
-        Child where the test holds or not.
-    weights : ndarray, shape (leaves, targets)
+    All lists go by node: the feature it tests, the mode of the test (a place in `_MODES`), the number it compares with, the
+    child where the test holds or not. The weights have shape (leaves, targets).
     """
 
     roots: list[int]

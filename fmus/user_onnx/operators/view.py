@@ -13,18 +13,7 @@ from .tensors import Constant, Tensor
 
 @dataclass(frozen=True)
 class View:
-    """A node with its operands looked up.
-
-    Attributes
-    ----------
-    node : ForeignNode
-    inputs : list of Tensor or None
-        None where an optional operand is left out.
-    opset : int
-        Version of the standard operators.
-    where : str
-        File, for messages.
-    """
+    """A node with its operands looked up, None for one that is left out; `opset` is that of the standard operators."""
 
     node: ForeignNode
     inputs: list[Tensor | None]

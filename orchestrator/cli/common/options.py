@@ -135,10 +135,10 @@ def any_model(name: str, names: GivenNames | None = None) -> Any:
     """Return what `--model` names: a model folder, a friction FMU, an ONNX file, a number (constant mu) or a family."""
     path = Path(name)
     if path.suffix == ".fmu":
-        from fmus.runtime.foreign_friction import ForeignFmu, GivenNames
+        from fmus.runtime.foreign_friction import GivenNames
 
         model = (names or GivenNames()).open(name)
-        if isinstance(model, ForeignFmu) and model.remark():
+        if model.remark():
             note(model.remark())
         return model
     if path.suffix == ".onnx":

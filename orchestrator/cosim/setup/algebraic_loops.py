@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from graphlib import CycleError, TopologicalSorter
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from fmus.runtime.fmu_files import FmuDescription
-    from fmus.runtime.fmu_variables import Variable
+from fmus.runtime.fmu_files import FmuDescription
 
-    from .wiring import Wiring
+from .wiring import Wiring
 
 #: What a mode does where a loop is closed.
 _TREATMENT = {
@@ -29,7 +26,7 @@ def algebraic_loop(wiring: Wiring) -> list[str]:
         _feed_through(name, description, feeds)
     for link in wiring.links:
         for source, target in zip(link.sources, link.targets):
-            feeds.setdefault(f"{link.target}.{_whole(target)}", set()).add(f"{link.source}.{_whole(source)}")
+            feeds.setdefault(f"{link.target}.{target.own}", set()).add(f"{link.source}.{source.own}")
     try:
         TopologicalSorter(feeds).prepare()
     except CycleError as error:
@@ -64,8 +61,3 @@ def _feed_through(name: str, description: FmuDescription, feeds: dict[str, set[s
         feeds[f"{name}.{variable.name}"] = (
             {f"{name}."} if known is None else {f"{name}.{v.name}" for v in known if v.name in inputs}
         )
-
-
-def _whole(variable: Variable) -> str:
-    """Return the name of the FMU's own variable behind an element."""
-    return variable.base or variable.name

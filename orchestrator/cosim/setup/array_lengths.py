@@ -16,23 +16,11 @@ _INDEXED = re.compile(r"^(?P<base>.*)\[(?P<index>\d{1,9})\]$")
 def size_arrays(
     system: SystemDescription, descriptions: dict[str, FmuDescription], problems: list[str]
 ) -> dict[str, int]:
-    """Give the arrays of FMI 3.0 components their lengths.
+    """Give the arrays of FMI 3.0 components their lengths; return the length by component that was sized here.
 
     A start value of the structural parameter decides; otherwise the length of what the array is connected
-    to. So an FMI 3.0 friction FMU takes the place of an FMI 2.0 one without a change of the system.
-
-    Parameters
-    ----------
-    system : SystemDescription
-    descriptions : dict of str to FmuDescription
-        By component; sized ones replace the others.
-    problems : list of str
-        Receives what is wrong.
-
-    Returns
-    -------
-    dict of str to int
-        Length of the arrays by component that was sized here.
+    to. So an FMI 3.0 friction FMU takes the place of an FMI 2.0 one without a change of the system. Sized descriptions
+    replace the others; `problems` receives what is wrong.
     """
     sizes: dict[str, int] = {}
     for name, description in list(descriptions.items()):

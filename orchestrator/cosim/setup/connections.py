@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from fmus.interface.quantities import load_conversion
 from fmus.runtime.fmu_variables import Variable
 from friction_models.common import InputError
 from friction_models.loads import LOADS
@@ -41,8 +42,6 @@ def scaling(source: Variable, target: Variable, unit: str) -> tuple[float, float
     >>> scaling(Made(name="T", unit="degC"), Made(name="T_contact", unit="K"), "K")
     (1.0, 273.15)
     """
-    from fmus.user_onnx.units import conversion
-
     load = next((q for q in LOADS if q.unit == source.unit), None)
     if load is None:
         raise InputError(
@@ -53,4 +52,4 @@ def scaling(source: Variable, target: Variable, unit: str) -> tuple[float, float
         raise InputError(
             f"{target.name!r} is in {target.unit!r} and not in {unit!r}; allowed: {target.unit!r}"
         )
-    return conversion(load.name, unit, f"[{unit}]")
+    return load_conversion(load.name, unit, f"[{unit}]")

@@ -23,6 +23,7 @@ from pydantic import (
 )
 
 from fmus.runtime.errors import collected
+from fmus.runtime.fmu_variables import StartValue
 from friction_models.common import nearest, unknown_name, write_text
 
 _MAX_NAME = 100
@@ -31,8 +32,6 @@ _MAX_PARTS = 10_000
 #: Most communication steps of a run; their results are held in memory.
 _MAX_STEPS = 10_000_000
 _NAME = re.compile(rf"\w[\w \-+#@()\[\]]{{0,{_MAX_NAME - 1}}}(?<! )")
-
-StartValue = bool | int | float | str | list[float]
 
 
 class TemporaryFolder:

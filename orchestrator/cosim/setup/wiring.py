@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 from fmus.runtime.errors import collected
 from fmus.runtime.fmu_files import FmuDescription, describe
-from fmus.runtime.fmu_variables import Variable, integer_limits
+from fmus.runtime.fmu_variables import StartValue, Variable, integer_limits
+from fmus.runtime.instance import Start
 from friction_models.common import InputError, unknown_name
 
 from .array_lengths import size_arrays
 from .connections import scaling, split_connection
-from .description import StartValue, SystemDescription
+from .description import SystemDescription
 
 #: A component and the elements of one of its variables.
 _End = tuple[str, list[Variable]]
@@ -98,7 +100,7 @@ class Wiring:
 
     descriptions: dict[str, FmuDescription]
     links: list[Link] = field(default_factory=list)
-    starts: dict[str, list[tuple[Variable, bool | int | float | str]]] = field(default_factory=dict)
+    starts: dict[str, list[Start]] = field(default_factory=dict)
     recorded: list[Recorded] = field(default_factory=list)
     points: dict[str, int] = field(default_factory=dict)
     sizes: dict[str, int] = field(default_factory=dict)
@@ -119,13 +121,11 @@ class Wiring:
             inputs that are connected twice, or not at all where an output of the same name could feed them or no start
             value is known.
         """
-        problems: list[str] = []
+        problems = _Problems()
         descriptions: dict[str, FmuDescription] = {}
         for name in system.components:
-            try:
+            with problems.noted(f"component {name!r}: "):
                 descriptions[name] = describe(system.fmu_path(name))
-            except InputError as error:
-                problems.append(f"component {name!r}: {error}")
         for name in system.order or []:
             if name not in system.components:
                 problems.append(str(unknown_name("component", name, system.components, "order")))
@@ -135,18 +135,20 @@ class Wiring:
             )
         wiring = cls(descriptions, sizes=size_arrays(system, descriptions, problems))
         broken = set(system.components) - set(descriptions)
-        ends = [wiring._ends(connection, broken, problems) for connection in system.connections]
-        for pair in ends:
-            if pair is not None:
-                wiring._count_points(system, *pair)
-        for connection, pair in zip(system.connections, ends):
-            if pair is not None:
-                problems += wiring._connect(connection, *pair)
+        ends = [(c, pair) for c in system.connections if (pair := wiring._ends(c, broken, problems))]
+        for _, pair in ends:
+            wiring._count_points(system, *pair)
+        for connection, pair in ends:
+            with problems.noted(f"connection {connection!r}: "):
+                wiring._connect(connection, *pair)
         for name, description in descriptions.items():
-            problems += wiring._start(name, description, system.components[name].start)
+            wiring.starts[name] = []
+            for key, value in system.components[name].start.items():
+                with problems.noted(f"component {name!r}: start value"):
+                    wiring.starts[name] += _started(name, description, key, value)
         if not problems:
             problems += wiring._unconnected()
-        problems += wiring._record(system.record, broken)
+        wiring._record(system.record, broken, problems)
         if problems:
             raise collected(system.source, problems)
         return wiring
@@ -164,7 +166,7 @@ class Wiring:
             )
         return component, elements
 
-    def _ends(self, connection: str, broken: set[str], problems: list[str]) -> tuple[_End, _End] | None:
+    def _ends(self, connection: str, broken: set[str], problems: _Problems) -> tuple[_End, _End] | None:
         parts = split_connection(connection)
         if parts is None:
             problems.append(
@@ -176,10 +178,8 @@ class Wiring:
             return None
         ends = []
         for text, causality in ((left, "output"), (right, "input")):
-            try:
+            with problems.noted():
                 ends.append(self._endpoint(text, causality, connection))
-            except InputError as error:
-                problems.append(str(error))
         return (ends[0], ends[1]) if len(ends) == 2 else None
 
     def _count_points(self, system: SystemDescription, source: _End, target: _End) -> None:
@@ -198,71 +198,35 @@ class Wiring:
         count = self.points[name]
         return name, [replace(one, name=f"{one.name}[{k + 1}]", point=k, base=one.name) for k in range(count)]
 
-    def _connect(self, connection: str, left: _End, right: _End) -> list[str]:
+    def _connect(self, connection: str, left: _End, right: _End) -> None:
         source, sources = self._at_points(left)
         target, targets = self._at_points(right)
         if self.count(target) == len(targets) > 1 and self.count(source) == 1 == len(sources):
             sources = sources * len(targets)  # one value for all points
         if len(sources) != len(targets):
             names = [part.strip() for part in connection.split("->")]
-            return [
-                f"connection {connection!r}: {names[0]} has {len(sources)} elements, {names[1]} has {len(targets)}; "
-                f"allowed: equal numbers (a friction FMU is packed with --nodes {max(len(sources), len(targets))}; one for a single point takes each_point: true)"
-            ]
-        factor, offset = 1.0, 0.0
+            raise InputError(
+                f"{names[0]} has {len(sources)} elements, {names[1]} has {len(targets)}; allowed: equal numbers (a friction "
+                f"FMU is packed with --nodes {max(len(sources), len(targets))}; one for a single point takes each_point: true)"
+            )
         parts = split_connection(connection)
         unit = parts[2] if parts is not None else ""
-        if unit:
-            try:
-                factor, offset = scaling(sources[0], targets[0], unit)
-            except InputError as error:
-                return [f"connection {connection!r}: {error}"]
+        factor, offset = scaling(sources[0], targets[0], unit) if unit else (1.0, 0.0)
         for a, b in zip(sources, targets):
             if not unit and a.unit and b.unit and a.unit != b.unit:
-                return [
-                    f"connection {connection!r}: {a.name!r} is in {a.unit!r}, {b.name!r} in {b.unit!r}; allowed: the same unit, "
+                raise InputError(
+                    f"{a.name!r} is in {a.unit!r}, {b.name!r} in {b.unit!r}; allowed: the same unit, "
                     f"or that of the target in brackets behind it to convert a load ('{connection.strip()} [{b.unit}]')"
-                ]
+                )
             if a.type != b.type or a.type not in NUMBERS:
-                return [
-                    f"connection {connection!r}: {a.name!r} is of type {a.type}, {b.name!r} of type {b.type}; allowed: the same numeric type"
-                ]
+                raise InputError(
+                    f"{a.name!r} is of type {a.type}, {b.name!r} of type {b.type}; allowed: the same numeric type"
+                )
         taken = {(k.target, v.name) for k in self.links for v in k.targets}
         twice = [v.name for v in targets if (target, v.name) in taken]
         if twice:
-            return [
-                f"connection {connection!r}: the input {target}.{twice[0]} is already connected; allowed: one source"
-            ]
+            raise InputError(f"the input {target}.{twice[0]} is already connected; allowed: one source")
         self.links.append(Link(source, tuple(sources), target, tuple(targets), factor, offset))
-        return []
-
-    def _start(self, name: str, description: FmuDescription, starts: dict[str, StartValue]) -> list[str]:
-        problems = []
-        pairs = self.starts.setdefault(name, [])
-        for key, value in starts.items():
-            if key in description.structure:
-                continue  # they are set before all others, see `sizing`
-            where = f"component {name!r}: start value"
-            try:
-                elements = description.resolve(key, f"variable of {name!r}")
-            except InputError as error:
-                problems.append(f"{where}: {error}")
-                continue
-            if elements[0].causality not in {"input", "parameter"}:
-                problems.append(
-                    f"{where} {key!r} is of causality {elements[0].causality!r}; allowed: input, parameter"
-                )
-                continue
-            values = list(value) if isinstance(value, list) else [value] * len(elements)
-            if len(values) != len(elements):
-                problems.append(f"{where} {key!r} has {len(values)} elements, the FMU has {len(elements)}")
-                continue
-            wrong = [v for v, e in zip(values, elements) if not _fits(v, e)]
-            if wrong:
-                problems.append(f"{where} {key!r} is {wrong[0]!r}; allowed: {_allowed(elements[0])}")
-                continue
-            pairs += list(zip(elements, values))
-        return problems
 
     def _unconnected(self) -> list[str]:
         fed = {(link.target, v.name) for link in self.links for v in link.targets}
@@ -297,29 +261,56 @@ class Wiring:
                 return f"{name}.{base}"
         return None
 
-    def _record(self, record: Iterable[str] | None, broken: set[str]) -> list[str]:
+    def _record(self, record: Iterable[str] | None, broken: set[str], problems: _Problems) -> None:
         if record is None:
-            for name, description in self.descriptions.items():
-                self.recorded += [
-                    Recorded(name, base, tuple(self._at_points((name, elements))[1]))
-                    for base, elements in description.arrays.items()
-                    if elements[0].causality == "output" and elements[0].type in NUMBERS
-                ]
-            return []
-        problems = []
+            record = [
+                f"{name}.{base}"
+                for name, description in self.descriptions.items()
+                for base, elements in description.arrays.items()
+                if elements[0].causality == "output" and elements[0].type in NUMBERS
+            ]
         for text in record:
             component, _, name = text.strip().partition(".")
             if component in broken:
                 continue
-            try:
+            with problems.noted():
                 if component not in self.descriptions:
                     raise unknown_name("component", component, self.descriptions, f"record {text!r}")
                 elements = self.descriptions[component].resolve(name, f"variable of {component!r}")
-            except InputError as error:
-                problems.append(str(error))
-                continue
-            self.recorded.append(Recorded(component, name, tuple(self._at_points((component, elements))[1])))
-        return problems
+                self.recorded.append(
+                    Recorded(component, name, tuple(self._at_points((component, elements))[1]))
+                )
+
+
+class _Problems(list[str]):
+    """Sentences about what is wrong."""
+
+    @contextmanager
+    def noted(self, where: str = "") -> Iterator[None]:
+        """Note an error and go on."""
+        try:
+            yield
+        except InputError as error:
+            self.append(f"{where}{error}")
+
+
+def _started(name: str, description: FmuDescription, key: str, value: StartValue) -> list[Start]:
+    """Return the elements of a variable with their start values; structural parameters are set before all others."""
+    if key in description.structure:
+        return []
+    try:
+        elements = description.resolve(key, f"variable of {name!r}")
+    except InputError as error:
+        raise InputError(f": {error}") from None
+    if elements[0].causality not in {"input", "parameter"}:
+        raise InputError(f" {key!r} is of causality {elements[0].causality!r}; allowed: input, parameter")
+    values = list(value) if isinstance(value, list) else [value] * len(elements)
+    if len(values) != len(elements):
+        raise InputError(f" {key!r} has {len(values)} elements, the FMU has {len(elements)}")
+    wrong = [v for v, e in zip(values, elements) if not _fits(v, e)]
+    if wrong:
+        raise InputError(f" {key!r} is {wrong[0]!r}; allowed: {_allowed(elements[0])}")
+    return list(zip(elements, values))
 
 
 def _fits(value: object, variable: Variable) -> bool:

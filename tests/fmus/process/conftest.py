@@ -31,12 +31,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="package")
 def twin(folder: Path) -> UnpackedFmu:
-    return UnpackedFmu(pack_twin(folder / "twin.fmu", target="process"))
+    return UnpackedFmu.of(pack_twin(folder / "twin.fmu", target="process"))
 
 
 @pytest.fixture(scope="package")
 def forming(folder: Path) -> UnpackedFmu:
-    return UnpackedFmu(pack_forming(folder / "fre.fmu", target="process", n_points=N, mesh_size=0.8))
+    return UnpackedFmu.of(pack_forming(folder / "fre.fmu", target="process", n_points=N, mesh_size=0.8))
 
 
 @pytest.fixture(scope="package")

@@ -37,7 +37,7 @@ def test_two_instances_do_not_meet(twin: UnpackedFmu) -> None:
             assert a.get_real(["sd"])[0] == pytest.approx(0.2)
             assert b.get_real(["sd"])[0] == pytest.approx(0.4)
             with pytest.raises(FmuError, match="belongs to another instance"):
-                a.restore(b.save())
+                a.restore_state(b.save_state())
         # b has ended although a runs on: a's process does not hold b's connection open.
         assert len(children() - before) == 1
     assert children() == before
@@ -46,7 +46,7 @@ def test_two_instances_do_not_meet(twin: UnpackedFmu) -> None:
 def test_killed_process_is_reported_and_reset_starts_another(twin: UnpackedFmu) -> None:
     before = children()
     with RunningFmu(twin) as fmu:
-        state = fmu.save()
+        state = fmu.save_state()
         (pid,) = children() - before
         os.kill(pid, signal.SIGKILL)
         with pytest.raises(FmuError, match="was ended by signal 9"):
@@ -55,7 +55,7 @@ def test_killed_process_is_reported_and_reset_starts_another(twin: UnpackedFmu) 
             fmu.step(0.0, 0.01)
         fmu.call("Reset")
         with pytest.raises(FmuError, match="in a solver process that is gone"):
-            fmu.restore(state)
+            fmu.restore_state(state)
         fmu.call("EnterInitializationMode")
         fmu.call("ExitInitializationMode")
         fmu.step(0.0, 0.01)
@@ -68,7 +68,7 @@ def test_process_ends_with_the_simulator(twin: UnpackedFmu) -> None:
 import os, signal, sys, threading, time
 from pathlib import Path
 from fmus.runtime.running import RunningFmu, UnpackedFmu
-fmu = RunningFmu(UnpackedFmu({str(twin.path)!r}))
+fmu = RunningFmu(UnpackedFmu.of({str(twin.path)!r}))
 pids = [p for f in Path("/proc/self/task").glob("*/children") for p in f.read_text().split()]
 print(*pids, flush=True)
 threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGKILL)).start()
@@ -168,8 +168,8 @@ def test_python_is_looked_for_in_order(
         "fmus.runtime.c_interface.offer_interpreter", lambda: None
     )  # as in a simulator that knows nothing
     file = os.environ["TRIBOFMU_PYTHON"]
-    hinted = UnpackedFmu(pack_twin(tmp_path / "hinted.fmu", target="process", python=file))
-    plain = UnpackedFmu(pack_twin(tmp_path / "plain.fmu", target="process"))
+    hinted = UnpackedFmu.of(pack_twin(tmp_path / "hinted.fmu", target="process", python=file))
+    plain = UnpackedFmu.of(pack_twin(tmp_path / "plain.fmu", target="process"))
     monkeypatch.setenv("PYTHONHOME", "/no/home")
     monkeypatch.delenv("TRIBOFMU_PYTHON")
     monkeypatch.setenv("PATH", "/no/folder")
@@ -228,10 +228,9 @@ def test_descriptors_of_the_simulator_are_closed_in_the_process(twin: UnpackedFm
 
 def test_our_own_hosts_offer_their_interpreter(forming: UnpackedFmu, monkeypatch: pytest.MonkeyPatch) -> None:
     """The Python on PATH may be another one than that of the command."""
-    from fmus.runtime.fmu_files import describe
     from fmus.runtime.instance import Instance
 
     monkeypatch.delenv("TRIBOFMU_PYTHON", raising=False)
     monkeypatch.setenv("PATH", "/nowhere")
-    with Instance("forming", describe(forming.path), forming.folder) as instance:
+    with Instance("forming", forming) as instance:
         instance.initialize([], 1.0)

@@ -27,15 +27,15 @@ from friction_models.common import InputError
 def test_another_instance_goes_on_bit_by_bit(
     packer: Callable[..., Path], options: dict[str, Any], other: dict[str, float], target: str, tmp_path: Path
 ) -> None:
-    unpacked = UnpackedFmu(packer(tmp_path / "a.fmu", target=target, **options))
+    unpacked = UnpackedFmu.of(packer(tmp_path / "a.fmu", target=target, **options))
     names = [n for n, v in unpacked.variables.items() if v.type == "Real"]
     with RunningFmu(unpacked) as fmu:
         for k in range(12):
             fmu.step(0.02 * k, 0.02)
-        content = fmu.serialize(fmu.save())
+        content = fmu.serialize(fmu.save_state())
         fmu.step(0.24, 0.02)
         expected = fmu.get_real(names)
-        fmu.restore(fmu.deserialize(content))
+        fmu.restore_state(fmu.deserialize(content))
         fmu.step(0.24, 0.02)
         assert np.array_equal(fmu.get_real(names), expected)
     with RunningFmu(unpacked, start=other) as fmu:
@@ -45,9 +45,9 @@ def test_another_instance_goes_on_bit_by_bit(
             (b"", "not one of a solver FMU"),
         ):
             with pytest.raises(FmuError, match=words):
-                fmu.restore(fmu.deserialize(broken))
+                fmu.restore_state(fmu.deserialize(broken))
         assert fmu.get_real(list(other)).tolist() == list(other.values())
-        fmu.restore(fmu.deserialize(content))
+        fmu.restore_state(fmu.deserialize(content))
         fmu.step(0.24, 0.02)
         assert np.array_equal(fmu.get_real(names), expected)
 

@@ -17,9 +17,9 @@ OPTIONS: dict[str, Any] = {"n_points": 12, "mesh_size": 0.8}
 
 
 def step(fmu: RunningFmu, unpacked: UnpackedFmu, k: int) -> list[float]:
-    fmu.set_real(unpacked.elements("mu"), np.linspace(0.04, 0.06 + 0.005 * k, 12))
+    fmu.set_real([v.name for v in unpacked.resolve("mu")], np.linspace(0.04, 0.06 + 0.005 * k, 12))
     fmu.step(0.02 * k, 0.02)
-    loads = [name for load in LOAD_NAMES for name in unpacked.elements(load)]
+    loads = [name for load in LOAD_NAMES for name in [v.name for v in unpacked.resolve(load)]]
     found: list[float] = fmu.get_real([*loads, "force", "work"]).tolist()
     return found
 
@@ -30,7 +30,7 @@ def test_two_processes_in_turn_are_each_as_alone(target: str, tmp_path: Path) ->
     for name in ("fre", "bce"):
         for kind in {"python", target}:
             path = pack_forming(tmp_path / f"{name}-{kind}.fmu", process=name, target=kind, **OPTIONS)
-            fmus[name, kind] = UnpackedFmu(path)
+            fmus[name, kind] = UnpackedFmu.of(path)
         unpacked = fmus[name, "python"]
         with RunningFmu(unpacked) as fmu:
             alone.append([step(fmu, unpacked, k) for k in range(8)])
@@ -52,11 +52,11 @@ def test_back_over_a_remeshing_and_on_with_the_same_bits(target: str, tmp_path: 
     before = process.simulation.state.remeshes
     process.advance(1.2)
     assert process.simulation.state.remeshes > before + 1
-    unpacked = UnpackedFmu(pack_forming(tmp_path / "fre.fmu", target=target, **OPTIONS))
+    unpacked = UnpackedFmu.of(pack_forming(tmp_path / "fre.fmu", target=target, **OPTIONS))
     with RunningFmu(unpacked) as fmu:
         for k in range(6):
             step(fmu, unpacked, k)
-        kept = fmu.save()
+        kept = fmu.save_state()
         ahead = [step(fmu, unpacked, k) for k in range(6, 18)]
-        fmu.restore(kept)
+        fmu.restore_state(kept)
         assert [step(fmu, unpacked, k) for k in range(6, 18)] == ahead

@@ -49,13 +49,15 @@ def test_same_numbers_as_in_the_simulators_python(
     for target in ("process", "python"):
         path = packer(tmp_path / f"{target}.fmu", target=target, **options)
         assert validate_fmu(str(path)) == []
-        unpacked = UnpackedFmu(path)
-        shown.append([(v.name, v.valueReference, v.start, v.unit) for v in unpacked.variables.values()])
+        unpacked = UnpackedFmu.of(path)
+        shown.append([(v.name, v.reference, v.starts, v.unit) for v in unpacked.variables.values()])
         names = [n for n, v in unpacked.variables.items() if v.causality == "output"]
         reals = [n for n in names if unpacked.variables[n].type == "Real"]
         with RunningFmu(unpacked, start=start) as fmu:
             first = fmu.get_real(reals)
-            rest = play(fmu, unpacked.elements("mu"), reals, [n for n in names if n not in reals])
+            rest = play(
+                fmu, [v.name for v in unpacked.resolve("mu")], reals, [n for n in names if n not in reals]
+            )
         seen.append([first.tolist(), *rest])
     assert shown[0] == shown[1]
     assert seen[0] == seen[1]  # bitwise
@@ -63,20 +65,20 @@ def test_same_numbers_as_in_the_simulators_python(
 
 
 def test_goes_back_exactly_and_frees_its_states(forming: UnpackedFmu) -> None:
-    outputs = [n for name in (*LOAD_NAMES, "force", "work") for n in forming.elements(name)]
-    mu, flags = forming.elements("mu"), forming.elements("active")
+    outputs = [v.name for name in (*LOAD_NAMES, "force", "work") for v in forming.resolve(name)]
+    mu, flags = [v.name for v in forming.resolve("mu")], [v.name for v in forming.resolve("active")]
     with RunningFmu(forming) as fmu:
         play(fmu, mu, outputs, flags, 3)
-        state = fmu.save()
+        state = fmu.save_state()
         ahead = play(fmu, mu, outputs, flags)
-        fmu.restore(state)
+        fmu.restore_state(state)
         assert play(fmu, mu, outputs, flags) == ahead
         fmu.call("Reset")
         with pytest.raises(FmuError, match="not allowed before fmi2ExitInitializationMode"):
             fmu.step(0.0, 0.02)
-        fmu.restore(state)
+        fmu.restore_state(state)
         assert play(fmu, mu, outputs, flags) == ahead
-        fmu.release(state)
+        fmu.free_state(state)
 
 
 @pytest.mark.parametrize(

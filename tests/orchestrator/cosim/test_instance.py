@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fmus.runtime.c_interface.slave import binaries
-from fmus.runtime.fmu_files import describe, unpack
+from fmus.runtime.fmu_files import UnpackedFmu, describe, unpack
 from fmus.runtime.instance import Instance
 from fmus.runtime.messages import MAX_MESSAGES, Messages
 from fmus.runtime.ports import Port
@@ -25,23 +25,19 @@ STEP = """
 
 
 @pytest.fixture(scope="module")
-def unpacked(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+def unpacked(tmp_path_factory: pytest.TempPathFactory) -> UnpackedFmu:
     folder = tmp_path_factory.mktemp("instance")
     fmu = native_fmu(folder / "talker.fmu", VARIABLES, "V(y) = 10.0 * V(u) + t;", STEP)
-    return fmu, unpack(describe(fmu), folder / "unpacked")
+    return unpack(describe(fmu), folder / "unpacked")
 
 
-def opened(
-    unpacked: tuple[Path, Path], name: str, mode: float, log: list[str]
-) -> tuple[Instance, Port, Port]:
-    fmu, folder = unpacked
-    description = describe(fmu)
-    instance = Instance(name, description, folder, log)
-    instance.initialize([(description.variables["mode"], mode)], 1.0)
-    return instance, Port(description.resolve("u")), Port(description.resolve("y"))
+def opened(unpacked: UnpackedFmu, name: str, mode: float, log: list[str]) -> tuple[Instance, Port, Port]:
+    instance = Instance(name, unpacked, log)
+    instance.initialize([(unpacked.variables["mode"], mode)], 1.0)
+    return instance, Port(unpacked.resolve("u")), Port(unpacked.resolve("y"))
 
 
-def test_step_writes_advances_and_reads(unpacked: tuple[Path, Path]) -> None:
+def test_step_writes_advances_and_reads(unpacked: UnpackedFmu) -> None:
     instance, inputs, outputs = opened(unpacked, "a", 0.0, [])
     with instance:
         assert inputs.values[0] == 2.0, "a port begins at the start values"
@@ -49,13 +45,13 @@ def test_step_writes_advances_and_reads(unpacked: tuple[Path, Path]) -> None:
             inputs.values[:] = value
             instance.step(inputs, outputs, 0.25 * k, 0.25)
             assert outputs.values[0] == 10.0 * value + 0.25 * (k + 1)
-        other = Port(instance.description.resolve("y"))
+        other = Port(instance.fmu.resolve("y"))
         instance.step(inputs, other, 0.5, 0.25)
         assert other.values[0] == pytest.approx(-29.25)
         assert instance.seconds > 0.0
 
 
-def test_messages_stay_with_the_instance_that_sent_them(unpacked: tuple[Path, Path]) -> None:
+def test_messages_stay_with_the_instance_that_sent_them(unpacked: UnpackedFmu) -> None:
     logs: dict[str, list[str]] = {"first": [], "second": []}
     first, inputs, outputs = opened(unpacked, "first", 1.0, logs["first"])
     second, *_ = opened(unpacked, "second", 0.0, logs["second"])
@@ -73,7 +69,7 @@ def test_messages_stay_with_the_instance_that_sent_them(unpacked: tuple[Path, Pa
     assert logs["first"][0].startswith("first: error: u = %g is too large by %d %%")
 
 
-def test_a_talkative_fmu_does_not_fill_the_memory(unpacked: tuple[Path, Path]) -> None:
+def test_a_talkative_fmu_does_not_fill_the_memory(unpacked: UnpackedFmu) -> None:
     log: list[str] = []
     instance, inputs, outputs = opened(unpacked, "a", 2.0, log)
     with instance:
@@ -89,13 +85,12 @@ def test_percent_signs_of_plain_text_are_no_placeholders() -> None:
     assert log == ["a: 50 % done, 100%", "a: %s %5.2f"]
 
 
-def test_a_binary_that_is_no_library_or_lacks_functions(unpacked: tuple[Path, Path], tmp_path: Path) -> None:
-    description = describe(unpacked[0])
-    place = tmp_path / binaries(description.raw)[0]
+def test_a_binary_that_is_no_library_or_lacks_functions(unpacked: UnpackedFmu, tmp_path: Path) -> None:
+    place = tmp_path / binaries(unpacked.raw)[0]
     place.parent.mkdir(parents=True)
     place.write_bytes(b"not a library")
     with pytest.raises(InputError, match=r"talker\.fmu: the binary cannot be loaded"):
-        Instance("a", description, tmp_path)
+        Instance("a", UnpackedFmu.of(unpacked.path, tmp_path))
 
 
 def test_a_path_as_model_identifier_is_refused(tmp_path: Path) -> None:

@@ -34,17 +34,19 @@ def test_a_step_that_swings_is_damped(swinging: Path, tiny: dict[str, Path], tmp
     for _ in range(2):
         loads.append((loads[-1] + gain * OFFSET) / (1.0 + 10.0 * gain))
     np.testing.assert_allclose(run["forming.load"], loads, rtol=1e-6)
-    assert min(master.iterations) > DAMPED_AFTER
+    assert min(master.course.iterations) > DAMPED_AFTER
     made = run.manifest["iterations"]
-    assert made["total"] == sum(master.iterations) and made["largest_change"] <= made["tolerance"] == 1e-8
+    assert (
+        made["total"] == sum(master.course.iterations) and made["largest_change"] <= made["tolerance"] == 1e-8
+    )
 
 
 def test_a_wider_tolerance_needs_fewer_repetitions(tiny: dict[str, Path], tmp_path: Path) -> None:
     system = System.from_dict(system_content(tiny["law"], tiny["process"], stop_time=0.2))
     masters = [Master(system, "iterated", tolerance=t) for t in (1e-3, 1e-10)]
     runs = [m.run(tmp_path / str(k)) for k, m in enumerate(masters)]
-    assert sum(masters[0].iterations) < sum(masters[1].iterations)
-    assert max(masters[1].changes) <= 1e-10 < max(masters[0].changes) <= 1e-3
+    assert sum(masters[0].course.iterations) < sum(masters[1].course.iterations)
+    assert max(masters[1].course.changes) <= 1e-10 < max(masters[0].course.changes) <= 1e-3
     np.testing.assert_allclose(runs[0]["forming.load"], runs[1]["forming.load"], rtol=1e-3)
     with pytest.raises(InputError, match=r"tolerance = 0\.0, allowed: more than 0"):
         Master(system, "iterated", tolerance=0.0)
