@@ -220,7 +220,7 @@ def search(
 
 
 def simple_first(ranking: list[Fit]) -> list[Fit]:
-    """Let an effect of the present loads lead one with memory that explains the same.
+    """Let an effect of the present load lead one with a memory of it that explains the same.
 
     An evidence within `SAME` of the first one may be a matter of formulas.
     """
@@ -229,7 +229,8 @@ def simple_first(ranking: list[Fit]) -> list[Fit]:
     for fit in ranking[1:]:
         if fit.evidence < (1.0 - SAME) * ranking[0].evidence:
             break
-        if not fit.prepared.candidate.effect.needs_state:
+        effect = fit.prepared.candidate.effect
+        if not effect.needs_state and effect.driver[0] == ranking[0].prepared.candidate.effect.driver[0]:
             return [fit, *(f for f in ranking if f is not fit)]
     return ranking
 
