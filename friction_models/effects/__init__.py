@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from importlib.metadata import entry_points
 
 from ..common import InputError, unknown_name
 from .base import Amplitude, Effect, EffectContext, Memory, Shape, ShapeParameter
 from .batch import Batch
 from .declaration import declaration_fault
+from .empirical import PREFIX as _EMPIRICAL
+from .empirical import empirical_effect, empirical_named
 from .flash_temperature import FlashTemperature
 from .force_zero import ForceZero
 from .hersey import Hersey
@@ -95,6 +98,29 @@ def load_catalogue() -> dict[str, type[Effect]]:
 #: Effects by name.
 CATALOGUE: dict[str, type[Effect]] = load_catalogue()
 
+#: Effects that are made from their name, by its beginning.
+_MADE: dict[str, Callable[[str], type[Effect]]] = {_EMPIRICAL: empirical_named}
+
+
+def _made_from(name: str) -> type[Effect] | None:
+    """Return the effect that is made from a name, None for other names; raise InputError for a wrong one."""
+    makers = [make for start, make in _MADE.items() if name.startswith(start)]
+    return makers[0](name) if makers and name not in CATALOGUE else None
+
+
+def known_effect(name: str) -> bool:
+    """Return whether an effect has this name: one of the catalogue, or one that is made from its name.
+
+    Examples
+    --------
+    >>> known_effect("stribeck"), known_effect("empirical:bump(T)"), known_effect("stribek")
+    (True, True, False)
+    """
+    try:
+        return name in CATALOGUE or _made_from(name) is not None
+    except InputError:
+        return False
+
 
 def make_effect(effect: str | Effect | type[Effect]) -> Effect:
     """Return an effect from its name, its class or itself.
@@ -108,6 +134,8 @@ def make_effect(effect: str | Effect | type[Effect]) -> Effect:
     --------
     >>> make_effect("stribeck")
     Stribeck()
+    >>> make_effect("empirical:bump(T)").driver
+    ('T',)
     >>> make_effect("stribek")
     Traceback (most recent call last):
         ...
@@ -121,6 +149,9 @@ def make_effect(effect: str | Effect | type[Effect]) -> Effect:
         return effect if isinstance(effect, Effect) else own()
     if not isinstance(effect, str):
         raise InputError(f"effect {effect!r}: allowed is a name of the catalogue, or an Effect")
+    made = _made_from(effect)
+    if made is not None:
+        return made()
     if effect not in CATALOGUE:
         raise unknown_name("effect", effect, CATALOGUE)
     return CATALOGUE[effect]()
@@ -155,6 +186,8 @@ __all__ = [
     "Viscous",
     "WearOut",
     "WorkExhaustion",
+    "empirical_effect",
+    "known_effect",
     "load_catalogue",
     "make_effect",
 ]

@@ -11,7 +11,7 @@ import numpy as np
 from ..common import InputError
 from ..effects.base import Effect, Memory
 from ..expressions.ops import LoadColumns, NumpyOps
-from ..loads import FloatArray, TriboLoads
+from ..loads import LOAD_NAMES, FloatArray, TriboLoads
 from ..loads.time_steps import rests, time_steps
 from .binning import Campaign
 
@@ -68,6 +68,9 @@ def spans_of(campaign: Campaign, mu: FloatArray) -> dict[str, tuple[float, ...]]
         "sigma_n_hot": _span(loads.sigma_n * np.exp(0.005 * np.clip(loads.T - 20.0, 0.0, 1000.0))),
         "flash": _span(np.maximum(mu, 1e-6) * loads.sigma_n * np.sqrt(loads.v_rel)),
     }
+    matrix = loads.as_array()
+    ends = zip(LOAD_NAMES, matrix.min(axis=0), matrix.max(axis=0), strict=True)
+    spans |= {f"range of {name}": (float(low), float(high)) for name, low, high in ends}
     lasts = np.r_[campaign.point_starts[1:], len(loads)] - 1
     lengths = campaign.distance[lasts]
     work = np.maximum(mu, 1e-6) * loads.sigma_n * 1e-3
