@@ -24,6 +24,7 @@ from .further_tests.next_tests import propose
 from .identifiability import limits
 from .level_offset import LevelOffset, level_of
 from .summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
+from .unseen_tests import UnseenTests
 from .verdict import LEVEL, Evidence
 from .wording import sentence
 
@@ -39,6 +40,7 @@ class Judged:
     evidence: Evidence
     confirmed: Confirmation
     notes: list[str]
+    unseen: UnseenTests | None = None
 
     @property
     def verdict(self) -> str:

@@ -39,6 +39,7 @@ from ..models.domain import Domain
 from .assembly import Judged, assemble
 from .confirmation import MOST_NAMED, NAMED, Confirm, Confirmation
 from .diagnosis import Diagnosis
+from .offered_formulas import formulas_for
 from .unseen_tests import UnseenTests, refitted
 from .verdict import LEVEL, SECOND_LEVEL, Evidence, decide, named_verdict
 
@@ -117,6 +118,7 @@ def diagnose(
                 judged.notes.append(BESIDE_A_SHIFT.format(base=base.name))
     judged.notes[:0] = notes
     answer = assemble(campaign, base, judged, mu, whole)
+    answer.formulas = formulas_for(answer.verdict, campaign, judged, seed)
     answer.synthetic = bool(data.attrs.get("synthetic", False))
     return answer
 
@@ -152,13 +154,14 @@ def _judge(
         return Judged(found, evidence, Confirmation("data_problem", [], None, 1.0, []), list(notes))
     if verdict == "out_of_domain":
         return Judged(found, evidence, Confirmation(verdict, [], None, 1.0, []), list(notes))
-    confirm = Confirm(campaign, UnseenTests(*whole, seed), found)
+    unseen = UnseenTests(*whole, seed)
+    confirm = Confirm(campaign, unseen, found)
 
     def further(kept: Sequence[Fit]) -> Fit | None:
         return _further_effect(campaign, base, kept, found, candidates, seed)
 
     confirmed = confirm(verdict, chosen, named_verdict(evidence.confusion_set, kinds), evidence.bent, further)
-    return Judged(found, evidence, confirmed, list(notes))
+    return Judged(found, evidence, confirmed, list(notes), unseen)
 
 
 def _check_enough(campaign: Campaign, base: BaseLaw) -> None:

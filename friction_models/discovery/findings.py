@@ -10,6 +10,7 @@ import pandas as pd
 from ..effects.base import Effect
 from ..estimation.noise_floor import NoiseFloorNumbers
 from ..estimation.structure import StructurePlace
+from .formulas.offers import FormulaOffer
 from .further_tests.next_tests import NextTest
 
 
@@ -124,6 +125,8 @@ class Findings:
         Whether the data says of itself that it is synthetic (``data.attrs["synthetic"]``).
     threshold : float
         Gain from which on an effect stands out among all of the catalogue.
+    formulas : list of FormulaOffer
+        Empirical terms that predict unseen tests better, where structure is left that no effect explains; nothing adds them.
     averages : pandas.DataFrame
         What was judged: a row for each bin of the distance of each test, with ``test_id``, ``points``, the loads that the
         data hold, metadata that the effects named need, measured ``mu``, what the base leaves of it (``before``), what base
@@ -150,6 +153,7 @@ class Findings:
     threshold: float
     averages: pd.DataFrame = field(repr=False)
     synthetic: bool = False
+    formulas: list[FormulaOffer] = field(default_factory=list)
 
     def to_dict(self) -> dict[str, object]:
         """Return what ``diagnose --json`` writes."""

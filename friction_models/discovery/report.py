@@ -16,6 +16,7 @@ from .figures_data import (
     where_text,
 )
 from .findings import Findings, ParameterValue
+from .formulas.offers import offer_lines
 from .wording import p_text
 
 #: Cells of the map along each load, and places of a response curve.
@@ -27,7 +28,7 @@ def text_report(findings: Findings) -> str:
     """Return findings as text, the verdict in one sentence first."""
     d = findings
     lines = [f"{d.verdict.upper()}: {d.sentence}", *(["(synthetic data)"] if d.synthetic else [])]
-    for part in (_next, _budget, _residuals, _map, _evidence, _structure, _worst, _response):
+    for part in (_next, _budget, _residuals, _map, _evidence, _structure, _formulas, _worst, _response):
         found = part(d)
         if found:
             lines += ["", *found]
@@ -143,6 +144,10 @@ def _structure(d: Findings) -> list[str]:
     if d.unrecorded_factor:
         lines += [f"Unrecorded factor? {d.unrecorded_factor['note']}"]
     return lines
+
+
+def _formulas(d: Findings) -> list[str]:
+    return offer_lines(d.formulas)
 
 
 def _worst(d: Findings) -> list[str]:

@@ -299,6 +299,10 @@ class Effect:
             for s in self.shapes
         }
 
+    def limits(self, shape: ShapeParameter, values: FloatArray) -> tuple[float, float]:
+        """Return between which values a fit may move a shape parameter whose scan values these are."""
+        return max(shape.lower, 0.5 * float(values.min())), min(shape.upper, 2.0 * float(values.max()))
+
     def basis(
         self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
     ) -> tuple[Value, ...]:

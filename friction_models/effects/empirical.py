@@ -47,6 +47,15 @@ class Empirical(Effect):
             found |= {f"lo_{name}": np.array([low]), f"hi_{name}": np.array([high])}
         return {n: np.array([self.fixed[n]]) if n in self.fixed else v for n, v in found.items()}
 
+    def limits(self, shape: ShapeParameter, values: FloatArray) -> tuple[float, float]:
+        """Return as for any effect; the middle of a curve stays within the tests, where they show it."""
+        low, high = super().limits(shape, values)
+        if not shape.name.startswith("c"):
+            return low, high
+        least, most = float(values.min()), float(values.max())
+        step = (most - least) / max(len(values) - 1, 1)
+        return max(low, least - 0.9 * step, 0.7 * least), min(high, most + 0.9 * step, most * 1.2)
+
     def basis(
         self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
     ) -> tuple[Value, ...]:
@@ -127,8 +136,12 @@ def empirical_effect(term: str) -> type[Empirical]:
     for n in names:
         q = QUANTITIES[n]
         edges += [
-            ShapeParameter(f"lo_{n}", q.unit, f"least {n} in the tests", q.lower, q.upper, _start(n)[0], points=1),
-            ShapeParameter(f"hi_{n}", q.unit, f"largest {n} in the tests", q.lower, q.upper, _start(n)[1], points=1),
+            ShapeParameter(
+                f"lo_{n}", q.unit, f"least {n} in the tests", q.lower, q.upper, _start(n)[0], points=1
+            ),
+            ShapeParameter(
+                f"hi_{n}", q.unit, f"largest {n} in the tests", q.lower, q.upper, _start(n)[1], points=1
+            ),
         ]
     over = " and ".join(names)
     declared = {
@@ -137,7 +150,8 @@ def empirical_effect(term: str) -> type[Empirical]:
         "title": f"empirical term, no law: {term}",
         "label": f"Empirical term {term}",
         "sentence": f"an empirical term over {over} describes what the tests show, without a law behind it",
-        "equation": f"mu += a fade({', '.join(names)}) [{made.formula} - {'mean' if made.sloping else 'trend'}]",
+        "equation": f"mu += a fade({', '.join(names)}) [{made.formula} - {'mean' if made.sloping else 'trend'}]"
+        + (f", {made.where}" if made.where else ""),
         "latex": _latex(made),
         "where_it_shows": f"within the tested range of {over}; beyond it, the term fades to nothing",
         "driver": names,

@@ -214,7 +214,7 @@ class JointProblem:
         lows, highs = [], []
         for k, s in free:
             grid = self.grids[k][s.name]
-            low, high = max(s.lower, 0.5 * grid.min()), min(s.upper, 2.0 * grid.max())
+            low, high = self.effects[k].limits(s, grid)
             lows.append(_inner(low, s.lower))
             highs.append(max(_inner(high, s.lower), lows[-1] + 1e-9))
 

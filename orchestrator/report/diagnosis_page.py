@@ -70,7 +70,9 @@ def diagnosis_page(found: Diagnosis, label: str, confirmed: Addition | None = No
         _maps(found, shown),
     )
     threshold = found.threshold if found.threshold == found.threshold else None
-    page.add("evidence", "Evidence", ranking_html(content, threshold), remarks_html(content))
+    page.add(
+        "evidence", "Evidence", ranking_html(content, threshold), _formulas(found), remarks_html(content)
+    )
     page.add("tests", "Worst tests", _worst(found, predicted))
     if named:
         page.add("response", "Response curves", _response(found))
@@ -134,6 +136,31 @@ def _maps(found: Diagnosis, parts: list[str]) -> str:
         )
         for over in maps
         if over is not None
+    )
+
+
+def _formulas(found: Diagnosis) -> str:
+    """Return the empirical terms that are offered, and that nothing adds them."""
+    if not found.formulas:
+        return ""
+    rows = [
+        (
+            o.name,
+            o.equation,
+            f"{o.share:.0%}",
+            f"{o.interval[0]:.0%} to {o.interval[1]:.0%}",
+            f"{o.stability:.0%}",
+        )
+        for o in found.formulas
+    ]
+    headings = ["empirical term", "equation", "removes", "95 % interval", "first in resamples"]
+    said = (
+        "No effect of the catalogue explains what is left. These curves would lower the error: shares of the missing squared error on "
+        "tests that the fit did not see. No law stands behind them, they fade out beyond the tested range, and nothing adds them but "
+        "tribofmu refine --add 'NAME'."
+    )
+    return (
+        "<h3>Empirical terms</h3>" + paragraph(said) + table(headings, rows, numeric=(2, 3, 4), narrow=True)
     )
 
 

@@ -47,7 +47,11 @@ class Fitted:
 
 
 def fit(
-    bins: Bins, weigh: Weigh, fold_of_test: npt.NDArray[np.intp], effects: Sequence[Effect], start: Sequence[Mapping[str, float]]
+    bins: Bins,
+    weigh: Weigh,
+    fold_of_test: npt.NDArray[np.intp],
+    effects: Sequence[Effect],
+    start: Sequence[Mapping[str, float]],
 ) -> Fitted:
     """Fit terms beside the model, from scan values on.
 
@@ -83,8 +87,8 @@ class _Problem:
         self.base, self.target = weigh(bins.columns), weigh(bins.y)
         self.free = [(k, s) for k, e in enumerate(effects) for s in e.free_shapes]
         grids = [e.grids(bins.spans) for e in effects]
-        self.low = np.log([max(s.lower, 0.5 * grids[k][s.name].min()) for k, s in self.free])
-        self.high = np.log([min(s.upper, 2.0 * grids[k][s.name].max()) for k, s in self.free])
+        limits = [effects[k].limits(s, grids[k][s.name]) for k, s in self.free]
+        self.low, self.high = np.log(limits).reshape(-1, 2).T
 
     def terms(self, shapes: Shapes) -> FloatArray:
         """Return the terms in the bins, shape (m, effects)."""

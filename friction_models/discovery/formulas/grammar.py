@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from functools import cache
 from itertools import combinations, permutations
 
-from ...effects.empirical_terms import ALONE, ON_LOGARITHM, OVER_TWO, SLOPING, Term, load_of, parse_term
+from ...effects.empirical_curves import load_of
+from ...effects.empirical_terms import ALONE, ON_LOGARITHM, OVER_TWO, SLOPING, Term, parse_term
 
 #: Kinds of products of two curves; where they differ, each may be over either load.
 PRODUCTS = (("line", "line"), ("line", "step"), ("line", "bump"), ("step", "step"), ("bump", "bump"))
@@ -28,11 +29,11 @@ def terms(loads: tuple[str, ...], sloping: bool = False) -> tuple[Term, ...]:
     >>> [str(t) for t in terms(("T",))]
     ['power(T)', 'inverse(T)', 'logarithm(T)', 'saturation(T)', 'threshold(T)', 'bump(T)']
     >>> len(terms(("v_rel", "T", "sigma_n", "sd", "psi")))
-    216
+    210
     """
     found = [f"{form}({name})" for name in loads for form in ALONE]
     if "v_rel" in loads:
-        found += [f"{form}(log_v_rel)" for form in ("threshold", "bump") if form in ON_LOGARITHM]
+        found += [f"{form}(log_v_rel)" for form in ALONE if form in ON_LOGARITHM]
     for a, b in combinations(loads, 2):
         found += [f"{form}({a}{way}{b})" for form in OVER_TWO for way in "*/"]
     places = [*loads, "log_v_rel"] if "v_rel" in loads else list(loads)

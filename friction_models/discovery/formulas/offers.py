@@ -52,7 +52,9 @@ def offer_lines(offers: Sequence[FormulaOffer]) -> list[str]:
     """
     if not offers:
         return []
-    lines = ["Empirical terms that would lower the error (no law behind them; not added: refine --add 'NAME')"]
+    lines = [
+        "Empirical terms that would lower the error (no law behind them; not added: refine --add 'NAME')"
+    ]
     for o in offers:
         low, high = o.interval
         lines.append(

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from ...effects import empirical_effect
 from ...effects.base import Effect, EffectContext
@@ -71,7 +72,8 @@ class Bins:
         self.loads = LoadColumns(*(campaign.average(c)[:, None] for c in campaign.loads.as_array().T))
         matrix = campaign.loads.as_array()
         self.spans = {
-            f"range of {n}": (float(c.min()), float(c.max())) for n, c in zip(LOAD_NAMES, matrix.T, strict=True)
+            f"range of {n}": (float(c.min()), float(c.max()))
+            for n, c in zip(LOAD_NAMES, matrix.T, strict=True)
         }
 
     def evaluate(self, effect: Effect, shape: Mapping[str, FloatArray | float]) -> FloatArray:
@@ -99,7 +101,7 @@ class Scan:
         Of the resamples.
     """
 
-    def __init__(self, bins: Bins, whiten: Whitener, fold_of_test: FloatArray, seed: int) -> None:
+    def __init__(self, bins: Bins, whiten: Whitener, fold_of_test: npt.NDArray[np.intp], seed: int) -> None:
         self.bins, self.whiten, self.fold = bins, whiten, fold_of_test
         tests = len(fold_of_test)
         self.folds = np.unique(fold_of_test)

@@ -26,10 +26,14 @@ LEAST_TESTS = 8
 MOST = 3
 #: An offer removes this share of what is missing at least, by this many standard errors over the tests.
 LEAST_SHARE, CERTAIN = 0.2, 2.0
+#: Further offers remove this share of what the first one removes, and come first in this share of the resamples.
+COMPARABLE, LEAST_STABLE = 0.7, 0.15
+#: Terms that remove this share of what the best one removes are ordered by their stability.
+NEAR = 0.9
 #: A simpler term is taken if the better one leads by less than this many standard errors and this share of its gain.
 NO_LEAD, NO_GAIN = 1.0, 0.03
-#: A second term is sought if the first one leaves this share, and taken if it removes this share more.
-LEFT, SECOND = 0.2, 0.08
+#: A second term is sought if the first one leaves this share, and taken if it removes this share more and is this stable.
+LEFT, SECOND, SECOND_STABLE = 0.2, 0.08, 0.3
 
 
 @dataclass
@@ -86,16 +90,22 @@ def offers(missing: Missing) -> list[FormulaOffer]:
     bins = Bins(campaign, missing.columns, missing.y)
     found = Scan(bins, missing.whiten, missing.fold_of_test, missing.seed)(tried)
     weigh, single = _fitted(missing, bins, _different(found, float(np.mean(missing.before))))
-    single.sort(key=lambda pair: pair[0].error)
-    answer = [_offer(missing, f, _stability(found, s.term)) for f, s in single]
-    if single:
-        pair = _with_second(missing, bins, weigh, tried, *single[0], answer[0].stability)
-        answer = [*([pair] if pair else []), *answer]
-    return [o for o in answer if o is not None and _worth(o)][:MOST]
-
-
-def _worth(offer: FormulaOffer) -> bool:
-    return offer.share > LEAST_SHARE and offer.interval[0] > 0.0
+    alone = sorted(
+        ((_offer(missing, f, _stability(found, s.term)), f, s) for f, s in single), key=lambda o: -o[0].share
+    )
+    if not alone:
+        return []
+    # of terms that predict about as well the one comes first that does so in most resamples
+    near = [o for o in alone if o[0].share > NEAR * alone[0][0].share]
+    near.sort(key=lambda o: -o[0].stability)
+    first = near[0]
+    others = [o[0] for o in alone if o is not first]
+    others = [o for o in others if o.share > COMPARABLE * first[0].share]
+    pair = _with_second(missing, bins, weigh, tried, *first)
+    answer = [*([pair] if pair else []), first[0], *others]
+    return [
+        o for o in answer if o.share > LEAST_SHARE and o.interval[0] > 0.0 and o.stability >= LEAST_STABLE
+    ][:MOST]
 
 
 def _different(found: Sequence[Scanned], before: float) -> list[Scanned]:
@@ -151,7 +161,13 @@ def _stability(found: Sequence[Scanned], term: Term) -> float:
 
 
 def _with_second(
-    missing: Missing, bins: Bins, weigh: Weigh, tried: Sequence[Term], fitted: Fitted, first: Scanned, stable: float
+    missing: Missing,
+    bins: Bins,
+    weigh: Weigh,
+    tried: Sequence[Term],
+    alone: FormulaOffer,
+    fitted: Fitted,
+    first: Scanned,
 ) -> FormulaOffer | None:
     """Return the first term with a second one, if that removes clearly more."""
     if fitted.error - missing.best < LEFT * missing.size:
@@ -167,9 +183,10 @@ def _with_second(
         bins, weigh, missing.fold_of_test, [*fitted.effects, second.effect], [*fitted.shapes, second.shape]
     )
     gain, certain = lead(fitted.squares, both.squares)
-    if certain < CERTAIN or gain < SECOND * missing.size:
+    stable = min(alone.stability, _stability(found, second.term))
+    if certain < CERTAIN or gain < SECOND * missing.size or stable < SECOND_STABLE:
         return None
-    return _offer(missing, both, min(stable, _stability(found, second.term)))
+    return _offer(missing, both, stable)
 
 
 def _offer(missing: Missing, fitted: Fitted, stability: float) -> FormulaOffer:

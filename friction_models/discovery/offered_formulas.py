@@ -1,0 +1,45 @@
+"""Empirical terms for one diagnosis: only for the verdicts that leave structure unexplained."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..estimation.binning import Campaign
+from .assembly import Judged
+from .formulas.offers import FormulaOffer
+from .formulas.search import Missing, offers
+
+#: Verdicts for which terms are sought.
+UNEXPLAINED = ("unknown_structure", "partly_explained")
+
+
+def formulas_for(verdict: str, campaign: Campaign, judged: Judged, seed: int) -> list[FormulaOffer]:
+    """Return the terms that are offered beside what is named; none for other verdicts or with too few tests.
+
+    Parameters
+    ----------
+    verdict : str
+    campaign : Campaign
+        As it was searched.
+    judged : Judged
+    seed : int
+        Of the resamples.
+    """
+    shares, unseen, found = judged.confirmed.shares, judged.unseen, judged.found
+    if verdict not in UNEXPLAINED or shares is None or unseen is None:
+        return []
+    named = [f.prepared.candidate for f in judged.chosen]
+    known = [c.columns[:, f.index] for c, f in zip(named, judged.chosen, strict=True)]
+    before = unseen.errors([c.effect for c in named]).total
+    missing = Missing(
+        campaign=campaign,
+        columns=np.column_stack([found.columns, *known]),
+        y=found.y,
+        whiten=found.whiten,
+        fold_of_test=unseen.fold_of_test,
+        before=before,
+        best=shares.best,
+        seed=seed,
+        sloping=found.columns.shape[1] == 1,
+    )
+    return offers(missing)

@@ -1,0 +1,204 @@
+"""Empirical terms where no effect explains what is left: found in tests that hide other formulas, never added unasked."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pandas as pd
+import pytest
+from sklearn.base import clone
+
+from fmus import pack, read_friction_fmu
+from friction_models import LinearFriction, OnnxModel, TriboLoads, load_model
+from friction_models.common import InputError
+from friction_models.discovery import diagnose, refine
+from friction_models.discovery.formulas.grammar import terms
+from friction_models.discovery.formulas.search import Missing, offers
+from friction_models.discovery.unseen_tests import UnseenTests
+from friction_models.effects import CATALOGUE, EffectContext, known_effect, make_effect
+from friction_models.estimation.base_law import base_law
+from friction_models.estimation.binning import prepare
+from friction_models.estimation.search_round import search
+from friction_models.expressions.ops import LoadColumns, NumpyOps
+from friction_models.families.composed import ComposedFriction
+from friction_models.loads import LOAD_NAMES
+from tests.friction_models.estimation_cases import measured
+
+Hidden = Callable[[pd.DataFrame], Any]
+#: What the tests hide; none is written as in the grammar.
+HIDDEN: dict[str, Hidden] = {
+    "resonance in speed": lambda d: 1.0 / (1.0 + ((d.v_rel - 240.0) / 55.0) ** 2),
+    "speed by expansion": lambda d: np.tanh((d.v_rel - 250.0) / 200.0) * (d.psi - 1.35),
+    "threshold in temperature times pressure": lambda d: (
+        0.5 + np.arctan((d["T"] * d.sigma_n / 2.5e5 - 1) / 0.1) / np.pi
+    ),
+}
+SCATTER = 0.003
+
+
+def hiding(shape: Hidden | None, seed: int, tests: int = 96, strength: float = 2.5) -> pd.DataFrame:
+    """Return tests at random loads with a hidden share of mu, ``part``, and psi that differs from test to test."""
+    rng = np.random.default_rng([seed, 5])
+    data = measured(rng, tests=tests, points=20, between=SCATTER, drift=0.001)
+    data["psi"] = np.repeat(rng.uniform(1.05, 1.8, tests), 20)
+    data["part"] = 0.0
+    if shape is not None:
+        part = np.asarray(shape(data), dtype=np.float64)
+        data["part"] = strength * SCATTER * (part - part.mean()) / part.std()
+    data["mu"] += data["part"]
+    return data
+
+
+def offered(data: pd.DataFrame) -> list[Any]:
+    """Return what the search offers beside a linear law."""
+    campaign = prepare(data)
+    law = base_law(LinearFriction(), campaign)
+    found = search(campaign, law, None, [], 0)
+    unseen = UnseenTests(campaign, law)
+    before = unseen.errors().total
+    return offers(
+        Missing(campaign, found.columns, found.y, found.whiten, unseen.fold_of_test, before, SCATTER**2)
+    )
+
+
+def removed(data: pd.DataFrame, effects: Any, train: np.ndarray) -> float:
+    """Return which share of the error that the true formula avoids on held-out tests the terms remove."""
+    loads, mu, part = TriboLoads.from_frame(data), data["mu"].to_numpy(), data["part"].to_numpy()
+    names = loads.test_id
+    assert names is not None
+    law = 0.15 + 1e-5 * loads.v_rel - 1e-5 * loads.sigma_n + part
+
+    def error(model: Any, known: np.ndarray) -> float:
+        fitted = clone(model).fit(loads.take(train), (mu - known)[train], names[train])
+        return float(np.mean((law - known - fitted.predict(loads))[~train] ** 2))
+
+    base, true = error(LinearFriction(), 0.0 * part), error(LinearFriction(), part)
+    return (base - error(ComposedFriction(LinearFriction(), list(effects)), 0.0 * part)) / (base - true)
+
+
+@pytest.mark.parametrize("name", list(HIDDEN))
+def test_an_offer_removes_most_of_what_could_be_avoided_on_held_out_tests(name: str) -> None:
+    shares = []
+    for seed in range(4):
+        data = hiding(HIDDEN[name], seed)
+        train = data["test_id"].rank(method="dense").to_numpy() % 4 != 0
+        found = offered(data[train])
+        shares.append(removed(data, found[0].effects, train) if found else 0.0)
+        if found:
+            first = found[0]
+            low, high = first.interval
+            assert low <= first.share <= high <= 1.0 and 0.0 <= first.stability <= 1.0 and len(found) <= 3
+    assert np.mean(np.array(shares) >= 0.8) >= 0.7, shares
+
+
+def test_noise_is_offered_no_formula() -> None:
+    false = sum(bool(offered(hiding(None, seed))) for seed in range(4))
+    assert false <= 1
+
+
+@pytest.fixture(scope="module")
+def resonance() -> pd.DataFrame:
+    return hiding(lambda d: np.exp(-(((d["T"] - 160.0) / 45.0) ** 2)), seed=3, strength=2.5)
+
+
+def test_a_diagnosis_offers_and_adds_nothing(resonance: pd.DataFrame) -> None:
+    found = diagnose(resonance, catalogue=["stribeck", "viscous"])
+    assert found.verdict == "unknown_structure" and found.effects == [] and found.parameters == {}
+    first = found.formulas[0]
+    assert first.name == "empirical:bump(T)" and first.share > 0.7 and first.stability > 0.6
+    assert "fade(T)" in first.equation and " c" not in first.equation.split("[")[1]
+    text = found.report()
+    assert "not added: refine --add" in text and "empirical:bump(T)" in text
+    assert "formulas" not in found.to_dict()
+    better = refine(resonance, add=list(first.effects))
+    assert better.error_history_[-1]["after"]["rmse"] < 0.8 * better.error_history_[-1]["before"]["rmse"]
+
+
+def test_other_verdicts_offer_nothing(resonance: pd.DataFrame) -> None:
+    nothing = diagnose(hiding(None, 1), catalogue=["stribeck", "viscous"])
+    assert nothing.verdict == "nothing_missing" and nothing.formulas == []
+    named = diagnose(resonance, catalogue=["stribeck", "empirical:bump(T)"])
+    assert named.verdict == "explained" and named.effects == ["empirical:bump(T)"] and named.formulas == []
+
+
+@pytest.mark.parametrize(
+    "name", ["empirical:bump(T)", "empirical:threshold(T*sigma_n)", "empirical:line(v_rel)*step(psi)"]
+)
+def test_outside_of_the_tests_the_model_is_its_base_and_files_repeat_it(
+    name: str, resonance: pd.DataFrame, tmp_path: Path
+) -> None:
+    model = (LinearFriction() + name).fit_frame(resonance)
+    assert isinstance(model, ComposedFriction)
+    loads = TriboLoads.from_frame(resonance).as_array()
+    low, high = loads.min(axis=0), loads.max(axis=0)
+    rng = np.random.default_rng(0)
+    # the straight part of the term belongs to the base: inside, both differ, and by what is curved only
+    inside = rng.uniform(low, high, (200, 5))
+    outside = inside.copy()
+    column = LOAD_NAMES.index(model.effects_[0].driver[0])
+    outside[:, column] = high[column] + (high - low)[column] * rng.uniform(0.101, 3.0, 200)
+    base = np.maximum(model.base_.predict(outside), 0.0)
+    assert np.array_equal(model.predict(outside), base)
+    assert np.max(np.abs(model.predict(inside) - model.base_.predict(inside))) > 1e-5
+    plain = LinearFriction().fit_frame(resonance)
+    assert np.max(np.abs(model.base_.predict(inside) - plain.predict(inside))) < 0.01
+
+    edge = np.tile(0.5 * (low + high), (400, 1))
+    edge[:, column] = np.linspace(high[column], high[column] + 0.11 * (high - low)[column], 400)
+    assert np.max(np.abs(np.diff(model.predict(edge)))) < 1e-3  # a smooth fade
+
+    model.save(tmp_path / "model")
+    again = load_model(tmp_path / "model")
+    points = np.vstack([inside, outside, edge])
+    assert np.array_equal(again.predict(points), model.predict(points))
+    onnx = OnnxModel(tmp_path / "model" / "model.onnx")
+    np.testing.assert_allclose(onnx.predict(points), model.predict(points), rtol=1e-9, atol=1e-12)
+    file = pack(again, tmp_path / "model.fmu")
+    fmu = read_friction_fmu(file)
+    points = np.clip(points, low, high)  # an FMU keeps its inputs in the tested region
+    np.testing.assert_allclose(fmu.predict(points[::40]), model.predict(points[::40]), rtol=1e-9, atol=1e-12)
+
+
+def test_every_term_is_an_effect() -> None:
+    x = NumpyOps()
+    rng = np.random.default_rng(0)
+    loads = rng.uniform([0, 20, 100, 0, 1], [500, 300, 2500, 50, 2], (50, 5))
+    spans = {f"range of {n}": (float(c.min()), float(c.max())) for n, c in zip(LOAD_NAMES, loads.T)}
+    corners = np.array([[0, -20, 0, 0, 0.9], [1e5, 1500, 1e4, 1e3, 50]], float)
+    for term in terms(LOAD_NAMES) + terms(("v_rel", "psi"), True):
+        effect = make_effect(f"empirical:{term}")
+        assert known_effect(effect.name) and effect.name not in CATALOGUE
+        assert effect.label.startswith("Empirical term") and effect.kind == "physics"
+        rebuild, given = cast(Any, effect.__reduce__())
+        assert rebuild(*given) == effect
+        assert copy.deepcopy(effect) == effect == clone(LinearFriction() + effect).effects[0]
+        grids = effect.grids(spans)
+        assert set(grids) == {s.name for s in effect.shapes}
+        for s in effect.shapes:
+            assert s.lower <= s.start <= s.upper and (grids[s.name] >= s.lower).all()
+        middle = {n: float(g[len(g) // 2]) for n, g in grids.items()}
+        for matrix in (loads, corners):
+            L = LoadColumns(*(c[:, None] for c in matrix.T))
+            (column,) = effect.basis(x, L, middle, EffectContext())
+            assert np.isfinite(column).all()
+        assert column[1, 0] == 0.0
+        rows = {n: np.array([[v, v]]) for n, v in middle.items()}
+        L = LoadColumns(*(c[:, None] for c in loads.T))
+        (both,) = effect.basis(x, L, rows, EffectContext())
+        np.testing.assert_allclose(
+            both[:, :1], effect.basis(x, L, middle, EffectContext())[0], rtol=1e-12, atol=1e-14
+        )
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["empirical:hump(T)", "empirical:bump(T)*", "empirical:line(T)", "empirical:bump(T*T)", "empirical:"],
+)
+def test_a_wrong_term_is_refused_with_what_is_allowed(name: str) -> None:
+    assert not known_effect(name)
+    with pytest.raises(InputError, match="allowed: power"):
+        make_effect(name)
