@@ -34,7 +34,7 @@ HIDDEN: dict[str, Hidden] = {
     "resonance in speed": lambda d: 1.0 / (1.0 + ((d.v_rel - 240.0) / 55.0) ** 2),
     "speed by expansion": lambda d: np.tanh((d.v_rel - 250.0) / 200.0) * (d.psi - 1.35),
     "threshold in temperature times pressure": lambda d: (
-        0.5 + np.arctan((d["T"] * d.sigma_n / 2.5e5 - 1) / 0.1) / np.pi
+        0.5 + np.arctan((d["T"] * d.sigma_n / 3e5 - 1) / 0.2) / np.pi
     ),
 }
 SCATTER = 0.003
@@ -45,6 +45,7 @@ def hiding(shape: Hidden | None, seed: int, tests: int = 96, strength: float = 2
     rng = np.random.default_rng([seed, 5])
     data = measured(rng, tests=tests, points=20, between=SCATTER, drift=0.001)
     data["psi"] = np.repeat(rng.uniform(1.05, 1.8, tests), 20)
+    data["T"] += 0.06 * data["sigma_n"] * np.sqrt(data["sd"] / 10.0)  # sliding heats
     data["part"] = 0.0
     if shape is not None:
         part = np.asarray(shape(data), dtype=np.float64)
