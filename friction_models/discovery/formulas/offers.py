@@ -15,7 +15,7 @@ class FormulaOffer:
     Attributes
     ----------
     name : str
-        What `refine` adds, ``empirical:bump(T)``; two names with `` + `` between them.
+        What `refine` adds, ``empirical:bump(T)``; of two terms, both names joined by ``and``.
     equation : str
         With numbers.
     share : float

@@ -200,7 +200,7 @@ def _offer(missing: Missing, fitted: Fitted, stability: float) -> FormulaOffer:
         for e, s, a in zip(fitted.effects, fitted.shapes, fitted.amplitudes, strict=True)
     ]
     return FormulaOffer(
-        name=" + ".join(e.name for e in fitted.effects),
+        name=" and ".join(e.name for e in fitted.effects),
         equation="; ".join(numbers),
         share=share,
         interval=(low, high),
