@@ -36,15 +36,15 @@ class Scanned:
         The best scan values over all tests.
     squares : ndarray, shape (tests,)
         Mean squared error of each test by a fit to the tests of the other folds.
-    gains : ndarray, shape (RESAMPLES,)
-        Drop of the whitened squared error in resamples of the tests, less two for each parameter.
+    resampled : ndarray, shape (RESAMPLES,)
+        Mean squared error, by fits to resamples of the tests, of the tests that were not drawn.
     """
 
     term: Term
     effect: Effect
     shape: dict[str, float]
     squares: FloatArray
-    gains: FloatArray
+    resampled: FloatArray
 
     @property
     def error(self) -> float:
@@ -110,6 +110,10 @@ class Scan:
         left = (fold_of_test[None, :] != self.folds[:, None]).astype(np.float64)
         #: How often each test counts: in the fit for each fold, in each resample, in all.
         self.weights = np.vstack([left, resamples, np.ones(tests)])
+        campaign = bins.campaign
+        #: Bins of the tests that each fit leaves out, and the weight of a bin in its test.
+        self.held = [np.flatnonzero(w[campaign.test] == 0.0) for w in self.weights[:-1]]
+        self.share = campaign.count / np.bincount(campaign.test, campaign.count)[campaign.test]
         white = self._white(np.column_stack([bins.columns, bins.y]))
         both = np.swapaxes(white, 1, 2) @ white
         #: Base and mu of each test, turned so that a matrix product sums over the bins; shape (tests, p + 1, slots).
@@ -132,8 +136,7 @@ class Scan:
     def without(self) -> FloatArray:
         """Return the mean squared error of each test without a term."""
         residual = np.empty(len(self.bins.y))
-        for k, fold in enumerate(self.folds):
-            held = self.fold[self.bins.campaign.test] == fold
+        for k, held in enumerate(self.held[: len(self.folds)]):
             residual[held] = self.bins.y[held] - self.bins.columns[held] @ self.b[k]
         return errors_of_tests(self.bins.campaign, residual).total
 
@@ -155,13 +158,15 @@ class Scan:
         if not gain[-1, best[-1]] > 0.0:
             return None
         residual = np.empty(len(self.bins.y))
-        for k, fold in enumerate(self.folds):
-            held = self.fold[self.bins.campaign.test] == fold
+        resampled = np.empty(RESAMPLES)
+        for k, held in enumerate(self.held):
             size = a[k, best[k]]
             b = self.b[k] - size * along[k, :, best[k]]
-            residual[held] = self.bins.y[held] - self.bins.columns[held] @ b - size * C[held, best[k]]
-        first = len(self.folds)
-        gains = gain[first:-1].max(axis=1) - 2.0 * effect.degrees_of_freedom
+            rest = self.bins.y[held] - self.bins.columns[held] @ b - size * C[held, best[k]]
+            if k < len(self.folds):
+                residual[held] = rest
+            else:
+                resampled[k - len(self.folds)] = self.share[held] @ rest**2 / self.share[held].sum()
         shape = {n: float(v[best[-1]]) for n, v in shapes.items()}
         squares = errors_of_tests(self.bins.campaign, residual).total
-        return Scanned(term, effect, shape, squares, gains)
+        return Scanned(term, effect, shape, squares, resampled)

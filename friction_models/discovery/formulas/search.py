@@ -33,7 +33,7 @@ NEAR = 0.9
 #: A simpler term is taken if the better one leads by less than this many standard errors and this share of its gain.
 NO_LEAD, NO_GAIN = 1.0, 0.03
 #: A second term is sought if the first one leaves this share, and taken if it removes this share more and is this stable.
-LEFT, SECOND, SECOND_STABLE = 0.2, 0.08, 0.3
+LEFT, SECOND, SECOND_STABLE = 0.2, 0.08, 0.2
 
 
 @dataclass
@@ -155,8 +155,8 @@ def _by_points(campaign: Campaign) -> Weigh:
 
 
 def _stability(found: Sequence[Scanned], term: Term) -> float:
-    """Return in which share of the resamples the family of a term comes first."""
-    first = np.argmax(np.array([s.gains for s in found]), axis=0)
+    """Return in which share of the resamples a term of the family predicts the tests that were not drawn best."""
+    first = np.argmin(np.array([s.resampled for s in found]), axis=0)
     return float(np.mean([found[k].term.family == term.family for k in first]))
 
 
