@@ -20,6 +20,8 @@ CAUSED = 0.8
 TESTS_A_NUMBER = 3
 #: Heating below this share of the median one counts as this share.
 LEAST_HEATING = 0.02
+#: Share of the longest distance that counts as the start of a test.
+START = 0.01
 #: Temperatures of the table of tests from which the heating starts.
 STARTS = ("T_tool", "T_specimen")
 
