@@ -68,12 +68,9 @@ def _usual_heating(campaign: Campaign) -> tuple[FloatArray, FloatArray] | None:
         return None
     heating = np.maximum(heating, LEAST_HEATING * middle)
     loads = [transformed(campaign, n) for n in ("v_rel", "sigma_n", "psi") if campaign.varies(n)]
-    along = np.log(np.maximum(campaign.average(campaign.distance), 1e-9))
-    causes = [
-        *([along] if np.ptp(along[np.isfinite(along)]) > 0 else []),
-        *loads,
-        *(k[campaign.test] for k in known),
-    ]
+    distance = campaign.average(campaign.distance)
+    along = np.log(distance + START * max(float(distance.max()), 1e-9))
+    causes = [along, *loads, *(k[campaign.test] for k in known)]
     varied = [(c - c.mean()) / c.std() for c in causes if c.std() > 1e-6 * max(1e-12, float(np.abs(c).max()))]
     if len(campaign.tests) < TESTS_A_NUMBER * (1 + len(varied)) or not varied:
         return None
