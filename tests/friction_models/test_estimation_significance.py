@@ -119,7 +119,8 @@ def test_noise_of_few_loud_tests_is_no_effect() -> None:
         residual = project(loud * rng.normal(size=tests)[test] + 0.1 * rng.normal(size=len(test)))
         columns = rng.normal(size=(tests, 6))[test]
         prepared = [
-            prepare_candidate(candidate(f"c{k}", columns[:, [k]][:, :, None]), lambda v: v, project) for k in range(6)
+            prepare_candidate(candidate(f"c{k}", columns[:, [k]][:, :, None]), lambda v: v, project)
+            for k in range(6)
         ]
         noise = null_noise(residual, test, 1e9, rng, REPLICATES)
         null = maximum_gains(prepared, simulate(prepared, project, noise))
