@@ -10,7 +10,7 @@ import numpy as np
 from sklearn.base import clone
 
 from ..common import InputError, shown
-from ..effects import CATALOGUE, ENTRY_POINT_GROUP, make_effect
+from ..effects import CATALOGUE, ENTRY_POINT_GROUP, known_effect, make_effect
 from ..effects.base import Effect, EffectContext
 from ..estimation.joint_fit import fit_jointly
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
@@ -307,7 +307,7 @@ class ComposedFriction(FrictionModel):
         base = make_model(str(params["base"]["family"]), **params["base"]["params"])
         effects: list[str | Effect] = []
         for entry in params["effects"]:
-            if str(entry["name"]) not in CATALOGUE:
+            if not known_effect(str(entry["name"])):
                 raise InputError(
                     f"composed: effect {str(entry['name'])!r} is not in the catalogue; allowed: {', '.join(sorted(CATALOGUE))}, and "
                     f"effects that an installed package offers under the entry point {ENTRY_POINT_GROUP}"

@@ -1,0 +1,142 @@
+"""Any further column of the test table as an effect: ``factor:COLUMN``, of texts or of numbers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ..common import InputError
+from ..expressions.ops import LoadColumns, Ops, Value
+from ..loads import FloatArray
+from ..loads.contract import POINT_COLUMNS, SETTING_UNITS
+from .base import Amplitude, Effect, EffectContext, ShapeParameter, Spans
+from .batch import MOST
+
+PREFIX = "factor:"
+
+
+class Factor(Effect):
+    """Whole tests differ with one column of the test table; `factor_effect` makes the class of a column.
+
+    Texts are levels: one of them deviates from all others by ``c``, as a batch does (`Batch`). A level that the training
+    did not hold counts as one of the others. Where several levels differ, that one is taken which explains most; the
+    rest stays in the scatter between tests. The offset is not shrunk, however few tests its level has.
+
+    Numbers act linearly, ``c * (value - centre) / scale``: `centre` is the middle of the training range and `scale` half of
+    it, so that ``c`` is the change of mu from the middle to the largest value. Beyond the range the line goes on.
+    """
+
+    citation = "blocking and covariates, Box, Hunter, Hunter: Statistics for Experimenters (2005)"
+    amplitudes = (
+        Amplitude("c", "1", "friction of the deviating level, or of the largest number over the middle", 0, 0.01),
+    )
+    shapes = (
+        ShapeParameter("deviating", "1", "number of the deviating level, for texts", 0.0, 1e6, 1.0, points=2),
+        ShapeParameter("centre", "1", "middle of the training range, for numbers", -1e12, 1e12, 0.0, points=1),
+        ShapeParameter("scale", "1", "half of the training range; 0 for texts", 0.0, 1e12, 0.0, points=1),
+    )
+    kind = "system"
+
+    def __repr__(self) -> str:
+        return f"{super().__repr__()[:-1]}{', ' if self.fixed else ''}column={self.metadata[0]!r})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _made, (self.name, self.fixed)
+
+    def grids(self, spans: Spans) -> dict[str, FloatArray]:
+        """Return every level of the data, each may be the one that deviates; or middle and half range of numbers."""
+        column = self.metadata[0]
+        low, high = spans.get(f"numbers:{column}", (0.0, 0.0))
+        values = {"deviating": (0.0,), "centre": (0.5 * (low + high),), "scale": (0.5 * (high - low) or 1.0,)}
+        if f"numbers:{column}" not in spans:
+            levels = tuple(spans.get(f"levels:{column}", (1.0,)))[:MOST]
+            values = {"deviating": levels, "centre": (0.0,), "scale": (0.0,)}
+        return {n: np.array([self.fixed[n]] if n in self.fixed else v) for n, v in values.items()}
+
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
+        value = context.system[self.metadata[0]] + 0.0 * L.sd
+        if np.all(np.asarray(p["scale"]) == 0.0):
+            return (x.relu(1.0 - x.abs(value - p["deviating"])),)
+        return ((value - p["centre"]) / p["scale"],)
+
+
+@cache
+def factor_effect(column: str) -> type[Factor]:
+    """Return the effect of a column of the test table; the same class each time.
+
+    Parameters
+    ----------
+    column : str
+
+    Raises
+    ------
+    InputError
+        No name, or that of a column of points.
+
+    Examples
+    --------
+    Three operators, of whom number 1 deviates, and a humidity of 30 to 70 %:
+
+    >>> from friction_models.effects import EffectContext, make_effect
+    >>> from friction_models.expressions.ops import NumpyOps
+    >>> one = np.ones((3, 1))
+    >>> L = LoadColumns(50 * one, 20 * one, 500 * one, 0 * one, one)
+    >>> operators = EffectContext(system={"operator": np.array([[0.0], [1.0], [2.0]])})
+    >>> shape = {"deviating": 1.0, "centre": 0.0, "scale": 0.0}
+    >>> make_effect("factor:operator").basis(NumpyOps(), L, shape, operators)[0].tolist()
+    [[0.0], [1.0], [0.0]]
+    >>> days = EffectContext(system={"humidity": np.array([[30.0], [50.0], [70.0]])})
+    >>> shape = {"deviating": 0.0, "centre": 50.0, "scale": 20.0}
+    >>> make_effect("factor:humidity").basis(NumpyOps(), L, shape, days)[0].tolist()
+    [[-1.0], [0.0], [1.0]]
+    """
+    if not column.strip() or not column.isprintable() or column in POINT_COLUMNS:
+        raise InputError(f"effect {PREFIX + column!r}: allowed is {PREFIX}COLUMN, of a column of the test table")
+    words = re.sub(r"[^0-9A-Za-z]+", " ", column).strip() or "column"
+    declared = {
+        "name": PREFIX + column,
+        "title": f"tests differ with {column}",
+        "label": f"Factor {column}",
+        "sentence": f"the friction of whole tests differs with the column {column} of the test table",
+        "equation": f"mu += c where {column} = deviating, else 0; of numbers: mu += c * ({column} - centre)/scale",
+        "latex": rf"\mu \mathrel{{+}}= c\,f(\mathrm{{{words}}})",
+        "where_it_shows": f"an offset of whole tests that goes with {column}",
+        "driver": (column,),
+        "metadata": (column,),
+        "metadata_units": (SETTING_UNITS.get(column, "1"),),
+        "__doc__": f"Whole tests differ with the column {column} of the test table; see `Factor`.",
+        "__module__": __name__,
+    }
+    return type("Factor", (Factor,), declared)
+
+
+def is_factor(name: str) -> bool:
+    """Return whether `name` is that of a factor, ``factor:COLUMN``.
+
+    Examples
+    --------
+    >>> is_factor("factor:operator"), is_factor("batch")
+    (True, False)
+    """
+    return name.startswith(PREFIX)
+
+
+def factor_named(name: str) -> type[Factor]:
+    """Return the effect ``factor:COLUMN``.
+
+    Examples
+    --------
+    >>> factor_named("factor:operator").driver
+    ('operator',)
+    """
+    return factor_effect(name.removeprefix(PREFIX))
+
+
+def _made(name: str, fixed: Mapping[str, float]) -> Factor:
+    return factor_named(name)(**fixed)
