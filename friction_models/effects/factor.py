@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -22,9 +22,9 @@ PREFIX = "factor:"
 class Factor(Effect):
     """Whole tests differ with one column of the test table; `factor_effect` makes the class of a column.
 
-    Texts are levels: one of them deviates from all others by ``c``, as a batch does (`Batch`). A level that the training
-    did not hold counts as one of the others. Where several levels differ, that one is taken which explains most; the
-    rest stays in the scatter between tests. The offset is not shrunk, however few tests its level has.
+    Texts are levels. `diagnose` looks for one that deviates from all others by ``c``, as a batch does (`Batch`). A fit
+    (`with_levels`) gives each level an offset of its own, drawn towards zero by the scatter within levels over that between
+    them: the more, the fewer tests it has. A level that the training did not hold has the offset 0, the mean of the levels.
 
     Numbers act linearly, ``c * (value - centre) / scale``: `centre` is the middle of the training range and `scale` half of
     it, so that ``c`` is the change of mu from the middle to the largest value. Beyond the range the line goes on.
@@ -32,41 +32,59 @@ class Factor(Effect):
 
     citation = "blocking and covariates, Box, Hunter, Hunter: Statistics for Experimenters (2005)"
     amplitudes = (
-        Amplitude("c", "1", "friction of the deviating level, or of the largest number over the middle", 0, 0.01),
+        Amplitude(
+            "c", "1", "friction of the deviating level, or of the largest number over the middle", 0, 0.01
+        ),
     )
     shapes = (
         ShapeParameter("deviating", "1", "number of the deviating level, for texts", 0.0, 1e6, 1.0, points=2),
-        ShapeParameter("centre", "1", "middle of the training range, for numbers", -1e12, 1e12, 0.0, points=1),
+        ShapeParameter(
+            "centre", "1", "middle of the training range, for numbers", -1e12, 1e12, 0.0, points=1
+        ),
         ShapeParameter("scale", "1", "half of the training range; 0 for texts", 0.0, 1e12, 0.0, points=1),
     )
     kind = "system"
+    #: Labels of the levels, where each has an offset.
+    labels: ClassVar[tuple[str, ...]] = ()
 
     def __repr__(self) -> str:
         return f"{super().__repr__()[:-1]}{', ' if self.fixed else ''}column={self.metadata[0]!r})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _made, (self.name, self.fixed)
+        return _made, (self.metadata[0], self.labels, self.fixed)
+
+    def with_levels(self, levels: Mapping[str, Sequence[str]]) -> Effect:
+        """Return the effect with an offset for each label of its column; as it is for numbers, or with a fixed level."""
+        column = self.metadata[0]
+        return self if self.fixed or column not in levels else _declared(column, tuple(levels[column]))()
 
     def grids(self, spans: Spans) -> dict[str, FloatArray]:
         """Return every level of the data, each may be the one that deviates; or middle and half range of numbers."""
+        if self.pooled:
+            return {}
         column = self.metadata[0]
         low, high = spans.get(f"numbers:{column}", (0.0, 0.0))
-        values = {"deviating": (0.0,), "centre": (0.5 * (low + high),), "scale": (0.5 * (high - low) or 1.0,)}
+        values: dict[str, tuple[float, ...]] = {
+            "deviating": (0.0,),
+            "centre": (0.5 * (low + high),),
+            "scale": (0.5 * (high - low) or 1.0,),
+        }
         if f"numbers:{column}" not in spans:
             levels = tuple(spans.get(f"levels:{column}", (1.0,)))[:MOST]
-            values = {"deviating": levels, "centre": (0.0,), "scale": (0.0,)}
+            values: dict[str, tuple[float, ...]] = {"deviating": levels, "centre": (0.0,), "scale": (0.0,)}
         return {n: np.array([self.fixed[n]] if n in self.fixed else v) for n, v in values.items()}
 
     def basis(
         self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
     ) -> tuple[Value, ...]:
         value = context.system[self.metadata[0]] + 0.0 * L.sd
+        if self.pooled:
+            return tuple(x.relu(1.0 - x.abs(value - float(k))) for k in range(len(self.labels)))
         if np.all(np.asarray(p["scale"]) == 0.0):
             return (x.relu(1.0 - x.abs(value - p["deviating"])),)
         return ((value - p["centre"]) / p["scale"],)
 
 
-@cache
 def factor_effect(column: str) -> type[Factor]:
     """Return the effect of a column of the test table; the same class each time.
 
@@ -97,9 +115,16 @@ def factor_effect(column: str) -> type[Factor]:
     [[-1.0], [0.0], [1.0]]
     """
     if not column.strip() or not column.isprintable() or column in POINT_COLUMNS:
-        raise InputError(f"effect {PREFIX + column!r}: allowed is {PREFIX}COLUMN, of a column of the test table")
+        raise InputError(
+            f"effect {PREFIX + column!r}: allowed is {PREFIX}COLUMN, of a column of the test table"
+        )
+    return _declared(column, ())
+
+
+@cache
+def _declared(column: str, labels: tuple[str, ...]) -> type[Factor]:
     words = re.sub(r"[^0-9A-Za-z]+", " ", column).strip() or "column"
-    declared = {
+    declared: dict[str, Any] = {
         "name": PREFIX + column,
         "title": f"tests differ with {column}",
         "label": f"Factor {column}",
@@ -113,6 +138,14 @@ def factor_effect(column: str) -> type[Factor]:
         "__doc__": f"Whole tests differ with the column {column} of the test table; see `Factor`.",
         "__module__": __name__,
     }
+    if labels:
+        declared |= {
+            "labels": labels,
+            "pooled": True,
+            "equation": f"mu += c[{column}], 0 for another {column}",
+            "amplitudes": tuple(Amplitude(f"c[{k}]", "1", f"offset of {k}", 0, 0.0) for k in labels),
+            "shapes": (),
+        }
     return type("Factor", (Factor,), declared)
 
 
@@ -138,5 +171,5 @@ def factor_named(name: str) -> type[Factor]:
     return factor_effect(name.removeprefix(PREFIX))
 
 
-def _made(name: str, fixed: Mapping[str, float]) -> Factor:
-    return factor_named(name)(**fixed)
+def _made(column: str, labels: tuple[str, ...], fixed: Mapping[str, float]) -> Factor:
+    return _declared(column, labels)(**fixed)

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 import pandas as pd
+from scipy.stats import rankdata
 
 from ..effects.base import Effect
 from ..effects.factor import factor_effect
@@ -50,7 +51,7 @@ def factors_of(campaign: Campaign, effects: Iterable[Effect]) -> tuple[list[Effe
         if text and not few:
             continue
         same = [n for n, v in known.items() if _follows(v, values, text)]
-        same += [n for n, v in columns.items() if few and _tells(values, v) or _correlated(values, v, text)]
+        same += [n for n, v in columns.items() if (few and _tells(values, v)) or _correlated(values, v, text)]
         if same:
             alike.append(f"{name} with {same[0]}")
             continue
@@ -88,8 +89,8 @@ def _correlated(values: FloatArray, other: FloatArray, text: bool) -> bool:
     """Return whether two numbers rise, or fall, together."""
     if text:
         return False
-    pair = pd.DataFrame({"a": values, "b": other})
-    return bool(max(abs(c.iloc[0, 1]) for c in (pair.corr(), pair.rank().corr())) > SAME)
+    ranks = np.corrcoef(rankdata(values), rankdata(other))[0, 1]
+    return bool(max(abs(np.corrcoef(values, other)[0, 1]), abs(ranks)) > SAME)
 
 
 def _tells(values: FloatArray, other: FloatArray) -> bool:
