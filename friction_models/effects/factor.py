@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..common import InputError
+from ..common import InputError, shown
 from ..expressions.ops import LoadColumns, Ops, Value
 from ..loads import FloatArray
 from ..loads.contract import POINT_COLUMNS, SETTING_UNITS
@@ -17,6 +17,7 @@ from .base import Amplitude, Effect, EffectContext, ShapeParameter, Spans
 from .batch import MOST
 
 PREFIX = "factor:"
+_LINEAR = "mu += c * ({} - centre)/scale"
 
 
 class Factor(Effect):
@@ -46,17 +47,19 @@ class Factor(Effect):
     kind = "system"
     #: Labels of the levels, where each has an offset.
     labels: ClassVar[tuple[str, ...]] = ()
+    #: Column, labels and equation that the class was made for.
+    declared_by: ClassVar[tuple[str, tuple[str, ...], str]]
 
     def __repr__(self) -> str:
         return f"{super().__repr__()[:-1]}{', ' if self.fixed else ''}column={self.metadata[0]!r})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _made, (self.metadata[0], self.labels, self.fixed)
+        return _made, (self.declared_by, self.fixed)
 
     def with_levels(self, levels: Mapping[str, Sequence[str]]) -> Effect:
         """Return the effect with an offset for each label of its column; as it is for numbers, or with a fixed level."""
         column = self.metadata[0]
-        return self if self.fixed or column not in levels else _declared(column, tuple(levels[column]))()
+        return self if self.fixed or column not in levels else _declared(column, tuple(levels[column]), "")()
 
     def grids(self, spans: Spans) -> dict[str, FloatArray]:
         """Return every level of the data, each may be the one that deviates; or middle and half range of numbers."""
@@ -71,7 +74,7 @@ class Factor(Effect):
         }
         if f"numbers:{column}" not in spans:
             levels = tuple(spans.get(f"levels:{column}", (1.0,)))[:MOST]
-            values: dict[str, tuple[float, ...]] = {"deviating": levels, "centre": (0.0,), "scale": (0.0,)}
+            values = {"deviating": levels, "centre": (0.0,), "scale": (0.0,)}
         return {n: np.array([self.fixed[n]] if n in self.fixed else v) for n, v in values.items()}
 
     def basis(
@@ -118,20 +121,38 @@ def factor_effect(column: str) -> type[Factor]:
         raise InputError(
             f"effect {PREFIX + column!r}: allowed is {PREFIX}COLUMN, of a column of the test table"
         )
-    return _declared(column, ())
+    return _declared(column, (), "")
+
+
+def scanned_factor(column: str, labels: Sequence[str]) -> Factor:
+    """Return the effect as `diagnose` tries it, for texts with these labels in alphabetical order, or for numbers.
+
+    Examples
+    --------
+    >>> scanned_factor("operator", ["anna", "bert"]).equation
+    'mu += c where operator = deviating (0 = anna, 1 = bert), else 0'
+    >>> scanned_factor("humidity", []).equation, scanned_factor("humidity", []).degrees_of_freedom
+    ('mu += c * (humidity - centre)/scale', 1)
+    """
+    if not labels:
+        return _declared(column, (), _LINEAR.format(column))(deviating=0.0)
+    numbered = shown(", ".join(f"{k} = {label}" for k, label in enumerate(labels)))
+    return _declared(column, (), f"mu += c where {column} = deviating ({numbered}), else 0")()
 
 
 @cache
-def _declared(column: str, labels: tuple[str, ...]) -> type[Factor]:
+def _declared(column: str, labels: tuple[str, ...], equation: str) -> type[Factor]:
     words = re.sub(r"[^0-9A-Za-z]+", " ", column).strip() or "column"
     declared: dict[str, Any] = {
         "name": PREFIX + column,
         "title": f"tests differ with {column}",
         "label": f"Factor {column}",
         "sentence": f"the friction of whole tests differs with the column {column} of the test table",
-        "equation": f"mu += c where {column} = deviating, else 0; of numbers: mu += c * ({column} - centre)/scale",
+        "equation": equation
+        or f"mu += c where {column} = deviating, else 0; of numbers: {_LINEAR.format(column)}",
         "latex": rf"\mu \mathrel{{+}}= c\,f(\mathrm{{{words}}})",
         "where_it_shows": f"an offset of whole tests that goes with {column}",
+        "declared_by": (column, labels, equation),
         "driver": (column,),
         "metadata": (column,),
         "metadata_units": (SETTING_UNITS.get(column, "1"),),
@@ -171,5 +192,5 @@ def factor_named(name: str) -> type[Factor]:
     return factor_effect(name.removeprefix(PREFIX))
 
 
-def _made(column: str, labels: tuple[str, ...], fixed: Mapping[str, float]) -> Factor:
-    return _declared(column, labels)(**fixed)
+def _made(by: tuple[str, tuple[str, ...], str], fixed: Mapping[str, float]) -> Factor:
+    return _declared(*by)(**fixed)

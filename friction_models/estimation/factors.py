@@ -9,7 +9,7 @@ import pandas as pd
 from scipy.stats import rankdata
 
 from ..effects.base import Effect
-from ..effects.factor import factor_effect
+from ..effects.factor import scanned_factor
 from ..loads import LOAD_NAMES, FloatArray
 from ..loads.contract import POINT_COLUMNS, SETTING_UNITS
 from .binning import Campaign
@@ -56,14 +56,19 @@ def factors_of(campaign: Campaign, effects: Iterable[Effect]) -> tuple[list[Effe
             alike.append(f"{name} with {same[0]}")
             continue
         columns[name] = values
-        # of a number, only the amplitude is fitted
-        found.append(factor_effect(name)() if text else factor_effect(name)(deviating=0.0))
+        found.append(scanned_factor(name, _labels(campaign, name) if text else []))
     notes = [f"columns of the test table that are no factors, as they go with others: {', '.join(alike)}"]
     if len(found) > MOST_COLUMNS:
         notes.append(
             f"of {len(found)} further columns of the test table only the first {MOST_COLUMNS} by name were tested"
         )
     return found[:MOST_COLUMNS], notes[0 if alike else 1 :]
+
+
+def _labels(campaign: Campaign, name: str) -> list[str]:
+    """Return the texts of a column in the order of their numbers."""
+    values = campaign.loads.context_column(name)
+    return [] if values is None else sorted({str(v) for v in values[campaign.point_starts] if not pd.isna(v)})
 
 
 def _loads(campaign: Campaign) -> dict[str, FloatArray]:
