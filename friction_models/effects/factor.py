@@ -47,8 +47,8 @@ class Factor(Effect):
     kind = "system"
     #: Labels of the levels, where each has an offset.
     labels: ClassVar[tuple[str, ...]] = ()
-    #: Column, labels and equation that the class was made for.
-    declared_by: ClassVar[tuple[str, tuple[str, ...], str]]
+    #: What the class was made of.
+    declared_by: ClassVar[tuple[Any, ...]]
 
     def __repr__(self) -> str:
         return f"{super().__repr__()[:-1]}{', ' if self.fixed else ''}column={self.metadata[0]!r})"
@@ -59,12 +59,12 @@ class Factor(Effect):
     def with_levels(self, levels: Mapping[str, Sequence[str]]) -> Effect:
         """Return the effect with an offset for each label of its column; as it is for numbers, or with a fixed level."""
         column = self.metadata[0]
-        return self if self.fixed or column not in levels else _declared(column, tuple(levels[column]), "")()
+        return (
+            self if self.fixed or column not in levels else _declared(column, tuple(levels[column]), "", ())()
+        )
 
     def grids(self, spans: Spans) -> dict[str, FloatArray]:
         """Return every level of the data, each may be the one that deviates; or middle and half range of numbers."""
-        if self.pooled:
-            return {}
         column = self.metadata[0]
         low, high = spans.get(f"numbers:{column}", (0.0, 0.0))
         values: dict[str, tuple[float, ...]] = {
@@ -75,7 +75,8 @@ class Factor(Effect):
         if f"numbers:{column}" not in spans:
             levels = tuple(spans.get(f"levels:{column}", (1.0,)))[:MOST]
             values = {"deviating": levels, "centre": (0.0,), "scale": (0.0,)}
-        return {n: np.array([self.fixed[n]] if n in self.fixed else v) for n, v in values.items()}
+        values |= {n: (v,) for n, v in self.fixed.items()}
+        return {s.name: np.array(values[s.name]) for s in self.shapes}
 
     def basis(
         self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
@@ -83,7 +84,7 @@ class Factor(Effect):
         value = context.system[self.metadata[0]] + 0.0 * L.sd
         if self.pooled:
             return tuple(x.relu(1.0 - x.abs(value - float(k))) for k in range(len(self.labels)))
-        if np.all(np.asarray(p["scale"]) == 0.0):
+        if np.all(np.asarray(p.get("scale", 0.0)) == 0.0):
             return (x.relu(1.0 - x.abs(value - p["deviating"])),)
         return ((value - p["centre"]) / p["scale"],)
 
@@ -121,7 +122,7 @@ def factor_effect(column: str) -> type[Factor]:
         raise InputError(
             f"effect {PREFIX + column!r}: allowed is {PREFIX}COLUMN, of a column of the test table"
         )
-    return _declared(column, (), "")
+    return _declared(column, (), "", Factor.shapes)
 
 
 def scanned_factor(column: str, labels: Sequence[str]) -> Factor:
@@ -135,13 +136,17 @@ def scanned_factor(column: str, labels: Sequence[str]) -> Factor:
     ('mu += c * (humidity - centre)/scale', 1)
     """
     if not labels:
-        return _declared(column, (), _LINEAR.format(column))(deviating=0.0)
+        return _declared(column, (), _LINEAR.format(column), Factor.shapes[1:])()
     numbered = shown(", ".join(f"{k} = {label}" for k, label in enumerate(labels)))
-    return _declared(column, (), f"mu += c where {column} = deviating ({numbered}), else 0")()
+    return _declared(
+        column, (), f"mu += c where {column} = deviating ({numbered}), else 0", Factor.shapes[:1]
+    )()
 
 
 @cache
-def _declared(column: str, labels: tuple[str, ...], equation: str) -> type[Factor]:
+def _declared(
+    column: str, labels: tuple[str, ...], equation: str, shapes: tuple[ShapeParameter, ...]
+) -> type[Factor]:
     words = re.sub(r"[^0-9A-Za-z]+", " ", column).strip() or "column"
     declared: dict[str, Any] = {
         "name": PREFIX + column,
@@ -152,7 +157,8 @@ def _declared(column: str, labels: tuple[str, ...], equation: str) -> type[Facto
         or f"mu += c where {column} = deviating, else 0; of numbers: {_LINEAR.format(column)}",
         "latex": rf"\mu \mathrel{{+}}= c\,f(\mathrm{{{words}}})",
         "where_it_shows": f"an offset of whole tests that goes with {column}",
-        "declared_by": (column, labels, equation),
+        "declared_by": (column, labels, equation, shapes),
+        "shapes": shapes,
         "driver": (column,),
         "metadata": (column,),
         "metadata_units": (SETTING_UNITS.get(column, "1"),),
@@ -165,7 +171,6 @@ def _declared(column: str, labels: tuple[str, ...], equation: str) -> type[Facto
             "pooled": True,
             "equation": f"mu += c[{column}], 0 for another {column}",
             "amplitudes": tuple(Amplitude(f"c[{k}]", "1", f"offset of {k}", 0, 0.0) for k in labels),
-            "shapes": (),
         }
     return type("Factor", (Factor,), declared)
 
@@ -192,5 +197,5 @@ def factor_named(name: str) -> type[Factor]:
     return factor_effect(name.removeprefix(PREFIX))
 
 
-def _made(by: tuple[str, tuple[str, ...], str], fixed: Mapping[str, float]) -> Factor:
+def _made(by: tuple[Any, ...], fixed: Mapping[str, float]) -> Factor:
     return _declared(*by)(**fixed)
