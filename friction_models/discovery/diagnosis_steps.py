@@ -22,6 +22,7 @@ from ..estimation.base_law import BaseLaw, base_law, polynomial_columns
 from ..estimation.binning import Campaign, prepare
 from ..estimation.candidates import Candidate, evaluate_all, spans_of
 from ..estimation.curves import spline_columns
+from ..estimation.factors import factors_of
 from ..estimation.importance import LEAST_SHARE, error_share, weighted_rms
 from ..estimation.noise_floor import NoiseFloor, independent_columns
 from ..estimation.odd_tests import odd_tests, without_tests
@@ -78,7 +79,7 @@ def diagnose(
         Family name or model; a model's family is refitted together with every candidate. An object that
         only predicts (an FMU) is a fixed base.
     catalogue : iterable of str or Effect, optional
-        Effects to consider; all known ones by default.
+        Effects to consider; by default all known ones, and ``factor:COLUMN`` for further columns of `tests`.
     seed : int
         Of the simulated noise; the same seed gives the same answer.
 
@@ -100,7 +101,9 @@ def diagnose(
         campaign, base, floor = _beside(measured, model, seed)
     chosen = CATALOGUE if catalogue is None else catalogue
     effects = [make_effect(e) for e in (chosen.values() if isinstance(chosen, Mapping) else chosen)]
-    usable, notes = testable(effects, campaign, base.effects)
+    factors, about = factors_of(campaign, effects) if catalogue is None else ([], [])
+    usable, notes = testable([*effects, *factors], campaign, base.effects)
+    notes += about
     mu = _base_prediction(campaign, base)
     spans = spans_of(campaign, mu)
     candidates, said = evaluate_all(usable, campaign, mu, spans)

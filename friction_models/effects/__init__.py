@@ -9,6 +9,7 @@ from ..common import InputError, unknown_name
 from .base import Amplitude, Effect, EffectContext, Memory, Shape, ShapeParameter
 from .batch import Batch
 from .declaration import declaration_fault
+from .factor import factor_effect, factor_named, is_factor
 from .flash_temperature import FlashTemperature
 from .force_zero import ForceZero
 from .hersey import Hersey
@@ -97,7 +98,7 @@ CATALOGUE: dict[str, type[Effect]] = load_catalogue()
 
 
 def make_effect(effect: str | Effect | type[Effect]) -> Effect:
-    """Return an effect from its name, its class or itself.
+    """Return an effect from its name, its class or itself; ``factor:COLUMN`` is the effect of a column of the test table.
 
     Raises
     ------
@@ -108,6 +109,8 @@ def make_effect(effect: str | Effect | type[Effect]) -> Effect:
     --------
     >>> make_effect("stribeck")
     Stribeck()
+    >>> make_effect("factor:operator").metadata
+    ('operator',)
     >>> make_effect("stribek")
     Traceback (most recent call last):
         ...
@@ -121,9 +124,22 @@ def make_effect(effect: str | Effect | type[Effect]) -> Effect:
         return effect if isinstance(effect, Effect) else own()
     if not isinstance(effect, str):
         raise InputError(f"effect {effect!r}: allowed is a name of the catalogue, or an Effect")
+    if effect not in CATALOGUE and is_factor(effect):
+        return factor_named(effect)()
     if effect not in CATALOGUE:
-        raise unknown_name("effect", effect, CATALOGUE)
+        raise unknown_name("effect", effect, [*CATALOGUE, "factor:COLUMN"])
     return CATALOGUE[effect]()
+
+
+def known_effect(name: str) -> bool:
+    """Return whether an effect has this name: one of the catalogue, or ``factor:COLUMN``.
+
+    Examples
+    --------
+    >>> known_effect("stribeck"), known_effect("factor:operator"), known_effect("stribek")
+    (True, True, False)
+    """
+    return name in CATALOGUE or is_factor(name)
 
 
 __all__ = [
@@ -155,6 +171,8 @@ __all__ = [
     "Viscous",
     "WearOut",
     "WorkExhaustion",
+    "factor_effect",
+    "known_effect",
     "load_catalogue",
     "make_effect",
 ]

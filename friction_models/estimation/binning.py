@@ -15,6 +15,7 @@ from ..loads import (
     MEASURED_MU,
     FloatArray,
     TriboLoads,
+    about_negative,
     check_column,
     missing_column,
     not_measured,
@@ -150,6 +151,7 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> Campaign:
     loads = TriboLoads.from_frame(frame, tests)
     warnings += [*_about_order(loads), *about_table(loads)]
     measured = check_column(frame["mu"].to_numpy(), MEASURED_MU, "data")
+    about_negative(measured, "data")  # refuses the wrong sign
     mu = _without_spikes(measured, frame["test_id"], warnings)
     campaign = campaign_of(loads, mu, loads.test_id)
     campaign.spikes = float(np.mean(mu != measured))

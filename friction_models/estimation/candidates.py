@@ -14,6 +14,7 @@ from ..expressions.ops import LoadColumns, NumpyOps
 from ..loads import FloatArray, TriboLoads
 from ..loads.time_steps import rests, time_steps
 from .binning import Campaign
+from .metadata import metadata_spans
 
 OPS = NumpyOps()
 
@@ -46,7 +47,7 @@ def load_columns(loads: TriboLoads) -> LoadColumns:
 
 
 def spans_of(campaign: Campaign, mu: FloatArray) -> dict[str, tuple[float, ...]]:
-    """Return the range of each load and of the derived quantities that scan grids follow, and all batches.
+    """Return the range of each load and of the derived quantities that scan grids follow, and what metadata take.
 
     Parameters
     ----------
@@ -84,7 +85,7 @@ def spans_of(campaign: Campaign, mu: FloatArray) -> dict[str, tuple[float, ...]]
     spans["distance"] = (length * 1e-3, length)
     if "batch" in campaign.system:
         spans["batch"] = tuple(map(float, np.unique(campaign.system["batch"])))
-    return spans
+    return spans | metadata_spans(campaign.loads, campaign.system)
 
 
 def _span(values: FloatArray) -> tuple[float, float]:

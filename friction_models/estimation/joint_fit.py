@@ -23,6 +23,7 @@ from .base_law import BaseLaw, base_law, polynomial_columns
 from .binning import Campaign, campaign_of
 from .candidates import evaluate, evaluate_points, spans_of
 from .noise_floor import Layout, NoiseFloor, Whitener, estimate
+from .pooling import by_test, shrinkage
 from .scan import Projector, best_fit, prepare_candidate
 from .search_round import flexible_mean
 
@@ -183,11 +184,15 @@ class JointProblem:
 
     def _solve(self, blocks: list[FloatArray]) -> tuple[FloatArray, list[FloatArray], FloatArray]:
         """As `solve`, with the weighted residual behind."""
-        p = self.base.shape[1]
+        p, n = self.base.shape[1], len(self.y)
         matrix = self.whiten(np.column_stack([self.base, *blocks]))
         target = self.whiten(self.y)
         scale = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
         x = np.linalg.lstsq(matrix / scale, target, rcond=1e-10)[0]
+        if any(e.pooled for e in self.effects):
+            pull = self._pull(blocks, x / scale)
+            matrix, target = np.vstack([matrix, np.diag(pull * scale)]), np.r_[target, np.zeros(len(x))]
+            x = np.linalg.lstsq(matrix / scale, target, rcond=1e-10)[0]
         signs = np.array([a.sign for e in self.effects for a in e.amplitudes], dtype=float)
         if np.any(x[p:] * signs < 0.0):
             low = np.r_[np.full(p, -np.inf), np.where(signs > 0, 0.0, -np.inf)]
@@ -197,11 +202,24 @@ class JointProblem:
             with np.errstate(invalid="ignore"):
                 x = lsq_linear(r, q.T @ target, (low, high), lsmr_tol="auto").x
             x[p:] = np.where(np.abs(x[p:]) < 1e-12 * np.max(np.abs(x)), 0.0, x[p:])
-        rest = target - (matrix / scale) @ x
+        rest = (target - (matrix / scale) @ x)[:n]
         x = x / scale
         sizes = np.cumsum([0, *(len(e.amplitudes) for e in self.effects)])
         amplitudes = [x[p + a : p + b] for a, b in pairwise(sizes)]
         return x[:p], amplitudes, rest
+
+    def _pull(self, blocks: list[FloatArray], x: FloatArray) -> FloatArray:
+        """Return how much each coefficient is drawn towards zero beside a free fit `x`: the offsets of pooled levels."""
+        pull, at = np.zeros(len(x)), self.base.shape[1]
+        free = self.y - np.column_stack([self.base, *blocks]) @ x
+        test = self.campaign.test if self.campaign.grouped else np.arange(len(free))
+        for effect, block in zip(self.effects, blocks, strict=True):
+            own = slice(at, at + block.shape[1])
+            at += block.shape[1]
+            if effect.pooled:
+                level = by_test(free + block @ x[own], self.campaign.count, test)
+                pull[own] = np.sqrt(shrinkage(level, by_test(block, self.campaign.count, test)))
+        return pull
 
     def optimise(self) -> None:
         """Move the shape parameters: first over their scan grids, one effect at a time, then locally."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -102,3 +102,33 @@ def metadata_columns(loads: TriboLoads) -> dict[str, FloatArray]:
             numbers = pd.Categorical(pd.Series(values).astype(str)).codes.astype(float)
         columns[name] = numbers[:, None]
     return columns
+
+
+def is_text(loads: TriboLoads, name: str) -> bool:
+    """Return whether a metadata column holds a text for any test of the data."""
+    table = loads.context
+    if table is None or loads.test_id is None or name not in table.columns:
+        return False
+    values = table[name]
+    if pd.api.types.is_numeric_dtype(values):
+        return False
+    values = values.reindex(pd.unique(loads.test_id.astype(object))).dropna()
+    return bool(pd.to_numeric(values, errors="coerce").isna().any())
+
+
+def metadata_spans(loads: TriboLoads, system: Mapping[str, FloatArray]) -> dict[str, tuple[float, ...]]:
+    """Return the levels of texts (``levels:NAME``) and the range of numbers (``numbers:NAME``), for `factor` effects.
+
+    Parameters
+    ----------
+    loads : TriboLoads
+    system : mapping
+        Metadata as columns of numbers [n, 1].
+    """
+    spans: dict[str, tuple[float, ...]] = {}
+    for name, column in system.items():
+        if is_text(loads, name):
+            spans[f"levels:{name}"] = tuple(map(float, np.unique(column)))
+        else:
+            spans[f"numbers:{name}"] = (float(column.min()), float(column.max()))
+    return spans

@@ -107,7 +107,12 @@ def _write_plan(plan: Path, next_tests: list[NextTest]) -> None:
 def refine(
     data: Campaigns,
     model: Annotated[str, typer.Option(help="Model folder or name of a family."), Reads()],
-    add: Annotated[list[str], typer.Option("--add", help="Effects to add, one or more.")],
+    add: Annotated[
+        list[str],
+        typer.Option(
+            "--add", help="Effects to add, one or more; factor:COLUMN for a column of the test table."
+        ),
+    ],
     out: Annotated[OutFolder, Writes("MODEL")],
     tests: Tests = None,
     force: Annotated[
