@@ -60,7 +60,7 @@ lint: $(TESTING)
 bench: $(TESTING)
 	$(BIN)/python -m benchmarks -o docs/benchmarks.md
 
-# About 270 campaigns; `make bench-literature QUICK=--quick` runs 40 of them. An interrupted run goes on.
+# 270 campaigns; `make bench-literature QUICK=--quick` runs 40 of them. An interrupted run goes on.
 bench-literature: $(TESTING)
 	$(BIN)/python -m benchmarks.literature $(QUICK)
 	$(BIN)/python -m benchmarks --only literature

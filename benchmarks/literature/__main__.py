@@ -24,7 +24,7 @@ def main() -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--quick", action="store_true", help="about 40 of the cases")
-    parser.add_argument("--first", type=int, help="only so many of the cases chosen")
+    parser.add_argument("--some", type=int, help="only so many of the cases chosen, evenly spread")
     parser.add_argument("-o", "--out", type=Path, help=f"results, one JSON line a case; {FOLDER} by default")
     parser.add_argument("--kind", help="only cases of this kind")
     parser.add_argument("--points", type=int, default=120, help="points a test, 20 to 550")
@@ -38,7 +38,9 @@ def main() -> None:
     if not chosen.out and (chosen.points, chosen.module) != (120, "friction_models.discovery"):
         parser.error("--points and --module need a file of their own: -o FILE")
     todo = quick(chosen.points) if chosen.quick else cases(chosen.points)
-    todo = [case for case in todo if chosen.kind in (None, case.kind)][: chosen.first]
+    todo = [case for case in todo if chosen.kind in (None, case.kind)]
+    if chosen.some:
+        todo = todo[:: max(len(todo) // chosen.some, 1)][: chosen.some]
     out = chosen.out or kept_file(FOLDER)
     out.parent.mkdir(parents=True, exist_ok=True)
     if not chosen.out:

@@ -228,7 +228,7 @@ def text(lines: Sequence[Line]) -> str:
         f"{whole} cases: nothing hidden under each recipe, one law, a fault of the measurement, two and three laws, laws outside "
         "the catalogue alone and beside a known one, an unrecorded group of tests, plans with too few tests, and tables as they "
         "come from other contacts. Friction is marched along the path and heats the contact; each law is as large as 0.7 to 3 "
-        "times the scatter between tests (1 to 3 where several are hidden), by what a linear model of the loads cannot learn of it; "
+        "times the scatter between tests (1 to 3 where several, or a law outside the catalogue, are hidden), by what a linear model of the loads cannot learn of it; "
         "held-out tests are free of noise. A crash, a time-out and (but for the tables with few tests or from elsewhere) a refusal "
         "count as wrong.\n\n"
         "**After it was first tried, the diagnosis was changed on the cases of index 0, 3, 6 ... and later 1, 4, 7 ... of the "
