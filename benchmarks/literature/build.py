@@ -194,9 +194,8 @@ def make(case: Case) -> Campaign:
     if case.kind == "foreign":
         data, tests, mu_true, new = mangle(case.style, data, tests, mu_true, new, rng)
     data, new = (frame.rename(columns=_plain) for frame in (data, new))
-    tests, new_table = (
-        None if table is None else table.rename(columns=_plain) for table in (tests, new_table)
-    )
+    tests = None if tests is None else tests.rename(columns=_plain)
+    new_table = new_table.rename(columns=_plain)
     return Campaign(data, tests, mu_true, new, new_table, truth, floor, linear, record)
 
 
@@ -207,7 +206,7 @@ def _plain(heading: str) -> str:
 
 def _march_positive(
     loads: Profiles,
-    meta: dict[str, NDArray],
+    meta: dict[str, NDArray[Any]],
     base: Base,
     laws: list[Law],
     parameters: list[Parameters],
@@ -254,7 +253,7 @@ def _record(
     base: Base,
     run: Run,
     table: pd.DataFrame,
-    odd: NDArray,
+    odd: NDArray[Any],
 ) -> dict[str, Any]:
     """What is hidden, for the judge and for people."""
     return {

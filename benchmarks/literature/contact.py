@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,7 +77,7 @@ class Run:
 
 def march(
     loads: Profiles,
-    meta: dict[str, NDArray],
+    meta: dict[str, NDArray[Any]],
     base: Base,
     laws: list[Law],
     parameters: list[Parameters],

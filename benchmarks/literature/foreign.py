@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
@@ -13,10 +15,10 @@ def mangle(
     style: str,
     data: pd.DataFrame,
     tests: pd.DataFrame | None,
-    mu_true: NDArray,
+    mu_true: NDArray[Any],
     heldout: pd.DataFrame,
     rng: np.random.Generator,
-) -> tuple[pd.DataFrame, pd.DataFrame | None, NDArray, pd.DataFrame]:
+) -> tuple[pd.DataFrame, pd.DataFrame | None, NDArray[Any], pd.DataFrame]:
     """Make a table look foreign.
 
     Parameters

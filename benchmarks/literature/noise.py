@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,7 +96,7 @@ def _skewed(rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
 
 def physical(
     recipe: Recipe, levels: Levels, loads: Profiles, rng: np.random.Generator
-) -> tuple[Array, NDArray]:
+) -> tuple[Array, NDArray[Any]]:
     """Scatter of friction itself: offset of each test and slow drift in it.
 
     Parameters

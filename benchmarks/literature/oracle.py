@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
@@ -9,15 +11,15 @@ from numpy.typing import NDArray
 LOADS = ("v_rel [mm/s]", "T [degC]", "sigma_n [MPa]", "sd [mm]", "psi")
 
 
-def _design(data: pd.DataFrame, shapes: NDArray) -> NDArray:
+def _design(data: pd.DataFrame, shapes: NDArray[Any]) -> NDArray[Any]:
     return np.column_stack([np.ones(len(data)), data[list(LOADS)].to_numpy(float), shapes])
 
 
 def fit_predict(
     data: pd.DataFrame,
-    shapes: NDArray,
+    shapes: NDArray[Any],
     new: pd.DataFrame,
-    new_shapes: NDArray,
+    new_shapes: NDArray[Any],
     test_sd: float,
     point_sd: float,
     drop: set[str] | None = None,

@@ -18,7 +18,7 @@ SMALLEST_GAIN = 0.0005
 HARM_SHARE, HARM_SIZE = 0.02, 0.0002
 
 
-def rms(a: NDArray, b: NDArray) -> float:
+def rms(a: NDArray[Any], b: NDArray[Any]) -> float:
     """Root mean square of a difference; infinite if a value is missing."""
     difference = np.asarray(a, float) - b
     return float(np.sqrt(np.mean(difference**2))) if np.all(np.isfinite(difference)) else float("inf")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,7 +14,7 @@ from .profiles import Profiles
 Array = NDArray[np.float64]
 
 
-def ranges(loads: Profiles, run: Run, order: NDArray) -> Ranges:
+def ranges(loads: Profiles, run: Run, order: NDArray[Any]) -> Ranges:
     """Ranges of the loads along a run (2 % and 98 % points; distance and order by their ends)."""
     columns = {
         "v": loads.v[:, 20:],

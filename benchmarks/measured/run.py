@@ -9,7 +9,7 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -35,6 +35,7 @@ INVARIANCES = {
 LEAST_TESTS = 10
 #: Identical copies must not raise the confidence by more.
 COPIES_RAISE = 0.05
+PARTS: tuple[Literal["floor", "explained", "missing"], ...] = ("floor", "explained", "missing")
 Told = Callable[[str], None]
 
 
@@ -84,7 +85,7 @@ def answer_to(data: pd.DataFrame, tests: pd.DataFrame) -> dict[str, Any]:
         "confidence": float(found.confidence),
         "said": found.sentence,
         "warnings": list(found.warnings),
-        "budget": {k: float(v) for k, v in found.error_budget.items()},
+        "budget": {part: float(found.error_budget[part]) for part in PARTS},
         "mean_square": float(np.average(squares, weights=table["points"])),
         "plain_mean_square": float(np.mean(squares)),
         "seconds": time.perf_counter() - began,
