@@ -99,7 +99,7 @@ def rates(lines: Sequence[Line]) -> Iterator[Rate]:
     faults = [x for x in by["single"] if laws[x["id"]][0].fault]
     yield "one law: right effect first", physics, scored("first")
     clear = [x for x in physics if not in_twin_group(laws[x["id"]][0].accept)]
-    yield "... outside the twins of pressure and of memory", clear, scored("first")
+    yield "... outside the twins of pressure, and of speed and memory", clear, scored("first")
     for low, high in SIZES:
         part = [x for x in physics if "truth" in x and low <= x["truth"]["laws"][0]["ratio"] < high]
         words = f"at least {low:g}" if np.isinf(high) else f"{low:g} to {high:g}"

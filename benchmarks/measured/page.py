@@ -88,15 +88,18 @@ def summary(results: Sequence[Result], wanted: Mapping[str, Any]) -> Table:
     table.rows.append(
         ("crashes, changed tables counted as well", *share(crashed, len(changed) + len(results)))
     )
-    worst = max((over_budget(r["answer"]) for r in own), default=0.0)
-    off = sum(over_budget(r["answer"]) > EQUAL for r in own)
-    table.rows.append(
-        (
-            "budget off: floor² + explained² + missing² is not the mean square of what the base leaves in the table of "
-            f"averages, each average weighted with its points (largest deviation {worst:.1g})",
-            *share(off, len(own)),
+    for mean, words in (
+        ("mean_square", "each average weighted with its points"),
+        ("plain_mean_square", "all averages with the same weight"),
+    ):
+        off = [over_budget(r["answer"], mean) for r in own]
+        table.rows.append(
+            (
+                "budget off: floor² + explained² + missing² is not the mean square of what the base leaves in the table of "
+                f"averages, {words} (largest deviation {max(off, default=0.0):.1g})",
+                *share(sum(o > EQUAL for o in off), len(own)),
+            )
         )
-    )
     return table
 
 
@@ -109,9 +112,10 @@ def invariance_text(results: Sequence[Result]) -> list[str]:
     ]
     surer = sum(b["confidence"] > a["confidence"] + COPIES_RAISE for a, b in pairs)
     return [
-        "Share of the answers that stay the same when a table is changed in a way that says nothing new (the first four and the "
-        "last), or little less. A change is counted where it does anything: a table of one mean a test cannot be thinned. The "
-        "random column holds three names that mean nothing. An answer that turns into a refusal has changed.",
+        "Share of the answers that stay the same when a table is changed. Another row order, another unit, identical copies and a "
+        "column of three random names say nothing new; every second point or a tenth of the tests take a little away. A change is "
+        "counted where it does anything: a table of one mean a test cannot be thinned. An answer that turns into a refusal has "
+        "changed.",
         "",
         f"Identical copies raise the confidence by more than {COPIES_RAISE:g} in {share(surer, len(pairs))[0]}: they must not.",
     ]
@@ -161,7 +165,7 @@ def of_set(result: Result, wanted: Mapping[str, Any]) -> Iterator[str]:
     own = result["answer"]
     yield f"### {result['name']}"
     yield ""
-    yield f"{result['description']} {result['tests']} tests, {result['points']} points."
+    yield f"{result['description']} Tests: {result['tests']}, points: {result['points']}."
     yield ""
     yield from says(own)
     yield f"- Grade: **{result['grade']}**."
@@ -170,7 +174,7 @@ def of_set(result: Result, wanted: Mapping[str, Any]) -> Iterator[str]:
         kept = own["status"] == "answered" and own["confidence"] <= limit
         yield f"- Confidence at most {limit:g}: {'kept' if kept else '**not kept**'}."
     if "must_warn" in wanted:
-        yield f"- Must warn: {wanted['must_warn']}. Warnings: {' '.join(own.get('warnings', [])) or 'none'}"
+        yield f"- Must warn: {wanted['must_warn']}. Warnings: {'; '.join(own.get('warnings', [])) or 'none'}."
     for word in ("acceptable", "debatable"):
         if wanted[word]:
             yield f"- {word.capitalize()}: {'; '.join(entry_text(e) for e in wanted[word])}."
