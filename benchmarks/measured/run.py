@@ -19,7 +19,7 @@ from friction_models.common import InputError, write_json
 from friction_models.discovery import diagnose
 
 from ..data import sources
-from . import tables
+from . import tables, variants
 from .grade import grade
 
 #: What an answer must survive: name of the change, and how the page says it.
@@ -36,12 +36,13 @@ LEAST_TESTS = 10
 #: Identical copies must not raise the confidence by more.
 COPIES_RAISE = 0.05
 PARTS: tuple[Literal["floor", "explained", "missing"], ...] = ("floor", "explained", "missing")
+_HERE = Path(__file__).parent
 Told = Callable[[str], None]
 
 
 def expected() -> dict[str, Any]:
     """Return the acceptable answers by set."""
-    text = (Path(__file__).parent / "answers.yaml").read_text(encoding="utf-8")
+    text = (_HERE / "answers.yaml").read_text(encoding="utf-8")
     found: dict[str, Any] = yaml.safe_load(text)["sets"]
     return found
 
@@ -108,7 +109,8 @@ def run_all(
     only : list of str, optional
         Sets; all by default.
     """
-    mapping = hashlib.sha256(Path(tables.__file__).read_bytes()).hexdigest()[:6]
+    made_by = b"".join((_HERE / name).read_bytes() for name in ("tables.py", "variants.py"))
+    mapping = hashlib.sha256(made_by).hexdigest()[:6]
     place = kept / f"{sources('friction_models')}-{mapping}"
     place.mkdir(parents=True, exist_ok=True)
     return [
@@ -131,7 +133,7 @@ def _run_set(name: str, wanted: dict[str, Any], data: Path, place: Path, tell: T
 
     own = answer("as_it_is", (points, tests, ""))
     changed = {
-        change: answer(change, (*tables.VARIANTS[change](points, tests), ""))
+        change: answer(change, (*variants.VARIANTS[change](points, tests), ""))
         for change in INVARIANCES
         if applies(change, points, tests)
     }

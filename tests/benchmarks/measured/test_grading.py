@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.measured import page, tables
+from benchmarks.measured import page, tables, variants
 from benchmarks.measured.grade import grade
 from benchmarks.measured.origins import ORIGINS
 from benchmarks.measured.run import INVARIANCES, expected, over_budget, same, tempted
@@ -65,7 +65,7 @@ def test_the_names_of_the_lists_are_those_of_the_catalogue() -> None:
             assert all(n in CATALOGUE or n.startswith("factor:") for n in names), name
         for entry in wanted["wrong"]:
             assert all(n in CATALOGUE for n in entry.get("names", [])), name
-    assert set(INVARIANCES) <= set(tables.VARIANTS)
+    assert set(INVARIANCES) <= set(variants.VARIANTS)
 
 
 def test_a_budget_that_does_not_add_up_is_seen() -> None:

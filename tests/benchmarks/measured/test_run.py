@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.measured import DATA, __main__, page, run, tables
+from benchmarks.measured import DATA, __main__, page, run, tables, variants
 
 
 @pytest.fixture
@@ -28,14 +28,14 @@ def test_loads_that_were_not_recorded_are_left_out(name: str, data: Path) -> Non
 
 def test_changes_change_what_they_say(data: Path) -> None:
     points, tests, _ = run.table_of({"function": "pneumatic_seal", "arguments": {"ring": "PK"}}, data)
-    thin, _ = tables.thin(points, tests)
+    thin, _ = variants.thin(points, tests)
     assert len(thin) == len(points) / 2
-    twice, named = tables.copies(points, tests)
+    twice, named = variants.copies(points, tests)
     assert len(twice) == 2 * len(points) and named["test_id"].is_unique
-    fewer, _ = tables.drop_tests(points, tests)
+    fewer, _ = variants.drop_tests(points, tests)
     assert 0 < fewer["test_id"].nunique() < len(tests)
-    assert tables.metres(points, tests)[0]["v_rel"].iloc[0] == points["v_rel"].iloc[0] / 1000
-    assert "batch" in tables.random_column(points, tests)[1] and "batch" not in tests
+    assert variants.metres(points, tests)[0]["v_rel"].iloc[0] == points["v_rel"].iloc[0] / 1000
+    assert "batch" in variants.random_column(points, tests)[1] and "batch" not in tests
     assert run.applies("thin", points, tests) and not run.applies("drop_tests", points, tests[:5])
 
 
