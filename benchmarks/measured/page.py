@@ -181,9 +181,8 @@ def of_set(result: Result, wanted: Mapping[str, Any]) -> Iterator[str]:
     yield "- Why:"
     yield from (f"  - {plain(reason)}" for reason in wanted["because"])
     if result["grade"] == "wrong":
-        yield from (
-            f"- Why the answer is wrong: {plain(reason)}" for reason in dict.fromkeys(tempted(own, wanted))
-        )
+        reasons = list(dict.fromkeys(tempted(own, wanted))) or ["it stands on neither list"]
+        yield from (f"- Why the answer is wrong: {plain(reason)}." for reason in reasons)
 
 
 def says(own: Mapping[str, Any]) -> Iterator[str]:
