@@ -12,7 +12,7 @@ from sklearn.base import clone
 from ..common import InputError, shown
 from ..effects import CATALOGUE, ENTRY_POINT_GROUP, known_effect, make_effect
 from ..effects.base import Effect, EffectContext
-from ..estimation.joint_fit import fit_jointly
+from ..estimation.fit.joint_fit import fit_jointly
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..loads import FloatArray, TriboLoads
 from ..loads.order import order_of_tests

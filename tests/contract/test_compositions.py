@@ -14,8 +14,8 @@ from friction_models import OnnxModel, TriboLoads, evaluate, load_model
 from friction_models.common import InputError
 from friction_models.discovery import compare, diagnose, refine
 from friction_models.effects import CATALOGUE, make_effect
-from friction_models.estimation.binning import prepare
-from friction_models.estimation.candidates import evaluate_points, spans_of
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.search.candidates import evaluate_points, spans_of
 from friction_models.families.constant import ConstantFriction
 from friction_models.families.registry import FAMILIES, make_model
 from friction_models.loads import FloatArray

@@ -16,8 +16,8 @@ from benchmarks.discovery_campaigns import campaign
 from fmus import pack, read_friction_fmu
 from friction_models import LinearFriction, OnnxModel, TriboLoads, effects, load_model
 from friction_models.effects import CATALOGUE, Amplitude, Effect, Memory, Shape, make_effect
-from friction_models.estimation.binning import prepare
-from friction_models.estimation.candidates import evaluate_points, spans_of
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.search.candidates import evaluate_points, spans_of
 from friction_models.expressions.ops import LoadColumns, NumpyOps
 from friction_models.families.composed import ComposedFriction
 

@@ -15,9 +15,9 @@ from friction_models import LinearFriction, OnnxModel, load_model
 from friction_models.common import InputError
 from friction_models.discovery import diagnose, refine
 from friction_models.effects import CATALOGUE, factor_effect, known_effect, make_effect
-from friction_models.estimation.binning import prepare
-from friction_models.estimation.factors import factors_of
-from friction_models.estimation.pooling import shrinkage
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.campaign.factors import factors_of
+from friction_models.estimation.fit.pooling import shrinkage
 from friction_models.families.composed import ComposedFriction
 
 #: Scatter of mu from test to test, and along a test.

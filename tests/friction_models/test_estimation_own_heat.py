@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from friction_models.discovery import diagnose
-from friction_models.estimation.binning import Campaign, prepare
-from friction_models.estimation.own_heat import without_own_heat
+from friction_models.estimation.campaign.binning import Campaign, prepare
+from friction_models.estimation.campaign.own_heat import without_own_heat
 
 LAW = 0.08
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from friction_models.estimation.scan import Prepared, Projector, prepare_candidate, rank
-from friction_models.estimation.significance import (
+from friction_models.estimation.search.scan import Prepared, Projector, prepare_candidate, rank
+from friction_models.estimation.search.significance import (
     REPLICATES,
     alike,
     confusion_set,

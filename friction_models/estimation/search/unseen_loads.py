@@ -9,10 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..effects.base import Effect
-from ..loads import FloatArray
-from ..loads.time_steps import rests, time_steps
-from .binning import Campaign
+from ...effects.base import Effect
+from ...loads import FloatArray
+from ...loads.time_steps import rests, time_steps
+from ..campaign.binning import Campaign
 from .scan import Fit
 
 #: An effect with at least this share of the gain of the first one may lead the ranking in its place.

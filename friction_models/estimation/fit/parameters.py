@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import t as student
 
-from ..effects.base import Effect
-from ..loads import FloatArray
-from .base_law import BaseLaw
-from .binning import Campaign
+from ...effects.base import Effect
+from ...loads import FloatArray
+from ..campaign.binning import Campaign
+from ..search.base_law import BaseLaw
 from .joint_fit import JointProblem, solve_jointly
 
 #: Step of shape parameters for the derivative, relative to their value.

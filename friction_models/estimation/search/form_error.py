@@ -11,10 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..loads import LOAD_NAMES, FloatArray
-from .binning import Campaign
-from .curves import curve, transformed
-from .noise_floor import Whitener
+from ...loads import LOAD_NAMES, FloatArray
+from ..campaign.binning import Campaign
+from ..campaign.curves import curve, transformed
+from ..noise.noise_floor import Whitener
 from .scan import Fit, Projector, drops
 
 #: RMS of the deviation over that of the effect itself.

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ..common import InputError
-from ..loads import (
+from ...common import InputError
+from ...loads import (
     LOAD_NAMES,
     LOADS,
     MEASURED_MU,

@@ -8,13 +8,12 @@ import numpy as np
 import pandas as pd
 from scipy.stats import rankdata
 
-from ..effects.base import Effect
-from ..effects.factor import scanned_factor
-from ..loads import LOAD_NAMES, FloatArray
-from ..loads.contract import POINT_COLUMNS, SETTING_UNITS
+from ...effects.base import Effect
+from ...effects.factor import scanned_factor
+from ...loads import LOAD_NAMES, FloatArray
+from ...loads.contract import POINT_COLUMNS, SETTING_UNITS
 from .binning import Campaign
-from .metadata import NOT_METADATA, is_text
-from .reference import MOST_LEVELS
+from .metadata import MOST_LEVELS, NOT_METADATA, is_text
 
 #: Most columns that are tried.
 MOST_COLUMNS = 12

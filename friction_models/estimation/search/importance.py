@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..loads import FloatArray
+from ...loads import FloatArray
 
 #: Least share of the squared error (floor included) that an effect must carry: smaller ones are within the
 #: errors of a twin's loads and of no use to a model.

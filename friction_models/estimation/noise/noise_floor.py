@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize
 
-from ..loads import FloatArray
-from .binning import Campaign
+from ...loads import FloatArray
+from ..campaign.binning import Campaign
 
 #: Relative to the scatter of the data; keeps the covariance regular on noise-free input.
 FLOOR = 1e-4

@@ -15,17 +15,17 @@ import numpy as np
 from scipy.optimize import least_squares, lsq_linear
 from sklearn.base import clone
 
-from ..effects.base import Effect
-from ..loads import FloatArray, TriboLoads
-from ..models.base import FrictionModel, Groups
-from ..models.domain import Domain
-from .base_law import BaseLaw, base_law, polynomial_columns
-from .binning import Campaign, campaign_of
-from .candidates import evaluate, evaluate_points, spans_of
-from .noise_floor import Layout, NoiseFloor, Whitener, estimate
+from ...effects.base import Effect
+from ...loads import FloatArray, TriboLoads
+from ...models.base import FrictionModel, Groups
+from ...models.domain import Domain
+from ..campaign.binning import Campaign, campaign_of
+from ..noise.noise_floor import Layout, NoiseFloor, Whitener, estimate
+from ..search.base_law import BaseLaw, base_law, polynomial_columns
+from ..search.candidates import evaluate, evaluate_points, spans_of
+from ..search.scan import Projector, best_fit, prepare_candidate
+from ..search.search_round import flexible_mean
 from .pooling import by_test, shrinkage
-from .scan import Projector, best_fit, prepare_candidate
-from .search_round import flexible_mean
 
 LEAST_TESTS = 6
 ROUNDS = 3

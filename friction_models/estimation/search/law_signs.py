@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..loads import LOAD_NAMES, FloatArray
-from .binning import Campaign
-from .noise_floor import Whitener
+from ...loads import LOAD_NAMES, FloatArray
+from ..campaign.binning import Campaign
+from ..noise.noise_floor import Whitener
 from .scan import Prepared, drops
 
 #: Least share of all ups and downs of the law along the load that must run the way of the effect.

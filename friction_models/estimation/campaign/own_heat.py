@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..loads import FloatArray
+from ...loads import FloatArray
 from .binning import Campaign
 from .curves import transformed
 

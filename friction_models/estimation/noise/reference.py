@@ -17,9 +17,10 @@ import pandas as pd
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 
-from ..loads import LOAD_NAMES, FloatArray
-from .binning import Campaign
-from .curves import transformed
+from ...loads import LOAD_NAMES, FloatArray
+from ..campaign.binning import Campaign
+from ..campaign.curves import transformed
+from ..campaign.metadata import MOST_LEVELS
 from .noise_floor import Layout, NoiseFloor, Whitener
 
 #: Places along a load or along metadata between which a curve may bend.
@@ -30,8 +31,6 @@ DISTANCE_PLACES = 8
 REACH, DISTANCE_REACH = 0.8, 0.4
 #: Directions of each of two curves that their product uses.
 IN_PRODUCTS = 3
-#: Metadata with more levels than this share of the tests tells nothing about other tests.
-MOST_LEVELS = 0.7
 #: Metadata that agrees with a load by more than this correlation over the tests is that load.
 SAME_AS_LOAD = 0.999
 #: Tests from which the prior variances are estimated, at most.

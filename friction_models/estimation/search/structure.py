@@ -13,9 +13,9 @@ from typing import TypedDict
 import numpy as np
 from scipy.stats import chi2
 
-from ..loads import LOAD_NAMES, FloatArray
-from .binning import Campaign
-from .curves import curve, spline_columns, transformed
+from ...loads import LOAD_NAMES, FloatArray
+from ..campaign.binning import Campaign
+from ..campaign.curves import curve, spline_columns, transformed
 from .scan import Fit, Projector
 from .search_round import SearchRound
 from .significance import null_noise

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from ..common import InputError
-from ..effects.base import Effect, Memory
-from ..expressions.ops import LoadColumns, NumpyOps
-from ..loads import FloatArray, TriboLoads
-from ..loads.time_steps import rests, time_steps
-from .binning import Campaign
-from .metadata import metadata_spans
+from ...common import InputError
+from ...effects.base import Effect, Memory
+from ...expressions.ops import LoadColumns, NumpyOps
+from ...loads import FloatArray, TriboLoads
+from ...loads.time_steps import rests, time_steps
+from ..campaign.binning import Campaign
+from ..campaign.metadata import metadata_spans
 
 OPS = NumpyOps()
 

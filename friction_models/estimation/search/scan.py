@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..loads import FloatArray
+from ...loads import FloatArray
 from .candidates import Candidate
 
 #: Least share of a candidate's whitened variation that the base must leave, else it cannot be seen.

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..effects.base import Effect
-from ..loads import FloatArray
+from ...effects.base import Effect
+from ...loads import FloatArray
+from ..campaign.binning import Campaign
+from ..campaign.metadata import recorded
+from ..noise.noise_floor import Layout, NoiseFloor, Whitener, estimate, independent_columns
 from .base_law import BaseLaw, polynomial_columns
-from .binning import Campaign
 from .candidates import Candidate
 from .form_error import FormErrors
 from .law_signs import physical_sets
-from .metadata import recorded
-from .noise_floor import Layout, NoiseFloor, Whitener, estimate, independent_columns
 from .scan import Fit, Prepared, Projector, prepare_candidate, rank
 from .significance import (
     REPLICATES,

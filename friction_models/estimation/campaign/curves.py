@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..loads import LOAD_NAMES, FloatArray
+from ...loads import LOAD_NAMES, FloatArray
 from .binning import Campaign
 
 

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ..common import InputError
-from ..loads import FloatArray
-from ..models import tangent
-from ..models.base import FrictionModel
-from ..models.measures import ALLOWED, predict_points
-from .binning import Campaign
+from ...common import InputError
+from ...loads import FloatArray
+from ...models import tangent
+from ...models.base import FrictionModel
+from ...models.measures import ALLOWED, predict_points
+from ..campaign.binning import Campaign
 from .candidates import evaluate_points
 
 

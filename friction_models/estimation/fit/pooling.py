@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..loads import FloatArray
+from ...loads import FloatArray
 
 #: Least and largest ratio of the scatter within levels to that between them; the least keeps the mean of the offsets at zero.
 LEAST, MOST = 1e-6, 1e6

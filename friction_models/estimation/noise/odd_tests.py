@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from ..loads import FloatArray
-from .binning import Campaign, campaign_of
+from ...loads import FloatArray
+from ..campaign.binning import Campaign, campaign_of
 from .noise_floor import Layout, NoiseFloor, estimate
 from .reference import Reference
 

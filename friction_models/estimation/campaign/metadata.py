@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..loads import FloatArray, TriboLoads
+from ...loads import FloatArray, TriboLoads
 
 #: Share of the tests that may lack a metadata value.
 MOST_EMPTY = 0.5
+#: Metadata with more levels than this share of the tests tells nothing about other tests.
+MOST_LEVELS = 0.7
 #: Columns that are no metadata: an empty cell there has a meaning of its own.
 NOT_METADATA = ("role", "F_r_zero", "F_r_zero_end")
 

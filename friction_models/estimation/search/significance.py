@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..loads import FloatArray
+from ...loads import FloatArray
 from .scan import Fit, Prepared, Projector, drops
 
 #: Inner products of each effect's columns with simulated noise, shape (g, amplitudes, replicates) each.

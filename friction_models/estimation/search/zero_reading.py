@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from ..loads import FloatArray
-from .binning import Campaign
+from ...loads import FloatArray
+from ..campaign.binning import Campaign
 from .candidates import Candidate
 from .form_error import FORM_ERROR
 from .scan import Fit
