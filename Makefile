@@ -21,11 +21,12 @@ ROOM.acceptance := tests/acceptance
 ROOM.interop := tests/interop
 ROOM.fuzz := tests/fuzz tests/fmus/fuzz
 ROOM.docs := tests/documentation
+ROOM.benchmarks := tests/benchmarks
 ROOMS := $(patsubst ROOM.%,%,$(filter ROOM.%,$(.VARIABLES)))
 # `make test-forming MARKED=` runs the slow tests, too.
 MARKED ?= not slow
 
-.PHONY: install demo test $(addprefix test-,$(ROOMS)) lint bench interop verify clean
+.PHONY: install demo test $(addprefix test-,$(ROOMS)) lint bench bench-literature bench-measured interop verify clean
 install: $(TESTING)
 
 $(STAMP): pyproject.toml constraints.txt
@@ -58,6 +59,15 @@ lint: $(TESTING)
 
 bench: $(TESTING)
 	$(BIN)/python -m benchmarks -o docs/benchmarks.md
+
+# 270 campaigns; `make bench-literature QUICK=--quick` runs 40 of them. An interrupted run goes on.
+bench-literature: $(TESTING)
+	$(BIN)/python -m benchmarks.literature $(QUICK)
+	$(BIN)/python -m benchmarks --only literature
+
+# The measurements are not part of the repository; without them nothing is written.
+bench-measured: $(TESTING)
+	$(BIN)/python -m benchmarks.measured -o docs/measured-data.md
 
 interop: $(TESTING)
 	$(BIN)/python -m tests.interop -o docs/interoperability.md

@@ -16,8 +16,8 @@ from friction_models.common import write_json
 from friction_models.discovery import Diagnosis, diagnose
 from friction_models.discovery.further_tests.joined import join_campaigns
 from friction_models.discovery.further_tests.separation import ENOUGH, separated
-from friction_models.estimation.binning import prepare
-from friction_models.estimation.zero_reading import ZERO, read_zero
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.search.zero_reading import ZERO, read_zero
 from friction_models.loads import DataSet
 from sct_twin import SctTwin
 from sct_twin.virtual_lab import Campaign, run_protocol

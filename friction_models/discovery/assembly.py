@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import norm
 
-from ..estimation.base_law import BaseLaw
-from ..estimation.binning import FEW_TESTS, Campaign
-from ..estimation.noise_floor import NoiseFloorNumbers
-from ..estimation.parameters import FittedTerm, fit_terms
-from ..estimation.scan import Fit
-from ..estimation.search_round import SearchRound
-from ..estimation.significance import stays_first
-from ..estimation.structure import StructurePlace
-from ..estimation.unseen_loads import EITHER, doubts
+from ..estimation.campaign.binning import FEW_TESTS, Campaign
+from ..estimation.fit.parameters import FittedTerm, fit_terms
+from ..estimation.noise.noise_floor import NoiseFloorNumbers
+from ..estimation.search.base_law import BaseLaw
+from ..estimation.search.scan import Fit
+from ..estimation.search.search_round import SearchRound
+from ..estimation.search.significance import stays_first
+from ..estimation.search.structure import StructurePlace
+from ..estimation.search.unseen_loads import EITHER, doubts
 from ..loads import LOAD_NAMES, FloatArray
 from .confirmation import NAMED, Confirmation
 from .diagnosis import Diagnosis

@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from ..common import InputError
-from ..estimation.binning import Campaign, prepare
+from ..estimation.campaign.binning import Campaign, prepare
 from ..loads import FloatArray
 from ..models.measures import predict_points
 from ..models.model_card import Seen, seen_in_training

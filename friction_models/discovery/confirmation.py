@@ -9,11 +9,11 @@ import numpy as np
 from scipy.stats import norm
 
 from ..effects.base import Effect
-from ..estimation.binning import Campaign
-from ..estimation.reference import Reference
-from ..estimation.scan import Fit
-from ..estimation.search_round import SearchRound
-from ..estimation.structure import StructurePlace, places_of
+from ..estimation.campaign.binning import Campaign
+from ..estimation.noise.reference import Reference
+from ..estimation.search.scan import Fit
+from ..estimation.search.search_round import SearchRound
+from ..estimation.search.structure import StructurePlace, places_of
 from ..loads import FloatArray
 from .error_budget import ErrorShares, error_shares, helps, lead
 from .unseen_tests import UnseenTests, errors_of_tests

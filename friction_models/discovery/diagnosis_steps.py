@@ -18,20 +18,21 @@ from ..common import InputError
 from ..common.one_blas_thread import one_blas_thread
 from ..effects import CATALOGUE, make_effect
 from ..effects.base import Effect
-from ..estimation.base_law import BaseLaw, base_law, polynomial_columns
-from ..estimation.binning import Campaign, prepare
-from ..estimation.candidates import Candidate, evaluate_all, spans_of
-from ..estimation.curves import spline_columns
-from ..estimation.importance import LEAST_SHARE, error_share, weighted_rms
-from ..estimation.noise_floor import NoiseFloor, independent_columns
-from ..estimation.odd_tests import odd_tests, without_tests
-from ..estimation.own_heat import without_own_heat
-from ..estimation.scan import Fit
-from ..estimation.search_round import SearchRound, distrust_outliers, search, testable
-from ..estimation.significance import stays_first
-from ..estimation.structure import Misfit, Structure, find_structure, own_misfit
-from ..estimation.unseen_loads import AS_GOOD
-from ..estimation.zero_reading import judge_zero
+from ..estimation.campaign.binning import Campaign, prepare
+from ..estimation.campaign.curves import spline_columns
+from ..estimation.campaign.factors import factors_of
+from ..estimation.campaign.own_heat import without_own_heat
+from ..estimation.noise.noise_floor import NoiseFloor, independent_columns
+from ..estimation.noise.odd_tests import odd_tests, without_tests
+from ..estimation.search.base_law import BaseLaw, base_law, polynomial_columns
+from ..estimation.search.candidates import Candidate, evaluate_all, spans_of
+from ..estimation.search.importance import LEAST_SHARE, error_share, weighted_rms
+from ..estimation.search.scan import Fit
+from ..estimation.search.search_round import SearchRound, distrust_outliers, search, testable
+from ..estimation.search.significance import stays_first
+from ..estimation.search.structure import Misfit, Structure, find_structure, own_misfit
+from ..estimation.search.unseen_loads import AS_GOOD
+from ..estimation.search.zero_reading import judge_zero
 from ..families.registry import make_model
 from ..loads import LOAD_NAMES, FloatArray, require_loads
 from ..models.base import FrictionModel
@@ -79,7 +80,7 @@ def diagnose(
         Family name or model; a model's family is refitted together with every candidate. An object that
         only predicts (an FMU) is a fixed base.
     catalogue : iterable of str or Effect, optional
-        Effects to consider; all known ones by default.
+        Effects to consider; by default all known ones, and ``factor:COLUMN`` for further columns of `tests`.
     seed : int
         Of the simulated noise; the same seed gives the same answer.
 
@@ -101,7 +102,9 @@ def diagnose(
         campaign, base, floor = _beside(measured, model, seed)
     chosen = CATALOGUE if catalogue is None else catalogue
     effects = [make_effect(e) for e in (chosen.values() if isinstance(chosen, Mapping) else chosen)]
-    usable, notes = testable(effects, campaign, base.effects)
+    factors, about = factors_of(campaign, effects) if catalogue is None else ([], [])
+    usable, notes = testable([*effects, *factors], campaign, base.effects)
+    notes += about
     mu = _base_prediction(campaign, base)
     spans = spans_of(campaign, mu)
     candidates, said = evaluate_all(usable, campaign, mu, spans)

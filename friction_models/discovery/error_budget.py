@@ -9,8 +9,8 @@ import numpy as np
 from scipy.stats import t as student
 
 from ..effects.base import Effect
-from ..estimation.importance import LEAST_SHARE
-from ..estimation.reference import Reference
+from ..estimation.noise.reference import Reference
+from ..estimation.search.importance import LEAST_SHARE
 from ..loads import FloatArray
 from .unseen_tests import ErrorsByTest, UnseenTests, errors_of_tests
 

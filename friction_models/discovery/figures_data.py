@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 
 from ..effects.base import Effect, Memory
-from ..estimation.candidates import OPS
-from ..estimation.structure import StructurePlace
+from ..estimation.search.candidates import OPS
+from ..estimation.search.structure import StructurePlace
 from ..expressions.ops import LoadColumns
 from ..loads import LOAD_NAMES, LOADS, FloatArray
 from .findings import Findings

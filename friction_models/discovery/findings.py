@@ -8,8 +8,8 @@ from typing import NotRequired, TypedDict
 import pandas as pd
 
 from ..effects.base import Effect
-from ..estimation.noise_floor import NoiseFloorNumbers
-from ..estimation.structure import StructurePlace
+from ..estimation.noise.noise_floor import NoiseFloorNumbers
+from ..estimation.search.structure import StructurePlace
 from .formulas.offers import FormulaOffer
 from .further_tests.next_tests import NextTest
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..estimation.base_law import BaseLaw
-from ..estimation.binning import Campaign
+from ..estimation.campaign.binning import Campaign
+from ..estimation.search.base_law import BaseLaw
 from ..loads import LOAD_NAMES
 from .verdict import Evidence
 

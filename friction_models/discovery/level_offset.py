@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import t as student
 
-from ..estimation.binning import Campaign
-from ..estimation.importance import LEAST_SHARE, error_share
-from ..estimation.scan import Fit
-from ..estimation.search_round import SearchRound
-from ..estimation.structure import StructurePlace
+from ..estimation.campaign.binning import Campaign
+from ..estimation.search.importance import LEAST_SHARE, error_share
+from ..estimation.search.scan import Fit
+from ..estimation.search.search_round import SearchRound
+from ..estimation.search.structure import StructurePlace
 from ..loads import LOAD_NAMES
 from .verdict import STRUCTURE_LEVEL
 

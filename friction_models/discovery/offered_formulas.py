@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..estimation.binning import Campaign
+from ..estimation.campaign.binning import Campaign
 from .assembly import Judged
 from .formulas.offers import FormulaOffer
 from .formulas.search import Missing, offers

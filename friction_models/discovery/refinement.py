@@ -13,8 +13,8 @@ from ..common import InputError
 from ..common.one_blas_thread import one_blas_thread
 from ..effects import make_effect
 from ..effects.base import Effect
-from ..estimation.binning import prepare
-from ..estimation.metadata import with_all_metadata
+from ..estimation.campaign.binning import prepare
+from ..estimation.campaign.metadata import with_all_metadata
 from ..families.composed import ComposedFriction
 from ..families.registry import make_model
 from ..loads import FloatArray, TriboLoads

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ..estimation.binning import Campaign
-from ..estimation.parameters import FittedTerm
-from ..estimation.search_round import SearchRound
+from ..estimation.campaign.binning import Campaign
+from ..estimation.fit.parameters import FittedTerm
+from ..estimation.search.search_round import SearchRound
 from ..loads import LOAD_NAMES, FloatArray
 from .findings import BinnedBias, TestGroups, WorstTest
 

@@ -11,11 +11,11 @@ import numpy.typing as npt
 from sklearn.base import clone
 
 from ..effects.base import Effect
-from ..estimation.base_law import BaseLaw
-from ..estimation.binning import Campaign, campaign_of
-from ..estimation.candidates import evaluate_points
-from ..estimation.joint_fit import solve_jointly
-from ..estimation.metadata import with_all_metadata
+from ..estimation.campaign.binning import Campaign, campaign_of
+from ..estimation.campaign.metadata import with_all_metadata
+from ..estimation.fit.joint_fit import solve_jointly
+from ..estimation.search.base_law import BaseLaw
+from ..estimation.search.candidates import evaluate_points
 from ..families.composed import ComposedFriction
 from ..loads import FloatArray, TriboLoads
 from ..models.base import FrictionModel

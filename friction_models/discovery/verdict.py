@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ..estimation.importance import LEAST_SHARE
-from ..estimation.scan import Fit
-from ..estimation.search_round import SearchRound
-from ..estimation.structure import Misfit, Structure
+from ..estimation.search.importance import LEAST_SHARE
+from ..estimation.search.scan import Fit
+from ..estimation.search.search_round import SearchRound
+from ..estimation.search.structure import Misfit, Structure
 
 #: Family-wise level at which an effect counts as present.
 LEVEL = 0.05

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..estimation.base_law import BaseLaw
-from ..estimation.binning import FEW_TESTS, Campaign
-from ..estimation.scan import Fit
-from ..estimation.structure import StructurePlace
+from ..estimation.campaign.binning import FEW_TESTS, Campaign
+from ..estimation.search.base_law import BaseLaw
+from ..estimation.search.scan import Fit
+from ..estimation.search.structure import StructurePlace
 from .findings import TestGroups
 from .verdict import Evidence
 

@@ -12,6 +12,8 @@ from .batch import Batch
 from .declaration import declaration_fault
 from .empirical import PREFIX as _EMPIRICAL
 from .empirical import empirical_effect, empirical_named
+from .factor import PREFIX as _FACTOR
+from .factor import factor_effect, factor_named
 from .flash_temperature import FlashTemperature
 from .force_zero import ForceZero
 from .hersey import Hersey
@@ -99,7 +101,7 @@ def load_catalogue() -> dict[str, type[Effect]]:
 CATALOGUE: dict[str, type[Effect]] = load_catalogue()
 
 #: Effects that are made from their name, by its beginning.
-_MADE: dict[str, Callable[[str], type[Effect]]] = {_EMPIRICAL: empirical_named}
+_MADE: dict[str, Callable[[str], type[Effect]]] = {_EMPIRICAL: empirical_named, _FACTOR: factor_named}
 
 
 def _made_from(name: str) -> type[Effect] | None:
@@ -113,8 +115,8 @@ def known_effect(name: str) -> bool:
 
     Examples
     --------
-    >>> known_effect("stribeck"), known_effect("empirical:bump(T)"), known_effect("stribek")
-    (True, True, False)
+    >>> [known_effect(n) for n in ("stribeck", "empirical:bump(T)", "factor:operator", "stribek")]
+    [True, True, True, False]
     """
     try:
         return name in CATALOGUE or _made_from(name) is not None
@@ -123,7 +125,7 @@ def known_effect(name: str) -> bool:
 
 
 def make_effect(effect: str | Effect | type[Effect]) -> Effect:
-    """Return an effect from its name, its class or itself.
+    """Return an effect from its name, its class or itself; ``factor:COLUMN`` is the effect of a column of the test table.
 
     Raises
     ------
@@ -136,6 +138,8 @@ def make_effect(effect: str | Effect | type[Effect]) -> Effect:
     Stribeck()
     >>> make_effect("empirical:bump(T)").driver
     ('T',)
+    >>> make_effect("factor:operator").metadata
+    ('operator',)
     >>> make_effect("stribek")
     Traceback (most recent call last):
         ...
@@ -153,7 +157,7 @@ def make_effect(effect: str | Effect | type[Effect]) -> Effect:
     if made is not None:
         return made()
     if effect not in CATALOGUE:
-        raise unknown_name("effect", effect, CATALOGUE)
+        raise unknown_name("effect", effect, [*CATALOGUE, "factor:COLUMN"])
     return CATALOGUE[effect]()
 
 
@@ -187,6 +191,7 @@ __all__ = [
     "WearOut",
     "WorkExhaustion",
     "empirical_effect",
+    "factor_effect",
     "known_effect",
     "load_catalogue",
     "make_effect",

@@ -8,7 +8,7 @@ computes numbers and draws the ONNX graph.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
@@ -232,6 +232,8 @@ class Effect:
     states_need_shapes: ClassVar[bool] = True
     #: Whether basis or rate use the model's own friction coefficient.
     needs_mu: ClassVar[bool] = False
+    #: Whether the amplitudes are offsets of levels, which a fit shrinks towards zero.
+    pooled: ClassVar[bool] = False
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -263,6 +265,10 @@ class Effect:
 
     def __hash__(self) -> int:
         return hash((type(self), tuple(sorted(self.fixed.items()))))
+
+    def with_levels(self, levels: Mapping[str, Sequence[str]]) -> Effect:
+        """Return the effect as it is fitted to metadata with these labels of texts; most effects do not care."""
+        return self
 
     @property
     def needs_state(self) -> bool:

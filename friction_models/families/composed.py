@@ -12,7 +12,7 @@ from sklearn.base import clone
 from ..common import InputError, shown
 from ..effects import CATALOGUE, ENTRY_POINT_GROUP, known_effect, make_effect
 from ..effects.base import Effect, EffectContext
-from ..estimation.joint_fit import fit_jointly
+from ..estimation.fit.joint_fit import fit_jointly
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..loads import FloatArray, TriboLoads
 from ..loads.order import order_of_tests
@@ -106,6 +106,7 @@ class ComposedFriction(FrictionModel):
             loads, mu = loads.take(rows), mu[rows]
             groups = None if groups is None else groups[rows]
         self.levels_ = levels_of(loads, self.effects_)
+        self.effects_ = [e.with_levels(self.levels_) for e in self.effects_]
         fitted = fit_jointly(self.base, self.effects_, loads, mu, groups, self._metadata(loads))
         self.base_, self.shapes_, self.amplitudes_ = fitted.base, fitted.shapes, fitted.amplitudes
         self.noise_floor_ = fitted.noise_floor
@@ -279,7 +280,8 @@ class ComposedFriction(FrictionModel):
         return values, {f"base.{k}": v for k, v in arrays.items()}
 
     def _restore(self, values: JsonObject, arrays: Arrays) -> None:
-        self.effects_ = [make_effect(e) for e in self.effects]
+        self.levels_ = {str(k): [str(x) for x in v] for k, v in values["levels"].items()}
+        self.effects_ = [make_effect(e).with_levels(self.levels_) for e in self.effects]
         inner = {k.removeprefix("base."): v for k, v in arrays.items() if k.startswith("base.")}
         self.base_ = type(self.base).from_parts(values["base"], inner)
         self.shapes_ = [
@@ -291,7 +293,6 @@ class ComposedFriction(FrictionModel):
         ]
         if not len(self.shapes_) == len(self.amplitudes_) == len(self.effects_):
             raise InputError("composed: the parameters do not fit the effects; allowed: one set an effect")
-        self.levels_ = {str(k): [str(x) for x in v] for k, v in values["levels"].items()}
         # Models saved before the labels stood with the variable have them in `levels` only.
         self.system_ = [
             SystemVariable.from_dict({**v, "labels": self.levels_.get(str(v["name"]), [])})

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from ..common import InputError
+from ..common import InputError, nearest
 from ..effects.base import Effect
 from ..loads import FloatArray, TriboLoads
 from ..models.variables import SystemVariable
@@ -36,7 +36,7 @@ def levels_of(loads: TriboLoads, effects: Sequence[Effect]) -> dict[str, list[st
             values = loads.context_column(name)
             if values is None:
                 raise InputError(
-                    f"effect {effect.name!r} needs the column {name!r} in the table of tests; allowed: give tests with it"
+                    f"effect {effect.name!r} needs the column {name!r} in the table of tests; {_columns(loads, name)}"
                 )
             if bool(pd.isna(values).any()):
                 row = int(np.argmax(pd.isna(values)))
@@ -46,6 +46,16 @@ def levels_of(loads: TriboLoads, effects: Sequence[Effect]) -> dict[str, list[st
             if pd.to_numeric(pd.Series(values), errors="coerce").isna().any():
                 levels[name] = sorted({str(v) for v in values})
     return levels
+
+
+def _columns(loads: TriboLoads, name: str) -> str:
+    """Return which columns the table of tests has, and the one that is nearest to `name`."""
+    if loads.context is None or not len(loads.context.columns):
+        return "allowed: give tests with it"
+    names = sorted(map(str, loads.context.columns))
+    hint = nearest(name, names)
+    guess = f"; did you mean {hint!r}?" if hint else ""
+    return f"allowed: give tests with it; this one has {', '.join(names)}{guess}"
 
 
 def system_variables_of(

@@ -14,7 +14,7 @@ from .contract import (
     Quantity,
 )
 from .dataset import DataSet
-from .points import read_points
+from .points import about_negative, read_points
 from .tribo_loads import FloatArray, TriboLoads, check_column, require_loads
 
 __all__ = [
@@ -32,6 +32,7 @@ __all__ = [
     "InputError",
     "Quantity",
     "TriboLoads",
+    "about_negative",
     "check_column",
     "missing_column",
     "not_measured",

@@ -83,7 +83,7 @@ def check_points(frame: pd.DataFrame, where: str = "data", need_mu: bool = True)
                 f"{where}: test {test!r}, column 't', row {row}: value nan; allowed: a time for every point, or no column 't'"
             )
     if need_mu:
-        notes += _about_negative(frame["mu"].to_numpy()[kept], where)
+        notes += about_negative(frame["mu"].to_numpy()[kept], where)
     frame = frame.iloc[kept]
     order = order_of_tests(frame["test_id"], frame.get(TIME.name), frame.get("sd"), where, row_numbers=kept)
     if order is not None:
@@ -127,10 +127,15 @@ def _with_numbers(
     return np.flatnonzero(~bad), [f"{where}: {int(bad.sum())} of {len(bad)} points left out: {why} ({first})"]
 
 
-def _about_negative(mu: npt.NDArray[np.float64], where: str) -> list[str]:
+def about_negative(mu: npt.NDArray[np.float64], where: str) -> list[str]:
     """Return what to say of slightly negative friction.
 
     Raises InputError: so many values are negative that no zero error explains them.
+
+    Examples
+    --------
+    >>> about_negative(np.array([0.05, -0.001, 0.06]), "points.csv")[0][:52]
+    'points.csv: 1 of 3 values of mu are below 0, the low'
     """
     negative = int((mu < 0.0).sum())
     if not negative:

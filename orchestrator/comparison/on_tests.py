@@ -12,7 +12,7 @@ import pandas as pd
 
 from friction_models.common import InputError
 from friction_models.discovery.comparison import FEWEST_TESTS, SAME, Comparison, compare
-from friction_models.estimation.binning import prepare
+from friction_models.estimation.campaign.binning import prepare
 from friction_models.loads import LOAD_NAMES, DataSet, FloatArray, TriboLoads
 from friction_models.models.domain import known_domain
 from friction_models.models.measures import range_warning

@@ -14,8 +14,8 @@ from friction_models import OnnxModel, TriboLoads, evaluate, load_model
 from friction_models.common import InputError
 from friction_models.discovery import compare, diagnose, refine
 from friction_models.effects import CATALOGUE, make_effect
-from friction_models.estimation.binning import prepare
-from friction_models.estimation.candidates import evaluate_points, spans_of
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.search.candidates import evaluate_points, spans_of
 from friction_models.families.constant import ConstantFriction
 from friction_models.families.registry import FAMILIES, make_model
 from friction_models.loads import FloatArray
@@ -58,6 +58,8 @@ def made_up() -> tuple[pd.DataFrame, pd.DataFrame]:
             "Ra": 0.1 + 0.05 * (number % 4),
             "batch": ["a", "b", "c"] * 3,
             "T_tool": 20.0 + 40.0 * (number % 2),
+            "operator": ["anna", "bert", "cleo", "bert", "cleo", "anna", "cleo", "anna", "bert"],
+            "humidity": 30.0 + 7.0 * (number * 5 % 9),
         }
     )
     return pd.concat(parts, ignore_index=True), tests
@@ -98,7 +100,7 @@ def through_onnx(model: FrictionModel, file: Path, data: pd.DataFrame, tests: pd
     return mu
 
 
-@pytest.mark.parametrize("effect", sorted(CATALOGUE))
+@pytest.mark.parametrize("effect", [*sorted(CATALOGUE), "factor:humidity", "factor:operator"])
 @pytest.mark.parametrize("family", sorted(FAMILIES))
 def test_what_is_written_is_read_and_taken_everywhere(family: str, effect: str, tmp_path: Path) -> None:
     data, tests = carried(effect)

@@ -11,7 +11,7 @@ from fmpy.validation import validate_fmu
 
 from fmus import pack, read_friction_fmu
 from fmus.runtime.running import RunningFmu, UnpackedFmu
-from friction_models.effects import CATALOGUE
+from friction_models.effects import CATALOGUE, make_effect
 from friction_models.families.registry import FAMILIES, make_model
 from friction_models.loads import LOAD_NAMES, LOADS, TriboLoads
 from friction_models.models.base import FrictionModel
@@ -19,8 +19,9 @@ from friction_models.models.onnx_model import OnnxModel
 from tests.fmus.graphs import campaign, random_loads
 
 QUICK = {"ffnn": {"hidden": (8, 8), "members": 2, "epochs": 4}}
-PREDICTING = [
-    name for name, effect in CATALOGUE.items() if name not in {"sensor_drift", "force_zero", "twin_heating"}
+PREDICTING = [name for name in CATALOGUE if name not in {"sensor_drift", "force_zero", "twin_heating"}] + [
+    "factor:operator",
+    "factor:humidity",
 ]
 NAMES = [*FAMILIES, *(f"linear + {e}" for e in PREDICTING)]
 Made = Callable[[str], tuple[FrictionModel, Path]]
@@ -30,6 +31,7 @@ Made = Callable[[str], tuple[FrictionModel, Path]]
 def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     folder = tmp_path_factory.mktemp("contract")
     points, tests = campaign()
+    tests["operator"] = [("anna", "bert", "cleo")[k * 7 % 3] for k in range(len(tests))]
     known: dict[str, tuple[FrictionModel, Path]] = {}
 
     def get(name: str) -> tuple[FrictionModel, Path]:
@@ -37,7 +39,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
             base, _, effect = name.partition(" + ")
             model = make_model(base, **QUICK.get(base, {}))
             model = model + effect if effect else model
-            for needed in CATALOGUE[effect].metadata if effect else ():
+            for needed in make_effect(effect).metadata if effect else ():
                 if needed not in tests:
                     tests[needed] = np.linspace(0.1, 1.0, len(tests))
             model.fit_frame(points, tests)

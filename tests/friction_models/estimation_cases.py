@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 
 from friction_models import LinearFriction
-from friction_models.estimation.base_law import base_law
-from friction_models.estimation.binning import Campaign, prepare
-from friction_models.estimation.candidates import Candidate
-from friction_models.estimation.search_round import SearchRound, search
+from friction_models.estimation.campaign.binning import Campaign, prepare
+from friction_models.estimation.search.base_law import base_law
+from friction_models.estimation.search.candidates import Candidate
+from friction_models.estimation.search.search_round import SearchRound, search
 
 STEP = 0.5  # mm
 

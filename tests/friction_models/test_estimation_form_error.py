@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, multivariate_normal
 
-from friction_models.estimation.binning import Campaign
-from friction_models.estimation.form_error import FORM_ERROR, FormErrors, evidence, form_variance
-from friction_models.estimation.scan import Fit, Projector, best_fit, prepare_candidate, rank
-from friction_models.estimation.search_round import SearchRound
-from friction_models.estimation.structure import own_misfit
+from friction_models.estimation.campaign.binning import Campaign
+from friction_models.estimation.search.form_error import FORM_ERROR, FormErrors, evidence, form_variance
+from friction_models.estimation.search.scan import Fit, Projector, best_fit, prepare_candidate, rank
+from friction_models.estimation.search.search_round import SearchRound
+from friction_models.estimation.search.structure import own_misfit
 
 from .estimation_cases import candidate, measured, searched
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_models.estimation.binning import prepare
-from friction_models.estimation.noise_floor import Layout, NoiseFloor, Whitener, estimate
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.noise.noise_floor import Layout, NoiseFloor, Whitener, estimate
 
 from .estimation_cases import measured
 

@@ -8,9 +8,9 @@ import pytest
 
 from friction_models import ConstantFriction
 from friction_models.effects import make_effect
-from friction_models.estimation.base_law import base_law
-from friction_models.estimation.binning import Campaign, prepare
-from friction_models.estimation.parameters import fit_terms
+from friction_models.estimation.campaign.binning import Campaign, prepare
+from friction_models.estimation.fit.parameters import fit_terms
+from friction_models.estimation.search.base_law import base_law
 
 DELTA, LENGTH = 0.03, 6.0
 

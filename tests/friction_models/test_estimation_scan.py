@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from friction_models.estimation.scan import FAULT_PENALTY, Projector, best_fit, prepare_candidate, rank
+from friction_models.estimation.search.scan import FAULT_PENALTY, Projector, best_fit, prepare_candidate, rank
 
 from .estimation_cases import candidate
 

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from scipy.stats import kstest
 
-from friction_models.estimation.structure import find_structure
+from friction_models.estimation.search.structure import find_structure
 
 from .estimation_cases import measured, searched
 

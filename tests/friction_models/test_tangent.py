@@ -20,8 +20,8 @@ from friction_models import (
     make_model,
 )
 from friction_models.discovery import diagnose
-from friction_models.estimation.base_law import base_law
-from friction_models.estimation.binning import prepare
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.search.base_law import base_law
 
 from .discovery.test_fixed import made
 

@@ -11,9 +11,9 @@ import numpy.typing as npt
 from ...effects import empirical_effect
 from ...effects.base import Effect, EffectContext
 from ...effects.empirical_terms import Term
-from ...estimation.binning import Campaign
-from ...estimation.candidates import OPS
-from ...estimation.noise_floor import Whitener
+from ...estimation.campaign.binning import Campaign
+from ...estimation.noise.noise_floor import Whitener
+from ...estimation.search.candidates import OPS
 from ...expressions.ops import LoadColumns
 from ...loads import LOAD_NAMES, FloatArray
 from ..unseen_tests import errors_of_tests

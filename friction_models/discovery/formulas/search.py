@@ -11,8 +11,8 @@ from scipy.stats import t as student
 
 from ...effects.empirical import numbered
 from ...effects.empirical_terms import Term
-from ...estimation.binning import Campaign
-from ...estimation.noise_floor import Whitener
+from ...estimation.campaign.binning import Campaign
+from ...estimation.noise.noise_floor import Whitener
 from ...loads import LOAD_NAMES, FloatArray
 from ..error_budget import lead
 from .fit import Fitted, Weigh, fit

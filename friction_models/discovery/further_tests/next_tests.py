@@ -12,12 +12,12 @@ from typing import Any, NotRequired, TypedDict, cast
 
 import numpy as np
 
-from ...estimation.base_law import BaseLaw
-from ...estimation.binning import Campaign
-from ...estimation.importance import LEAST_SHARE, weighted_rms
-from ...estimation.scan import Fit
-from ...estimation.search_round import SearchRound
-from ...estimation.zero_reading import ZERO, expected
+from ...estimation.campaign.binning import Campaign
+from ...estimation.search.base_law import BaseLaw
+from ...estimation.search.importance import LEAST_SHARE, weighted_rms
+from ...estimation.search.scan import Fit
+from ...estimation.search.search_round import SearchRound
+from ...estimation.search.zero_reading import ZERO, expected
 from ...loads import FloatArray
 from .protocols import READING, PlanRow, Proposal, SetPoints, protocols
 from .separation import ENOUGH, Bench, Separation

@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ...estimation.binning import Campaign
+from ...estimation.campaign.binning import Campaign
 from ...loads import FloatArray, TriboLoads
 from .heating import Heating
 

@@ -13,14 +13,14 @@ from itertools import combinations_with_replacement, product
 import numpy as np
 
 from ...effects.base import Memory
-from ...estimation.base_law import BaseLaw
-from ...estimation.binning import Campaign
-from ...estimation.candidates import OPS, integrate, load_columns
-from ...estimation.curves import curve, on_scale
-from ...estimation.form_error import KNOTS, bends, evidence, form_variance
-from ...estimation.scan import Fit, Prepared, Projector, best_fit, drops, prepare_candidate
-from ...estimation.search_round import SearchRound
-from ...estimation.significance import SAME, TWINS
+from ...estimation.campaign.binning import Campaign
+from ...estimation.campaign.curves import curve, on_scale
+from ...estimation.search.base_law import BaseLaw
+from ...estimation.search.candidates import OPS, integrate, load_columns
+from ...estimation.search.form_error import KNOTS, bends, evidence, form_variance
+from ...estimation.search.scan import Fit, Prepared, Projector, best_fit, drops, prepare_candidate
+from ...estimation.search.search_round import SearchRound
+from ...estimation.search.significance import SAME, TWINS
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
 from .protocols import POINTS, Proposal, Settings
 

@@ -10,8 +10,8 @@ from friction_models.discovery.findings import ErrorBudget, RankedEffect, TestGr
 from friction_models.discovery.further_tests.next_tests import NextTest
 from friction_models.discovery.verdict import LEVEL
 from friction_models.discovery.wording import p_text
-from friction_models.estimation.noise_floor import NoiseFloorNumbers
-from friction_models.estimation.structure import StructurePlace
+from friction_models.estimation.noise.noise_floor import NoiseFloorNumbers
+from friction_models.estimation.search.structure import StructurePlace
 
 from ..charts.diagnosis import budget_chart, ranking_chart
 from ..parts.chart import figure

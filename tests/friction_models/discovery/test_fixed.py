@@ -15,8 +15,8 @@ from sklearn.linear_model import LinearRegression
 from friction_models import ConstantFriction, LinearFriction
 from friction_models.common import InputError
 from friction_models.discovery import compare, diagnose
-from friction_models.estimation.base_law import base_law
-from friction_models.estimation.binning import prepare
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.search.base_law import base_law
 from friction_models.loads import LOAD_NAMES
 from friction_models.models.onnx_model import OnnxModel
 from tests.friction_models import made_up

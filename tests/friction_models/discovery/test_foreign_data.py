@@ -14,8 +14,8 @@ from friction_models.common import InputError
 from friction_models.discovery import diagnose, refine
 from friction_models.discovery.refinement import history_text
 from friction_models.effects import make_effect
-from friction_models.estimation.binning import prepare
-from friction_models.estimation.unseen_loads import constant, other_speed
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.search.unseen_loads import constant, other_speed
 from friction_models.loads import TriboLoads
 from friction_models.loads.time_steps import rests, time_steps
 

@@ -23,7 +23,8 @@ def _test(**changed: np.ndarray | float | str) -> Test:
 
 
 def test_the_set_is_complete() -> None:
-    assert set(THIRD.effects) == set(CATALOGUE) and len(THIRD.pairs) == 3
+    later = {"rising_speed", "hersey", "hot_pressure_breakdown"}  # hidden by benchmarks/literature
+    assert set(THIRD.effects) == set(CATALOGUE) - later and len(THIRD.pairs) == 3
     assert len(THIRD.outside) == 4 and not set(THIRD.outside) & set(CATALOGUE)
     assert {n for p in THIRD.pairs for n in p} <= set(CATALOGUE)
     assert not set(THIRD.pairs) & {*FIRST.pairs, *SECOND.pairs}

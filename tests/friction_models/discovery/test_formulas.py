@@ -20,9 +20,9 @@ from friction_models.discovery.formulas.grammar import terms
 from friction_models.discovery.formulas.search import Missing, offers
 from friction_models.discovery.unseen_tests import UnseenTests
 from friction_models.effects import CATALOGUE, EffectContext, known_effect, make_effect
-from friction_models.estimation.base_law import base_law
-from friction_models.estimation.binning import prepare
-from friction_models.estimation.search_round import search
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.search.base_law import base_law
+from friction_models.estimation.search.search_round import search
 from friction_models.expressions.ops import LoadColumns, NumpyOps
 from friction_models.families.composed import ComposedFriction
 from friction_models.loads import LOAD_NAMES

@@ -18,8 +18,8 @@ from friction_models.discovery import Diagnosis, diagnose
 from friction_models.discovery.further_tests.next_tests import plan_rows
 from friction_models.discovery.further_tests.protocols import protocols
 from friction_models.discovery.further_tests.separation import ENOUGH, separated
-from friction_models.estimation.binning import prepare
-from friction_models.estimation.candidates import integrate
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.search.candidates import integrate
 from friction_models.loads import TriboLoads
 from friction_models.loads.time_steps import rests, time_steps
 from friction_models.models.onnx_model import OnnxModel

@@ -7,8 +7,8 @@ import pytest
 
 from benchmarks.discovery_campaigns import campaign
 from friction_models.discovery import Diagnosis, diagnose
-from friction_models.estimation.binning import prepare
-from friction_models.estimation.zero_reading import AFTER, AREA, BEFORE, ZERO, ZeroReading, read_zero
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.search.zero_reading import AFTER, AREA, BEFORE, ZERO, ZeroReading, read_zero
 
 AREA_MM2 = 190.0
 LAWS = {"pressure_power", "pressure_saturation"}

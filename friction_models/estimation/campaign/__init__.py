@@ -1,0 +1,1 @@
+"""Tests as units: measured points in bins, metadata, curves along loads."""

@@ -1,0 +1,41 @@
+"""Curves along loads: splines that follow an effect whose formula is not known."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...loads import LOAD_NAMES, FloatArray
+from .binning import Campaign
+
+
+def curve(values: FloatArray, knots: int) -> FloatArray:
+    """Return a cubic-like basis: powers and truncated squares at quantiles, shape (m, knots + 2)."""
+    z = (values - values.mean()) / max(float(values.std()), 1e-12)
+    inner = np.quantile(z, np.linspace(0, 1, knots + 2)[1:-1])
+    columns = [z, z**2, *(np.maximum(z - k, 0.0) ** 2 for k in np.unique(inner))]
+    return np.column_stack(columns)
+
+
+def transformed(campaign: Campaign, name: str) -> FloatArray:
+    """Return bin means of a load on the scale on which its curve is drawn."""
+    return on_scale(
+        name, campaign.average(campaign.distance if name == "sd" else getattr(campaign.loads, name))
+    )
+
+
+def on_scale(name: str, values: FloatArray) -> FloatArray:
+    """Return values of a load (of `sd` the distance since the start) on the scale on which its curve is drawn."""
+    if name == "v_rel":
+        return np.log(values + 0.02 * max(float(values.max()), 1e-12))
+    if name == "sd":
+        return np.sqrt(np.maximum(values, 0.0))
+    if name in {"sigma_n", "psi"}:
+        return np.log(np.maximum(values, 1e-9 * max(float(values.max()), 1e-12)))
+    return values
+
+
+def spline_columns(campaign: Campaign, drivers: tuple[str, ...], knots: int = 4) -> FloatArray:
+    """Return curves along the named loads, shape (m, k); loads that do not vary give nothing."""
+    names = [d for d in drivers if d in LOAD_NAMES and campaign.varies(d)]
+    blocks = [curve(transformed(campaign, n), knots) for n in names]
+    return np.column_stack(blocks) if blocks else np.empty((len(campaign.starts), 0))

@@ -1,0 +1,103 @@
+"""Which columns of the test table `diagnose` tries as factors beside the catalogue."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import pandas as pd
+from scipy.stats import rankdata
+
+from ...effects.base import Effect
+from ...effects.factor import scanned_factor
+from ...loads import LOAD_NAMES, FloatArray
+from ...loads.contract import POINT_COLUMNS, SETTING_UNITS
+from .binning import Campaign
+from .metadata import MOST_LEVELS, NOT_METADATA, is_text
+
+#: Most columns that are tried.
+MOST_COLUMNS = 12
+#: A column that agrees with a load or with another column by more than this correlation over the tests is left out.
+SAME = 0.95
+
+
+def factors_of(campaign: Campaign, effects: Iterable[Effect]) -> tuple[list[Effect], list[str]]:
+    """Return a factor for each further column of the test table, and a remark on columns that cannot be judged.
+
+    Left out are set points, columns of the effects given, columns that are constant, that follow a load, tell the value
+    of a column of these effects or of an earlier factor, and texts that differ in nearly every test. The order of the
+    columns does not matter.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    effects : iterable of Effect
+        The catalogue.
+    """
+    used = {m for e in effects for m in e.metadata}
+    others = used | {*NOT_METADATA, *POINT_COLUMNS, *SETTING_UNITS}
+    at = {n: c[campaign.point_starts, 0] for n, c in campaign.system.items()}
+    known = {n: v for n, v in _loads(campaign).items() if np.ptp(v) > 0.0}
+    columns = {n: at[n] for n in sorted(used & set(at)) if np.ptp(at[n]) > 0.0}
+    found: list[Effect] = []
+    alike: list[str] = []
+    for name in sorted(set(at) - others):
+        values, text = at[name], is_text(campaign.loads, name)
+        levels = len(np.unique(values))
+        if levels < 2 or not name.strip() or not name.isprintable():
+            continue
+        few = levels <= MOST_LEVELS * len(values)
+        if text and not few:
+            continue
+        same = [n for n, v in known.items() if _follows(v, values, text)]
+        same += [n for n, v in columns.items() if (few and _tells(values, v)) or _correlated(values, v, text)]
+        if same:
+            alike.append(f"{name} with {same[0]}")
+            continue
+        columns[name] = values
+        found.append(scanned_factor(name, _labels(campaign, name) if text else []))
+    notes = [f"columns of the test table that are no factors, as they go with others: {', '.join(alike)}"]
+    if len(found) > MOST_COLUMNS:
+        notes.append(
+            f"of {len(found)} further columns of the test table only the first {MOST_COLUMNS} by name were tested"
+        )
+    return found[:MOST_COLUMNS], notes[0 if alike else 1 :]
+
+
+def _labels(campaign: Campaign, name: str) -> list[str]:
+    """Return the texts of a column in the order of their numbers."""
+    values = campaign.loads.context_column(name)
+    return [] if values is None else sorted({str(v) for v in values[campaign.point_starts] if not pd.isna(v)})
+
+
+def _loads(campaign: Campaign) -> dict[str, FloatArray]:
+    """Return the mean of each load that was measured, by test."""
+    weight = np.bincount(campaign.test, campaign.count)
+    means = {}
+    for name in LOAD_NAMES:
+        if name not in campaign.absent and campaign.varies(name):
+            load = campaign.average(getattr(campaign.loads, name))
+            means[name] = np.bincount(campaign.test, campaign.count * load) / weight
+    return means
+
+
+def _follows(load: FloatArray, values: FloatArray, text: bool) -> bool:
+    """Return whether a column says nearly all about the mean load of a test."""
+    if not text:
+        return _correlated(values, load, text)
+    level = pd.Series(load).groupby(values).transform("mean").to_numpy()
+    return bool(np.var(level) > SAME**2 * np.var(load))
+
+
+def _correlated(values: FloatArray, other: FloatArray, text: bool) -> bool:
+    """Return whether two numbers rise, or fall, together."""
+    if text:
+        return False
+    ranks = np.corrcoef(rankdata(values), rankdata(other))[0, 1]
+    return bool(max(abs(np.corrcoef(values, other)[0, 1]), abs(ranks)) > SAME)
+
+
+def _tells(values: FloatArray, other: FloatArray) -> bool:
+    """Return whether the value of a column fixes that of another one."""
+    pairs = len({*zip(values.tolist(), other.tolist(), strict=True)})
+    return pairs == len(np.unique(values))

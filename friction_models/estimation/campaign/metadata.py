@@ -1,0 +1,136 @@
+"""Metadata of tests as columns of numbers; a few empty cells are filled with the usual value."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ...loads import FloatArray, TriboLoads
+
+#: Share of the tests that may lack a metadata value.
+MOST_EMPTY = 0.5
+#: Metadata with more levels than this share of the tests tells nothing about other tests.
+MOST_LEVELS = 0.7
+#: Columns that are no metadata: an empty cell there has a meaning of its own.
+NOT_METADATA = ("role", "F_r_zero", "F_r_zero_end")
+
+
+def about_table(loads: TriboLoads) -> list[str]:
+    """Return a warning if the table of tests does not describe the tests of the points."""
+    table = loads.context
+    if table is None or loads.test_id is None:
+        return []
+    if table.index.name != "test_id" and not table.index.isin(loads.test_id).any():
+        shown = ", ".join(map(str, table.columns[:6]))
+        return [f"the table of tests has no column test_id (it has {shown}): its metadata are not used"]
+    names = np.unique(loads.test_id)
+    known = np.isin(names, table.index.astype(str))
+    if not known.any():
+        return [
+            f"no test of the table of tests is in the data (there {str(table.index[0])!r}, here {names[0]!r}): its metadata are not used"
+        ]
+    return []
+
+
+def _enough(values: pd.Series) -> bool:
+    """Return whether metadata is recorded for most tests, so that the usual value may stand for the others."""
+    return bool(values.isna().mean() <= MOST_EMPTY)
+
+
+def _usual(values: pd.Series) -> Any:
+    """Return the value that stands for tests without one: the median of numbers, the commonest text."""
+    numbers = pd.to_numeric(values, errors="coerce")
+    if bool(numbers[values.notna()].isna().any()):
+        return values.dropna().astype(str).mode().iloc[0]
+    return float(numbers.median())
+
+
+def recorded(loads: TriboLoads, name: str) -> str:
+    """Return a remark on tests that lack a value of a metadata column; an empty text if all tests have one."""
+    table = loads.context
+    if table is None or loads.test_id is None or name not in table.columns:
+        return f"the test table has no {name}"
+    values = table[name].reindex(np.unique(loads.test_id).tolist())
+    without = int(values.isna().sum())
+    if not without:
+        return ""
+    if not _enough(values):
+        return f"{name} is recorded for {len(values) - without} of {len(values)} tests"
+    usual = _usual(values)
+    shown = f"the commonest, {usual!r}" if isinstance(usual, str) else f"the median, {usual:g}"
+    return f"{name} is not recorded for {without} of {len(values)} tests: they count with {shown}"
+
+
+def with_all_metadata(loads: TriboLoads, names: Sequence[str]) -> TriboLoads:
+    """Fill metadata that a few tests lack with its usual value, as `diagnose` does.
+
+    Parameters
+    ----------
+    loads : TriboLoads
+    names : sequence of str
+        Columns of the table of tests.
+    """
+    table = loads.context
+    if table is None or loads.test_id is None or table.index.name != "test_id":
+        return loads
+    tests = np.unique(loads.test_id)
+    full = table.reindex(table.index.union(pd.Index(tests, name="test_id"), sort=False))
+    for name in dict.fromkeys(names):
+        if (
+            name in table.columns
+            and full[name].reindex(tests).isna().any()
+            and _enough(full[name].reindex(tests))
+        ):
+            full[name] = full[name].fillna(_usual(full[name].reindex(tests)))
+    return replace(loads, context=full)
+
+
+def metadata_columns(loads: TriboLoads) -> dict[str, FloatArray]:
+    """Return metadata as columns of numbers; a text becomes its index in alphabetical order."""
+    columns: dict[str, FloatArray] = {}
+    if loads.context is None or loads.test_id is None:
+        return columns
+    filled = with_all_metadata(loads, [c for c in loads.context.columns if str(c) not in NOT_METADATA])
+    for name in map(str, loads.context.columns):
+        values = filled.context_column(name)
+        if values is None or bool(pd.isna(values).any()):
+            continue
+        numbers = pd.to_numeric(pd.Series(values), errors="coerce").to_numpy(dtype=float)
+        if np.isnan(numbers).any():
+            numbers = pd.Categorical(pd.Series(values).astype(str)).codes.astype(float)
+        columns[name] = numbers[:, None]
+    return columns
+
+
+def is_text(loads: TriboLoads, name: str) -> bool:
+    """Return whether a metadata column holds a text for any test of the data."""
+    table = loads.context
+    if table is None or loads.test_id is None or name not in table.columns:
+        return False
+    values = table[name]
+    if pd.api.types.is_numeric_dtype(values):
+        return False
+    values = values.reindex(pd.unique(loads.test_id.astype(object))).dropna()
+    return bool(pd.to_numeric(values, errors="coerce").isna().any())
+
+
+def metadata_spans(loads: TriboLoads, system: Mapping[str, FloatArray]) -> dict[str, tuple[float, ...]]:
+    """Return the levels of texts (``levels:NAME``) and the range of numbers (``numbers:NAME``), for `factor` effects.
+
+    Parameters
+    ----------
+    loads : TriboLoads
+    system : mapping
+        Metadata as columns of numbers [n, 1].
+    """
+    spans: dict[str, tuple[float, ...]] = {}
+    for name, column in system.items():
+        if is_text(loads, name):
+            spans[f"levels:{name}"] = tuple(map(float, np.unique(column)))
+        else:
+            spans[f"numbers:{name}"] = (float(column.min()), float(column.max()))
+    return spans

@@ -1,0 +1,1 @@
+"""Model and effects fitted together: parameters with intervals."""

@@ -1,0 +1,1 @@
+"""What no model explains: noise floor, flexible reference, odd tests."""

@@ -1,0 +1,301 @@
+"""Noise floor: what no model of the loads can explain, with a test as the unit.
+
+The covariance of the bin means of one test is ``s_b^2 1 1' + s_d^2 exp(-|dsd|/l) + diag(s_w^2/n)``: an offset
+of the test (specimen, lubricant), a slow drift along it, and sensor noise. Restricted maximum likelihood
+around a flexible mean (Patterson, Thompson, Biometrika 58 (1971)).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TypedDict
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import minimize
+
+from ...loads import FloatArray
+from ..campaign.binning import Campaign
+
+#: Relative to the scatter of the data; keeps the covariance regular on noise-free input.
+FLOOR = 1e-4
+#: Enough tests for an estimate; of more, as many are taken evenly.
+MOST_TESTS = 160
+#: Factor on the variance of a bin that is left out.
+NO_WEIGHT = 1e6
+
+
+class NoiseFloorNumbers(TypedDict):
+    """A noise floor as files and reports hold it."""
+
+    sensor: float
+    test: float
+    drift: float
+    total: float
+    interval: list[float]
+
+
+@dataclass(frozen=True)
+class NoiseFloor:
+    """Standard deviations of mu that no function of the loads explains.
+
+    Attributes
+    ----------
+    sensor : float
+        White noise of a point.
+    test : float
+        Scatter between tests.
+    drift : float
+        Slow drift within a test.
+    drift_length : float
+        Its correlation length [mm].
+    interval : tuple of float
+        95 % interval of `total`.
+    bin_sensor : float
+        White noise of a bin of one point as the covariance uses it (holds what points share).
+    known : bool
+        Whether there were enough tests to estimate the scatter between them.
+    """
+
+    sensor: float
+    test: float
+    drift: float
+    drift_length: float
+    interval: tuple[float, float]
+    bin_sensor: float
+    known: bool = True
+
+    @property
+    def total(self) -> float:
+        """Noise floor of a point: all three together."""
+        return float(np.sqrt(self.sensor**2 + self.test**2 + self.drift**2))
+
+    def to_dict(self) -> NoiseFloorNumbers:
+        """Return what files and reports hold of it."""
+        return {
+            "sensor": self.sensor,
+            "test": self.test,
+            "drift": self.drift,
+            "total": self.total,
+            "interval": list(self.interval),
+        }
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Bins of all tests as padded arrays [tests, slots].
+
+    Attributes
+    ----------
+    test, slot : ndarray of int, shape (m,)
+        Where each bin stands.
+    shape : tuple of int
+        Tests and slots.
+    gaps : ndarray, shape (tests, slots, slots)
+        Distances between bins of a test [mm].
+    weight : ndarray, shape (tests, slots)
+        1/points, 0 where there is no bin.
+    present : ndarray of bool, shape (tests, slots)
+    """
+
+    test: npt.NDArray[np.intp]
+    slot: npt.NDArray[np.intp]
+    shape: tuple[int, int]
+    gaps: FloatArray
+    weight: FloatArray
+    present: npt.NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, campaign: Campaign) -> Layout:
+        """Return the layout of the bins of a campaign."""
+        shape = (len(campaign.tests), int(campaign.slot.max()) + 1)
+        at = (campaign.test, campaign.slot)
+        distance, weight = np.zeros(shape), np.zeros(shape)
+        distance[at] = campaign.average(campaign.distance)
+        weight[at] = 1.0 / campaign.count
+        if campaign.distrusted is not None:
+            weight[at] *= np.where(campaign.distrusted, NO_WEIGHT, 1.0)
+        present = weight > 0
+        return cls(*at, shape, np.abs(distance[:, :, None] - distance[:, None, :]), weight, present)
+
+    def subset(self, tests: npt.NDArray[np.intp]) -> tuple[Layout, npt.NDArray[np.bool_]]:
+        """Return the layout of some tests, and which bins belong to it."""
+        rows = np.isin(self.test, tests)
+        test = np.searchsorted(tests, self.test[rows])
+        shape = (len(tests), self.shape[1])
+        part = Layout(test, self.slot[rows], shape, self.gaps[tests], self.weight[tests], self.present[tests])
+        return part, rows
+
+    def pad(self, values: FloatArray) -> FloatArray:
+        """Return [tests, slots, k] from [m, k]."""
+        padded = np.zeros((*self.shape, values.shape[1]))
+        padded[self.test, self.slot] = values
+        return padded
+
+    def covariance(self, s_b: float, s_d: float, length: float, s_w: float) -> FloatArray:
+        """Return the covariance of every test, [tests, slots, slots]; identity where there is no bin."""
+        both = self.present[:, :, None] & self.present[:, None, :]
+        S = np.where(both, s_b**2 + s_d**2 * np.exp(-self.gaps / length), 0.0)
+        diagonal = np.where(self.present, s_w**2 * self.weight, 1.0)
+        index = np.arange(self.shape[1])
+        S[:, index, index] += diagonal
+        return S
+
+
+class Whitener:
+    """Turns correlated bin means into independent numbers of variance one."""
+
+    def __init__(self, layout: Layout, floor: NoiseFloor, scale: float) -> None:
+        self.layout = layout
+        tiny = FLOOR * scale
+        S = layout.covariance(
+            np.hypot(floor.test, tiny), floor.drift, floor.drift_length, np.hypot(floor.bin_sensor, tiny)
+        )
+        self.inverse = np.linalg.inv(np.linalg.cholesky(S))
+
+    def isolation(self, residual: FloatArray) -> FloatArray:
+        """Return how far each bin lies off what the other bins of its test predict, in standard deviations."""
+        precision = np.swapaxes(self.inverse, 1, 2) @ self.inverse
+        pulled = (precision @ self.layout.pad(residual[:, None]))[self.layout.test, self.layout.slot, 0]
+        return pulled / np.sqrt(np.einsum("tii->ti", precision)[self.layout.test, self.layout.slot])
+
+    def __call__(self, values: FloatArray) -> FloatArray:
+        """Return whitened `values`, shape (m,) or (m, k)."""
+        flat = values.reshape(len(values), -1)
+        white = (self.inverse @ self.layout.pad(flat))[self.layout.test, self.layout.slot]
+        return white.reshape(values.shape)
+
+
+def estimate(
+    campaign: Campaign, layout: Layout, y: FloatArray, mean: FloatArray, start: NoiseFloor | None = None
+) -> NoiseFloor:
+    """Estimate the noise floor by REML around a mean in the span of `mean`.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    layout : Layout
+    y : ndarray, shape (m,)
+        Bin means of mu (or of a residual).
+    mean : ndarray, shape (m, p)
+        Columns that the mean may use.
+    start : NoiseFloor, optional
+        An earlier estimate to start from.
+    """
+    if len(campaign.tests) > MOST_TESTS:
+        some = np.unique(np.linspace(0, len(campaign.tests) - 1, MOST_TESTS).astype(int))
+        layout, rows = layout.subset(some)
+        y, mean = y[rows], mean[rows]
+    mean = independent_columns(mean)
+    residual = y - mean @ np.linalg.lstsq(mean, y, rcond=None)[0]
+    scale = max(float(np.std(residual)), 1e-9)
+    tests = len(layout.present)
+    known = tests >= 3
+    length = float(np.median([g[p].max() for g, p in zip(layout.gaps, layout.present, strict=True)]))
+    stacked = layout.pad(np.column_stack([y, mean]))
+    many = layout.shape[1] > 2
+
+    index = np.arange(layout.shape[1])
+    both = np.where(layout.present[:, :, None] & layout.present[:, None, :], 1.0, 0.0)
+    gaps = layout.gaps / max(length, 1e-9)
+
+    def criterion(theta: FloatArray) -> tuple[float, FloatArray]:
+        """Return minus the restricted log-likelihood and its gradient."""
+        s_b, s_d, relative, s_w = np.exp(np.clip(theta, -16.0, 6.0)) * [scale, scale, 1.0, scale]
+        if not known:
+            s_b = 1e-4 * scale
+        if not many:
+            s_d = 0.0
+        slow = s_d**2 * np.exp(-gaps / relative) * both
+        S = s_b**2 * both + slow
+        diagonal = np.where(layout.present, s_w**2 * layout.weight, 1.0)
+        S[:, index, index] += diagonal
+        nothing = np.zeros(4)
+        try:
+            root = np.linalg.cholesky(S)
+            inverse = np.linalg.inv(S)
+            solved = inverse @ stacked
+            gram = np.tensordot(stacked, solved, ((0, 1), (0, 1)))
+            inner = np.linalg.cholesky(gram[1:, 1:])
+        except np.linalg.LinAlgError:
+            return 1e12, nothing
+        covariance = np.linalg.inv(gram[1:, 1:])
+        along = covariance @ gram[1:, 0]
+        rest = float(gram[0, 0] - gram[1:, 0] @ along)
+        log_det = 2.0 * np.sum(np.log(np.einsum("tii->ti", root)))
+        ratio = np.log(relative / 0.15)
+        prior = 0.05 * ratio**2  # keeps the length finite where there is no drift
+        value = 0.5 * (log_det + rest) + np.sum(np.log(np.diag(inner))) + prior
+        # d/dS of the criterion is (P - P y y' P)/2 with P = S^-1 - S^-1 X (X' S^-1 X)^-1 X' S^-1
+        towards = solved[:, :, 1:]
+        left = solved[:, :, 0] - towards @ along
+        P = inverse - (towards @ covariance) @ np.swapaxes(towards, 1, 2)
+        P -= left[:, :, None] * left[:, None, :]
+        by_slow = float(np.sum(P * slow))
+        gradient = np.array(
+            [
+                s_b**2 * float(np.sum(P * both)) if known else 0.0,
+                by_slow,
+                0.5 * float(np.sum(P * slow * gaps)) / relative + 0.1 * ratio,
+                float(np.sum(np.einsum("tii->ti", P) * np.where(layout.present, diagonal, 0.0))),
+            ]
+        )
+        return float(value), gradient
+
+    within = np.log(max(_first_differences(campaign) / scale, 0.02))
+    begin = np.array([np.log(0.8), np.log(0.3), np.log(0.15), within])
+    if start is not None:
+        known_sizes = np.array([start.test, start.drift, 0.0, start.bin_sensor]) / scale
+        known_sizes[2] = start.drift_length / max(length, 1e-9)
+        begin = np.log(np.maximum(known_sizes, 1e-3))
+    bounds = [(-9, 3), (-9, 3), (-4, 2), (-7, 4)]
+    low, high = np.array(bounds, dtype=float).T
+    best = minimize(
+        criterion,
+        np.clip(begin, low, high),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=bounds,
+        options={"maxiter": 60, "ftol": 1e-6},
+    )
+    s_b, s_d, relative, s_w = np.exp(best.x) * np.array([scale, scale, 1.0, scale])
+    s_b, s_d = (s_b if known else 0.0), (s_d if many else 0.0)
+    sensor = max(_first_differences(campaign), 0.0) if campaign.count.max() > 1 else s_w
+    floor = NoiseFloor(
+        float(sensor),
+        float(s_b),
+        float(s_d),
+        float(relative * max(length, 1e-9)),
+        (0.0, 0.0),
+        float(s_w),
+        known,
+    )
+    return replace(floor, interval=_interval(floor, tests, mean.shape[1]))
+
+
+def _interval(floor: NoiseFloor, tests: int, columns: int) -> tuple[float, float]:
+    """Return a 95 % interval of the total: the scatter between tests dominates it (chi-square)."""
+    from scipy.stats import chi2
+
+    between = max(tests - min(columns, tests // 3) - 1, 1)
+    lower = between / float(chi2.ppf(0.975, between))
+    upper = between / float(chi2.ppf(0.025, between))
+    slow = floor.test**2 + floor.drift**2
+    return (
+        float(np.sqrt(floor.sensor**2 + slow * lower)),
+        float(np.sqrt(floor.sensor**2 + slow * min(upper, 1e4))),
+    )
+
+
+def _first_differences(campaign: Campaign) -> float:
+    """Return the white noise of a point from second differences (robust); low for interpolated points."""
+    same = campaign.point_test
+    second = np.diff(campaign.mu, 2)[(same[2:] == same[:-2])]
+    return float(1.4826 * np.median(np.abs(second)) / np.sqrt(6.0)) if second.size else 0.0
+
+
+def independent_columns(columns: FloatArray, tolerance: float = 1e-7) -> FloatArray:
+    """Return an orthonormal basis of the column space, without directions that are numerically nothing."""
+    norms = np.linalg.norm(columns, axis=0)
+    u, s, _ = np.linalg.svd(columns[:, norms > 0] / norms[norms > 0], full_matrices=False)
+    return u[:, s > tolerance * s[0]]

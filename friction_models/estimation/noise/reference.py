@@ -1,0 +1,291 @@
+"""How well tests can be predicted from one another: a flexible reference that no formula limits.
+
+Smooth curves along each load, along the distance and along metadata, and products of two of them, with Gaussian priors;
+tests have an offset of their own. The prior variances follow from the restricted likelihood (Gaussian process
+regression; Rasmussen, Williams: Gaussian Processes for Machine Learning (2006), sections 2.7 and 5.4.1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import minimize
+
+from ...loads import LOAD_NAMES, FloatArray
+from ..campaign.binning import Campaign
+from ..campaign.curves import transformed
+from ..campaign.metadata import MOST_LEVELS
+from .noise_floor import Layout, NoiseFloor, Whitener
+
+#: Places along a load or along metadata between which a curve may bend.
+PLACES = 6
+#: The same along the distance, where friction changes fast at first.
+DISTANCE_PLACES = 8
+#: Distance, in standard deviations of a load, over which a curve keeps its value.
+REACH, DISTANCE_REACH = 0.8, 0.4
+#: Directions of each of two curves that their product uses.
+IN_PRODUCTS = 3
+#: Metadata that agrees with a load by more than this correlation over the tests is that load.
+SAME_AS_LOAD = 0.999
+#: Tests from which the prior variances are estimated, at most.
+MOST_TESTS = 200
+#: Prior of the natural logarithm of the variances, mean and spread: of curves and offsets over the variance of mu; of
+#: products over the product of the variances of both curves; of noise over that of the floor, which is known from within tests.
+PRIOR = {"curve": (-3.0, 2.0), "product": (-0.5, 1.0), "offset": (-1.0, 2.0), "noise": (0.0, 0.7)}
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Curves along one quantity, or products of those along two.
+
+    Attributes
+    ----------
+    of : tuple of int
+        Places of the quantities in `Reference.names`.
+    columns : ndarray, shape (m, k)
+    """
+
+    of: tuple[int, ...]
+    columns: FloatArray
+
+
+class Reference:
+    """Flexible prediction of whole tests.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    floor : NoiseFloor
+        Its drift and sensor noise weigh the bins of a test against one another.
+    y : ndarray, shape (m,)
+        Bin means of mu.
+
+    Attributes
+    ----------
+    names : list of str
+        Quantities along which it has curves: loads, ``distance``, metadata.
+    """
+
+    def __init__(self, campaign: Campaign, floor: NoiseFloor, y: FloatArray) -> None:
+        self.campaign, self.y = campaign, y
+        self.scale = float(np.std(y)) or 1e-9
+        self.names, self.curves = _curves(campaign)
+        whiten = Whitener(Layout.of(campaign), replace(floor, test=0.0), self.scale)
+        self._starts = np.flatnonzero(np.r_[True, np.diff(campaign.test) != 0])
+        self._white = whiten(np.column_stack([np.ones(len(y)), y, *(c.columns for c in self.curves)]))
+        self._whiten = whiten
+
+    def out_of_fold(self, terms: FloatArray, fold_of_test: npt.NDArray[np.intp]) -> FloatArray:
+        """Return what the tests of the other folds say of mu in each bin, shape (m,).
+
+        Parameters
+        ----------
+        terms : ndarray, shape (m, p)
+            Columns with free coefficients beside the curves: base and effects.
+        fold_of_test : ndarray of int, shape (tests,)
+        """
+        return self._predicted(terms, fold_of_test)[0]
+
+    def surprise(self, terms: FloatArray, fold_of_test: npt.NDArray[np.intp]) -> FloatArray:
+        """Return how far the mean of each test lies from what the other folds say, in standard deviations, shape (tests,).
+
+        A test far from all others may lie far off: the prediction is the less certain, the farther it reaches.
+        """
+        predicted, variance = self._predicted(terms, fold_of_test)
+        campaign = self.campaign
+        weight = np.bincount(campaign.test, campaign.count)
+        mean = np.bincount(campaign.test, campaign.count * (self.y - predicted)) / weight
+        z = mean / np.sqrt(variance)
+        return np.asarray(z / max(1.4826 * float(np.median(np.abs(z))), 1e-300))
+
+    def _predicted(
+        self, terms: FloatArray, fold_of_test: npt.NDArray[np.intp]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return predictions in the bins, and for each test the variance of its mean about them."""
+        norms = np.linalg.norm(terms, axis=0)
+        terms = terms[:, norms > 0] / norms[norms > 0] * np.sqrt(len(terms))
+        rows = np.column_stack([self._whiten(terms), self._white[:, 2:]])
+        theta = self._variances(rows, terms.shape[1])
+        precision, offset, noise = self._split(theta, terms.shape[1])
+        part = _decorrelated(self._white[:, 0], offset / noise, self._starts)
+        Z, target = part(rows), part(self._white[:, 1])
+        plain = np.column_stack([terms, *(c.columns for c in self.curves)])
+        count = self.campaign.count
+        weight = np.add.reduceat(count, self._starts)
+        means = np.add.reduceat(count[:, None] * plain, self._starts, axis=0) / weight[:, None]
+        fold = fold_of_test[self.campaign.test]
+        predicted, variance = np.empty(len(self.y)), np.empty(len(self._starts))
+        for k in np.unique(fold):
+            train, held = fold != k, fold_of_test == k
+            factor = cho_factor(Z[train].T @ Z[train] / noise + np.diag(precision))
+            b = cho_solve(factor, Z[train].T @ target[train] / noise)
+            predicted[~train] = plain[~train] @ b
+            variance[held] = offset + np.sum(means[held].T * cho_solve(factor, means[held].T), axis=0)
+        return predicted, variance
+
+    def _split(self, theta: FloatArray, free: int) -> tuple[FloatArray, float, float]:
+        """Return the prior precision of every coefficient, and the variances of offsets and noise."""
+        *curves, product, offset, noise = theta
+        sizes = [np.exp(sum(curves[k] for k in c.of) + product * (len(c.of) - 1)) for c in self.curves]
+        own = [np.full(c.columns.shape[1], 1.0 / (s * self.scale**2)) for c, s in zip(self.curves, sizes)]
+        # the white rows carry the noise of the floor: `noise` is a factor on it
+        return (
+            np.concatenate([np.full(free, 1e-8 / self.scale**2), *own]),
+            float(np.exp(offset)) * self.scale**2,
+            float(np.exp(noise)),
+        )
+
+    def _variances(self, rows: FloatArray, free: int) -> FloatArray:
+        """Return the logarithms of the prior variances with the largest posterior density."""
+        tests, count = len(self._starts), len(self.names)
+        some = np.unique(np.linspace(0, tests - 1, min(tests, MOST_TESTS)).astype(int))
+        chosen = np.isin(self.campaign.test, some)
+        rows, one, y = rows[chosen], self._white[chosen, 0], self._white[chosen, 1]
+        starts = np.flatnonzero(np.r_[True, np.diff(self.campaign.test[chosen]) != 0])
+        per_test = np.add.reduceat(one[:, None] * rows, starts, axis=0)
+        gram, score, square = rows.T @ rows, rows.T @ y, float(y @ y)
+        size, level = np.add.reduceat(one**2, starts), np.add.reduceat(one * y, starts)
+        edges = np.cumsum([free, *(c.columns.shape[1] for c in self.curves)])
+        kinds = [*["curve"] * count, "product", "offset", "noise"]
+        mean, spread = np.array([PRIOR[k] for k in kinds]).T
+
+        def criterion(theta: FloatArray) -> tuple[float, FloatArray]:
+            """Return minus twice the log posterior density, and its gradient."""
+            precision, offset, noise = self._split(theta, free)
+            k = offset / (noise + offset * size)
+            A = (gram - per_test.T @ (k[:, None] * per_test)) / noise + np.diag(precision)
+            c = (score - per_test.T @ (k * level)) / noise
+            try:
+                root = np.linalg.cholesky(A)
+            except np.linalg.LinAlgError:
+                return 1e12, np.zeros_like(theta)
+            inverse = np.linalg.inv(A)
+            b = inverse @ c
+            fit = (square - float(k @ level**2)) / noise - float(c @ b)
+            value = len(y) * np.log(noise) + np.sum(np.log1p(offset * size / noise)) + fit
+            value += 2.0 * np.sum(np.log(np.diag(root))) - np.sum(np.log(precision))
+            gradient = np.zeros_like(theta)
+            own = precision * (np.diag(inverse) + b**2)
+            for curves, low, high in zip(self.curves, edges[:-1], edges[1:], strict=True):
+                slope = (high - low) - float(own[low:high].sum())
+                for j in curves.of:
+                    gradient[j] += slope
+                gradient[-3] += slope * (len(curves.of) - 1)
+            # noise: V = noise I + offset u u' in each test
+            along = per_test @ inverse
+            left = level - per_test @ b
+            total = noise + offset * size
+            by_offset = size / total - np.sum(along * per_test, axis=1) / total**2 - (left / total) ** 2
+            gradient[-2] = offset * float(by_offset.sum())
+            twice = 2.0 * k - k**2 * size
+            rest = square - 2.0 * float(score @ b) + float(b @ gram @ b)
+            spent = float(np.sum(inverse * gram)) - float(twice @ np.sum(along * per_test, axis=1))
+            by_noise = (len(y) - float(k @ size)) / noise
+            by_noise -= (spent + rest - float(twice @ left**2)) / noise**2
+            gradient[-1] = noise * by_noise
+            z = (theta - mean) / spread
+            return float(value + z @ z), gradient + 2.0 * z / spread
+
+        bounds = [(-9.0, 4.0)] * (count + 1) + [(-9.0, 4.0), (-2.0, 3.0)]
+        best = minimize(criterion, mean, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 40})
+        return np.asarray(best.x)
+
+
+def _decorrelated(
+    one: FloatArray, ratio: float, starts: npt.NDArray[np.intp]
+) -> Callable[[FloatArray], FloatArray]:
+    """Return a function that takes the common offset of a test from whitened rows."""
+    size = np.add.reduceat(one**2, starts)
+    share = (1.0 - 1.0 / np.sqrt(1.0 + ratio * size)) / np.maximum(size, 1e-300)
+    test = np.repeat(np.arange(len(starts)), np.diff(np.r_[starts, len(one)]))
+
+    def apply(rows: FloatArray) -> FloatArray:
+        flat = rows.reshape(len(rows), -1)
+        common = np.add.reduceat(one[:, None] * flat, starts, axis=0)
+        return (flat - one[:, None] * (share[:, None] * common)[test]).reshape(rows.shape)
+
+    return apply
+
+
+def _curves(campaign: Campaign) -> tuple[list[str], list[Curves]]:
+    """Return the quantities that tell points or tests apart, and curves along them and products."""
+    names: list[str] = []
+    columns: list[FloatArray] = []
+    means: list[FloatArray] = []
+    weight = np.bincount(campaign.test, campaign.count)
+
+    def level(values: FloatArray) -> FloatArray:
+        mean = np.bincount(campaign.test, campaign.count * values) / weight
+        return np.asarray((mean - mean.mean()) / max(float(mean.std()), 1e-300))
+
+    for name in LOAD_NAMES:
+        if name in campaign.absent or not campaign.varies(name):
+            continue
+        along = name == "sd"
+        values = transformed(campaign, name)
+        names.append("distance" if along else name)
+        columns.append(
+            _smooth(values, DISTANCE_PLACES if along else PLACES, DISTANCE_REACH if along else REACH)
+        )
+        means.append(level(values))
+    if "distance" not in names and len(campaign.starts) > len(
+        campaign.tests
+    ):  # the number of the point, then
+        distance = np.sqrt(campaign.average(campaign.distance))
+        names.append("distance")
+        columns.append(_smooth(distance, DISTANCE_PLACES, DISTANCE_REACH))
+    mains = len(names)
+    for name in sorted(campaign.system):
+        values = campaign.average(campaign.system[name][:, 0])
+        known = level(values)
+        same = any(abs(float(known @ m)) > SAME_AS_LOAD * len(known) for m in means)
+        levels = np.unique(values)
+        if same or len(levels) < 2:
+            continue
+        if _is_text(campaign, name):
+            if len(levels) > MOST_LEVELS * len(campaign.tests):
+                continue
+            block = (values[:, None] == levels[None, :]).astype(float)
+        else:
+            block = _smooth(values, min(PLACES, len(levels)), REACH)
+            means.append(known)
+        names.append(name)
+        columns.append(block)
+    found = [Curves((k,), c) for k, c in enumerate(columns)]
+    main = [_leading(c) for c in columns[:mains]]
+    for a, b in combinations(range(mains), 2):
+        products = [
+            main[a][:, i] * main[b][:, j] for i in range(main[a].shape[1]) for j in range(main[b].shape[1])
+        ]
+        found.append(Curves((a, b), np.column_stack(products)))
+    return names, found
+
+
+def _is_text(campaign: Campaign, name: str) -> bool:
+    table = campaign.loads.context
+    if name == "batch" or table is None or name not in table.columns:
+        return name == "batch"
+    return bool(pd.to_numeric(table[name], errors="coerce").isna().any())
+
+
+def _smooth(values: FloatArray, places: int, reach: float) -> FloatArray:
+    """Return columns whose random combinations are smooth curves of variance about one, and a straight line."""
+    z = (values - values.mean()) / max(float(values.std()), 1e-300)
+    at = np.unique(np.quantile(z, np.linspace(0.0, 1.0, places)).round(9))
+    kernel = np.exp(-0.5 * ((at[:, None] - at[None, :]) / reach) ** 2) + 1e-6 * np.eye(len(at))
+    root = np.linalg.inv(np.linalg.cholesky(kernel))
+    return np.column_stack([z, np.exp(-0.5 * ((z[:, None] - at[None, :]) / reach) ** 2) @ root.T])
+
+
+def _leading(columns: FloatArray) -> FloatArray:
+    """Return the strongest directions of a block of curves, shape (m, at most IN_PRODUCTS)."""
+    centred = columns - columns.mean(axis=0)
+    u, s, _ = np.linalg.svd(centred, full_matrices=False)
+    kept = s[:IN_PRODUCTS] > 1e-6 * s[0]
+    return np.asarray(u[:, :IN_PRODUCTS][:, kept] * s[:IN_PRODUCTS][kept])

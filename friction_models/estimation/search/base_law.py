@@ -1,0 +1,87 @@
+"""The model under test while effects are scanned: what a fit may still change in it, and a fixed part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...common import InputError
+from ...loads import FloatArray
+from ...models import tangent
+from ...models.base import FrictionModel
+from ...models.measures import ALLOWED, predict_points
+from ..campaign.binning import Campaign
+from .candidates import evaluate_points
+
+
+@dataclass
+class BaseLaw:
+    """The base of a diagnosis.
+
+    Attributes
+    ----------
+    name : str
+        Family, or file of a fixed law, for the report.
+    columns : ndarray, shape (n, p)
+        Terms on all points whose coefficients are fitted together with every candidate effect.
+    offset : ndarray, shape (n,)
+        Part of mu that is not refitted: predictions of a fixed base.
+    fixed : bool
+        Whether the model is taken as it is (an FMU, a constant of given value).
+    effects : tuple of str
+        Effects that the model holds already.
+    model : object
+        The model given, for the domain and for a later refit.
+    """
+
+    name: str
+    columns: FloatArray
+    offset: FloatArray
+    fixed: bool = False
+    effects: tuple[str, ...] = ()
+    model: Any = field(default=None, repr=False)
+
+
+def polynomial_columns(campaign: Campaign, degree: int) -> FloatArray:
+    """Return all products of the scaled loads up to `degree`, constant first."""
+    return tangent.polynomial_columns(campaign.loads, degree)
+
+
+def base_law(model: Any, campaign: Campaign, seed: int = 0) -> BaseLaw:
+    """Return what a model leaves to fit.
+
+    Parameters
+    ----------
+    model : FrictionModel or object with ``predict(array[n, 5])``
+        A model, fitted or not, says itself what may change; anything else that predicts is a fixed base. Where it has
+        ``predict_frame`` (a friction FMU, an ONNX model), that is asked, so that memory and system variables act.
+    campaign : Campaign
+    seed : int
+        Folds of a flexible base.
+
+    Raises
+    ------
+    InputError
+        An object that cannot predict.
+    """
+    if isinstance(model, FrictionModel):
+        points = tangent.MeasuredPoints(
+            campaign.loads,
+            campaign.mu,
+            campaign.tests,
+            campaign.point_test,
+            lambda effect, mu, shape: evaluate_points(effect, campaign, mu, shape),
+            seed,
+        )
+        found = model.tangent(points)
+        name = model.name.replace(" + ", "+")
+        return BaseLaw(name, found.columns, found.offset, found.fixed, found.effects, model)
+    if isinstance(model, type) or not hasattr(model, "predict"):
+        raise InputError(f"model {model!r:.80}: allowed is a family name, a model, or {ALLOWED}")
+    offset = predict_points(f"model {model!r:.80}", model, campaign.loads, campaign.loads.tests_table())
+    file = getattr(model, "path", None)  # an FMU, an ONNX file
+    name = file.name if isinstance(file, Path) else str(getattr(model, "family", type(model).__name__))
+    return BaseLaw(name, np.ones((len(offset), 1)), offset, fixed=True, model=model)

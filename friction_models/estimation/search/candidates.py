@@ -1,0 +1,233 @@
+"""Candidate terms: every effect of the catalogue over its shape parameters, evaluated on all points at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...common import InputError
+from ...effects.base import Effect, Memory
+from ...expressions.ops import LoadColumns, NumpyOps
+from ...loads import LOAD_NAMES, FloatArray, TriboLoads
+from ...loads.time_steps import rests, time_steps
+from ..campaign.binning import Campaign
+from ..campaign.metadata import metadata_spans
+
+OPS = NumpyOps()
+
+
+@dataclass
+class Candidate:
+    """One effect at g sets of shape parameters.
+
+    Attributes
+    ----------
+    effect : Effect
+    shapes : dict of str to ndarray, shape (g,)
+        Shape parameters of every set.
+    columns : ndarray, shape (m, g, amplitudes)
+        Bin means of the basis.
+    """
+
+    effect: Effect
+    shapes: dict[str, FloatArray]
+    columns: FloatArray
+
+    def shape_at(self, k: int) -> dict[str, float]:
+        """Return the shape parameters of set `k`."""
+        return {name: float(values[k]) for name, values in self.shapes.items()}
+
+
+def load_columns(loads: TriboLoads) -> LoadColumns:
+    """Return the loads as columns for a formula."""
+    return LoadColumns(*(c[:, None] for c in loads.as_array().T))
+
+
+def spans_of(campaign: Campaign, mu: FloatArray) -> dict[str, tuple[float, ...]]:
+    """Return the range of each load and of the derived quantities that scan grids follow, and what metadata take.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    mu : ndarray, shape (n,)
+        Friction coefficient of the base model, for friction work and flash heating.
+    """
+    loads = campaign.loads
+    sliding = loads.v_rel[loads.v_rel > 0.0]
+    if sliding.size == 0:
+        sliding = np.array([1.0])
+    spans: dict[str, tuple[float, ...]] = {
+        "v_rel": _span(sliding),
+        "T": _span(loads.T),
+        "sigma_n": _span(loads.sigma_n),
+        "sd": _span(loads.sd),
+        "psi": _span(loads.psi),
+        "hersey": _span(loads.v_rel / np.maximum(loads.sigma_n, 1e-9)),
+        "sigma_n_hot": _span(loads.sigma_n * np.exp(0.005 * np.clip(loads.T - 20.0, 0.0, 1000.0))),
+        "flash": _span(np.maximum(mu, 1e-6) * loads.sigma_n * np.sqrt(loads.v_rel)),
+    }
+    matrix = loads.as_array()
+    ends = zip(LOAD_NAMES, matrix.min(axis=0), matrix.max(axis=0), strict=True)
+    spans |= {f"range of {name}": (float(low), float(high)) for name, low, high in ends}
+    lasts = np.r_[campaign.point_starts[1:], len(loads)] - 1
+    lengths = campaign.distance[lasts]
+    work = np.maximum(mu, 1e-6) * loads.sigma_n * 1e-3
+    totals = (
+        np.array([work[a : b + 1].mean() for a, b in zip(campaign.point_starts, lasts, strict=True)])
+        * lengths
+    )
+    spans["work"] = (0.05 * float(np.max(totals)), float(np.max(totals)))
+    spans["T_rise"] = (0.1 * (spans["T"][1] - 20.0), max(spans["T"][1] - 20.0, 1.0))
+    rise = max(spans["psi"][1] - 1.0, 1e-3)
+    spans["psi_rise"] = (0.1 * rise, rise)
+    spans["v_rel_low"] = (spans["v_rel"][0], spans["v_rel"][0])
+    length = float(np.median(lengths))
+    spans["distance"] = (length * 1e-3, length)
+    if "batch" in campaign.system:
+        spans["batch"] = tuple(map(float, np.unique(campaign.system["batch"])))
+    return spans | metadata_spans(campaign.loads, campaign.system)
+
+
+def _span(values: FloatArray) -> tuple[float, float]:
+    low, high = np.quantile(values, [0.03, 0.98])
+    return float(low), float(high)
+
+
+def evaluate(
+    effect: Effect, campaign: Campaign, mu: FloatArray, grids: Mapping[str, FloatArray]
+) -> Candidate:
+    """Evaluate an effect over the product of its scan values and average it into bins.
+
+    Parameters
+    ----------
+    effect : Effect
+    campaign : Campaign
+    mu : ndarray, shape (n,)
+        Friction coefficient that effects which need one see (the base model's, not the measured one).
+    grids : mapping
+        Scan values by shape parameter.
+    """
+    names = list(grids)
+    mesh = np.meshgrid(*(grids[n] for n in names), indexing="ij") if names else []
+    shapes = {n: g.ravel() for n, g in zip(names, mesh, strict=True)}
+    rows = {n: g[None, :] for n, g in shapes.items()}
+    sets = mesh[0].size if names else 1
+    columns = evaluate_points(effect, campaign, mu, rows)
+    try:
+        full = [np.ascontiguousarray(np.broadcast_to(c, (len(mu), sets))) for c in columns]
+    except ValueError:
+        raise InputError(
+            f"effect {effect.name!r}: basis gives shapes {[c.shape for c in columns]}; allowed: ({len(mu)}, {sets}) each"
+        ) from None
+    return Candidate(effect, shapes, np.stack([campaign.average(c) for c in full], axis=2))
+
+
+def evaluate_all(
+    effects: Iterable[Effect], campaign: Campaign, mu: FloatArray, spans: Mapping[str, tuple[float, ...]]
+) -> tuple[list[Candidate], list[str]]:
+    """Evaluate effects over their scan values; return them with a note on each one that cannot be evaluated."""
+    candidates, notes = [], []
+    for effect in effects:
+        try:
+            candidates.append(evaluate(effect, campaign, mu, _scan_values(effect, spans)))
+        except InputError as error:
+            notes.append(f"{effect.name} was not tested: {error}")
+    return candidates, notes
+
+
+def _scan_values(effect: Effect, spans: Mapping[str, tuple[float, ...]]) -> dict[str, FloatArray]:
+    try:
+        return effect.grids(spans)
+    except Exception as error:
+        raise InputError(
+            f"effect {effect.name!r}: grids fails ({type(error).__name__}: {str(error)[:200]})"
+        ) from error
+
+
+def evaluate_points(
+    effect: Effect, campaign: Campaign, mu: FloatArray, shape: Mapping[str, FloatArray | float]
+) -> tuple[FloatArray, ...]:
+    """Return the basis of an effect on all points, one array [n, g] an amplitude."""
+    L = load_columns(campaign.loads)
+    system = campaign.system
+    state: dict[str, FloatArray] = {}
+    if effect.states:
+        state = integrate(effect, campaign, mu, shape)
+    memory = Memory(mu=mu[:, None], state=state, system=system)
+    columns = _called(effect, "basis", len(effect.amplitudes), OPS, L, shape, memory)
+    if not any(np.isfinite(c).any() for c in columns):
+        raise InputError(
+            f"effect {effect.name!r}: basis gives no finite number on these data; allowed: numbers"
+        )
+    return columns
+
+
+def _called(effect: Effect, part: str, count: int, *given: Any) -> tuple[FloatArray, ...]:
+    """Return the result of a method of an effect, checked: users write effects, too.
+
+    Raises
+    ------
+    InputError
+        The method raised, or gives anything else than `count` arrays of numbers.
+    """
+    where = f"effect {effect.name!r}: {part}"
+    try:
+        columns = tuple(np.asarray(c, dtype=np.float64) for c in getattr(effect, part)(*given))
+    except InputError:
+        raise
+    except Exception as error:
+        told = " ".join(str(error).split())[:200]
+        raise InputError(
+            f"{where} fails ({type(error).__name__}: {told}); allowed: {count} columns of numbers"
+        ) from error
+    if len(columns) != count:
+        raise InputError(f"{where} gives {len(columns)} columns; allowed: {count}")
+    return columns
+
+
+def integrate(
+    effect: Effect, campaign: Campaign, mu: FloatArray, shape: Mapping[str, FloatArray | float]
+) -> dict[str, FloatArray]:
+    """Advance the states of an effect through every test, all tests and parameter sets side by side.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n, g)
+        The states at every point.
+    """
+    if not effect.states_need_shapes:
+        shape = {name: effect.start_shape()[name] for name in shape}
+        known = campaign.integrated.get(effect.name)
+        if known is not None and np.array_equal(known[0], mu):
+            return known[1]
+    loads = campaign.loads
+    n, tests = len(loads), len(campaign.tests)
+    lengths = np.diff(np.r_[campaign.point_starts, n])
+    sets = max((np.size(v) for v in shape.values()), default=1)
+    dt = time_steps(loads, campaign.point_starts)
+    pause = rests(loads, dt)
+    matrix, start = loads.as_array(), effect.start_state(shape)
+    current = [np.broadcast_to(np.asarray(s, dtype=float), (tests, sets)).copy() for s in start]
+    history = [np.empty((n, sets)) for _ in current]
+    for step in range(int(lengths.max())):
+        running = lengths > step
+        rows = campaign.point_starts[running] + step
+        L = LoadColumns(*(matrix[rows, j : j + 1] for j in range(matrix.shape[1])))
+        old = {name: c[running] for (name, _), c in zip(effect.states, current, strict=True)}
+        memory = Memory(mu=mu[rows, None], state=old, system={k: v[rows] for k, v in campaign.system.items()})
+        if pause[rows].any():  # the contact stood still first, then slid up to here
+            still = LoadColumns(0.0 * L.v_rel, L.T, L.sigma_n, L.sd, L.psi)
+            held = _called(effect, "advance", len(current), OPS, still, shape, memory, pause[rows, None])
+            old = {name: v for (name, _), v in zip(effect.states, held, strict=True)}
+            memory = Memory(mu=memory.mu, state=old, system=memory.system)
+        new = _called(effect, "advance", len(current), OPS, L, shape, memory, (dt - pause)[rows, None])
+        for k, value in enumerate(new):
+            current[k][running] = value
+            history[k][rows] = value
+    states = {name: h for (name, _), h in zip(effect.states, history, strict=True)}
+    if not effect.states_need_shapes:
+        campaign.integrated[effect.name] = (mu.copy(), states)
+    return states

@@ -1,0 +1,70 @@
+"""Signs of a law as a whole: an effect that must rise with a load may not stand in for a law that falls with it.
+
+Beside a base with slopes of its own, a term with the physical sign can imitate the opposite: a rising threshold in T minus
+a steep line is a falling curve.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ...loads import LOAD_NAMES, FloatArray
+from ..campaign.binning import Campaign
+from ..noise.noise_floor import Whitener
+from .scan import Prepared, drops
+
+#: Least share of all ups and downs of the law along the load that must run the way of the effect.
+OWN_WAY = 0.15
+#: Ranges of the load over which ups and downs are counted.
+RANGES = 25
+
+
+def physical_sets(
+    campaign: Campaign,
+    prepared: Prepared,
+    residual: FloatArray,
+    whiten: Whitener,
+    columns: FloatArray,
+    y: FloatArray,
+) -> npt.NDArray[np.bool_]:
+    """Return for each set of shape parameters whether base and effect together run the physical way somewhere.
+
+    Only effects of one load, with one amplitude of known sign, are judged; all others are allowed.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    prepared : Prepared
+    residual : ndarray, shape (m,)
+        Whitened, without the base.
+    whiten : Whitener
+    columns, y : ndarray, shape (m, p), (m,)
+        Base and bin means of mu.
+    """
+    effect, bins = prepared.candidate.effect, prepared.candidate.columns
+    sets = bins.shape[1]
+    name = effect.driver[0]
+    signed = len(effect.driver) == 1 and len(effect.amplitudes) == 1 and effect.amplitudes[0].sign != 0
+    if not signed or name not in LOAD_NAMES or not campaign.varies(name) or columns.shape[1] < 2:
+        return np.ones(sets, dtype=bool)
+    amplitude = drops(prepared, np.einsum("mga,m->ga", prepared.columns, residual))[1][:, 0]
+    # slope of the base along this load, the others held, for every set
+    varied = [n for n in LOAD_NAMES if campaign.varies(n)]
+    loads = np.column_stack([campaign.average(getattr(campaign.loads, n)) for n in varied])
+    spread = loads.std(axis=0)
+    straight = np.column_stack([np.ones(len(y)), (loads - loads.mean(axis=0)) / np.maximum(spread, 1e-300)])
+    slopes = np.linalg.lstsq(straight, columns, rcond=1e-9)[0][1 + varied.index(name)]
+    white = whiten(columns)
+    along = slopes @ np.linalg.pinv(white, rcond=1e-9)
+    slope = along @ whiten(y) - amplitude * (along @ whiten(bins[:, :, 0]))
+    x = straight[:, 1 + varied.index(name)]
+    order = np.argsort(x, kind="stable")
+    starts = np.unique(np.linspace(0, len(x), RANGES + 1).astype(int)[:-1])
+    count = np.diff(np.r_[starts, len(x)])
+    place = np.add.reduceat(x[order], starts) / count
+    term = np.add.reduceat(bins[order, :, 0], starts, axis=0) / count[:, None] * amplitude
+    way = np.sign(term[-1] - term[0])
+    steps = np.diff(slope * place[:, None] + term, axis=0) * way
+    right, wrong = np.maximum(steps, 0.0).sum(axis=0), np.maximum(-steps, 0.0).sum(axis=0)
+    return np.asarray((right >= OWN_WAY * (right + wrong)) | (amplitude == 0.0))

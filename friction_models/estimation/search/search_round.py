@@ -1,0 +1,297 @@
+"""One search for effects beside a base with given columns: noise floor, whitening, scan, significance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...effects.base import Effect
+from ...loads import FloatArray
+from ..campaign.binning import Campaign
+from ..campaign.metadata import recorded
+from ..noise.noise_floor import Layout, NoiseFloor, Whitener, estimate, independent_columns
+from .base_law import BaseLaw, polynomial_columns
+from .candidates import Candidate
+from .form_error import FormErrors
+from .law_signs import physical_sets
+from .scan import Fit, Prepared, Projector, prepare_candidate, rank
+from .significance import (
+    REPLICATES,
+    SAME,
+    Simulated,
+    confusion_set,
+    maximum_gains,
+    null_noise,
+    p_value,
+    simulate,
+)
+from .unseen_loads import varied_first
+
+#: Standard deviations from the rest of its test beyond which a bin is an outlier.
+OUTLYING = 8.0
+MOST_OUTLIERS = 0.02
+#: Share of a column that must differ from test to test.
+DIFFERS = 0.02
+
+
+@dataclass
+class SearchRound:
+    """What one search found.
+
+    Attributes
+    ----------
+    floor : NoiseFloor
+    residual : ndarray, shape (m,)
+        Whitened bin means without the base.
+    candidates : list of Prepared
+    ranking : list of Fit
+        The largest evidence first; an effect with a constant load does not lead while another one explains about as much.
+    null : ndarray, shape (replicates,)
+        Largest gain of any effect in each simulation in which nothing is missing.
+    simulated : Simulated
+    whiten, project : callable
+        Whitening, and removal of the base after it.
+    columns : ndarray, shape (m, p)
+        The base in the bins.
+    y : ndarray, shape (m,)
+        Bin means of mu without the fixed part of the base.
+    count : ndarray, shape (m,)
+        Points in each bin.
+    freedom : float
+        Degrees of freedom with which the scatter between tests is estimated.
+    least_p : float
+        Lower bound of the p-values: the one of the first search, before the floor allowed for the winner.
+    """
+
+    floor: NoiseFloor
+    residual: FloatArray
+    candidates: list[Prepared]
+    ranking: list[Fit]
+    null: FloatArray
+    simulated: Simulated
+    whiten: Whitener
+    project: Projector
+    columns: FloatArray
+    y: FloatArray
+    count: FloatArray
+    freedom: float
+    least_p: float = 0.0
+
+    @property
+    def winner(self) -> Fit | None:
+        """The best effect, if any can be tested."""
+        return self.ranking[0] if self.ranking else None
+
+    def p_value(self, fit: Fit) -> float:
+        """Family-wise p-value of a fit."""
+        return max(self.own_p_value(fit), self.least_p)
+
+    def own_p_value(self, fit: Fit) -> float:
+        """The same by this search alone."""
+        return p_value(fit.gain, self.null)
+
+    def confusion_set(self) -> list[str]:
+        """Effects that cannot be told from the winner."""
+        return confusion_set(self.ranking, self.simulated)
+
+    def beyond_base(self, values: FloatArray) -> FloatArray:
+        """Return the part of a contribution to mu in the bins that the base, fitted as usual, cannot follow."""
+        root = np.sqrt(self.count)[:, None]
+        follow = np.linalg.lstsq(root * self.columns, root[:, 0] * values, rcond=1e-9)[0]
+        return values - self.columns @ follow
+
+    def change(self, fit: Fit) -> FloatArray:
+        """Return the part of an effect that the base cannot follow, shape (m,)."""
+        return self.beyond_base(fit.binned)
+
+
+def flexible_mean(campaign: Campaign, base: FloatArray) -> FloatArray:
+    """Return bin means of columns that follow more than the base [n, p]: second order and curves along each load.
+
+    With few tests the interactions, then the curves are left out, so that scatter between tests stays visible.
+    """
+    if campaign.smooth is None:
+        campaign.smooth = campaign.average(_smooth_columns(campaign))
+    return np.column_stack([campaign.average(base), campaign.smooth])
+
+
+def _smooth_columns(campaign: Campaign) -> FloatArray:
+    tests = len(campaign.tests)
+    z = polynomial_columns(campaign, 1)
+    columns = []
+    if tests >= 8:
+        columns.append(np.column_stack([z, z**2]))
+    if tests >= 30:
+        columns.append(polynomial_columns(campaign, 2))
+    if tests >= 60:
+        columns.append(np.column_stack([np.maximum(z - q, 0.0) ** 2 for q in (-0.8, 0.8)]))
+    within = campaign.distance[:, None] / max(float(campaign.distance.max()), 1e-300)
+    columns.append(np.column_stack([within, np.sqrt(within), np.exp(-within / 0.03), np.exp(-within / 0.1)]))
+    return np.column_stack(columns)
+
+
+def distrust_outliers(campaign: Campaign, base: BaseLaw) -> NoiseFloor | None:
+    """Take the weight from bins that lie far off the other bins of their test (two passes).
+
+    If more than one bin in fifty lies far off, all keep their weight: so many show structure, not outliers.
+
+    Returns
+    -------
+    NoiseFloor or None
+        A first estimate; None where there are too few bins to judge.
+    """
+    y = campaign.average(campaign.mu - base.offset)
+    mean = independent_columns(flexible_mean(campaign, base.columns))
+    if len(y) < 3 * len(campaign.tests) or len(y) < 2 * mean.shape[1]:
+        return None
+    floor = None
+    for _ in range(2):
+        layout = Layout.of(campaign)
+        floor = estimate(campaign, layout, y, mean, floor)
+        whiten = Whitener(layout, floor, float(np.std(y)) or 1e-6)
+        white = whiten(mean)
+        residual = y - mean @ np.linalg.lstsq(white, whiten(y), rcond=1e-9)[0]
+        far = np.abs(whiten.isolation(residual))
+        known = campaign.distrusted if campaign.distrusted is not None else np.zeros(len(y), dtype=bool)
+        flagged = known | (far > OUTLYING * max(1.4826 * float(np.median(far)), 1e-12))
+        if flagged.sum() == known.sum() or flagged.mean() > MOST_OUTLIERS:
+            break
+        campaign.distrusted = flagged
+    if campaign.distrusted is not None:
+        campaign.warnings.append(
+            f"{int(campaign.distrusted.sum())} of {len(y)} averages lie far off the rest of their test and carry no weight"
+        )
+    return floor
+
+
+def search(
+    campaign: Campaign,
+    base: BaseLaw,
+    terms: FloatArray | None,
+    candidates: list[Candidate],
+    seed: int,
+    start: NoiseFloor | None = None,
+    also_in_mean: FloatArray | None = None,
+) -> SearchRound:
+    """Scan all candidates beyond the base and further terms.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    base : BaseLaw
+    terms : ndarray, shape (m, k), or None
+        Further columns in the bins that belong to the base by now (effects found, freed drivers).
+    candidates : list of Candidate
+    seed : int
+    start : NoiseFloor, optional
+        An earlier estimate of the floor, to start from.
+    also_in_mean : ndarray, shape (m, k), optional
+        Columns that only the estimation of the floor uses (the winner of an earlier round).
+    """
+    layout = Layout.of(campaign)
+    y = campaign.average(campaign.mu - base.offset)
+    columns = campaign.average(base.columns)
+    if terms is not None:
+        columns = np.column_stack([columns, terms])
+    mean = flexible_mean(campaign, base.columns)
+    extra = [e for e in (terms, also_in_mean) if e is not None]
+    mean = np.column_stack([mean, *extra])
+    floor = estimate(campaign, layout, y, mean, start)
+    freedom = _freedom(campaign, mean)
+    scale = float(np.std(y)) or 1e-6
+    whiten = Whitener(layout, floor, scale)
+    project = Projector(whiten(columns))
+    residual = project(whiten(y))
+    prepared = [prepare_candidate(c, whiten, project) for c in candidates]
+    for p in prepared:
+        p.usable &= physical_sets(campaign, p, residual, whiten, columns, y)[:, None]
+    prepared = [p for p in prepared if p.usable.any()]
+    unexplained = residual if also_in_mean is None else Projector(project(whiten(also_in_mean)))(residual)
+    rng = np.random.default_rng(seed)
+    simulated = simulate(prepared, project, null_noise(unexplained, campaign.test, freedom, rng, REPLICATES))
+    null = maximum_gains(prepared, simulated) if prepared else np.zeros(1)
+    return SearchRound(
+        floor=floor,
+        residual=residual,
+        candidates=prepared,
+        ranking=varied_first(
+            campaign,
+            simple_first(FormErrors(campaign, whiten, project).ranked(rank(prepared, residual), residual)),
+        ),
+        null=null,
+        simulated=simulated,
+        whiten=whiten,
+        project=project,
+        columns=columns,
+        y=y,
+        count=campaign.count,
+        freedom=freedom,
+    )
+
+
+def simple_first(ranking: list[Fit]) -> list[Fit]:
+    """Let an effect of the present load lead one with a memory of it that explains the same.
+
+    An evidence within `SAME` of the first one may be a matter of formulas.
+    """
+    if not ranking or not ranking[0].prepared.candidate.effect.needs_state:
+        return ranking
+    for fit in ranking[1:]:
+        if fit.evidence < (1.0 - SAME) * ranking[0].evidence:
+            break
+        effect = fit.prepared.candidate.effect
+        if not effect.needs_state and effect.driver[0] == ranking[0].prepared.candidate.effect.driver[0]:
+            return [fit, *(f for f in ranking if f is not fit)]
+    return ranking
+
+
+def _freedom(campaign: Campaign, mean: FloatArray) -> float:
+    """Return how many tests a flexible mean leaves to estimate the scatter between them."""
+    levels = (
+        np.column_stack([np.bincount(campaign.test, campaign.count * column) for column in mean.T])
+        / np.bincount(campaign.test, campaign.count)[:, None]
+    )
+    # columns that hardly differ from test to test, as those of the distance, say nothing about the level of a test
+    return float(max(len(levels) - independent_columns(levels, DIFFERS).shape[1], 2))
+
+
+def testable(
+    effects: list[Effect], campaign: Campaign, taken: tuple[str, ...] = ()
+) -> tuple[list[Effect], list[str]]:
+    """Return the effects whose metadata the campaign holds, and notes on those that it lacks."""
+    usable, notes = [], []
+    for effect in effects:
+        absent = [m for m in effect.metadata if m not in campaign.system]
+        if effect.name in taken:
+            continue
+        if effect.driver[0] in campaign.absent:
+            continue  # a warning about the missing load is given already
+        without = effect.lacking(campaign.absent)
+        if without:
+            notes.append(
+                f"{effect.name} was not tested: it needs {' and '.join(without)}, which the data lack"
+            )
+            continue
+        if effect.needs_state and campaign.loads.t is None and "sd" in campaign.absent:
+            notes.append(f"{effect.name} was not tested: memory needs the time t or the distance sd")
+            continue
+        averaged = campaign.count.size == len(campaign.tests)
+        if averaged and len(campaign.tests) > 1 and effect.driver[0] == "sd":
+            notes.append(
+                f"{effect.name} was not tested: it shows along a test, and there is one point a test"
+            )
+            continue
+        if effect.needs_state and averaged:
+            notes.append(f"{effect.name} was not tested: memory needs more than one point a test")
+            continue
+        if absent:
+            notes.append(
+                f"{effect.name} was not tested: {'; '.join(recorded(campaign.loads, m) for m in absent)}"
+            )
+        else:
+            usable.append(effect)
+            notes += [
+                f"{effect.name}: {told}" for m in effect.metadata if (told := recorded(campaign.loads, m))
+            ]
+    return usable, notes

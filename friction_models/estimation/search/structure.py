@@ -1,0 +1,225 @@
+"""Structure that no effect of the catalogue explains: a functional analysis of variance of the residual.
+
+Curves along each load and products of curves of two loads are fitted to the whitened remainder; each block
+is compared with what it would fit in pure noise (functional ANOVA; Hooker, J. Comput. Graph. Stat. 16 (2007)).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TypedDict
+
+import numpy as np
+from scipy.stats import chi2
+
+from ...loads import LOAD_NAMES, FloatArray
+from ..campaign.binning import Campaign
+from ..campaign.curves import curve, spline_columns, transformed
+from .scan import Fit, Projector
+from .search_round import SearchRound
+from .significance import null_noise
+
+REPLICATES = 399
+#: A surface over two loads must follow this much more of a difference than a curve along one of them.
+INTERACTION = 0.15
+
+
+class StructurePlace(TypedDict):
+    """Where structure is left.
+
+    The loads along which it shows, the range of each in which it is strong, its shape in words, and its share of what is
+    left.
+    """
+
+    variables: list[str]
+    region: dict[str, list[float]]
+    shape: str
+    share: float
+
+
+@dataclass
+class Structure:
+    """What a flexible model finds beyond base and effects.
+
+    Attributes
+    ----------
+    excess : float
+        Whitened squared signal of the strongest block beyond what noise gives.
+    p_value : float
+        Family-wise over the blocks.
+    rms : float
+        RMS of this signal in mu.
+    where : list of StructurePlace
+        Blocks that stand out.
+    """
+
+    excess: float
+    p_value: float
+    rms: float
+    where: list[StructurePlace]
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """How far the residual still bends along the loads of the winner.
+
+    Attributes
+    ----------
+    excess : float
+        Whitened squared signal beyond what noise gives.
+    p_value : float
+        Chi-square.
+    """
+
+    excess: float = 0.0
+    p_value: float = 1.0
+
+
+def own_misfit(campaign: Campaign, found: SearchRound, fit: Fit, signal: FloatArray) -> Misfit:
+    """Test whether curves along the loads of an effect fit the residual better than noise does.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    found : SearchRound
+    fit : Fit
+    signal : ndarray, shape (m, k)
+        Whitened columns of all effects found.
+    """
+    columns = spline_columns(campaign, fit.prepared.candidate.effect.driver)
+    project = Projector(np.column_stack([found.whiten(found.columns), signal]))
+    q = Projector(project(found.whiten(columns))).q if columns.shape[1] else columns
+    if not q.shape[1]:
+        return Misfit()
+    drop = float(np.sum((q.T @ project(found.residual)) ** 2))
+    return Misfit(drop - q.shape[1], float(chi2.sf(drop, q.shape[1])))
+
+
+def find_structure(campaign: Campaign, found: SearchRound, signal: FloatArray, seed: int) -> Structure:
+    """Look for structure beyond the base and the whitened contribution `signal` of the winner.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    found : SearchRound
+    signal : ndarray, shape (m, k)
+        Whitened columns of the effects found; k may be 0.
+    seed : int
+    """
+    names = [n for n in LOAD_NAMES if campaign.varies(n)]
+    curves = {n: curve(transformed(campaign, n), 3) for n in names}
+    blocks: dict[tuple[str, ...], FloatArray] = {(n,): curves[n] for n in names}
+    for a, b in combinations(names, 2):
+        pairs = [curves[a][:, [i]] * curves[b][:, [j]] for i in range(3) for j in range(3)]
+        blocks[(a, b)] = np.column_stack([curves[a], curves[b], *pairs])
+    base = np.column_stack([found.whiten(found.columns), signal])
+    project = Projector(base)
+    residual = project(found.residual)
+    rng = np.random.default_rng([seed, 77])
+    noise = null_noise(residual, campaign.test, found.freedom, rng, REPLICATES)
+    data = np.column_stack([residual, project(noise)])
+    scores, fits, excess = [], {}, {}
+    for key, columns in blocks.items():
+        q = Projector(project(found.whiten(columns))).q
+        if not q.shape[1]:
+            continue
+        drop = np.sum((q.T @ data) ** 2, axis=0)
+        scores.append((drop - q.shape[1]) / np.sqrt(2.0 * q.shape[1]))
+        fits[key], excess[key] = q, float(drop[0] - q.shape[1])
+    if not scores:
+        return Structure(0.0, 1.0, 0.0, [])
+    table = np.array(scores)
+    null = table[:, 1:].max(axis=0)
+    p = float((1 + np.sum(null >= table[:, 0].max())) / (1 + REPLICATES))
+    keys = list(fits)
+    significant = [
+        k for k in np.argsort(-table[:, 0]) if (1 + np.sum(null >= table[k, 0])) / (1 + REPLICATES) < 0.05
+    ]
+    strongest = keys[int(np.argmax(table[:, 0]))]
+    total = max(float(residual @ residual), 1e-300)
+    where = [
+        _describe(campaign, keys[k], fits[keys[k]], residual, excess[keys[k]] / total)
+        for k in significant[:3]
+    ]
+    return Structure(
+        max(excess.values()), p, _rms(campaign, found, fits[strongest], residual, excess[strongest]), where
+    )
+
+
+def _rms(campaign: Campaign, found: SearchRound, q: FloatArray, residual: FloatArray, excess: float) -> float:
+    """Return the rms in mu of a whitened fit, shrunk to the part that is not noise."""
+    fit = np.linalg.inv(found.whiten.inverse) @ found.whiten.layout.pad((q @ (q.T @ residual))[:, None])
+    values = found.beyond_base(fit[campaign.test, campaign.slot, 0])
+    mean_square = float(campaign.count @ values**2 / campaign.count.sum())
+    power = float(np.sum((q.T @ residual) ** 2))
+    return float(np.sqrt(max(mean_square * max(excess, 0.0) / max(power, 1e-300), 0.0)))
+
+
+def places_of(campaign: Campaign, difference: FloatArray, most: int = 2) -> list[StructurePlace]:
+    """Return along which loads a difference of two predictions runs, the strongest first.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    difference : ndarray, shape (m,)
+        In the bins.
+    most : int
+        Places to return.
+    """
+    names = [n for n in LOAD_NAMES if campaign.varies(n)]
+    root = np.sqrt(campaign.count)
+    mean = float(campaign.count @ difference / campaign.count.sum())
+    target = root * (difference - mean)
+    whole = max(float(target @ target), 1e-300)
+    curves = {n: curve(transformed(campaign, n), 3) for n in names}
+    shares: dict[tuple[str, ...], tuple[float, FloatArray]] = {}
+
+    def add(key: tuple[str, ...], columns: FloatArray) -> None:
+        q = Projector(root[:, None] * (columns - np.average(columns, axis=0, weights=campaign.count))).q
+        fit = q @ (q.T @ target)
+        shares[key] = (float(fit @ fit) / whole, fit)
+
+    for n in names:
+        add((n,), curves[n])
+    for a, b in combinations(names, 2):
+        products = [curves[a][:, [i]] * curves[b][:, [j]] for i in range(3) for j in range(3)]
+        add((a, b), np.column_stack([curves[a], curves[b], *products]))
+        alone = max(shares[(a,)][0], shares[(b,)][0], 0.0)
+        if shares[(a, b)][0] < alone + INTERACTION:
+            del shares[(a, b)]
+    best = sorted(shares, key=lambda key: -shares[key][0])
+    return [
+        _described(campaign, key, shares[key][1], shares[key][0])
+        for key in best[:most]
+        if shares[key][0] > 0.1
+    ]
+
+
+def _describe(
+    campaign: Campaign, key: tuple[str, ...], q: FloatArray, residual: FloatArray, share: float
+) -> StructurePlace:
+    """Return in which part of the range a block is strong, and its shape."""
+    return _described(campaign, key, q @ (q.T @ residual), share)
+
+
+def _described(campaign: Campaign, key: tuple[str, ...], fit: FloatArray, share: float) -> StructurePlace:
+    weight = np.abs(fit)
+    strong = weight >= np.quantile(weight, 0.8)
+    region = {}
+    for name in key:
+        values = campaign.average(getattr(campaign.loads, name))
+        low, high = np.quantile(values[strong], [0.1, 0.9])
+        region[name] = [float(low), float(high)]
+    rising = float(np.corrcoef(transformed(campaign, key[0]), fit)[0, 1])
+    shape = (
+        "interaction"
+        if len(key) > 1
+        else ("rising" if rising > 0.5 else "falling" if rising < -0.5 else "bent")
+    )
+    return {
+        "variables": list(key),
+        "region": region,
+        "shape": shape,
+        "share": float(np.clip(share, 0.0, 1.0)),
+    }

@@ -1,0 +1,115 @@
+"""Effects that the data cannot judge, because a load that they need is missing or constant.
+
+Such an effect does not lead the ranking while another one explains as much, and a verdict that names it is less certain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...effects.base import Effect
+from ...loads import FloatArray
+from ...loads.time_steps import rests, time_steps
+from ..campaign.binning import Campaign
+from .scan import Fit
+
+#: An effect with at least this share of the gain of the first one may lead the ranking in its place.
+AS_GOOD = 0.5
+#: Largest confidence of a verdict where a load that was not recorded may be the cause as well.
+EITHER = 0.5
+#: `v_rel` and distance over time contradict each other when they differ by more than this factor.
+SPEED_FACTOR = 2.0
+
+
+def constant(effect: Effect, campaign: Campaign) -> list[str]:
+    """Return the loads that an effect needs and that do not vary in the data.
+
+    For effects with memory a rest counts as a change of speed.
+    """
+    flat = [n for n in effect.needed_loads if not campaign.varies(n)]
+    if "v_rel" in flat and effect.needs_state and _rested(campaign):
+        flat.remove("v_rel")
+    return flat
+
+
+def _rested(campaign: Campaign) -> bool:
+    dt = time_steps(campaign.loads, campaign.point_starts)
+    return bool(rests(campaign.loads, dt).any())
+
+
+def varied_first(campaign: Campaign, ranking: list[Fit]) -> list[Fit]:
+    """Move an effect whose loads all vary to the front, if it explains about as much as the first one.
+
+    An effect with a constant load depends on its other loads only, so these data cannot prefer it to an effect of those
+    loads. It stays in the ranking as a rival.
+    """
+    if not ranking or not constant(ranking[0].prepared.candidate.effect, campaign):
+        return ranking
+    first = ranking[0]
+    shown = {n for n in first.prepared.candidate.effect.driver if n not in campaign.absent}
+    for fit in ranking[1:]:
+        effect = fit.prepared.candidate.effect
+        if fit.gain < AS_GOOD * first.gain or fit.gain <= 0.0:
+            continue
+        if shown & set(effect.driver) and not constant(effect, campaign):
+            return [fit, *(f for f in ranking if f is not fit)]
+    return ranking
+
+
+def doubts(campaign: Campaign, verdict: str, chosen: Sequence[Fit]) -> tuple[float, list[str]]:
+    """Return the largest confidence that the recorded loads allow for a verdict, and the reasons.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    verdict : str
+    chosen : sequence of Fit
+        The effects that it names.
+    """
+    if verdict in {"nothing_missing", "out_of_domain"}:
+        return 1.0, []
+    notes = []
+    # outside forming the surface does not expand, and averages over a test have no distance
+    averaged = campaign.count.size == len(campaign.tests)
+    without = [n for n in campaign.absent if n != "psi" and not (averaged and n == "sd")]
+    if without:
+        notes.append(
+            f"what is missing may as well be an effect of a load that the data lack ({', '.join(without)}): record it, or keep it "
+            "constant in all tests"
+        )
+    for fit in chosen:
+        effect = fit.prepared.candidate.effect
+        flat = constant(effect, campaign)
+        if flat:
+            rest = [n for n in effect.driver if n not in flat]
+            notes.append(
+                f"{effect.name} needs a varied {' and '.join(flat)}: these data show a dependence on {' and '.join(rest) or 'nothing else'} only"
+            )
+    if other_speed(campaign):
+        notes.append(
+            "distance over time is another speed than v_rel in most tests: effects of speed and of memory cannot be trusted; "
+            "allowed: v_rel of every point, not the set value"
+        )
+    return (EITHER if notes else 1.0), notes
+
+
+def other_speed(campaign: Campaign) -> bool:
+    """Return whether distance over time contradicts `v_rel` in most tests."""
+    loads = campaign.loads
+    if loads.t is None or {"v_rel", "sd"} & set(campaign.absent):
+        return False
+    dt = time_steps(loads, campaign.point_starts)
+    sliding = dt - rests(loads, dt)
+    way = np.diff(loads.sd, prepend=loads.sd[:1])
+    way[campaign.point_starts] = 0.0
+    at = campaign.point_starts
+    mean_speed = 0.5 * (loads.v_rel + np.r_[loads.v_rel[:1], loads.v_rel[:-1]])
+    said: FloatArray = np.add.reduceat(mean_speed * sliding, at)
+    gone: FloatArray = np.add.reduceat(np.maximum(way, 0.0), at)
+    known = (said > 0.0) & (gone > 0.0)
+    if not known.any():
+        return False
+    ratio = gone[known] / said[known]
+    return bool(np.mean((ratio > SPEED_FACTOR) | (ratio < 1.0 / SPEED_FACTOR)) > 0.5)

@@ -1,0 +1,216 @@
+"""Columns of the test table as effects, ``factor:COLUMN``: found, fitted, saved, packed; made-up campaigns."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from fmus import pack, read_friction_fmu
+from friction_models import LinearFriction, OnnxModel, load_model
+from friction_models.common import InputError
+from friction_models.discovery import diagnose, refine
+from friction_models.effects import CATALOGUE, factor_effect, known_effect, make_effect
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.campaign.factors import factors_of
+from friction_models.estimation.fit.pooling import shrinkage
+from friction_models.families.composed import ComposedFriction
+
+#: Scatter of mu from test to test, and along a test.
+BETWEEN, WITHIN = 0.004, 0.001
+
+
+def campaign(seed: int, count: int = 24) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return tests of a linear law, with operators, humidity and the like that have nothing to do with mu."""
+    rng = np.random.default_rng([seed, 77])
+    parts, rows = [], []
+    for k in range(count):
+        v, p = (5.0, 50.0, 300.0)[k % 3], (500.0, 1200.0, 2500.0)[k // 3 % 3]
+        sd = np.linspace(0.5, 60.0, 25)
+        T = rng.uniform(20.0, 200.0) + 30.0 * np.sqrt(sd / 60.0)
+        loads = {
+            "v_rel": v,
+            "T": T,
+            "sigma_n": p * (1.0 - 0.05 * sd / 60.0),
+            "sd": sd,
+            "psi": 1.0 + 0.02 * sd,
+        }
+        part = pd.DataFrame({"test_id": f"t{k:02d}", "t": sd / v} | loads)
+        part["mu"] = (
+            0.1 - 2e-5 * v - 4e-6 * p - 5e-5 * T + rng.normal(0.0, BETWEEN) + rng.normal(0.0, WITHIN, 25)
+        )
+        parts.append(part)
+        rows.append(
+            {
+                "test_id": f"t{k:02d}",
+                "operator": rng.choice(["anna", "bert", "cleo"]),
+                "humidity": round(rng.uniform(30.0, 70.0), 1),
+                "oven": rng.choice(["left", "right"]),
+                "shift": int(rng.integers(1, 4)),
+            }
+        )
+    return pd.concat(parts, ignore_index=True), pd.DataFrame(rows)
+
+
+def shifted(data: pd.DataFrame, tests: pd.DataFrame, by: pd.Series) -> pd.DataFrame:
+    """Return the points with mu of each test shifted."""
+    return data.assign(mu=data["mu"] + by.set_axis(tests["test_id"])[data["test_id"]].to_numpy())
+
+
+def one_operator(seed: int) -> tuple[pd.DataFrame, pd.DataFrame]:
+    data, tests = campaign(seed)
+    return shifted(data, tests, 0.012 * (tests["operator"] == "bert")), tests
+
+
+def damp_days(seed: int) -> tuple[pd.DataFrame, pd.DataFrame]:
+    data, tests = campaign(seed)
+    return shifted(data, tests, 6e-4 * (tests["humidity"] - 50.0)), tests
+
+
+@pytest.mark.slow
+def test_one_of_three_operators_who_lies_above_the_others_is_named() -> None:
+    answers = [diagnose(*one_operator(seed)) for seed in range(10)]
+    named = [a for a in answers if a.effects == ["factor:operator"]]
+    assert len(named) >= 7 and all(a.verdict == "explained" for a in named)
+    assert not any(set(a.effects) - {"factor:operator"} for a in answers)
+    fitted = named[0].parameters["factor:operator"]
+    assert fitted["values"]["deviating"]["value"] == 1.0 and "1 = bert" in fitted["equation"]
+    found = [a.parameters["factor:operator"]["values"]["c"]["value"] for a in named]
+    assert float(np.mean(found)) == pytest.approx(0.012, abs=0.002)
+
+
+@pytest.mark.slow
+def test_a_number_that_shifts_friction_linearly_is_named() -> None:
+    answers = [diagnose(*damp_days(seed)) for seed in range(10)]
+    named = [a for a in answers if a.effects == ["factor:humidity"]]
+    assert len(named) >= 7
+    slopes = [a.parameters["factor:humidity"]["values"] for a in named]
+    found = [v["c"]["value"] / v["scale"]["value"] for v in slopes]
+    assert float(np.mean(found)) == pytest.approx(6e-4, rel=0.2)
+
+
+@pytest.mark.slow
+def test_columns_that_mean_nothing_are_hardly_ever_named() -> None:
+    answers = [diagnose(*campaign(seed)) for seed in range(30)]
+    assert sum(bool(a.effects) for a in answers) <= 3
+
+
+def test_every_operator_has_an_offset_and_few_tests_draw_it_towards_zero() -> None:
+    data, tests = campaign(3)
+    tests["operator"] = ["anna", "bert"] * 11 + ["cleo", "anna"]
+    data = shifted(data, tests, tests["operator"].map({"anna": -0.01, "bert": 0.01, "cleo": 0.01}))
+    model = refine(data, tests, add="factor:operator")
+    assert isinstance(model, ComposedFriction)
+    offsets = model.amplitudes_[0]
+    assert list(offsets) == ["c[anna]", "c[bert]", "c[cleo]"]
+    free = (LinearFriction() + factor_effect("operator")(deviating=2.0)).fit_frame(data, tests)
+    assert offsets["c[bert]"] - offsets["c[anna]"] == pytest.approx(0.02, abs=0.005)
+    # bert has eleven tests and cleo one; a given level is fitted as it is
+    assert offsets["c[cleo]"] < free.amplitudes_[0]["c"]
+    member = np.repeat(np.eye(2), [11, 1], axis=0)
+    many, one = shrinkage(np.r_[np.linspace(-0.02, 0.0, 11), 0.02], member)
+    assert one == pytest.approx(11.0 * many)
+    assert list(free.amplitudes_[0]) == ["c"] and free.effects_[0] == factor_effect("operator")(deviating=2.0)
+    table = tests.assign(operator="dora")
+    levels = [model.predict_frame(data, tests.assign(operator=k)) for k in ("anna", "bert", "cleo")]
+    np.testing.assert_allclose(model.predict_frame(data, table), np.mean(levels, axis=0), atol=2e-3)
+
+
+def test_offsets_that_are_chance_vanish_and_strong_ones_stay() -> None:
+    sizes = []
+    for seed in range(10):
+        model = (LinearFriction() + "factor:operator").fit_frame(*campaign(seed))
+        sizes.append(max(map(abs, model.amplitudes_[0].values())))
+    assert np.median(sizes) < 0.5 * BETWEEN
+    model = (LinearFriction() + "factor:operator").fit_frame(*one_operator(0))
+    a, b, c = model.amplitudes_[0].values()
+    assert b - 0.5 * (a + c) == pytest.approx(0.012, abs=0.004)
+
+
+def test_saved_and_packed_models_give_the_same_mu_for_every_label(tmp_path: Path) -> None:
+    data, tests = one_operator(1)
+    data = shifted(data, tests, 4e-4 * (tests["humidity"] - 50.0))
+    model = refine(data, tests, add=["factor:operator", "factor:humidity"])
+    assert model.name == "linear + factor:operator + factor:humidity"
+    model.save(tmp_path / "model")
+    again = load_model(tmp_path / "model")
+    onnx = OnnxModel(tmp_path / "model" / "model.onnx")
+    fmu = read_friction_fmu(pack(model, tmp_path / "factor.fmu", nodes=1))
+    assert onnx.system_variables[0]["labels"] == ["anna", "bert", "cleo"]
+    first = data[data["test_id"].isin(["t00", "t01"])]
+    found = []
+    # dora is unknown; without a table the commonest operator and the median humidity count
+    for table in (*(tests.assign(operator=k) for k in ("anna", "bert", "cleo", "dora")), tests, None):
+        expected = model.predict_frame(first, table)
+        np.testing.assert_array_equal(again.predict_frame(first, table), expected)
+        np.testing.assert_allclose(onnx.predict_frame(first, table), expected, rtol=1e-12)
+        np.testing.assert_allclose(fmu.predict_frame(first, table), expected, rtol=1e-12)
+        found.append(expected)
+    apart = [float(mu[0] - found[3][0]) for mu in found[:3]]
+    np.testing.assert_allclose(apart, list(model.amplitudes_[0].values()), atol=1e-12)  # type: ignore[attr-defined]
+
+
+def test_the_choice_of_columns() -> None:
+    data, tests = campaign(0)
+    rng = np.random.default_rng(1)
+    speed = tests["test_id"].map(data.groupby("test_id")["v_rel"].mean())
+    tests = tests.assign(
+        role="train",
+        T_tool=20.0,
+        Ra=rng.choice([0.1, 0.2, 0.4], len(tests)),
+        speed_set=2.0 * speed + 1.0,
+        program=speed.map({5.0: "slow", 50.0: "middle", 300.0: "fast"}),
+        remark=[f"remark {k}" for k in range(len(tests))],
+        machine="press 1",
+        name_of_operator=tests["operator"].str.upper(),
+        seldom=[1.0, 2.0, 3.0, 5.0] + [np.nan] * (len(tests) - 4),
+    )
+    tests["tool"] = tests["Ra"].map({0.1: "fine", 0.2: "middle", 0.4: "rough"})
+    effects = [make_effect(e) for e in CATALOGUE.values()]
+    found, notes = factors_of(prepare(data, tests), effects)
+    assert [e.name for e in found] == [
+        f"factor:{n}" for n in ("humidity", "name_of_operator", "oven", "shift")
+    ]
+    assert (
+        "operator with name_of_operator, program with v_rel, speed_set with v_rel, tool with Ra" in notes[0]
+    )
+    backwards = factors_of(prepare(data, tests[tests.columns[::-1]]), effects)
+    assert ([e.name for e in backwards[0]], backwards[1]) == ([e.name for e in found], notes)
+    many = tests.assign(**{f"z{k:02d}": rng.normal(size=len(tests)) for k in range(20)})
+    found, notes = factors_of(prepare(data, many), effects)
+    assert len(found) == 12 and "first 12 by name" in notes[-1]
+
+
+def test_answers_do_not_depend_on_the_order_of_columns_and_a_given_catalogue_has_no_factors() -> None:
+    data, tests = one_operator(0)
+    found = diagnose(data, tests)
+    assert found.effects == ["factor:operator"]
+    assert diagnose(data, tests[tests.columns[::-1]]).to_dict() == found.to_dict()
+    plain = diagnose(data, tests, catalogue=CATALOGUE)
+    assert not any(r["effect"].startswith("factor:") for r in plain.ranking)
+    known = refine(data, tests, add="factor:operator")
+    again = diagnose(data, tests, model=known)
+    assert "factor:operator" not in [r["effect"] for r in again.ranking]
+
+
+def test_names_and_errors() -> None:
+    effect = make_effect("factor:operator")
+    assert known_effect(effect.name) and type(effect) is factor_effect("operator")
+    fixed = factor_effect("operator")(deviating=2.0)
+    assert repr(fixed) == "Factor(deviating=2.0, column='operator')"
+    for one in (effect, fixed, effect.with_levels({"operator": ["a", "b"]})):
+        assert pickle.loads(pickle.dumps(one)) == one == copy.deepcopy(one)  # noqa: S301
+    data, tests = campaign(0)
+    with pytest.raises(
+        InputError, match="this one has humidity, operator, oven, shift; did you mean 'humidity'"
+    ):
+        refine(data, tests, add="factor:humidty")
+    with pytest.raises(InputError, match="needs the column 'operator' in the table of tests"):
+        refine(data, add="factor:operator")
+    for name in ("factor:", "factor:v_rel"):
+        with pytest.raises(InputError, match="allowed is factor:COLUMN"):
+            make_effect(name)
