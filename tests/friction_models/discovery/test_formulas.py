@@ -26,6 +26,7 @@ from friction_models.estimation.search.search_round import search
 from friction_models.expressions.ops import LoadColumns, NumpyOps
 from friction_models.families.composed import ComposedFriction
 from friction_models.loads import LOAD_NAMES
+from orchestrator.report.diagnosis_page import diagnosis_page
 from tests.friction_models.estimation_cases import measured
 
 Hidden = Callable[[pd.DataFrame], Any]
@@ -115,6 +116,8 @@ def test_a_diagnosis_offers_and_adds_nothing(resonance: pd.DataFrame) -> None:
     text = found.report()
     assert "not added: refine --add" in text and "empirical:bump(T)" in text
     assert "formulas" not in found.to_dict()
+    page = diagnosis_page(found, "linear")
+    assert "<h3>Empirical terms</h3>" in page and "empirical:bump(T)" in page
     better = refine(resonance, add=list(first.effects))
     assert better.error_history_[-1]["after"]["rmse"] < 0.8 * better.error_history_[-1]["before"]["rmse"]
 
