@@ -214,7 +214,7 @@ def _held_out_rows(
     single: Sequence[dict[str, Any]], judged: Sequence[dict[str, Any]], series: str
 ) -> Iterator[tuple[str, ...]]:
     """Yield what is not a rate: sizes of the confusion set and the error removed."""
-    named = {"explained", "ambiguous", "data_problem"}
+    named = {"explained", "partly_explained", "ambiguous", "data_problem"}
     sizes = [len(r["confusion_set"]) for r in single if r["verdict"] in named]
     removed = [r["removed"] for r in judged if r["kind"] == series and r["removed"] is not None]
     label = SERIES[series]
