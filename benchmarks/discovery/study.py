@@ -126,7 +126,7 @@ def run_case(case: Case) -> dict[str, Any]:
         "clarity": clarity(made, case.noise, case.forms) if case.kind in SERIES else None,
         "verdict": found.verdict,
         "effects": found.effects,
-        "first": found.ranking[0]["effect"] if found.effects else "",
+        "first": found.effects[0] if found.effects else "",
         "confusion_set": found.confusion_set,
         "confidence": found.confidence,
     }

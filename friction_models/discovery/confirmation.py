@@ -24,7 +24,7 @@ NAMED = ("explained", "partly_explained", "ambiguous", "data_problem")
 #: Less than this share of what can be predicted is left: the names explain it.
 EXPLAINED = 0.15
 #: More than this share is left: what is named is not the answer.
-NOT_THE_ANSWER = 0.6
+NOT_THE_ANSWER = 0.4
 #: What the reference finds where no effect is seen must be this share of the squared error at least, and this certain.
 ALONE_SHARE, ALONE_CERTAIN = 0.05, 3.0
 #: An effect that the scan sees at this level has to lower the error, but not by a full standard error.
@@ -110,6 +110,8 @@ class Confirm:
             left = self._shares(kept)
             if not left.missing > 0.0 or (kept and not bent and left.left < EXPLAINED):
                 verdict = named if kept else "nothing_missing"
+            elif not self._shares([]).missing > 0.0:
+                verdict = "nothing_missing"
         if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
             verdict, chosen = "explained", [seen]
         kept = self._that_help(chosen) if verdict in NAMED else []

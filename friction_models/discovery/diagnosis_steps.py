@@ -24,6 +24,7 @@ from ..estimation.candidates import Candidate, evaluate_all, spans_of
 from ..estimation.curves import spline_columns
 from ..estimation.importance import LEAST_SHARE, error_share, weighted_rms
 from ..estimation.noise_floor import NoiseFloor, independent_columns
+from ..estimation.odd_tests import odd_tests, without_tests
 from ..estimation.own_heat import without_own_heat
 from ..estimation.scan import Fit
 from ..estimation.search_round import SearchRound, distrust_outliers, search, testable
@@ -92,14 +93,11 @@ def diagnose(
         an unknown model or effect.
     """
     measured = prepare(data, tests)
-    campaign = without_own_heat(measured)
-    if isinstance(model, FrictionModel) and model.is_fitted:
-        require_loads(campaign.loads, model.needed_loads, f"the {model.name} model")
-    if len(campaign.tests) > 1:
-        campaign.loads.in_order(memory=True)  # effects with memory are among those that are looked for
-    base = base_law(make_model(model) if isinstance(model, str) else model, campaign, seed)
-    _check_enough(campaign, base)
-    floor = distrust_outliers(campaign, base)
+    campaign, base, floor = _beside(measured, model, seed)
+    odd = odd_tests(campaign, campaign.average(base.columns), floor) if not base.fixed else []
+    if odd:
+        measured = without_tests(measured, odd)
+        campaign, base, floor = _beside(measured, model, seed)
     chosen = CATALOGUE if catalogue is None else catalogue
     effects = [make_effect(e) for e in (chosen.values() if isinstance(chosen, Mapping) else chosen)]
     usable, notes = testable(effects, campaign, base.effects)
@@ -121,6 +119,19 @@ def diagnose(
     answer = assemble(campaign, base, judged, mu, whole)
     answer.synthetic = bool(data.attrs.get("synthetic", False))
     return answer
+
+
+def _beside(measured: Campaign, model: Any, seed: int) -> tuple[Campaign, BaseLaw, NoiseFloor | None]:
+    """Return the campaign that is searched, the base beside it, and a first noise floor."""
+    campaign = without_own_heat(measured)
+    campaign.warnings = list(measured.warnings)
+    if isinstance(model, FrictionModel) and model.is_fitted:
+        require_loads(campaign.loads, model.needed_loads, f"the {model.name} model")
+    if len(campaign.tests) > 1:
+        campaign.loads.in_order(memory=True)  # effects with memory are among those that are looked for
+    base = base_law(make_model(model) if isinstance(model, str) else model, campaign, seed)
+    _check_enough(campaign, base)
+    return campaign, base, distrust_outliers(campaign, base)
 
 
 def _judge(
@@ -268,14 +279,13 @@ def _further_effect(
     candidates: list[Candidate],
     seed: int,
 ) -> Fit | None:
-    """Return one more effect with another driver, judged with the drivers of the known ones freed as curves."""
-    drivers = tuple(dict.fromkeys(d for f in known for d in f.prepared.candidate.effect.driver))
-    first = {f.prepared.candidate.effect.driver[0] for f in known}
+    """Return one more effect with another driver, judged with the first loads of the known ones freed as curves."""
+    first = tuple(dict.fromkeys(f.prepared.candidate.effect.driver[0] for f in known))
     names = {f.name for f in known}
     others = [c for c in candidates if c.effect.driver[0] not in first and c.effect.name not in names]
     if not others:
         return None
-    freed = np.column_stack([*(_columns(f) for f in known), spline_columns(campaign, drivers, FREED)])
+    freed = np.column_stack([*(_columns(f) for f in known), spline_columns(campaign, first, FREED)])
     again = search(campaign, base, freed, others, seed, found.floor)
     # the gain counts what varies within tests many times over: the sizes are compared in mu
     size = sum(weighted_rms(found.change(f), campaign.count) ** 2 for f in known)

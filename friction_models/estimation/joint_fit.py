@@ -23,6 +23,7 @@ from .base_law import BaseLaw, base_law, polynomial_columns
 from .binning import Campaign, campaign_of
 from .candidates import evaluate, evaluate_points, spans_of
 from .noise_floor import Layout, NoiseFloor, Whitener, estimate
+from .scan import Projector, best_fit, prepare_candidate
 from .search_round import flexible_mean
 
 LEAST_TESTS = 6
@@ -237,18 +238,16 @@ class JointProblem:
         self.shapes = at(result.x)
 
     def _scan(self) -> None:
+        """Take the best set of scan values of every effect beside the others."""
         candidates = [
             evaluate(e, self.campaign, self.mu, g) for e, g in zip(self.effects, self.grids, strict=True)
         ]
         blocks = [c.columns[:, 0] for c in candidates]
+        target = self.whiten(self.y)
         for _ in range(2 if len(candidates) > 1 else 1):
             for k, candidate in enumerate(candidates):
-                sets = candidate.columns.shape[1]
-                rests = [
-                    self._solve([*blocks[:k], candidate.columns[:, g], *blocks[k + 1 :]])[2]
-                    for g in range(sets)
-                ]
-                best = int(np.argmin([r @ r for r in rests]))
+                project = Projector(self.whiten(np.column_stack([self.base, *blocks[:k], *blocks[k + 1 :]])))
+                best = best_fit(prepare_candidate(candidate, self.whiten, project), project(target)).index
                 blocks[k], self.shapes[k] = candidate.columns[:, best], candidate.shape_at(best)
 
     def contribution(self, amplitudes: Sequence[FloatArray]) -> FloatArray:

@@ -256,7 +256,7 @@ def estimate(
         jac=True,
         method="L-BFGS-B",
         bounds=bounds,
-        options={"maxiter": 60, "ftol": 1e-8},
+        options={"maxiter": 60, "ftol": 1e-6},
     )
     s_b, s_d, relative, s_w = np.exp(best.x) * np.array([scale, scale, 1.0, scale])
     s_b, s_d = (s_b if known else 0.0), (s_d if many else 0.0)

@@ -17,9 +17,11 @@ from .curves import transformed
 #: Share of the variance of the logarithm of the heating that the other loads must explain: else it was set, not caused.
 CAUSED = 0.8
 #: Tests for each number that is fitted, at least.
-TESTS_A_NUMBER = 1.5
+TESTS_A_NUMBER = 3
 #: Heating below this share of the median one counts as this share.
 LEAST_HEATING = 0.02
+#: Share of the longest distance that counts as the start of a test.
+START = 0.01
 #: Temperatures of the table of tests from which the heating starts.
 STARTS = ("T_tool", "T_specimen")
 
@@ -27,53 +29,62 @@ STARTS = ("T_tool", "T_specimen")
 def without_own_heat(campaign: Campaign) -> Campaign:
     """Return the campaign with the temperatures that tests of usual friction would have had.
 
-    The heating of each test is scaled to what its loads let expect; how it runs along the test stays. Where the
-    temperature was not measured, does not follow from the other loads, or tests are too few, the campaign is returned as it is.
+    The heating in each bin is scaled to what loads and distance let expect. Where the temperature was not measured, does not
+    follow from them, or tests are too few, the campaign is returned as it is.
 
     Parameters
     ----------
     campaign : Campaign
     """
-    factor = _factors(campaign)
-    if factor is None:
+    found = _usual_heating(campaign)
+    if found is None:
         return campaign
-    start, scale = (np.repeat(v, np.bincount(campaign.point_test)) for v in factor)
-    T = start + (campaign.loads.T - start) * scale
+    start, factor = found
+    # the factor of a bin acts in its middle: between the middles it runs straight, so that no step appears
+    middle = campaign.average(np.arange(len(campaign.mu), dtype=float))
+    points = np.arange(len(campaign.mu), dtype=float)
+    own = np.empty(len(points))
+    for test, (a, b) in enumerate(
+        zip(campaign.point_starts, np.r_[campaign.point_starts[1:], len(points)], strict=True)
+    ):
+        bins = campaign.test == test
+        own[a:b] = np.interp(points[a:b], middle[bins], factor[bins])
+    begin = start[campaign.point_test]
+    T = begin + (campaign.loads.T - begin) * own
     return replace(campaign, loads=replace(campaign.loads, T=T), integrated={}, smooth=None)
 
 
-def _factors(campaign: Campaign) -> tuple[FloatArray, FloatArray] | None:
-    """Return for each test where its heating starts [degC], and the factor that makes it that of usual friction."""
+def _usual_heating(campaign: Campaign) -> tuple[FloatArray, FloatArray] | None:
+    """Return for each test where its heating starts [degC], and for each bin the factor that makes it that of usual friction."""
     if "T" in campaign.absent or not campaign.varies("T"):
         return None
-    weight = np.bincount(campaign.test, campaign.count)
-
-    def level(values: FloatArray) -> FloatArray:
-        return np.asarray(np.bincount(campaign.test, campaign.count * values) / weight)
-
-    binned = campaign.average(campaign.loads.T)
+    T = campaign.average(campaign.loads.T)
     first = np.flatnonzero(np.r_[True, np.diff(campaign.test) > 0])
     known = [campaign.system[n][campaign.starts[first], 0] for n in STARTS if n in campaign.system]
-    start = np.mean(known, axis=0) if known else binned[first]
-    heating = level(binned) - start
+    start = np.mean(known, axis=0) if known else T[first]
+    heating = T - start[campaign.test]
     middle = float(np.median(heating))
     if not middle > 0.0:
         return None
     heating = np.maximum(heating, LEAST_HEATING * middle)
-    causes = [level(transformed(campaign, n)) for n in ("v_rel", "sigma_n", "psi") if campaign.varies(n)]
-    causes += known
+    loads = [transformed(campaign, n) for n in ("v_rel", "sigma_n", "psi") if campaign.varies(n)]
+    distance = campaign.average(campaign.distance)
+    along = np.log(distance + START * max(float(distance.max()), 1e-9))
+    causes = [along, *loads, *(k[campaign.test] for k in known)]
     varied = [(c - c.mean()) / c.std() for c in causes if c.std() > 1e-6 * max(1e-12, float(np.abs(c).max()))]
-    columns = [np.ones(len(heating)), *varied, *(c**2 for c in varied)]
-    columns += [a * b for k, a in enumerate(varied) for b in varied[:k]]
-    if len(heating) < TESTS_A_NUMBER * len(columns):
-        columns = columns[: 1 + len(varied)]
-    if len(heating) < TESTS_A_NUMBER * len(columns) or not varied:
+    if len(campaign.tests) < TESTS_A_NUMBER * (1 + len(varied)) or not varied:
         return None
+    # heating is nearly a product of powers; distance, speed and pressure may bend it
+    columns = [np.ones(len(heating)), *varied]
+    bent = varied[:3]
+    if len(campaign.tests) >= TESTS_A_NUMBER * (1 + len(varied) + 6):
+        columns += [a * b for k, a in enumerate(bent) for b in bent[: k + 1]]
     # a sensor or a tool off by some K matters less, the more a test heats
-    root = np.sqrt(heating)
+    weight = heating * campaign.count
+    root = np.sqrt(weight)
     matrix, target = np.column_stack(columns), np.log(heating)
     rest = target - matrix @ np.linalg.lstsq(root[:, None] * matrix, root * target, rcond=1e-9)[0]
-    around = target - np.average(target, weights=heating)
-    if np.average(rest**2, weights=heating) > (1.0 - CAUSED) * np.average(around**2, weights=heating):
+    around = target - np.average(target, weights=weight)
+    if np.average(rest**2, weights=weight) > (1.0 - CAUSED) * np.average(around**2, weights=weight):
         return None
-    return start, np.exp(-rest)
+    return start, np.exp(-np.clip(rest, -1.0, 1.0))

@@ -91,6 +91,24 @@ class Reference:
             Columns with free coefficients beside the curves: base and effects.
         fold_of_test : ndarray of int, shape (tests,)
         """
+        return self._predicted(terms, fold_of_test)[0]
+
+    def surprise(self, terms: FloatArray, fold_of_test: npt.NDArray[np.intp]) -> FloatArray:
+        """Return how far the mean of each test lies from what the other folds say, in standard deviations, shape (tests,).
+
+        A test far from all others may lie far off: the prediction is the less certain, the farther it reaches.
+        """
+        predicted, variance = self._predicted(terms, fold_of_test)
+        campaign = self.campaign
+        weight = np.bincount(campaign.test, campaign.count)
+        mean = np.bincount(campaign.test, campaign.count * (self.y - predicted)) / weight
+        z = mean / np.sqrt(variance)
+        return np.asarray(z / max(1.4826 * float(np.median(np.abs(z))), 1e-300))
+
+    def _predicted(
+        self, terms: FloatArray, fold_of_test: npt.NDArray[np.intp]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return predictions in the bins, and for each test the variance of its mean about them."""
         norms = np.linalg.norm(terms, axis=0)
         terms = terms[:, norms > 0] / norms[norms > 0] * np.sqrt(len(terms))
         rows = np.column_stack([self._whiten(terms), self._white[:, 2:]])
@@ -99,14 +117,18 @@ class Reference:
         part = _decorrelated(self._white[:, 0], offset / noise, self._starts)
         Z, target = part(rows), part(self._white[:, 1])
         plain = np.column_stack([terms, *(c.columns for c in self.curves)])
+        count = self.campaign.count
+        weight = np.add.reduceat(count, self._starts)
+        means = np.add.reduceat(count[:, None] * plain, self._starts, axis=0) / weight[:, None]
         fold = fold_of_test[self.campaign.test]
-        predicted = np.empty(len(self.y))
+        predicted, variance = np.empty(len(self.y)), np.empty(len(self._starts))
         for k in np.unique(fold):
-            train = fold != k
-            matrix = Z[train].T @ Z[train] / noise + np.diag(precision)
-            b = cho_solve(cho_factor(matrix), Z[train].T @ target[train] / noise)
+            train, held = fold != k, fold_of_test == k
+            factor = cho_factor(Z[train].T @ Z[train] / noise + np.diag(precision))
+            b = cho_solve(factor, Z[train].T @ target[train] / noise)
             predicted[~train] = plain[~train] @ b
-        return predicted
+            variance[held] = offset + np.sum(means[held].T * cho_solve(factor, means[held].T), axis=0)
+        return predicted, variance
 
     def _split(self, theta: FloatArray, free: int) -> tuple[FloatArray, float, float]:
         """Return the prior precision of every coefficient, and the variances of offsets and noise."""

@@ -16,7 +16,16 @@ from .law_signs import physical_sets
 from .metadata import recorded
 from .noise_floor import Layout, NoiseFloor, Whitener, estimate, independent_columns
 from .scan import Fit, Prepared, Projector, prepare_candidate, rank
-from .significance import SAME, Simulated, confusion_set, maximum_gains, p_value, simulate
+from .significance import (
+    REPLICATES,
+    SAME,
+    Simulated,
+    confusion_set,
+    maximum_gains,
+    null_noise,
+    p_value,
+    simulate,
+)
 from .unseen_loads import varied_first
 
 #: Standard deviations from the rest of its test beyond which a bin is an outlier.
@@ -198,7 +207,9 @@ def search(
     for p in prepared:
         p.usable &= physical_sets(campaign, p, residual, whiten, columns, y)[:, None]
     prepared = [p for p in prepared if p.usable.any()]
-    simulated = simulate(prepared, project, len(y), freedom, np.random.default_rng(seed))
+    unexplained = residual if also_in_mean is None else Projector(project(whiten(also_in_mean)))(residual)
+    rng = np.random.default_rng(seed)
+    simulated = simulate(prepared, project, null_noise(unexplained, campaign.test, freedom, rng, REPLICATES))
     null = maximum_gains(prepared, simulated) if prepared else np.zeros(1)
     return SearchRound(
         floor=floor,

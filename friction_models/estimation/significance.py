@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from ..loads import FloatArray
 from .scan import Fit, Prepared, Projector, drops
@@ -13,21 +14,32 @@ from .scan import Fit, Prepared, Projector, drops
 Simulated: TypeAlias = dict[str, FloatArray]
 
 REPLICATES = 499
+#: Tests from which on the signs of whole tests are drawn, instead of normal noise.
+FLIPPED = 20
 #: Contributions that correlate by more than this count as one.
 TWINS = 0.98
 #: A lead below this share of the winner's evidence may come from the formulas rather than from the mechanisms.
 SAME = 0.02
 
 
-def simulate(
-    candidates: list[Prepared], project: Projector, size: int, freedom: float, rng: np.random.Generator
-) -> Simulated:
-    """Draw whitened noise as every candidate sees it.
+def null_noise(
+    residual: FloatArray, test: npt.NDArray[np.intp], freedom: float, rng: np.random.Generator, count: int
+) -> FloatArray:
+    """Return whitened data in which nothing is missing, shape (m, count).
 
-    Its scale varies as that of a floor that was estimated with `freedom` degrees of freedom.
+    The residual of every whole test with a random sign (wild bootstrap; Cameron, Gelbach, Miller, Rev. Econ. Stat. 90
+    (2008)): tests that scatter more, skewed noise, heavy tails and single odd tests stay as they are. With few tests there
+    are too few signs: normal noise then, whose scale varies as that of a floor that was estimated with `freedom`.
     """
-    noise = rng.standard_normal((size, REPLICATES))
-    noise *= np.sqrt(freedom / rng.chisquare(freedom, REPLICATES))
+    if test[-1] + 1 >= FLIPPED:
+        signs = rng.choice([-1.0, 1.0], (int(test[-1]) + 1, count))
+        return residual[:, None] * signs[test]
+    noise = rng.standard_normal((len(residual), count))
+    return np.asarray(noise * np.sqrt(freedom / rng.chisquare(freedom, count)))
+
+
+def simulate(candidates: list[Prepared], project: Projector, noise: FloatArray) -> Simulated:
+    """Return what every candidate sees of noise, shape (m, replicates)."""
     noise = project(noise)
     return {c.name: _products(c.columns, noise) for c in candidates}
 

@@ -18,6 +18,7 @@ from .binning import Campaign
 from .curves import curve, spline_columns, transformed
 from .scan import Fit, Projector
 from .search_round import SearchRound
+from .significance import null_noise
 
 REPLICATES = 399
 #: A surface over two loads must follow this much more of a difference than a curve along one of them.
@@ -116,10 +117,7 @@ def find_structure(campaign: Campaign, found: SearchRound, signal: FloatArray, s
     project = Projector(base)
     residual = project(found.residual)
     rng = np.random.default_rng([seed, 77])
-    freedom = found.freedom
-    noise = rng.standard_normal((len(residual), REPLICATES)) * np.sqrt(
-        freedom / rng.chisquare(freedom, REPLICATES)
-    )
+    noise = null_noise(residual, campaign.test, found.freedom, rng, REPLICATES)
     data = np.column_stack([residual, project(noise)])
     scores, fits, excess = [], {}, {}
     for key, columns in blocks.items():

@@ -8,9 +8,11 @@ from scipy.stats import kstest
 
 from friction_models.estimation.scan import Prepared, Projector, prepare_candidate, rank
 from friction_models.estimation.significance import (
+    REPLICATES,
     alike,
     confusion_set,
     maximum_gains,
+    null_noise,
     p_value,
     simulate,
     stays_first,
@@ -38,7 +40,12 @@ def test_family_wise_p_values_are_uniform_where_nothing_is_missing(freedom: floa
     for _ in range(200):
         # the floor is estimated: the noise is larger or smaller than it says, by chi-square of its degrees of freedom
         noise = rng.normal(size=M) * np.sqrt(freedom / rng.chisquare(freedom))
-        null = maximum_gains(prepared, simulate(prepared, project, M, freedom, rng))
+        null = maximum_gains(
+            prepared,
+            simulate(
+                prepared, project, null_noise(np.zeros(M), np.zeros(M, dtype=int), freedom, rng, REPLICATES)
+            ),
+        )
         values.append(p_value(rank(prepared, project(noise))[0].gain, null))
     assert kstest(values, "uniform").pvalue > 0.01
     assert 0.015 < np.mean(np.array(values) < 0.05) < 0.1
@@ -60,7 +67,9 @@ def test_the_true_effect_stays_in_the_confusion_set_at_the_rate_that_is_promised
         prepare_candidate(candidate(n, c[:, None, None]), lambda v: v, project)
         for n, c in (("truth", first), ("rival", second))
     ]
-    simulated = simulate(prepared, project, M, 1e9, rng)
+    simulated = simulate(
+        prepared, project, null_noise(np.zeros(M), np.zeros(M, dtype=int), 1e9, rng, REPLICATES)
+    )
     signal, kept, lost = project(0.5 * first), 0, 0
     for _ in range(200):
         ranking = rank(prepared, signal + project(rng.normal(size=M)))
@@ -88,9 +97,32 @@ def test_only_contributions_that_differ_are_told_apart() -> None:
     prepared = [
         prepare_candidate(candidate(n, c[:, None, None]), lambda v: v, project) for n, c in columns.items()
     ]
-    simulated = simulate(prepared, project, M, 1e9, rng)
+    simulated = simulate(
+        prepared, project, null_noise(np.zeros(M), np.zeros(M, dtype=int), 1e9, rng, REPLICATES)
+    )
     ranking = rank(prepared, 400.0 * first + 250.0 * other)
     assert confusion_set(ranking, simulated) == ["first", "twin"]
     fits = {f.name: f for f in ranking}
     assert alike(fits["first"], fits["twin"]) == pytest.approx(0.985)
     assert stays_first([fits["first"], fits["other"]], simulated) == 1.0
+
+
+def test_noise_of_few_loud_tests_is_no_effect() -> None:
+    """With normal noise a column that lies in the loudest test is found far too often; with the tests' own signs it is not."""
+    tests, bins = 40, 6
+    test = np.repeat(np.arange(tests), bins)
+    rng = np.random.default_rng(3)
+    project = Projector(np.ones((tests * bins, 1)))
+    alarms = 0
+    for _ in range(60):
+        loud = np.where(rng.random(tests) < 0.1, 4.0, 0.6)[test]
+        residual = project(loud * rng.normal(size=tests)[test] + 0.1 * rng.normal(size=len(test)))
+        columns = rng.normal(size=(tests, 6))[test]
+        prepared = [
+            prepare_candidate(candidate(f"c{k}", columns[:, [k]][:, :, None]), lambda v: v, project)
+            for k in range(6)
+        ]
+        noise = null_noise(residual, test, 1e9, rng, REPLICATES)
+        null = maximum_gains(prepared, simulate(prepared, project, noise))
+        alarms += p_value(rank(prepared, residual)[0].gain, null) < 0.05
+    assert alarms <= 8

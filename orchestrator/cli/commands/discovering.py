@@ -56,17 +56,25 @@ def diagnose(
     json: Json = None,
     report: Report = None,
     plan: NextTests = None,
+    after: Annotated[
+        Path | None,
+        typer.Option(help="An earlier answer (--json) of fewer tests: shows what the new tests changed."),
+    ] = None,
     names: Names = None,
     isolate: Isolate = None,
 ) -> None:
     """Say which physical effect the model is missing: or that nothing is, or that the data cannot tell."""
     from friction_models.discovery import diagnose as search
+    from friction_models.discovery.changes import changes_text, read_diagnosis
 
+    earlier = None if after is None else read_diagnosis(after)
     friction = any_model(model, given_names([model], names))
     dataset = read_campaigns(data, tests)
     part = dataset.select("train")  # tests that are held out stay unseen
     result = search(part.points, part.tests, model=friction, seed=seed)
     say(result.report())
+    if earlier is not None:
+        say(changes_text(earlier, result))
     write_result(json, {"synthetic": result.synthetic, **result.to_dict()})
     if report is not None:
         from ...report import write_diagnosis_report
