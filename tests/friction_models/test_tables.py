@@ -206,8 +206,8 @@ def test_the_zero_of_a_force_cell_may_lie_below_zero(tmp_path: Path) -> None:
     found = load(tmp_path, frame)
     assert found.points["mu"].tolist() == frame["mu"].tolist()
     assert "2 of 300 values of mu are below 0, the lowest -0.011" in found.notes[0]
-    frame.loc[9, "mu"] = -0.201
-    with pytest.raises(InputError, match=r"column 'mu', row 9: value -0\.201 is outside .* -0\.2 to 10"):
+    frame.loc[9, "mu"] = -0.401
+    with pytest.raises(InputError, match=r"column 'mu', row 9: value -0\.401 is outside .* -0\.4 to 10"):
         load(tmp_path, frame)
     for turned in (frame["mu"].abs().mul(-0.5), -0.01):
         with pytest.raises(
