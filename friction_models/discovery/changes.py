@@ -26,8 +26,11 @@ def read_diagnosis(path: Path) -> dict[str, object]:
         names = content.get(name)
         if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
             raise InputError(f"{path}: {name} = {names!r:.60}; allowed: a list of names of effects")
-    if not isinstance(content.get("confidence"), int | float) or not isinstance(
-        content.get("error_budget"), dict
+    confidence = content.get("confidence")
+    if (
+        isinstance(confidence, bool)
+        or not isinstance(confidence, int | float)
+        or not isinstance(content.get("error_budget"), dict)
     ):
         raise InputError(
             f"{path}: confidence or error_budget is missing; allowed: a file that diagnose --json wrote"

@@ -42,7 +42,7 @@ class Addition(TypedDict):
     'constant + thermal_softening'
     >>> addition = model.error_history_[-1]
     >>> addition["judged_by"]
-    '4-fold cross-validation by whole tests'
+    '6-fold cross-validation by whole tests'
     >>> round(addition["before"]["mae"], 4), round(addition["after"]["mae"], 4)
     (0.004, 0.0001)
     """

@@ -13,7 +13,7 @@ class FlashTemperature(Effect):
     """Extra friction of asperities that stay cold, ``delta_f / (1 + (mu sigma_n sqrt(v_rel)/q_c)^n)``.
 
     ``mu sigma_n sqrt(v_rel)`` is the flash temperature of a fast contact but for material constants; mu is
-    the model's own friction coefficient without this term.
+    the friction coefficient of the whole model, this term included; a model solves for it by damped substitution.
 
     Examples
     --------

@@ -24,8 +24,9 @@ from ..models.variables import StateVariable, SystemVariable, as_numbers
 from .metadata import check_loads, levels_of, system_variables_of
 from .registry import make_model
 
-#: Steps to a friction coefficient that agrees with an effect of itself; each halves what is left, or does better.
-SUBSTITUTIONS = 8
+#: Steps to a friction coefficient that agrees with an effect of itself, as shares of the way: long ones where the effect
+#: changes little with mu, short ones where it falls steeply.
+SUBSTITUTIONS = (0.5, 0.25, 0.15) * 4
 
 
 class ComposedFriction(FrictionModel):
@@ -167,11 +168,11 @@ class ComposedFriction(FrictionModel):
             return mu
         # what depends on the friction coefficient itself: mu = rest + effect(mu), by damped substitution
         rest = mu
-        for _ in range(SUBSTITUTIONS):
+        for share in SUBSTITUTIONS:
             whole = rest
             for term in own:
                 whole = _added(whole, term, x, L, EffectContext(mu, held, known))
-            mu = 0.5 * (mu + whole)
+            mu = mu + share * (whole - mu)
         return mu
 
     def _held(self, x: Ops, L: LoadColumns, S: Sequence[Value] | None) -> dict[str, Value]:

@@ -51,8 +51,8 @@ LOADS: tuple[Quantity, ...] = (
     Quantity("psi", "1", "local surface expansion dA/dA0", 1e-3, 1e3, 1.2),
 )
 MU = Quantity("mu", "1", "coefficient of friction", 0.0, 10.0, 0.08)
-#: mu as measured: an offset of the force cell of 0.01 at 2000 MPa makes 0.2 at 100 MPa and 1 at 20 MPa, also below 0.
-MEASURED_MU = replace(MU, lower=-1.0)
+#: mu as measured: an offset of the force cell of 0.01 at 2000 MPa makes 0.4 at 50 MPa, also below 0.
+MEASURED_MU = replace(MU, lower=-0.4)
 TIME = Quantity("t", "s", "time since the start of the test", 0.0, 1e7, 0.0)
 
 LOAD_NAMES: tuple[str, ...] = tuple(q.name for q in LOADS)

@@ -28,7 +28,7 @@ class Attack:
     ----------
     command, parameter : str
     kind : str
-        What kind of file is expected: ``fmu``, ``ssp``, ``onnx``, ``yaml``, ``csv`` or ``folder``.
+        What kind of file is expected: ``fmu``, ``ssp``, ``onnx``, ``yaml``, ``csv``, ``json`` or ``folder``.
     arguments : tuple of str
         ``{bad}`` is the hostile file; other names in braces are good files of the sandbox.
     files : tuple of str
@@ -85,6 +85,7 @@ ATTACKS = [
     Attack("compare", "press", "folder", "--models 0.1 --press {bad}", ("levels.csv", "press.json")),
     Attack("diagnose", "data", "csv", "--data {bad} --model linear"),
     Attack("diagnose", "tests", "csv", "--data {points} --tests {bad} --model linear"),
+    Attack("diagnose", "after", "json", "--data {data} --model linear --after {bad}"),
     Attack("refine", "data", "csv", "--data {bad} --model linear --add stribeck -o {out}"),
     Attack("refine", "tests", "csv", "--data {points} --tests {bad} --model linear --add stribeck -o {out}"),
     Attack("simulate", "press", "csv", "{system} --press {bad} -o {out}"),

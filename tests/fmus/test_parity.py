@@ -67,7 +67,7 @@ def runtime(content: bytes, loads: Array, states: Array, system: Array, dt: floa
 
 
 def test_every_exported_effect_takes_part() -> None:
-    assert len(EXPORTED) == 15
+    assert len(EXPORTED) == 18
     for name in NAMES:
         for amplitudes in getattr(model_of(name), "amplitudes_", []):
             assert all(a != 0.0 for a in amplitudes.values())

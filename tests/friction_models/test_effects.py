@@ -17,6 +17,7 @@ CATALOGUE_OF_THE_PLAN = {
     "stribeck", "viscous", "thermal_softening", "thermal_breakdown", "pressure_saturation", "pressure_power",
     "surface_expansion", "running_in", "wear_out", "work_exhaustion", "flash_temperature", "static_peak",
     "rate_state", "batch", "tool_roughness", "sensor_drift", "force_zero", "twin_heating",
+    "hersey", "rising_speed", "hot_pressure_breakdown",
 }  # fmt: skip
 
 

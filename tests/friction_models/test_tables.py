@@ -206,10 +206,14 @@ def test_the_zero_of_a_force_cell_may_lie_below_zero(tmp_path: Path) -> None:
     found = load(tmp_path, frame)
     assert found.points["mu"].tolist() == frame["mu"].tolist()
     assert "2 of 300 values of mu are below 0, the lowest -0.011" in found.notes[0]
-    with pytest.raises(InputError, match=r"column 'mu', row 0: value -0\.0\d+ is outside .* -0\.02 to 10"):
-        load(tmp_path, frame.assign(mu=-frame["mu"].abs()))
-    with pytest.raises(InputError, match=r"300 of 300 values are below 0.*is the sign of the force wrong"):
-        load(tmp_path, frame.assign(mu=-0.01))
+    frame.loc[9, "mu"] = -0.401
+    with pytest.raises(InputError, match=r"column 'mu', row 9: value -0\.401 is outside .* -0\.4 to 10"):
+        load(tmp_path, frame)
+    for turned in (frame["mu"].abs().mul(-0.5), -0.01):
+        with pytest.raises(
+            InputError, match=r"300 of 300 values are below 0.*is the sign of the force wrong"
+        ):
+            load(tmp_path, frame.assign(mu=turned))
 
 
 def test_an_empty_column_of_time_is_none_and_a_gap_in_it_is_refused(tmp_path: Path) -> None:

@@ -27,6 +27,7 @@ MOST_BINS = 120  # a test, with few tests
 ALL_BINS = 2100  # of a campaign, about
 MOST_POINTS = 150_000
 LEAST_COPY = 3  # points: fewer agree by chance where values are rounded
+TOLD_APART = 4  # columns
 SAME_VALUE = 1e-4  # of the range of a column: no two tests agree so well in every point
 SPIKE = 0.005  # least distance in mu of a point from its neighbours that counts as a spike
 FEW_TESTS = 6  # with fewer their scatter is so poorly known that "nothing is missing" is not said
@@ -205,11 +206,13 @@ def _thinned(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
 def _without_copies(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
     """Return the tests without those that are copies of an earlier one: copies would pass for confirmation.
 
-    No two tests agree in all loads and in mu to `SAME_VALUE` of the range of each: the noise of the sensor is larger.
+    No two tests agree in all loads and in mu to `SAME_VALUE` of the range of each: the noise of the sensor is larger. Tests of
+    one or two points must agree exactly, in at least `TOLD_APART` columns that vary.
     """
     columns = [q.name for q in LOADS if q.name in frame.columns] + ["mu"]
     values = frame[columns].apply(pd.to_numeric, errors="coerce").to_numpy(dtype=np.float64)
     span = np.ptp(values, axis=0)
+    varied = int(np.sum(span > 0.0))
     values = values / (SAME_VALUE * np.where((span > 0.0) & np.isfinite(span), span, 1.0))
     rows_of = {str(k): v for k, v in frame.groupby("test_id", sort=False).indices.items()}
     order = {name: k for k, name in enumerate(rows_of)}
@@ -218,10 +221,10 @@ def _without_copies(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
     exact = True
     for k, (size, level, name) in enumerate(near):
         for other_size, other_level, other in near[k + 1 :]:
-            if size < LEAST_COPY or other_size != size or not other_level - level <= 1.0:
+            if other_size != size or not other_level - level <= 1.0:
                 break
             apart = float(np.max(np.abs(values[rows_of[other]] - values[rows_of[name]])))
-            if apart <= 1.0:
+            if apart <= 1.0 if size >= LEAST_COPY else apart == 0.0 and varied >= TOLD_APART:
                 copies.add(max(name, other, key=order.__getitem__))
                 exact = exact and apart == 0.0
     if not copies:

@@ -162,8 +162,8 @@ def _half_widths(
     clustered = inverse @ (scores.T @ scores) @ inverse * tests / max(tests - 1, 1)
     variance = np.maximum(np.diag(clustered), np.diag(plain))
     chosen = clustered if tests > free else plain
-    half = float(student.ppf(0.975, max(tests - 1, 1))) * np.sqrt(variance) / norms
-    return half, chosen / np.outer(norms, norms)
+    half = float(student.ppf(0.975, max(tests - 1, 1))) * np.sqrt(np.maximum(variance, 0.0)) / norms
+    return half, chosen / np.maximum(np.outer(norms, norms), 1e-300)
 
 
 def _tied(names: list[str], covariance: FloatArray) -> list[tuple[str, str, float]]:

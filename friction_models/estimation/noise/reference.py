@@ -13,14 +13,13 @@ from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 
 from ...loads import LOAD_NAMES, FloatArray
 from ..campaign.binning import Campaign
 from ..campaign.curves import transformed
-from ..campaign.metadata import MOST_LEVELS
+from ..campaign.metadata import MOST_LEVELS, is_text
 from .noise_floor import Layout, NoiseFloor, Whitener
 
 #: Places along a load or along metadata between which a curve may bend.
@@ -248,7 +247,7 @@ def _curves(campaign: Campaign) -> tuple[list[str], list[Curves]]:
         levels = np.unique(values)
         if same or len(levels) < 2:
             continue
-        if _is_text(campaign, name):
+        if name == "batch" or is_text(campaign.loads, name):
             if len(levels) > MOST_LEVELS * len(campaign.tests):
                 continue
             block = (values[:, None] == levels[None, :]).astype(float)
@@ -265,13 +264,6 @@ def _curves(campaign: Campaign) -> tuple[list[str], list[Curves]]:
         ]
         found.append(Curves((a, b), np.column_stack(products)))
     return names, found
-
-
-def _is_text(campaign: Campaign, name: str) -> bool:
-    table = campaign.loads.context
-    if name == "batch" or table is None or name not in table.columns:
-        return name == "batch"
-    return bool(pd.to_numeric(table[name], errors="coerce").isna().any())
 
 
 def _smooth(values: FloatArray, places: int, reach: float) -> FloatArray:
