@@ -121,7 +121,8 @@ def diagnose(
                 judged.notes.append(BESIDE_A_SHIFT.format(base=base.name))
     judged.notes[:0] = notes
     answer = assemble(campaign, base, judged, mu, whole)
-    answer.formulas = formulas_for(answer.verdict, campaign, judged, seed)
+    if not base.fixed:  # what is taken as it is cannot be refitted with a term
+        answer.formulas = formulas_for(answer.verdict, campaign, judged, seed)
     answer.synthetic = bool(data.attrs.get("synthetic", False))
     return answer
 
