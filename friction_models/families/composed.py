@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -24,9 +24,10 @@ from ..models.variables import StateVariable, SystemVariable, as_numbers
 from .metadata import check_loads, levels_of, system_variables_of
 from .registry import make_model
 
-#: Steps to a friction coefficient that agrees with an effect of itself, as shares of the way: long ones where the effect
-#: changes little with mu, short ones where it falls steeply.
-SUBSTITUTIONS = (0.5, 0.25, 0.15) * 4
+#: Steps of bisection, then of Newton, to a friction coefficient that agrees with an effect of itself.
+BISECTIONS, NEWTON_STEPS = 20, 2
+#: Step of mu for a slope.
+MU_STEP = 1e-6
 
 
 class ComposedFriction(FrictionModel):
@@ -166,14 +167,14 @@ class ComposedFriction(FrictionModel):
             mu = _added(mu, term, x, L, EffectContext(mu, held, known))
         if not own:
             return mu
-        # what depends on the friction coefficient itself: mu = rest + effect(mu), by damped substitution
-        rest = mu
-        for share in SUBSTITUTIONS:
-            whole = rest
+
+        def whole(seen: Value) -> Value:
+            total = mu
             for term in own:
-                whole = _added(whole, term, x, L, EffectContext(mu, held, known))
-            mu = mu + share * (whole - mu)
-        return mu
+                total = _added(total, term, x, L, EffectContext(seen, held, known))
+            return total
+
+        return _agreeing(x, mu, whole)
 
     def _held(self, x: Ops, L: LoadColumns, S: Sequence[Value] | None) -> dict[str, Value]:
         values = S if S is not None else [x.constant(v.start, L.v_rel) for v in self.states]
@@ -318,6 +319,24 @@ class ComposedFriction(FrictionModel):
             effects.append(type(effect)(**{str(k): float(v) for k, v in entry["fixed"].items()}))
         model = cls(base, effects)
         return model._restored(content, arrays)
+
+
+def _agreeing(x: Ops, rest: Value, whole: Callable[[Value], Value]) -> Value:
+    """Return the friction coefficient with ``mu = whole(mu)``, between `rest` and ``whole(rest)``.
+
+    Bisection stands steep effects; the Newton steps behind it make result and derivatives those of the exact solution.
+    """
+    first = whole(rest)
+    mu, width = 0.5 * (rest + first), 0.25 * x.abs(first - rest)
+    for _ in range(BISECTIONS):
+        ahead = whole(mu) - mu
+        mu = mu + width * (ahead / (x.abs(ahead) + 1e-30))
+        width = 0.5 * width
+    for _ in range(NEWTON_STEPS):
+        there = whole(mu)
+        slope = (whole(mu + MU_STEP) - there) * (1.0 / MU_STEP)
+        mu = mu + (there - mu) / (1.0 - slope)
+    return mu
 
 
 def _added(

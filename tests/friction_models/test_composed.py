@@ -124,3 +124,26 @@ def test_errors_name_what_is_missing(data: tuple[pd.DataFrame, pd.DataFrame]) ->
         (LinearFriction() + "stribbeck").fit_frame(points, tests)
     with pytest.raises(InputError, match="not fitted"):
         (LinearFriction() + "stribeck").predict(points[["v_rel", "T", "sigma_n", "sd", "psi"]].to_numpy())
+
+
+def test_an_effect_of_mu_itself_agrees_with_mu_however_steep_it_is() -> None:
+    """The friction coefficient that a flash temperature sees is the one that comes out."""
+    rng = np.random.default_rng(0)
+    points = np.column_stack(
+        [
+            rng.uniform(1.0, 500.0, 400),
+            np.full(400, 80.0),
+            rng.uniform(300.0, 2500.0, 400),
+            np.zeros(400),
+            np.ones(400),
+        ]
+    )
+    for delta, n in ((0.02, 1.0), (0.1, 4.0), (0.4, 6.0)):
+        model = (ConstantFriction() + effects.FlashTemperature(q_c=300.0, n=n)).fit(
+            points, 0.05 + 0.02 * rng.uniform(size=400)
+        )
+        level = model.base_.value
+        model.amplitudes_ = [{"delta_f": delta}]
+        mu = model.predict(points)
+        heating = mu * points[:, 2] * np.sqrt(points[:, 0])
+        assert mu == pytest.approx(level + delta / (1.0 + (heating / 300.0) ** n), abs=1e-9)

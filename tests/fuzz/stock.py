@@ -33,7 +33,7 @@ GOOD = {
     **{"fmu": "good.fmu", "ssp": "good.ssp", "onnx": "model.onnx", "csv": "points.csv", "parquet": "more/points.parquet"},
     **{"coverage.history": "more/numbered.csv", "coverage.data": "more/numbered.csv", "study learning-curve.data": "more/six.csv"},
     **{"study lag.data": "more/six.csv", "study forming-error.data": "more/six.csv", "study extrapolation.data": "more/six.csv"},
-    **{"tests": "data/tests.csv", "names": "more/names.yaml", "compare.system": "a/b/c/system.yaml"},
+    **{"diagnose.after": "more/before.json", "tests": "data/tests.csv", "names": "more/names.yaml", "compare.system": "a/b/c/system.yaml"},
 }  # fmt: skip
 FOREIGN = {"notes.txt": b"years of work\n", "sub/data.csv": b"a,b\n1,2\n", "results.nc": b"not ours\n"}
 
@@ -71,6 +71,15 @@ def make_stock(root: Path) -> Path:
         {"test_id": ["t0", "t1", "t2"], "role": ["train", "train", "test"], "v_set": [50.0, 60.0, 70.0]}
     )
     tests.to_csv(root / "data" / "tests.csv", index=False)
+    budget = {"floor": 0.005, "explained": 0.0, "missing": 0.0}
+    answer = {
+        "verdict": "nothing_missing",
+        "effects": [],
+        "confusion_set": [],
+        "confidence": 0.5,
+        "error_budget": budget,
+    }
+    (more / "before.json").write_text(json.dumps(answer), encoding="utf-8")
     _measured(more)
     _press(more / "press")
     assert run(["simulate", str(root / "a/b/c/system.yaml"), "-o", str(more / "run")]) == 0

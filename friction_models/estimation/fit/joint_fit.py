@@ -12,6 +12,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from scipy.optimize import least_squares, lsq_linear
 from sklearn.base import clone
 
@@ -30,6 +31,8 @@ from .pooling import by_test, shrinkage
 LEAST_TESTS = 6
 ROUNDS = 3
 FOLDS = 5
+#: Share of the variation of an effect that a base must leave, for its amplitude to be known.
+LEAST_SEEN = 1e-4
 #: Weights by the covariance are given up only where the error of tests left out falls below this share.
 KEEP_WEIGHTS = 0.98
 
@@ -186,6 +189,7 @@ class JointProblem:
         """As `solve`, with the weighted residual behind."""
         p, n = self.base.shape[1], len(self.y)
         matrix = self.whiten(np.column_stack([self.base, *blocks]))
+        matrix[:, p:] *= _seen_beside(matrix[:, :p], matrix[:, p:])
         target = self.whiten(self.y)
         scale = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
         x = np.linalg.lstsq(matrix / scale, target, rcond=1e-10)[0]
@@ -283,6 +287,18 @@ class JointProblem:
                 for e, a in zip(self.effects, amplitudes, strict=True)
             ]
             self.mu = np.maximum(own + self.contribution(keep), 0.0)
+
+
+def _seen_beside(base: FloatArray, columns: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return which columns vary beside a base whose first column is the level, shape (k,).
+
+    The amplitude of one that hardly does would be large, cancelled by slopes of the base.
+    """
+    q = np.linalg.qr(base / np.maximum(np.linalg.norm(base, axis=0), 1e-300))[0]
+    along = q.T @ columns
+    whole = np.sum(columns**2, axis=0)
+    left = whole - np.sum(along**2, axis=0)
+    return np.asarray(left > LEAST_SEEN * (whole - along[0] ** 2))
 
 
 def _inner(value: float, lower: float) -> float:
