@@ -93,6 +93,7 @@ def offers(missing: Missing) -> list[FormulaOffer]:
     alone = sorted(
         ((_offer(missing, f, _stability(found, s.term)), f, s) for f, s in single), key=lambda o: -o[0].share
     )
+    alone = [o for o in alone if o[0].share > 0.0]
     if not alone:
         return []
     # of terms that predict about as well the one comes first that does so in most resamples
