@@ -83,7 +83,7 @@ def helps(before: ErrorsByTest, after: ErrorsByTest, needed: float = 1.0) -> boo
     if gain > LEAST_SHARE * before.rms**2 and certain > needed:
         return True
     along, sure = lead(before.within, after.within)
-    return bool(sure > 2.5 and along > LEAST_SHARE * before.rms**2 and certain > -1.0)
+    return bool(sure > 2.5 and along > LEAST_SHARE * before.rms**2 and gain > 0.0)
 
 
 def error_shares(
