@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.stats import norm
@@ -83,7 +84,7 @@ class Confirm:
 
     def __init__(self, campaign: Campaign, unseen: UnseenTests, found: SearchRound) -> None:
         self.campaign, self.unseen, self.found = campaign, unseen, found
-        self._reference: Reference | None = None
+        self._flexible: dict[tuple[tuple[str, int], ...], FloatArray] = {}
 
     def __call__(
         self, verdict: str, chosen: list[Fit], named: str, bent: bool, further: Further
@@ -181,7 +182,7 @@ class Confirm:
 
     def _straight(self, fits: Sequence[Fit]) -> float:
         """Return the mean squared error on unseen tests with the shapes of the scan and amplitudes of the other tests."""
-        campaign, columns = self.campaign, np.column_stack([self.found.columns, _terms(fits)])
+        campaign, columns = self.campaign, np.column_stack([self.found.columns, *(f.binned for f in fits)])
         root = np.sqrt(campaign.count)
         fold = self.unseen.fold_of_test[campaign.test]
         residual = np.empty(len(self.found.y))
@@ -199,27 +200,28 @@ class Confirm:
         return float(norm.cdf(certain))
 
     def _shares(self, kept: Sequence[Fit]) -> ErrorShares:
-        return error_shares(self.unseen, self.reference, _effects(kept), self.found.columns, _terms(kept))
+        beside = [[], kept] if kept else [[]]
+        known = [errors_of_tests(self.campaign, self.found.y - self._predicted(fits)) for fits in beside]
+        return error_shares(self.unseen, _effects(kept), known)
 
-    @property
+    @cached_property
     def reference(self) -> Reference:
         """Flexible prediction of the tests from one another."""
-        if self._reference is None:
-            self._reference = Reference(self.campaign, self.found.floor, self.found.y)
-        return self._reference
+        return Reference(self.campaign, self.found.floor, self.found.y)
+
+    def _predicted(self, kept: Sequence[Fit]) -> FloatArray:
+        """Return what the reference beside the model and effects predicts of unseen tests; once for each set of effects."""
+        key = tuple((f.name, f.index) for f in kept)
+        if key not in self._flexible:
+            columns = np.column_stack([self.found.columns, *(f.binned for f in kept)])
+            self._flexible[key] = self.reference.out_of_fold(columns, self.unseen.fold_of_test)
+        return self._flexible[key]
 
     def _places(self, kept: Sequence[Fit]) -> list[StructurePlace]:
         """Return where the reference predicts something else than the model with what is named."""
-        columns = self.found.columns
-        columns = np.column_stack([columns, _terms(kept)]) if kept else columns
-        flexible = self.reference.out_of_fold(columns, self.unseen.fold_of_test)
-        model = self.reference.y - self.unseen.residual(_effects(kept))
-        return places_of(self.campaign, flexible - model)
+        model = self.found.y - self.unseen.residual(_effects(kept))
+        return places_of(self.campaign, self._predicted(kept) - model)
 
 
 def _effects(fits: Sequence[Fit]) -> list[Effect]:
     return [f.prepared.candidate.effect for f in fits]
-
-
-def _terms(fits: Sequence[Fit]) -> FloatArray:
-    return np.column_stack([f.binned for f in fits]) if fits else np.empty((0, 0))

@@ -9,10 +9,9 @@ import numpy as np
 from scipy.stats import t as student
 
 from ..effects.base import Effect
-from ..estimation.noise.reference import Reference
 from ..estimation.search.importance import LEAST_SHARE
 from ..loads import FloatArray
-from .unseen_tests import ErrorsByTest, UnseenTests, errors_of_tests
+from .unseen_tests import ErrorsByTest, UnseenTests
 
 #: Standard errors over the tests by which the reference must predict better than the model to be believed.
 BELIEVED = 2.3
@@ -87,28 +86,20 @@ def helps(before: ErrorsByTest, after: ErrorsByTest, needed: float = 1.0) -> boo
 
 
 def error_shares(
-    unseen: UnseenTests,
-    reference: Reference,
-    effects: Sequence[Effect],
-    columns: FloatArray,
-    terms: FloatArray,
+    unseen: UnseenTests, effects: Sequence[Effect], known: Sequence[ErrorsByTest]
 ) -> ErrorShares:
     """Return the error budget of a model with effects.
 
     Parameters
     ----------
     unseen : UnseenTests
-    reference : Reference
     effects : sequence of Effect
         What is named.
-    columns, terms : ndarray, shape (m, p), (m, k)
-        Base, and these effects, in the bins.
+    known : sequence of ErrorsByTest
+        Errors of other predictions of the same tests.
     """
     campaign = unseen.campaign
     base, named = unseen.errors(), unseen.errors(effects)
-    fold = unseen.fold_of_test
-    flexible = [columns, np.column_stack([columns, terms])] if effects else [columns]
-    known = [errors_of_tests(campaign, reference.y - reference.out_of_fold(c, fold)) for c in flexible]
     best, certainty = np.zeros(len(campaign.tests)), 0.0
     for part in ("between", "within"):
         least = own = getattr(named, part)

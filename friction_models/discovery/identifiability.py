@@ -20,8 +20,7 @@ WEAK = 0.02
 def within_share(campaign: Campaign, name: str) -> float:
     """Return the share of the variance of a load that lies within tests."""
     values = campaign.average(getattr(campaign.loads, name))
-    totals = np.bincount(campaign.test, campaign.count)
-    means = np.bincount(campaign.test, campaign.count * values) / totals
+    means = campaign.of_tests(values)
     around = values - np.average(values, weights=campaign.count)
     whole = float(campaign.count @ around**2)
     inside = float(campaign.count @ (values - means[campaign.test]) ** 2)

@@ -27,8 +27,7 @@ def base_residual(campaign: Campaign, found: SearchRound) -> FloatArray:
 
 def worst_tests(campaign: Campaign, residual: FloatArray, most: int = 10) -> list[WorstTest]:
     """Return the tests with the largest rms residual (points weigh alike)."""
-    squares = np.bincount(campaign.test, campaign.count * residual**2)
-    rms = np.sqrt(squares / np.bincount(campaign.test, campaign.count))
+    rms = np.sqrt(campaign.of_tests(residual**2))
     order = np.argsort(-rms, kind="stable")[:most]
     return [{"test_id": campaign.tests[k], "rms": float(rms[k])} for k in order]
 
@@ -126,9 +125,7 @@ def unrecorded_factor(campaign: Campaign, residual: FloatArray) -> TestGroups | 
     tests = len(campaign.tests)
     if tests < 20:
         return None
-    offsets = np.bincount(campaign.test, campaign.count * residual) / np.bincount(
-        campaign.test, campaign.count
-    )
+    offsets = campaign.of_tests(residual)
     variance = float(np.var(offsets))
     if variance <= 0.0:
         return None

@@ -112,9 +112,7 @@ class ErrorsByTest:
 
 def errors_of_tests(campaign: Campaign, residual: FloatArray) -> ErrorsByTest:
     """Return the errors of the tests from residuals in the bins, shape (m,)."""
-    weight = np.bincount(campaign.test, campaign.count)
-    mean = np.bincount(campaign.test, campaign.count * residual) / weight
-    square = np.bincount(campaign.test, campaign.count * residual**2) / weight
+    mean, square = campaign.of_tests(residual), campaign.of_tests(residual**2)
     return ErrorsByTest(mean**2, np.maximum(square - mean**2, 0.0))
 
 
@@ -202,6 +200,6 @@ def _beside(campaign: Campaign, law: BaseLaw, effects: Sequence[Effect], unseen:
 
 def _part(campaign: Campaign, law: BaseLaw, rows: Mask) -> tuple[Campaign, BaseLaw]:
     """Return the points of some tests, and the law there."""
-    part = campaign_of(campaign.loads.take(rows), campaign.mu[rows], names_of(campaign.loads, rows))
-    part.system = {name: column[rows] for name, column in campaign.system.items()}
-    return part, BaseLaw(law.name, law.columns[rows], law.offset[rows], law.fixed, law.effects, law.model)
+    return campaign.part(rows), BaseLaw(
+        law.name, law.columns[rows], law.offset[rows], law.fixed, law.effects, law.model
+    )

@@ -96,6 +96,18 @@ class Campaign:
         sums = np.add.reduceat(values, self.starts, axis=0)
         return sums / (self.count if sums.ndim == 1 else self.count[:, None])
 
+    def of_tests(self, values: FloatArray) -> FloatArray:
+        """Return means over each test of values in the bins, shape (m,), weighted by their points."""
+        weight = np.bincount(self.test, self.count)
+        return np.asarray(np.bincount(self.test, self.count * values) / weight)
+
+    def part(self, rows: npt.NDArray[np.bool_]) -> Campaign:
+        """Return the points of some tests, binned, with their metadata."""
+        ids = self.loads.test_id
+        part = campaign_of(self.loads.take(rows), self.mu[rows], None if ids is None else ids[rows])
+        part.system = {name: column[rows] for name, column in self.system.items()}
+        return part
+
     @property
     def absent(self) -> tuple[str, ...]:
         """Loads that the data lack; they are held constant."""

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...loads import FloatArray
-from ..campaign.binning import Campaign, campaign_of
+from ..campaign.binning import Campaign
 from .noise_floor import Layout, NoiseFloor, estimate
 from .reference import Reference
 
@@ -49,8 +49,6 @@ def odd_tests(campaign: Campaign, columns: FloatArray, floor: NoiseFloor | None)
 def without_tests(campaign: Campaign, names: list[str]) -> Campaign:
     """Return the campaign without some tests, with a warning that names them."""
     keep: npt.NDArray[np.bool_] = ~np.isin(np.array(campaign.tests)[campaign.point_test], names)
-    ids = campaign.loads.test_id
-    part = campaign_of(campaign.loads.take(keep), campaign.mu[keep], None if ids is None else ids[keep])
     told = ", ".join(names[:5]) + (" ..." if len(names) > 5 else "")
     what = "one test lies" if len(names) == 1 else f"{len(names)} tests lie"
     warning = (
@@ -58,9 +56,4 @@ def without_tests(campaign: Campaign, names: list[str]) -> Campaign:
         if len(names) == 1
         else (f"{what} far off what all others say and were left out ({told}): look at their records")
     )
-    return replace(
-        part,
-        system={name: column[keep] for name, column in campaign.system.items()},
-        warnings=[*campaign.warnings, warning],
-        spikes=campaign.spikes,
-    )
+    return replace(campaign.part(keep), warnings=[*campaign.warnings, warning], spikes=campaign.spikes)

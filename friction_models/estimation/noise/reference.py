@@ -97,10 +97,7 @@ class Reference:
         A test far from all others may lie far off: the prediction is the less certain, the farther it reaches.
         """
         predicted, variance = self._predicted(terms, fold_of_test)
-        campaign = self.campaign
-        weight = np.bincount(campaign.test, campaign.count)
-        mean = np.bincount(campaign.test, campaign.count * (self.y - predicted)) / weight
-        z = mean / np.sqrt(variance)
+        z = self.campaign.of_tests(self.y - predicted) / np.sqrt(variance)
         return np.asarray(z / max(1.4826 * float(np.median(np.abs(z))), 1e-300))
 
     def _predicted(
@@ -217,10 +214,9 @@ def _curves(campaign: Campaign) -> tuple[list[str], list[Curves]]:
     names: list[str] = []
     columns: list[FloatArray] = []
     means: list[FloatArray] = []
-    weight = np.bincount(campaign.test, campaign.count)
 
     def level(values: FloatArray) -> FloatArray:
-        mean = np.bincount(campaign.test, campaign.count * values) / weight
+        mean = campaign.of_tests(values)
         return np.asarray((mean - mean.mean()) / max(float(mean.std()), 1e-300))
 
     for name in LOAD_NAMES:
