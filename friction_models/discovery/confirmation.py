@@ -15,9 +15,10 @@ from ..estimation.noise.reference import Reference
 from ..estimation.search.scan import Fit
 from ..estimation.search.search_round import SearchRound
 from ..estimation.search.structure import StructurePlace, places_of
+from ..estimation.search.unseen_loads import AS_GOOD
 from ..loads import FloatArray
 from .error_budget import ErrorShares, error_shares, helps, lead
-from .unseen_tests import UnseenTests, errors_of_tests
+from .unseen_tests import ErrorsByTest, UnseenTests, errors_of_tests
 from .verdict import LEVEL
 
 #: Verdicts that name effects.
@@ -33,15 +34,21 @@ CLEAR = 0.01
 #: The first search, whose noise holds the effect, must say at least this; unseen tests must then be this certain, and fall
 #: by this share.
 MAYBE, CONFIRMED, CONFIRMED_SHARE = 0.2, 1.7, 0.15
+#: A further effect must beat what could stand in its place by so many standard errors.
+APART = 1.7
 #: Most effects that are named together.
 MOST_NAMED = 4
+#: Further effects that are compared on unseen tests.
+TRIED = 3
+#: Standard errors by which a further effect must lower the error.
+CERTAIN = 2.0
 #: Share of the gain of the first effect below which another one is no rival.
 WORTH = 0.25
 #: Rivals that are tried in place of an effect that does not help.
 RIVALS = 4
 
-#: Searches for a further effect beside those given.
-Further = Callable[[Sequence[Fit]], Fit | None]
+#: Searches for further effects beside those given; the best first.
+Further = Callable[[Sequence[Fit]], list[Fit]]
 
 
 @dataclass(frozen=True)
@@ -60,7 +67,8 @@ class Confirmation:
     where : list of StructurePlace
         Where something predictable is left.
     rivals : tuple of str
-        Effects whose lead the first one owes to no more than what it leaves itself: it may be a matter of formulas.
+        Effects whose lead the first one owes to no more than what it leaves itself: it may be a matter of formulas. Then
+        further names, each with what unseen tests cannot tell from it.
     """
 
     verdict: str
@@ -115,18 +123,12 @@ class Confirm:
                 verdict = "nothing_missing"
         if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
             verdict, chosen = "explained", [seen]
-        kept = self._that_help(chosen) if verdict in NAMED else []
+        kept = self._grown(self._that_help(chosen)[:1], len(chosen), further) if verdict in NAMED else []
         shares = self._shares(kept)
-        while kept and shares.left > EXPLAINED and len(kept) < MOST_NAMED:
-            more = further(kept)
-            if more is None or not self._helps(kept, more):
-                break
-            kept = [*kept, more]
-            shares = self._shares(kept)
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
             kept, shares = [], self._shares([])
-        rivals = self._rivals(kept, shares) if kept else ()
+        rivals = self._rivals(kept, shares, further) if kept else ()
         if verdict == "explained" and rivals:
             verdict = "ambiguous"
         where = self._places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
@@ -154,6 +156,57 @@ class Confirm:
         rivals = [f for f in self.found.ranking[: RIVALS + 1] if self.found.p_value(f) < LEVEL]
         return next(([f] for f in rivals if f.name != chosen[0].name and self._helps([], f)), [])
 
+    def _grown(self, kept: list[Fit], wanted: int, further: Further) -> list[Fit]:
+        """Return the effects with further ones, while these lower the error; at least `wanted` are tried."""
+        while kept and len(kept) < MOST_NAMED:
+            left = self._shares(kept)
+            if len(kept) >= wanted and not left.missing > 0.0:
+                break
+            best = self._best(kept, further(kept)[:TRIED])
+            if best is None or not self._confirmed(kept, best):
+                break
+            kept = self._exchanged([*kept, best])
+        return kept
+
+    def _best(self, kept: list[Fit], tried: Sequence[Fit]) -> Fit | None:
+        """Return the first of some effects, or a later one that unseen tests clearly prefer."""
+        best: Fit | None = None
+        for fit in tried:
+            if best is None or self._prefer([*kept, best], [*kept, fit]):
+                best = fit
+        return best
+
+    def _prefer(self, some: Sequence[Fit], others: Sequence[Fit]) -> bool:
+        """Return whether unseen tests clearly prefer the second of two sets of effects; what is refitted has the last word."""
+        if lead(self._straight_errors(some).total, self._straight_errors(others).total)[1] < CERTAIN:
+            return False
+        before, after = (self.unseen.errors(_effects(fits)).total for fits in (some, others))
+        return lead(before, after)[1] > CERTAIN
+
+    def _confirmed(self, kept: list[Fit], fit: Fit) -> bool:
+        """Return whether a further effect helps for certain; one of a load of those named may only mend their form."""
+        before, after = (self.unseen.errors(_effects(fits)) for fits in (kept, [*kept, fit]))
+        if fit.prepared.candidate.effect.driver[0] in {
+            d for f in kept for d in f.prepared.candidate.effect.driver
+        }:
+            gain, certain = lead(before.total, after.total)
+            return certain > CERTAIN and gain > CONFIRMED_SHARE * before.rms**2
+        return helps(before, after, CERTAIN)
+
+    def _exchanged(self, kept: list[Fit]) -> list[Fit]:
+        """Return the effects with the first one exchanged for a rival that is clearly better beside the others."""
+        first, *others = kept
+        load = first.prepared.candidate.effect.driver[0]
+        taken = {f.name for f in kept}
+        rivals = [
+            f
+            for f in self.found.ranking[: 2 * RIVALS]
+            if f.name not in taken
+            and f.gain > AS_GOOD * first.gain
+            and f.prepared.candidate.effect.driver[0] == load
+        ]
+        return next(([f, *others] for f in rivals if self._prefer(kept, [f, *others])), kept)
+
     def _overlooked(self) -> Fit | None:
         """Return an effect that is significant once the noise is judged beside it, and that unseen tests confirm clearly."""
         before = self.unseen.errors()
@@ -170,18 +223,35 @@ class Confirm:
         needed = 0.0 if not kept and self.found.p_value(fit) < CLEAR else 1.0
         return helps(before, self.unseen.errors(_effects([*kept, fit])), needed)
 
-    def _rivals(self, kept: Sequence[Fit], shares: ErrorShares) -> tuple[str, ...]:
-        """Return effects that would leave hardly more than the first one in its place."""
-        if not shares.missing > 0.0:
-            return ()
+    def _rivals(self, kept: Sequence[Fit], shares: ErrorShares, further: Further) -> tuple[str, ...]:
+        """Return effects that would leave hardly more in the place of one that is named.
+
+        After those of the first one, each further name that has rivals stands before them.
+        """
         first, *others = kept
-        own = self._straight([first, *others])
         names = {f.name for f in kept}
-        tried = [f for f in self.found.ranking if f.gain > WORTH * first.gain and f.name not in names]
-        return tuple(f.name for f in tried if self._straight([f, *others]) - own < shares.missing)
+        told: list[str] = []
+        if shares.missing > 0.0:
+            own = self._straight(kept)
+            tried = [f for f in self.found.ranking if f.gain > WORTH * first.gain and f.name not in names]
+            told += [f.name for f in tried if self._straight([f, *others]) - own < shares.missing]
+        for own_fit in others:
+            beside = [f for f in kept if f is not own_fit]
+            after = self._straight_errors(kept).total
+            alike = [
+                f.name
+                for f in further(beside)
+                if f.name not in names and lead(self._straight_errors([*beside, f]).total, after)[1] < APART
+            ]
+            told += [own_fit.name, *alike] if alike else []
+        return tuple(told)
 
     def _straight(self, fits: Sequence[Fit]) -> float:
-        """Return the mean squared error on unseen tests with the shapes of the scan and amplitudes of the other tests."""
+        """Return the mean squared error of `_straight_errors`."""
+        return float(np.mean(self._straight_errors(fits).total))
+
+    def _straight_errors(self, fits: Sequence[Fit]) -> ErrorsByTest:
+        """Return the errors on unseen tests with the shapes of the scan and amplitudes of the other tests."""
         campaign, columns = self.campaign, np.column_stack([self.found.columns, *(f.binned for f in fits)])
         root = np.sqrt(campaign.count)
         fold = self.unseen.fold_of_test[campaign.test]
@@ -190,7 +260,7 @@ class Confirm:
             seen = fold != k
             b = np.linalg.lstsq(root[seen, None] * columns[seen], (root * self.found.y)[seen], rcond=1e-9)[0]
             residual[~seen] = self.found.y[~seen] - columns[~seen] @ b
-        return float(np.mean(errors_of_tests(campaign, residual).total))
+        return errors_of_tests(campaign, residual)
 
     def _sure(self, kept: Sequence[Fit]) -> float:
         if not kept:

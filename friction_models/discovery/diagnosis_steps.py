@@ -54,6 +54,8 @@ SURE = 0.5
 FREED = 8
 #: A second effect must carry this share of the squared contribution of both.
 SECOND_SHARE = 0.05
+#: The same where unseen tests have to confirm it.
+CONFIRMED_SHARE = 0.01
 BESIDE_A_SHIFT = (
     "what is named was seen beside a change of the {base} model that is linear in the loads: the model was fitted to data "
     "that hold the effect, or is off by such a change itself"
@@ -161,8 +163,8 @@ def _judge(
     unseen = UnseenTests(*whole, seed)
     confirm = Confirm(campaign, unseen, found)
 
-    def further(kept: Sequence[Fit]) -> Fit | None:
-        return _further_effect(campaign, base, kept, found, candidates, seed)
+    def further(kept: Sequence[Fit]) -> list[Fit]:
+        return _further_effects(campaign, base, kept, found, candidates, seed, CONFIRMED_SHARE, LEVEL)
 
     confirmed = confirm(verdict, chosen, named_verdict(evidence.confusion_set, kinds), evidence.bent, further)
     return Judged(found, evidence, confirmed, list(notes), unseen)
@@ -252,10 +254,10 @@ def _weigh(
         evidence = Evidence(found, winner, p, share, confusion, misfit, structure, part, outside)
         if len(chosen) == MOST_NAMED or (len(chosen) > 1 and not evidence.unexplained):
             return evidence, chosen
-        more = _further_effect(campaign, base, chosen, found, candidates, seed)
-        if more is None:
+        more = _further_effects(campaign, base, chosen, found, candidates, seed)
+        if not more:
             return evidence, chosen
-        chosen.append(more)
+        chosen.append(more[0])
 
 
 def _large_ones_first(campaign: Campaign, found: SearchRound) -> None:
@@ -278,30 +280,36 @@ def _part(structure: Structure, found: SearchRound) -> float:
     return error_share(structure.rms, found.floor.total)
 
 
-def _further_effect(
+def _further_effects(
     campaign: Campaign,
     base: BaseLaw,
     known: Sequence[Fit],
     found: SearchRound,
     candidates: list[Candidate],
     seed: int,
-) -> Fit | None:
-    """Return one more effect with another driver, judged with the first loads of the known ones freed as curves."""
+    share: float = SECOND_SHARE,
+    level: float = SECOND_LEVEL,
+) -> list[Fit]:
+    """Return effects with another driver, judged with the first loads of the known ones freed as curves, the best first.
+
+    Each carries at least `share` of the squared contribution of all, and is significant at `level`.
+    """
     first = tuple(dict.fromkeys(f.prepared.candidate.effect.driver[0] for f in known))
     names = {f.name for f in known}
     others = [c for c in candidates if c.effect.driver[0] not in first and c.effect.name not in names]
     if not others:
-        return None
+        return []
     freed = np.column_stack([*(_columns(f) for f in known), spline_columns(campaign, first, FREED)])
     again = search(campaign, base, freed, others, seed, found.floor)
     # the gain counts what varies within tests many times over: the sizes are compared in mu
     size = sum(weighted_rms(found.change(f), campaign.count) ** 2 for f in known)
+    kept = []
     for more in again.ranking:
         own = weighted_rms(again.change(more), campaign.count) ** 2
-        large = own > SECOND_SHARE * (size + own) and _share(campaign, again, more) > LEAST_SHARE
-        if large and again.p_value(more) < SECOND_LEVEL:
-            return more
-    return None
+        large = own > share * (size + own) and _share(campaign, again, more) > LEAST_SHARE
+        if large and again.p_value(more) < level:
+            kept.append(more)
+    return kept
 
 
 def _share_outside(campaign: Campaign, base: BaseLaw) -> float:

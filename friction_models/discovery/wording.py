@@ -63,8 +63,8 @@ def sentence(
         known = {f.name: f.prepared.candidate.effect.label for f in evidence.found.ranking}
         rivals = ", ".join(known.get(name, name) for name in confusion)
         return (
-            f"an effect is missing from {model}, but these data cannot tell {rivals} apart; {effects[0].label} fits best: "
-            f"{effects[0].sentence} {sure}."
+            f"an effect is missing from {model}, but these data cannot tell {rivals} apart; {labels} "
+            f"{'fits' if len(effects) == 1 else 'fit'} best: {what} {sure}."
         )
     if verdict == "data_problem" and not chosen:
         return (
