@@ -10,7 +10,7 @@ import pandas as pd
 from .laws import LAWS, OUTSIDE, Array, Law
 
 #: How often nothing, one effect, two effects, or something outside the catalogue is hidden.
-KINDS = {"null": 0.27, "single": 0.45, "pair": 0.12, "outside": 0.16}
+KINDS = {"null": 0.3, "single": 0.46, "pair": 0.12, "outside": 0.12}
 
 
 @dataclass(frozen=True)
@@ -23,15 +23,15 @@ class Made:
         One of `KINDS`.
     laws : tuple of Law
     points, tests : pandas.DataFrame
-    strength : float
-        Scatter that the hidden part makes in mu beyond straight lines, over the scatter of the noise.
+    strengths : tuple of float
+        Scatter that each hidden part makes in mu beyond straight lines, over the scatter of the noise.
     """
 
     kind: str
     laws: tuple[Law, ...]
     points: pd.DataFrame
     tests: pd.DataFrame
-    strength: float
+    strengths: tuple[float, ...]
 
 
 def campaign(seed: int) -> Made:
@@ -49,23 +49,24 @@ def campaign(seed: int) -> Made:
             laws = [LAWS[k] for k in rng.choice(len(LAWS), count, replace=False)]
     level = float(np.exp(rng.uniform(np.log(0.03), np.log(0.2))))
     noise = _noise(points, tests, rng) * level * float(np.exp(rng.uniform(np.log(0.005), np.log(0.05))))
-    hidden, strength = np.zeros(len(points)), 0.0
+    hidden, strengths = np.zeros(len(points)), []
     if laws:
         parts = [law.term(table, rng) for law in laws]
         beyond = [_beyond_lines(points, part) for part in parts]
-        strength = float(np.exp(rng.uniform(np.log(0.5), np.log(12.0))))
+        strength = float(np.exp(rng.uniform(np.log(0.7), np.log(12.0))))
         size = strength * float(np.std(noise))
         for part, rest in zip(parts, beyond, strict=True):
             share = float(rng.uniform(0.6, 1.4)) if len(parts) > 1 else 1.0
             # a law that straight lines follow nearly is not blown up beyond the known friction
-            hidden += part * min(share * size / max(float(np.std(rest)), 1e-12), level / float(np.ptp(part)))
-        strength = float(np.std(_beyond_lines(points, hidden))) / float(np.std(noise))
+            scale = min(share * size / max(float(np.std(rest)), 1e-12), level / float(np.ptp(part)))
+            hidden += scale * part
+            strengths.append(scale * float(np.std(rest)) / float(np.std(noise)))
     lines = sum(
         rng.normal(0.0, 0.05) * _standard(points[n].to_numpy(float)) for n in ("v_rel", "T", "sigma_n", "psi")
     )
     mu = level * (1.0 + lines) + hidden + noise
     points["mu"] = np.maximum(mu + max(0.2 * level - float(np.quantile(mu, 0.01)), 0.0), 1e-3)
-    return Made(kind, tuple(laws), points, tests, strength)
+    return Made(kind, tuple(laws), points, tests, tuple(strengths))
 
 
 def _standard(x: Array) -> Array:
@@ -81,7 +82,7 @@ def _beyond_lines(points: pd.DataFrame, values: Array) -> Array:
 
 def _loads(rng: np.random.Generator) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return points without mu, and the table of tests."""
-    tests = int(np.exp(rng.uniform(np.log(10), np.log(110))))
+    tests = int(np.exp(rng.uniform(np.log(12), np.log(110))))
     steps = int(np.exp(rng.uniform(np.log(8), np.log(60))))
     way = float(rng.uniform(20, 120))
     top = {"v_rel": rng.uniform(50, 600), "sigma_n": rng.uniform(300, 1500), "T_tool": rng.uniform(60, 250)}

@@ -152,12 +152,6 @@ def _product(points: pd.DataFrame, rng: np.random.Generator) -> Array:
     return np.asarray(np.tanh(z[0]) * np.tanh(z[1]))
 
 
-def _wrong_way(points: pd.DataFrame, rng: np.random.Generator) -> Array:
-    """Return a steep step up with pressure, against every law of pressure alone."""
-    x = points["sigma_n"].to_numpy(float)
-    return np.asarray(np.tanh((x - np.quantile(x, rng.uniform(0.3, 0.7))) / (0.05 * np.ptp(x) + 1e-12)))
-
-
 LAWS = [
     Law("speed falls", frozenset({"stribeck", "rate_state", "flash_temperature", "hersey"}), _load("v_rel", -1.0, True)),
     Law("speed rises", frozenset({"rising_speed", "viscous"}), _load("v_rel", 1.0, True)),
@@ -181,5 +175,4 @@ OUTSIDE = [
     Law("bump", frozenset(), _bump),
     Law("wave", frozenset(), _wave),
     Law("product", frozenset(), _product),
-    Law("wrong way", frozenset(), _wrong_way),
 ]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
 
 from ..estimation.campaign.binning import FEW_TESTS, Campaign
 from ..estimation.fit.parameters import FittedTerm, fit_terms
@@ -13,10 +12,10 @@ from ..estimation.noise.noise_floor import NoiseFloorNumbers
 from ..estimation.search.base_law import BaseLaw
 from ..estimation.search.scan import Fit
 from ..estimation.search.search_round import SearchRound
-from ..estimation.search.significance import stays_first
 from ..estimation.search.structure import StructurePlace
 from ..estimation.search.unseen_loads import EITHER, doubts
 from ..loads import LOAD_NAMES, FloatArray
+from .confidence import LIMITS, confidence, grounds
 from .confirmation import NAMED, Confirmation
 from .diagnosis import Diagnosis
 from .findings import ErrorBudget, FittedEffect, ParameterValue
@@ -53,22 +52,10 @@ class Judged:
         return self.confirmed.chosen
 
 
-def _confidence(campaign: Campaign, judged: Judged, level: LevelOffset) -> float:
+def _confidence(campaign: Campaign, judged: Judged, grounds: dict[str, float]) -> float:
     """Return how sure the verdict is, 0 to 1."""
-    found, evidence, verdict = judged.found, judged.evidence, judged.verdict
-    if verdict == "nothing_missing":
-        sure = float(np.clip(0.5 + evidence.p_value, 0.5, 0.95))
-    elif verdict in NAMED and judged.chosen:
-        sure = (1.0 - evidence.p_value) * stays_first(found.ranking, found.simulated) * judged.confirmed.sure
-        sure /= max(len(_confusion(judged)), 1)
-    elif verdict == "unknown_structure":
-        structure = evidence.structure.p_value if evidence.unexplained else 1.0
-        shares = judged.confirmed.shares
-        if shares is not None and shares.by_reference:
-            structure = min(structure, float(norm.sf(shares.certainty)))
-        sure = float(np.clip(1.0 - min(structure, level.p_value if level.off else 1.0), 0.0, 0.99))
-    else:
-        sure = 0.9
+    found, verdict = judged.found, judged.verdict
+    sure = confidence(verdict, grounds)
     few = verdict == "nothing_missing" and len(campaign.tests) < FEW_TESTS
     blurred = verdict == "nothing_missing" and _blurred(campaign, found)
     return min(sure, 0.5) if few or blurred or not found.floor.known else sure
@@ -99,10 +86,14 @@ def assemble(
     # residual of the model as users have it: refitted by ordinary least squares, or fixed
     usual = found.y if base.fixed else found.beyond_base(found.y)
     most, doubted = doubts(campaign, verdict, chosen if named else [])
-    confidence = min(_confidence(campaign, judged, level), most)
+    rests_on = grounds(found, evidence, judged.confirmed, len(campaign.tests))
+    sure = _confidence(campaign, judged, rests_on)
+    if level.off and verdict == "unknown_structure":
+        sure = max(sure, min(1.0 - level.p_value, LIMITS[1]))
+    sure = min(sure, most)
     factor = unrecorded_factor(campaign, fitted.residual if named else base_residual(campaign, found))
     if factor is not None and verdict == "nothing_missing":
-        confidence = min(confidence, EITHER)  # what sets the two groups apart is missing
+        sure = min(sure, EITHER)  # what sets the two groups apart is missing
     where = _places(campaign, judged) if verdict in {"unknown_structure", "partly_explained"} else []
     warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
     if level.off:
@@ -128,9 +119,10 @@ def assemble(
     floor, budget = _budget(judged, level, usual, campaign)
     return Diagnosis(
         verdict=verdict,
-        sentence=sentence(verdict, base, evidence, chosen, confusion, confidence, campaign, where, factor),
+        sentence=sentence(verdict, base, evidence, chosen, confusion, sure, campaign, where, factor),
         effects=names,
-        confidence=round(float(confidence), 3),
+        confidence=round(float(sure), 3),
+        grounds=rests_on,
         confusion_set=confusion,
         ranking=[
             {

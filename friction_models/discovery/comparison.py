@@ -222,7 +222,7 @@ def _compare(campaign: Campaign, errors: Mapping[str, FloatArray], rng: np.rando
     table = pd.DataFrame(
         {name: np.sqrt(np.bincount(group, e**2, tests) / points) for name, e in errors.items()},
         index=pd.Index(campaign.tests, name="test_id"),
-    ).sort_index()
+    )
     best = table.to_numpy().argmin(axis=1)
     for k, (name, error) in enumerate(errors.items()):
         sums = [np.bincount(group, v, tests) for v in (np.abs(error), error**2, error)]

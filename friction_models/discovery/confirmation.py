@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.stats import norm
 
 from ..effects.base import Effect
 from ..estimation.campaign.binning import Campaign
@@ -62,8 +61,8 @@ class Confirmation:
         Effects that lower the error on unseen tests.
     shares : ErrorShares or None
         None where there are too few tests to leave some out.
-    sure : float
-        Probability, by the scatter over the tests, that the error falls with what is named; 1 where nothing is.
+    certain : float
+        Standard errors over the tests by which the last name lowers the error; 0 where nothing is named.
     where : list of StructurePlace
         Where something predictable is left.
     rivals : tuple of str
@@ -74,7 +73,7 @@ class Confirmation:
     verdict: str
     chosen: list[Fit]
     shares: ErrorShares | None
-    sure: float
+    certain: float
     where: list[StructurePlace]
     rivals: tuple[str, ...] = ()
 
@@ -112,7 +111,7 @@ class Confirm:
         further : callable
         """
         if not self.unseen.possible:
-            return Confirmation(verdict, chosen if verdict in NAMED else [], None, 1.0, [])
+            return Confirmation(verdict, chosen if verdict in NAMED else [], None, 0.0, [])
         if verdict == "unknown_structure":
             # structure that does not help to predict other tests is chance; it matters if the names leave it
             kept = self._that_help(chosen) if chosen else []
@@ -132,7 +131,7 @@ class Confirm:
         if verdict == "explained" and rivals:
             verdict = "ambiguous"
         where = self._places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
-        return Confirmation(verdict, kept, shares, self._sure(kept), where, rivals)
+        return Confirmation(verdict, kept, shares, self._certain(kept), where, rivals)
 
     def _verdict(self, verdict: str, kept: list[Fit], shares: ErrorShares) -> str:
         if verdict in NAMED and kept:
@@ -262,12 +261,11 @@ class Confirm:
             residual[~seen] = self.found.y[~seen] - columns[~seen] @ b
         return errors_of_tests(campaign, residual)
 
-    def _sure(self, kept: Sequence[Fit]) -> float:
+    def _certain(self, kept: Sequence[Fit]) -> float:
         if not kept:
-            return 1.0
-        before, after = self.unseen.errors(), self.unseen.errors(_effects(kept))
-        certain = max(lead(before.total, after.total)[1], lead(before.within, after.within)[1])
-        return float(norm.cdf(certain))
+            return 0.0
+        before, after = (self.unseen.errors(_effects(fits)) for fits in (kept[:-1], kept))
+        return max(lead(before.total, after.total)[1], lead(before.within, after.within)[1])
 
     def _shares(self, kept: Sequence[Fit]) -> ErrorShares:
         beside = [[], kept] if kept else [[]]

@@ -157,9 +157,9 @@ def _judge(
     kinds = {c.effect.name: c.effect.kind for c in candidates}
     verdict = decide(evidence, kinds)
     if campaign.spikes > MOST_SPIKES and verdict != "out_of_domain":
-        return Judged(found, evidence, Confirmation("data_problem", [], None, 1.0, []), list(notes))
+        return Judged(found, evidence, Confirmation("data_problem", [], None, 0.0, []), list(notes))
     if verdict == "out_of_domain":
-        return Judged(found, evidence, Confirmation(verdict, [], None, 1.0, []), list(notes))
+        return Judged(found, evidence, Confirmation(verdict, [], None, 0.0, []), list(notes))
     unseen = UnseenTests(*whole, seed)
     confirm = Confirm(campaign, unseen, found)
 

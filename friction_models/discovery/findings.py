@@ -96,7 +96,9 @@ class Findings:
     effects : list of str
         What to add: one effect, a pair, or nothing.
     confidence : float
-        0 to 1: how sure the verdict is.
+        0 to 1: the share of such answers that are right.
+    grounds : dict of str to float
+        What the confidence is computed from (see `friction_models.discovery.confidence.grounds`).
     confusion_set : list of str
         Every effect that the data cannot tell from the winner, the winner included.
     ranking : list of RankedEffect
@@ -152,6 +154,7 @@ class Findings:
     named: dict[str, Effect] = field(repr=False)
     threshold: float
     averages: pd.DataFrame = field(repr=False)
+    grounds: dict[str, float] = field(default_factory=dict, repr=False)
     synthetic: bool = False
     formulas: list[FormulaOffer] = field(default_factory=list)
 

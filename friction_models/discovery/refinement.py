@@ -117,7 +117,7 @@ def refine(
         return plain.record_data(data.attrs).record_tests(data)
     refined = ComposedFriction(clone(inner), [*present, *added])
     history = list(getattr(base, "error_history_", []))
-    fold = folds_of_tests(len(campaign.tests), seed)[campaign.point_test]
+    fold = folds_of_tests(len(campaign.tests), seed)[campaign.place][campaign.point_test]
     folds = [held] if held is not None else [fold == k for k in range(fold.max() + 1) if fold.max()]
     before, after = np.full(len(mu), np.nan), np.full(len(mu), np.nan)
     fitted: Any = None

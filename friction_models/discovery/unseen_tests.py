@@ -33,8 +33,8 @@ Mask = npt.NDArray[np.bool_]
 def folds_of_tests(tests: int, seed: int) -> npt.NDArray[np.intp]:
     """Return the fold of each test; all in fold 0 where there are too few to leave some out.
 
-    Of each `FOLDS` neighbours, which `prepare` gives similar loads, every fold holds one, drawn at random: no fold lacks a
-    corner of the plan by chance.
+    Of each `FOLDS` neighbours in an order of the tests every fold holds one, drawn at random: with tests by their loads
+    (`Campaign.place`), no fold lacks a corner of the plan by chance.
 
     Examples
     --------
@@ -154,7 +154,7 @@ class UnseenTests:
     @property
     def fold_of_test(self) -> npt.NDArray[np.intp]:
         """Fold of each test."""
-        return folds_of_tests(len(self.campaign.tests), self.seed)
+        return folds_of_tests(len(self.campaign.tests), self.seed)[self.campaign.place]
 
     def residual(self, effects: Sequence[Effect] = ()) -> FloatArray:
         """Return measured minus predicted mu in the bins, shape (m,), of the model with `effects`."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -101,6 +102,15 @@ class Campaign:
         weight = np.bincount(self.test, self.count)
         return np.asarray(np.bincount(self.test, self.count * values) / weight)
 
+    @cached_property
+    def place(self) -> npt.NDArray[np.intp]:
+        """Place of each test in the order of their mean loads and mu.
+
+        Names of tests say nothing: by this order every random number falls on the same test, whatever its name.
+        """
+        means = [self.of_tests(self.average(column)) for column in (*self.loads.as_array().T, self.mu)]
+        return np.asarray(np.argsort(np.lexsort(means[::-1])))
+
     def part(self, rows: npt.NDArray[np.bool_]) -> Campaign:
         """Return the points of some tests, binned, with their metadata."""
         ids = self.loads.test_id
@@ -158,7 +168,8 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> Campaign:
     frame = frame.assign(test_id=frame["test_id"].astype(str))
     _, rows = TriboLoads.from_frame(frame, tests).in_order(memory=False)
     frame = _without_copies(frame.iloc[rows].reset_index(drop=True), warnings)
-    frame = _in_order_of_content(frame)
+    # the order of the table says nothing: by name, so that every choice falls on the same test
+    frame = frame.sort_values("test_id", kind="stable").reset_index(drop=True)
     frame = _thinned(frame, warnings)
     loads = TriboLoads.from_frame(frame, tests)
     warnings += [*_about_order(loads), *about_table(loads)]
@@ -245,21 +256,6 @@ def _without_copies(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
     how = "exact copies of others" if exact else f"copies of others (to {SAME_VALUE:g} of the range)"
     warnings.append(f"{len(told)} tests are {how} and were left out ({shown})")
     return frame[~frame["test_id"].isin(copies)].reset_index(drop=True)
-
-
-def _in_order_of_content(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the tests by their mean loads and mu.
-
-    Neither the order of the table nor the names of the tests say anything: every choice and every random number then falls on
-    the same test.
-    """
-    columns = [q.name for q in LOADS if q.name in frame.columns] + ["mu"]
-    numbers = frame[columns].apply(pd.to_numeric, errors="coerce")
-    means = numbers.groupby(frame["test_id"], sort=True).mean()
-    place = pd.Series(range(len(means)), index=means.sort_values(columns, kind="stable").index)
-    return frame.iloc[np.argsort(frame["test_id"].map(place).to_numpy(), kind="stable")].reset_index(
-        drop=True
-    )
 
 
 def _without_spikes(mu: FloatArray, test: pd.Series, warnings: list[str]) -> FloatArray:

@@ -209,7 +209,9 @@ def search(
     prepared = [p for p in prepared if p.usable.any()]
     unexplained = residual if also_in_mean is None else Projector(project(whiten(also_in_mean)))(residual)
     rng = np.random.default_rng(seed)
-    simulated = simulate(prepared, project, null_noise(unexplained, campaign.test, freedom, rng, REPLICATES))
+    simulated = simulate(
+        prepared, project, null_noise(unexplained, campaign.place[campaign.test], freedom, rng, REPLICATES)
+    )
     null = maximum_gains(prepared, simulated) if prepared else np.zeros(1)
     return SearchRound(
         floor=floor,

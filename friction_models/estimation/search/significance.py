@@ -25,16 +25,18 @@ SAME = 0.02
 def null_noise(
     residual: FloatArray, test: npt.NDArray[np.intp], freedom: float, rng: np.random.Generator, count: int
 ) -> FloatArray:
-    """Return whitened data in which nothing is missing, shape (m, count).
+    """Return whitened data in which nothing is missing, shape (m, count); `test` is the place of the test of each bin.
 
     The residual of every whole test with a random sign (wild bootstrap; Cameron, Gelbach, Miller, Rev. Econ. Stat. 90
     (2008)): tests that scatter more, skewed noise, heavy tails and single odd tests stay as they are. With few tests there
     are too few signs: normal noise then, whose scale varies as that of a floor that was estimated with `freedom`.
     """
-    if test[-1] + 1 >= FLIPPED:
-        signs = rng.choice([-1.0, 1.0], (int(test[-1]) + 1, count))
+    tests = int(test.max()) + 1
+    if tests >= FLIPPED:
+        signs = rng.choice([-1.0, 1.0], (tests, count))
         return residual[:, None] * signs[test]
-    noise = rng.standard_normal((len(residual), count))
+    noise = np.empty((len(residual), count))
+    noise[np.argsort(test, kind="stable")] = rng.standard_normal(noise.shape)
     return np.asarray(noise * np.sqrt(freedom / rng.chisquare(freedom, count)))
 
 

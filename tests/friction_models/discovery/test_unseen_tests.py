@@ -124,13 +124,17 @@ def test_what_is_named_refine_accepts() -> None:
         assert history[-1]["after"]["rmse"] < history[-1]["before"]["rmse"]
 
 
-def test_order_of_rows_and_unit_of_length_do_not_matter() -> None:
+def test_order_of_rows_names_of_tests_and_unit_of_length_do_not_matter() -> None:
     from benchmarks.discovery_campaigns import campaign
 
     points, tests, _ = campaign("wear_out", seed=311, strength=1.0, thin=10, extra=0)
     found = diagnose(points, tests)
     shuffled = diagnose(points.sample(frac=1.0, random_state=2), tests.sample(frac=1.0, random_state=3))
     assert shuffled.to_dict() == found.to_dict()
+    names = {name: f"x{k}" for k, name in enumerate(reversed(points["test_id"].unique()))}
+    renamed = diagnose(points.replace({"test_id": names}), tests.replace({"test_id": names}))
+    assert (renamed.verdict, renamed.effects) == (found.verdict, found.effects)
+    assert renamed.confidence == pytest.approx(found.confidence, abs=1e-6)
     metres = diagnose(points.assign(v_rel=points["v_rel"] / 1000.0, sd=points["sd"] / 1000.0), tests)
     assert (metres.verdict, metres.effects) == (found.verdict, found.effects)
     assert metres.confidence == pytest.approx(found.confidence, abs=0.02)
@@ -180,5 +184,7 @@ def test_help_is_a_matter_of_whole_tests() -> None:
 
 
 def test_folds_hold_every_test_once() -> None:
-    assert np.bincount(folds_of_tests(22, 0)).tolist() == [6, 6, 5, 5]
+    assert sorted(np.bincount(folds_of_tests(22, 0)).tolist()) == [5, 5, 6, 6]
+    fold = folds_of_tests(24, 0).reshape(-1, 4)
+    assert (np.sort(fold, axis=1) == np.arange(4)).all() and len(np.unique(fold, axis=0)) > 1
     assert folds_of_tests(3, 0).tolist() == [0, 0, 0]
