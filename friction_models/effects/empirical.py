@@ -50,6 +50,10 @@ class Empirical(Effect):
     def limits(self, shape: ShapeParameter, values: FloatArray) -> tuple[float, float]:
         """Return as for any effect; the middle of a curve stays within the tests, where they show it."""
         low, high = super().limits(shape, values)
+        if shape.name.startswith("f"):
+            return shape.lower, shape.upper
+        if shape.name.startswith("l"):
+            return 0.7 * float(values.min()), 1.5 * float(values.max())
         if not shape.name.startswith("c"):
             return low, high
         least, most = float(values.min()), float(values.max())

@@ -15,26 +15,28 @@ from ..expressions.ops import Ops, Value
 from ..loads import LOAD_NAMES
 from .base import ShapeParameter
 from .empirical_curves import (
+    STRAIGHT,
     Parameters,
     Part,
     alone,
     alone_grid,
-    centre,
-    centres,
     curve,
     curve_text,
     factor,
     factor_text,
+    in_product,
     load_of,
+    product_grid,
     share_text,
 )
 
 #: Curves over one load, over a product or quotient of two, and in products of two curves.
-ALONE = ("power", "inverse", "logarithm", "saturation", "threshold", "bump")
+ALONE = ("power", "inverse", "logarithm", "saturation", "threshold", "bump", "wave", "ripple")
 OVER_TWO = ("power", "inverse", "threshold", "bump")
-IN_PRODUCTS = ("line", "step", "bump")
-#: Curves that need no logarithm of their load.
-ON_LOGARITHM = ("threshold", "bump", "line", "step")
+IN_PRODUCTS = ("line", "share", "step", "rise", "fall", "bump", "wave")
+#: Curves that may run over the logarithm of their load, and loads whose logarithm may be taken.
+ON_LOGARITHM = ("threshold", "bump", "line", "step", "rise", "fall")
+LOGARITHMS = ("v_rel", "sigma_n", "psi")
 SLOPING = "sloping_"
 
 _PART = re.compile(r"([a-z]+)\(([A-Za-z_]+)(?:([*/])([A-Za-z_]+))?\)")
@@ -88,9 +90,14 @@ class Term:
         """What is fitted beside the amplitude."""
         if len(self.parts) == 1:
             return alone(self.parts[0])
-        centres = [centre(f"c_{k}", p) for k, p in enumerate(self.parts, 1) if p.form != "line"]
+        own = [s for k, p in enumerate(self.parts, 1) for s in in_product(p, k)]
         width = ShapeParameter("w", "1", "width as a share of the range", 0.02, 3.0, 0.2, points=2)
-        return (*centres, width) if centres else ()
+        return (*own, width) if self._wide else tuple(own)
+
+    @property
+    def _wide(self) -> bool:
+        """Whether a curve of a product has a width."""
+        return any(p.form not in {"line", "share", "wave"} for p in self.parts)
 
     @property
     def formula(self) -> str:
@@ -121,11 +128,11 @@ class Term:
         """Return scan values of the parameters for data with these ranges of the loads."""
         if len(self.parts) == 1:
             return alone_grid(self.parts[0], ranges)
-        several = 5 if all(p.form != "line" for p in self.parts) else 8
-        found: dict[str, Sequence[float]] = {
-            f"c_{k}": centres(p, ranges, several) for k, p in enumerate(self.parts, 1) if p.form != "line"
-        }
-        return found | ({"w": (0.12, 0.3)} if found else {})
+        several = 5 if all(p.form not in STRAIGHT for p in self.parts) else 8
+        found: dict[str, Sequence[float]] = {}
+        for k, p in enumerate(self.parts, 1):
+            found |= product_grid(p, k, ranges, several)
+        return found | ({"w": (0.12, 0.3)} if self._wide else {})
 
 
 @cache
@@ -164,9 +171,10 @@ def _sound(parts: Sequence[Part]) -> bool:
         return False
     for p in parts:
         names = [n for n in (p.load, p.other) if n]
-        known = all(n in LOAD_NAMES or (n == "log_v_rel" and not p.other) for n in names)
+        logarithm = not p.other and load_of(p.load) in LOGARITHMS and p.form in ON_LOGARITHM
+        known = all(n in LOAD_NAMES or (logarithm and n == f"log_{load_of(n)}") for n in names)
         forms = IN_PRODUCTS if len(parts) == 2 else OVER_TWO if p.other else ALONE
-        if not known or p.form not in forms or (p.logarithmic and not p.other and p.form not in ON_LOGARITHM):
+        if not known or p.form not in forms:
             return False
         if len(parts) == 2 and p.other:
             return False

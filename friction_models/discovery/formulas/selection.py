@@ -1,0 +1,209 @@
+"""Forward selection of terms by the prediction of unseen tests; and the same once more without each fold, to judge it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from ...effects import empirical_effect
+from ...effects.empirical_terms import Term
+from ...estimation.noise.noise_floor import Whitener
+from ...loads import FloatArray
+from ..error_budget import lead
+from ..unseen_tests import errors_of_tests
+from .bins import Bins
+from .scan import Column, Fit, Scan, Tried, folds_left_out
+
+#: Most terms that are added to one another.
+MOST_TERMS = 3
+#: Resamples of whole tests.
+RESAMPLES = 12
+#: A term lowers the error by this many standard errors over the tests, and by this share of it.
+CERTAIN, LEAST_GAIN = 2.0, 0.03
+#: A simpler term is taken if the better one leads by less than this many standard errors and this share of its gain.
+NO_LEAD, NO_GAIN = 1.0, 0.03
+
+
+@dataclass(eq=False)
+class Group:
+    """Tests for which terms are looked for, and what was chosen.
+
+    Attributes
+    ----------
+    weight : ndarray, shape (tests,)
+        1 for its tests.
+    chosen : list of Column
+    squares : list of ndarray, shape (tests,)
+        Mean squared error of each test by fits to others, without a term, with the first one, and so on.
+    """
+
+    weight: FloatArray
+    chosen: list[Column] = field(default_factory=list)
+    squares: list[FloatArray] = field(default_factory=list)
+
+    def error(self, squares: FloatArray) -> float:
+        """Return the mean over its tests."""
+        return float(np.mean(squares[self.weight > 0.0]))
+
+    def lead(self, worse: FloatArray, better: FloatArray) -> tuple[float, float]:
+        """Return by how much an error is smaller over its tests, and by how many standard errors."""
+        own = self.weight > 0.0
+        return lead(worse[own], better[own])
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """A term of one round for all tests.
+
+    Attributes
+    ----------
+    column : Column
+    squares : ndarray, shape (tests,)
+        Mean squared error of each test by fits to others.
+    stability : float
+        Share of resamples of whole tests in which a term of the same loads and kind of curve predicts the tests that were
+        not drawn best.
+    """
+
+    column: Column
+    squares: FloatArray
+    stability: float
+
+    @property
+    def term(self) -> Term:
+        """The term."""
+        return self.column.term
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What was chosen, and how well the choice itself predicts.
+
+    Attributes
+    ----------
+    all : Group
+        With all tests.
+    rounds : list of list of Ranked
+        Terms of each round that were tried, the smallest error first.
+    stability : list of float
+        Of each chosen term.
+    squares : ndarray, shape (tests,)
+        Mean squared error of each test by terms that were chosen and fitted without the tests of its fold.
+    """
+
+    all: Group
+    rounds: list[list[Ranked]]
+    stability: list[float]
+    squares: FloatArray
+
+
+def select(
+    bins: Bins, whiten: Whitener, fold: npt.NDArray[np.intp], terms: Sequence[Term], seed: int
+) -> Selection:
+    """Add terms one after the other while unseen tests are predicted better.
+
+    Parameters
+    ----------
+    bins : Bins
+    whiten : Whitener
+    fold : ndarray of int, shape (tests,)
+        Of each test.
+    terms : sequence of Term
+    seed : int
+        Of the resamples.
+    """
+    tests = len(fold)
+    draws = np.random.default_rng([seed, 7]).integers(tests, size=(RESAMPLES, tests))
+    resamples = [Fit(np.bincount(d, minlength=tests).astype(float), 0) for d in draws]
+    folds = np.unique(fold)
+    groups = [Group(np.ones(tests)), *(Group((fold != k).astype(float)) for k in folds)]
+    rounds: list[list[Ranked]] = []
+    stability: list[float] = []
+    active = groups
+    while groups[0] in active and len(rounds) < MOST_TERMS:
+        fits = [Fit(g.weight, k) for k, g in enumerate(active)]
+        inner = []
+        for k, g in enumerate(active):
+            inner.append(range(len(fits), len(fits) + len(folds_left_out(g.weight, fold, k))))
+            fits += folds_left_out(g.weight, fold, k)
+        drawn = range(len(fits), len(fits) + RESAMPLES)
+        scan = Scan(bins, whiten, [g.chosen for g in active], [*fits, *resamples])
+        tried = [scan.one(t) for t in scan.promising(terms)]
+        rounds.append(_ranked(scan, tried, inner[0], drawn))
+        going = []
+        for k, g in enumerate(active):
+            if not g.squares:
+                g.squares.append(scan.squares(inner[k], [scan.without(f) for f in inner[k]]))
+            found = [
+                (t.columns[k], scan.squares(inner[k], [t.residuals[f] for f in inner[k]]))
+                for t in tried
+                if t.columns[k] is not None
+            ]
+            if _add(g, [(c, s) for c, s in found if c is not None]):
+                going.append(g)
+        if groups[0] in going:
+            stability.append(_stability_of(rounds[-1], groups[0].chosen[-1].term))
+        active = going
+    residual = np.empty(len(bins.y))
+    for k, g in zip(folds, groups[1:], strict=True):
+        held = fold[bins.campaign.test] == k
+        residual[held] = _left(bins, whiten, g)[held]
+    return Selection(groups[0], rounds, stability, errors_of_tests(bins.campaign, residual).total)
+
+
+def _add(group: Group, found: Sequence[tuple[Column, FloatArray]]) -> bool:
+    """Add the term that predicts unseen tests best; return whether one does better than none."""
+    held = {c.term for c in group.chosen}
+    found = [f for f in found if f[0].term not in held]
+    if not found:
+        return False
+    before = group.squares[-1]
+    best = min(found, key=lambda f: group.error(f[1]))
+    gain, certain = group.lead(before, best[1])
+    if certain < CERTAIN or gain < LEAST_GAIN * group.error(before):
+        return False
+    alike = [
+        f
+        for f in found
+        if f[0].term.family == best[0].term.family
+        and group.lead(f[1], best[1])[1] < NO_LEAD
+        and group.error(f[1]) - group.error(best[1]) < NO_GAIN * gain
+    ]
+    column, squares = min([best, *alike], key=lambda f: _freedom(f[0].term))
+    group.chosen.append(column)
+    group.squares.append(squares)
+    return True
+
+
+def _freedom(term: Term) -> int:
+    return empirical_effect(str(term))().degrees_of_freedom
+
+
+def _ranked(scan: Scan, tried: Sequence[Tried], inner: range, drawn: range) -> list[Ranked]:
+    """Return the terms of a round for all tests, the smallest error on unseen tests first."""
+    if not tried:
+        return []
+    left = np.array([[np.nanmean(scan.squares([f], [t.residuals[f]])) for f in drawn] for t in tried])
+    first = [tried[k].term.family for k in np.argmin(left, axis=0)]
+    found = [
+        Ranked(c, scan.squares(inner, [t.residuals[f] for f in inner]), first.count(t.term.family) / len(first))
+        for t in tried
+        if (c := t.columns[0]) is not None
+    ]
+    return sorted(found, key=lambda r: float(np.mean(r.squares)))
+
+
+def _stability_of(ranked: Sequence[Ranked], term: Term) -> float:
+    return next(r.stability for r in ranked if r.term == term)
+
+
+def _left(bins: Bins, whiten: Whitener, group: Group) -> FloatArray:
+    """Return what the chosen terms, fitted to the tests of a group, leave of mu in all bins."""
+    matrix = np.column_stack([bins.columns, *(c.values for c in group.chosen)])
+    rows = group.weight[bins.campaign.test] > 0.0
+    norms = np.linalg.norm(matrix, axis=0)
+    b = np.linalg.lstsq(whiten(matrix / norms)[rows], whiten(bins.y)[rows], rcond=1e-9)[0]
+    return np.asarray(bins.y - matrix / norms @ b)
