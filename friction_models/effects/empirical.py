@@ -52,6 +52,8 @@ class Empirical(Effect):
         low, high = super().limits(shape, values)
         if shape.name.startswith("f"):
             return shape.lower, shape.upper
+        if shape.name == "w" and len(self.term.parts) > 1:
+            return shape.lower, high
         if shape.name.startswith("l"):
             return 0.7 * float(values.min()), 1.5 * float(values.max())
         if not shape.name.startswith("c"):

@@ -1,8 +1,10 @@
-"""Cosines of what goes through a known number of periods at most, from the functions of `Ops` alone."""
+"""Cosines of what goes through a known number of periods at most; graphs draw them with the functions of `Ops` alone."""
 
 from __future__ import annotations
 
 from math import factorial, pi
+
+import numpy as np
 
 from .ops import Ops, Value
 
@@ -13,7 +15,8 @@ _SINE = tuple((-1.0) ** k * (2.0 * pi) ** (2 * k + 1) / factorial(2 * k + 1) for
 def cosine(x: Ops, turns: Value, most: int) -> Value:
     """Return cos(2 pi turns), where `turns` is between -most and most; beyond it is no cosine.
 
-    A cosine is even and repeats, so that the argument is folded: no back end needs a function of its own, and all agree.
+    A cosine is even and repeats. Where a graph is drawn, the argument is folded and a polynomial follows: no back end needs a
+    function of its own.
 
     Parameters
     ----------
@@ -29,6 +32,8 @@ def cosine(x: Ops, turns: Value, most: int) -> Value:
     >>> cosine(NumpyOps(), np.array([0.0, -0.25, 0.5, 7.0, 7.6]), most=8).round(12).tolist()
     [1.0, 0.0, -1.0, 1.0, -0.809016994375]
     """
+    if isinstance(turns, np.ndarray):
+        return np.cos(2.0 * pi * turns)
     folded, reach = x.abs(turns), 1
     while reach < most:
         reach *= 2

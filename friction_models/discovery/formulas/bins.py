@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from ...estimation.search.candidates import OPS
 from ...expressions.ops import LoadColumns
 from ...loads import LOAD_NAMES, FloatArray
 
-#: Pieces of a bin over which waves are averaged: they may turn within it.
+#: Pieces of a bin over which waves along the distance are averaged: they may turn within it.
 PIECES = 4
 #: A logarithm is tried where a load goes over this ratio.
 WIDE = 5.0
@@ -46,6 +47,7 @@ class Bins:
         self.loads = dict(zip(LOAD_NAMES, (campaign.average(c)[:, None] for c in matrix.T), strict=True))
         self._pieces(matrix)
         self._factors: dict[object, FloatArray] = {}
+        self._waves: dict[Part, FloatArray] = {}
 
     def _pieces(self, matrix: FloatArray) -> None:
         count = self.campaign.count.astype(int)
@@ -70,7 +72,7 @@ class Bins:
 
     def evaluate(self, effect: Effect, shape: Mapping[str, float]) -> FloatArray:
         """Return the basis of an effect in the bins, shape (m, 1)."""
-        wavy = any(p.form in WAVES for p in getattr(effect, "term").parts)
+        wavy = any(map(_turns, getattr(effect, "term").parts))
         loads = LoadColumns(**(self._fine if wavy else self.loads))
         values = np.asarray(effect.basis(OPS, loads, shape, EffectContext())[0])
         return self._averaged(values) if wavy else values
@@ -87,15 +89,23 @@ class Bins:
         shapes = {n: g.ravel() for n, g in zip(grids, mesh, strict=True)}
         if len(term.parts) == 1:
             rows = {n: v[None, :] for n, v in shapes.items()}
-            part = term.parts[0]
-            wavy = part.form in WAVES
-            values = curve(OPS, part, self._fine if wavy else self.loads, rows | edges)
-            return self._averaged(values) if wavy else np.asarray(values), shapes
+            return self._alone(term.parts[0], rows | edges), shapes
         product = np.ones((len(self.y), *([1] * len(grids))))
         for k, part in enumerate(term.parts, 1):
             product = product * self._factor(part, k, grids, edges)
         full = np.broadcast_to(product, (len(self.y), *(len(g) for g in grids.values())))
         return full.reshape(len(self.y), -1), shapes
+
+    def _alone(self, part: Part, p: Mapping[str, Any]) -> FloatArray:
+        """Return a curve that is a whole term; waves are kept, they take long."""
+        if part not in self._waves:
+            wavy = _turns(part)
+            values = np.asarray(curve(OPS, part, self._fine if wavy else self.loads, p))
+            values = self._averaged(values) if wavy else values
+            if part.form not in WAVES:
+                return values
+            self._waves[part] = values
+        return self._waves[part]
 
     def _factor(
         self, part: Part, k: int, grids: Mapping[str, FloatArray], edges: Mapping[str, float]
@@ -108,9 +118,13 @@ class Bins:
         if key not in self._factors:
             mesh = np.meshgrid(*(grids[n] for n in own), indexing="ij") if own else []
             rows = {n: g.ravel()[None, :] for n, g in zip(own, mesh, strict=True)}
-            wavy = part.form in WAVES
+            wavy = _turns(part)
             values = np.asarray(factor(OPS, part, k, self._fine if wavy else self.loads, rows | dict(edges)))
             self._factors[key] = self._averaged(values) if wavy else values
         shape = [len(g) if n in own else 1 for n, g in grids.items()]
         return self._factors[key].reshape(len(self.y), *shape)
 
+
+def _turns(part: Part) -> bool:
+    """Return whether a curve may turn within a bin."""
+    return part.form in WAVES and part.load == "sd"

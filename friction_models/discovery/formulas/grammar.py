@@ -45,12 +45,12 @@ def terms(
     Examples
     --------
     >>> [str(t) for t in terms(("T",))]
-    ['power(T)', 'inverse(T)', 'logarithm(T)', 'saturation(T)', 'threshold(T)', 'bump(T)', 'wave(T)', 'ripple(T)']
+    ['power(T)', 'inverse(T)', 'logarithm(T)', 'saturation(T)', 'threshold(T)', 'bump(T)', 'wave(T)']
     >>> len(terms(("v_rel", "T", "sigma_n", "sd", "psi")))
-    427
+    382
     """
     logs = [f"log_{name}" for name in logarithms if name in loads]
-    found = [f"{form}({name})" for name in loads for form in ALONE]
+    found = [f"{form}({name})" for name in loads for form in ALONE if form != "ripple" or name == "sd"]
     found += [f"{form}({name})" for name in logs for form in ALONE if form in ON_LOGARITHM]
     for a, b in combinations(loads, 2):
         found += [f"{form}({a}{way}{b})" for form in OVER_TWO for way in "*/"]

@@ -18,6 +18,8 @@ from .bins import Bins
 VISIBLE = 1e-3
 #: Terms of largest gain that are tried on unseen tests, for all tests and for each choice of them.
 TRIED, ALSO_TRIED = 24, 10
+#: Terms of largest gain from which a further one is chosen, beside all of one load.
+FURTHER = 110
 
 
 @dataclass(frozen=True)
@@ -129,14 +131,16 @@ class Scan:
         a = np.where(usable, score / np.where(usable, norm, 1.0), 0.0)
         return a * np.where(usable, score, 0.0), a, along
 
-    def promising(self, terms: Sequence[Term]) -> list[Term]:
-        """Return the terms that gain most in the tests of one of the groups."""
+    def promising(self, terms: Sequence[Term]) -> tuple[list[Term], list[Term]]:
+        """Return the terms that gain most in the tests of one of the groups, and those of which a further one may be chosen."""
         gains = np.array(
             [self._solved(self.bins.scan(t)[0], slice(self.groups))[0].max(axis=1) for t in terms]
         )
         order = np.argsort(-gains, axis=0, kind="stable")
         kept = set(order[:TRIED, 0]) | set(order[:ALSO_TRIED, 1:].ravel())
-        return [t for k, t in enumerate(terms) if k in kept and gains[k].max() > 0.0]
+        large = set(order[:FURTHER, 0])
+        further = [t for k, t in enumerate(terms) if k in large or len(t.loads) == 1]
+        return [t for k, t in enumerate(terms) if k in kept and gains[k].max() > 0.0], further
 
     def one(self, term: Term) -> Tried:
         """Return what a term leaves of the tests that each fit does not count."""

@@ -19,6 +19,7 @@ from .bins import Bins
 from .fit import fit
 from .grammar import terms
 from .offers import FormulaOffer
+from .pictures import term_curves
 from .scan import Column
 from .selection import CERTAIN, Ranked, Selection, select
 
@@ -127,7 +128,8 @@ def _offer(
     start = [{n: float(g[0]) for n, g in e.grids(bins.spans).items()} | c.shape for e, c in zip(effects, columns)]
     fitted = fit(bins, missing.whiten, effects, start)
     before = float(np.mean(missing.before))
-    size = before - min(missing.best, float(np.mean(squares)))
+    after = float(np.mean(squares))
+    size = before - min(missing.best, after)
     gain, certain = lead(missing.before, squares)
     half = float(student.ppf(0.975, len(squares) - 1)) * abs(gain) / max(abs(certain), 1e-300)
     low, share, high = (min(v / max(size, 1e-300), 1.0) for v in (gain - half, gain, gain + half))
@@ -142,4 +144,7 @@ def _offer(
         interval=(low, high),
         stability=stability,
         effects=tuple(effects),
+        rms=(before**0.5, after**0.5),
+        shapes=tuple(fitted.shapes),
+        curves=tuple(term_curves(bins, missing.whiten, effects, fitted)),
     )

@@ -21,8 +21,9 @@ from .scan import Column, Fit, Scan, Tried, folds_left_out
 MOST_TERMS = 3
 #: Resamples of whole tests.
 RESAMPLES = 12
-#: A term lowers the error by this many standard errors over the tests, and by this share of it.
-CERTAIN, LEAST_GAIN = 2.0, 0.03
+#: A term lowers the error by this many standard errors over the tests, and by this share of it; a further one by this
+#: share of what the terms before it took.
+CERTAIN, LEAST_GAIN, FURTHER_GAIN = 2.0, 0.03, 0.06
 #: A simpler term is taken if the better one leads by less than this many standard errors and this share of its gain.
 NO_LEAD, NO_GAIN = 1.0, 0.03
 
@@ -131,7 +132,8 @@ def select(
             fits += folds_left_out(g.weight, fold, k)
         drawn = range(len(fits), len(fits) + RESAMPLES)
         scan = Scan(bins, whiten, [g.chosen for g in active], [*fits, *resamples])
-        tried = [scan.one(t) for t in scan.promising(terms)]
+        promising, terms = scan.promising(terms)
+        tried = [scan.one(t) for t in promising]
         rounds.append(_ranked(scan, tried, inner[0], drawn))
         going = []
         for k, g in enumerate(active):
@@ -163,13 +165,13 @@ def _add(group: Group, found: Sequence[tuple[Column, FloatArray]]) -> bool:
     before = group.squares[-1]
     best = min(found, key=lambda f: group.error(f[1]))
     gain, certain = group.lead(before, best[1])
-    if certain < CERTAIN or gain < LEAST_GAIN * group.error(before):
+    taken = group.error(group.squares[0]) - group.error(before)
+    if certain < CERTAIN or gain < max(LEAST_GAIN * group.error(before), FURTHER_GAIN * taken):
         return False
     alike = [
         f
         for f in found
-        if f[0].term.family == best[0].term.family
-        and group.lead(f[1], best[1])[1] < NO_LEAD
+        if group.lead(f[1], best[1])[1] < NO_LEAD
         and group.error(f[1]) - group.error(best[1]) < NO_GAIN * gain
     ]
     column, squares = min([best, *alike], key=lambda f: _freedom(f[0].term))
