@@ -38,9 +38,9 @@ class Part:
         One of `ALONE` or `IN_PRODUCTS`.
     load : str
         A load, or its logarithm, ``log_v_rel``.
-    way : {"", "*", "/"}
+    way : {"", "*", "/", "+", "-"}
     other : str
-        The second load of a product or quotient; empty without one.
+        The second load of a product, quotient, sum or difference; empty without one.
     """
 
     form: str
@@ -54,7 +54,12 @@ class Part:
     @property
     def logarithmic(self) -> bool:
         """Whether the curve runs over the logarithm of its quantity."""
-        return bool(self.other) or self.load.startswith("log_")
+        return not self.added and (bool(self.other) or self.load.startswith("log_"))
+
+    @property
+    def added(self) -> bool:
+        """Whether the curve runs over a sum or difference of two quantities."""
+        return self.way in {"+", "-"}
 
 
 def load_of(name: str) -> str:
@@ -90,8 +95,8 @@ def wave(part: Part, ending: str = "") -> tuple[ShapeParameter, ShapeParameter]:
 
 def alone(part: Part) -> tuple[ShapeParameter, ...]:
     """Return the parameters of a curve that is a whole term."""
-    unit = "1" if part.logarithmic else QUANTITIES[load_of(part.load)].unit
-    width = ShapeParameter("w", unit, "width", 1e-9, 1e6, 0.3 if part.logarithmic else 50.0, points=3)
+    unit = "1" if part.logarithmic or part.added else QUANTITIES[load_of(part.load)].unit
+    width = ShapeParameter("w", unit, "width", 1e-9, 1e6, 0.3 if unit == "1" else 50.0, points=3)
     exponent = ShapeParameter("n", "1", "exponent", 0.05, 6.0, 0.5, points=4)
     own: dict[str, tuple[ShapeParameter, ...]] = {
         "power": (exponent,),
@@ -104,7 +109,8 @@ def alone(part: Part) -> tuple[ShapeParameter, ...]:
         "ripple": (*wave(part), ShapeParameter("d", unit, "range over which it fades", 1e-9, 1e6, 20.0, points=2)),
     }
     if part.other:
-        other = ShapeParameter("k", "1", f"exponent of {part.other}", 0.2, 4.0, 1.0, points=3)
+        what = "weight" if part.added else "exponent"
+        other = ShapeParameter("k", "1", f"{what} of {part.other}", 0.05, 6.0, 1.0, points=3)
         return (*own[part.form], other)
     return own[part.form]
 
@@ -118,6 +124,8 @@ def in_product(part: Part, k: int) -> tuple[ShapeParameter, ...]:
 
 def centres(part: Part, ranges: Mapping[str, tuple[float, float]], several: int) -> Sequence[float]:
     """Return scan values of the middle of a curve within the tested range."""
+    if part.added:
+        return tuple(np.linspace(0.15, 1.65, several))
     if part.other:
         return tuple(np.geomspace(0.03, 0.8, several))
     low, high = ranges[load_of(part.load)]
@@ -137,8 +145,8 @@ def wave_grid(
 def alone_grid(part: Part, ranges: Mapping[str, tuple[float, float]]) -> dict[str, Sequence[float]]:
     """Return scan values of the parameters of a curve that is a whole term."""
     low, high = ranges[load_of(part.load)]
-    rise = high - low if not part.logarithmic else 1.0
-    relative = (0.12, 0.4, 1.0) if part.logarithmic else (0.05, 0.1, 0.2)
+    rise = 1.0 if part.logarithmic or part.added else high - low
+    relative = (0.12, 0.4, 1.0) if part.logarithmic else (0.06, 0.15, 0.35) if part.added else (0.05, 0.1, 0.2)
     width = tuple(rise * r for r in relative)
     several = 7 if part.other else 12
     zero = 1.0 if part.load == "psi" else 0.0
@@ -159,7 +167,7 @@ def alone_grid(part: Part, ranges: Mapping[str, tuple[float, float]]) -> dict[st
     if part.form == "ripple":
         return wave_grid(part, ranges, waves) | {"d": (0.3 * (high - low), high - low)}
     found = every[part.form]
-    return found | ({"k": (0.5, 1.0, 2.0)} if part.other else {})
+    return found | ({"k": (0.3, 0.8, 1.6) if part.added else (0.5, 1.0, 2.0)} if part.other else {})
 
 
 def product_grid(
@@ -190,8 +198,24 @@ def _log(x: Ops, part: Part, loads: Mapping[str, Value], p: Parameters) -> Value
     return value + other if part.way == "*" else value - other
 
 
+def _along(x: Ops, name: str, loads: Mapping[str, Value], p: Parameters) -> Value:
+    """Return a load or its logarithm as 0 to 1 over the tested range."""
+    load = load_of(name)
+    if name.startswith("log_"):
+        return 1.0 + x.log(_ratio(x, name, loads, p)) / _range_of_log(load, p)
+    return (loads[load] - p[f"lo_{load}"]) / (p[f"hi_{load}"] - p[f"lo_{load}"])
+
+
+def _added(x: Ops, part: Part, loads: Mapping[str, Value], p: Parameters) -> Value:
+    """Return the sum, or difference, over which a curve runs; never negative within the tests."""
+    other = _along(x, part.other, loads, p)
+    return _along(x, part.load, loads, p) + p["k"] * (other if part.way == "+" else 1.0 - other)
+
+
 def _away(x: Ops, part: Part, centre: str, loads: Mapping[str, Value], p: Parameters) -> Value:
     """Return how far the quantity is from the centre."""
+    if part.added:
+        return _added(x, part, loads, p) - p[centre]
     load = load_of(part.load)
     if not part.logarithmic:
         return loads[load] - p[centre]
@@ -259,7 +283,7 @@ def curve_text(part: Part) -> str:
     if part.form in {"logarithm", "saturation"}:
         return f"ln(1 + {u}/c)" if part.form == "logarithm" else f"1 - exp(-{u}/c)"
     if part.other:
-        away, base = "ln(q/c)", "q"
+        away, base = "(q - c)" if part.added else "ln(q/c)", "q"
     else:
         base = share_text(part.load, closed=True)
         away = f"ln({load_of(part.load)}/c)" if part.logarithmic else f"({part.load} - c)"
@@ -280,6 +304,26 @@ def share_text(load: str, closed: bool = False) -> str:
     return f"({text})" if closed else text
 
 
+def quantity_text(part: Part) -> str:
+    """Return what `q` is."""
+    if part.added:
+        other = _along_text(part.other)
+        return f"{_along_text(part.load)} + k {other if part.way == '+' else f'(1 - {other})'}"
+    other = share_text(part.other, closed=True)
+    return f"{share_text(part.load)} {'' if part.way == '*' else '/ '}{other}^k"
+
+
+def _along_text(name: str) -> str:
+    load = load_of(name)
+    if name.startswith("log_"):
+        return f"(1 + ln({load}/hi_{load})/{_log_range_text(load)})"
+    return f"({load} - lo_{load})/(hi_{load} - lo_{load})"
+
+
+def _log_range_text(load: str) -> str:
+    return f"ln(hi_{load}/max(lo_{load}, {LEAST:g} hi_{load}))"
+
+
 def wave_text(part: Part, ending: str = "") -> str:
     """Return a wave as a formula."""
     return f"cos(2 pi (({part.load} - lo_{part.load})/l{ending} - f{ending}))"
@@ -292,7 +336,7 @@ def factor_text(part: Part, k: int) -> str:
         return share_text(load, closed=True)
     if part.form == "wave":
         return wave_text(part, f"_{k}")
-    log_range = f"ln(hi_{load}/max(lo_{load}, {LEAST:g} hi_{load}))"
+    log_range = _log_range_text(load)
     if part.form == "line":
         if part.logarithmic:
             return f"(1 + 2 ln({load}/hi_{load})/{log_range})"

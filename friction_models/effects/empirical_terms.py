@@ -27,19 +27,20 @@ from .empirical_curves import (
     in_product,
     load_of,
     product_grid,
-    share_text,
+    quantity_text,
 )
 
 #: Curves over one load, over a product or quotient of two, and in products of two curves.
 ALONE = ("power", "inverse", "logarithm", "saturation", "threshold", "bump", "wave", "ripple")
 OVER_TWO = ("power", "inverse", "threshold", "bump")
+OVER_SUMS = ("threshold", "bump")
 IN_PRODUCTS = ("line", "share", "step", "rise", "fall", "bump", "wave")
 #: Curves that may run over the logarithm of their load, and loads whose logarithm may be taken.
 ON_LOGARITHM = ("threshold", "bump", "line", "step", "rise", "fall")
 LOGARITHMS = ("v_rel", "sigma_n", "psi")
 SLOPING = "sloping_"
 
-_PART = re.compile(r"([a-z]+)\(([A-Za-z_]+)(?:([*/])([A-Za-z_]+))?\)")
+_PART = re.compile(r"([a-z]+)\(([A-Za-z_]+)(?:([*/+-])([A-Za-z_]+))?\)")
 
 
 @dataclass(frozen=True)
@@ -111,11 +112,7 @@ class Term:
     @property
     def where(self) -> str:
         """What `q` is; empty where there is none."""
-        part = self.parts[0]
-        if not part.other:
-            return ""
-        other = share_text(part.other, closed=True)
-        return f"q = {share_text(part.load)} {'' if part.way == '*' else '/ '}{other}^k"
+        return f"q = {quantity_text(self.parts[0])}" if self.parts[0].other else ""
 
     def value(self, x: Ops, loads: Mapping[str, Value], p: Parameters) -> Value:
         """Return the curve at columns of loads; `p` holds the parameters and the range of each load, ``lo_T``, ``hi_T``."""
@@ -161,7 +158,8 @@ def parse_term(text: str) -> Term:
     if str(term) == text and _sound(parts):
         return term
     raise InputError(
-        f"empirical term {text!r:.80}; allowed: {', '.join(ALONE)} of a load, {', '.join(OVER_TWO)} of T*sigma_n or T/sigma_n, and "
+        f"empirical term {text!r:.80}; allowed: {', '.join(ALONE)} of a load, {', '.join(OVER_TWO)} of T*sigma_n or T/sigma_n, "
+        f"{', '.join(OVER_SUMS)} of T+sigma_n or T-sigma_n, and "
         f"products of two of {', '.join(IN_PRODUCTS)}, of the loads {', '.join(LOAD_NAMES)}"
     )
 
@@ -171,9 +169,13 @@ def _sound(parts: Sequence[Part]) -> bool:
         return False
     for p in parts:
         names = [n for n in (p.load, p.other) if n]
-        logarithm = not p.other and load_of(p.load) in LOGARITHMS and p.form in ON_LOGARITHM
-        known = all(n in LOAD_NAMES or (logarithm and n == f"log_{load_of(n)}") for n in names)
-        forms = IN_PRODUCTS if len(parts) == 2 else OVER_TWO if p.other else ALONE
+        logarithm = (p.added or not p.other) and p.form in ON_LOGARITHM
+        known = all(
+            n in LOAD_NAMES or (logarithm and load_of(n) in LOGARITHMS and n == f"log_{load_of(n)}")
+            for n in names
+        )
+        two = OVER_SUMS if p.added else OVER_TWO
+        forms = IN_PRODUCTS if len(parts) == 2 else two if p.other else ALONE
         if not known or p.form not in forms:
             return False
         if len(parts) == 2 and p.other:

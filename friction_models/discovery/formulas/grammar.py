@@ -7,7 +7,7 @@ from functools import cache
 from itertools import combinations, permutations
 
 from ...effects.empirical_curves import load_of
-from ...effects.empirical_terms import ALONE, ON_LOGARITHM, OVER_TWO, SLOPING, Term, parse_term
+from ...effects.empirical_terms import ALONE, ON_LOGARITHM, OVER_SUMS, OVER_TWO, SLOPING, Term, parse_term
 
 #: Kinds of products of two curves; where they differ, each may be over either load.
 PRODUCTS = (
@@ -54,6 +54,8 @@ def terms(
     found += [f"{form}({name})" for name in logs for form in ALONE if form in ON_LOGARITHM]
     for a, b in combinations(loads, 2):
         found += [f"{form}({a}{way}{b})" for form in OVER_TWO for way in "*/"]
+    for a, b in _pairs([*loads, *logs], "bump", "bump"):
+        found += [f"{form}({a}{way}{b})" for form in OVER_SUMS for way in "+-"]
     for one, two in PRODUCTS:
         found += [f"{one}({a})*{two}({b})" for a, b in _pairs([*loads, *logs], one, two)]
     return tuple(parse_term((SLOPING if sloping else "") + text) for text in found)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ...effects.empirical_terms import Term
 from ...estimation.noise.noise_floor import Whitener
 from ...loads import FloatArray
-from ..unseen_tests import errors_of_tests
+from ..unseen_tests import ErrorsByTest, errors_of_tests
 from .bins import Bins
 
 #: Least share of a term, weighed by the noise, that the model must leave.
@@ -160,12 +160,12 @@ class Scan:
             residuals.append(self.bins.y[held] - known - size * C[held, best[k]])
         return Tried(term, columns, residuals)
 
-    def squares(self, fits: Sequence[int], residuals: Sequence[FloatArray]) -> FloatArray:
-        """Return the mean squared error of each test in those bins that several fits do not count; nan for other tests."""
+    def errors(self, fits: Sequence[int], residuals: Sequence[FloatArray]) -> ErrorsByTest:
+        """Return the errors of each test in those bins that several fits do not count; nan for other tests."""
         total = np.full(len(self.bins.y), np.nan)
         for k, values in zip(fits, residuals, strict=True):
             total[self.held[k]] = values
-        return errors_of_tests(self.bins.campaign, total).total
+        return errors_of_tests(self.bins.campaign, total)
 
 
 def folds_left_out(weight: FloatArray, fold: npt.NDArray[np.intp], group: int) -> list[Fit]:

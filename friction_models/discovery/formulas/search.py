@@ -84,25 +84,25 @@ def offers(missing: Missing) -> list[FormulaOffer]:
     if not found.all.chosen:
         return []
     # what was chosen from many looks too good on the tests it was chosen on: this is by how much
-    flattered = found.squares - found.all.squares[-1]
+    flattered = found.squares - found.all.errors[-1].total
     made = [_offer(missing, bins, found.all.chosen, found.squares, min(found.stability))]
     if len(found.all.chosen) > 1:
-        first = found.all.squares[1] + flattered
+        first = found.all.errors[1].total + flattered
         made.append(_offer(missing, bins, found.all.chosen[:1], first, found.stability[0]))
     made += [
-        _offer(missing, bins, [r.column], r.squares + flattered, r.stability) for r in _others(found)
+        _offer(missing, bins, [r.column], r.errors.total + flattered, r.stability) for r in _others(found)
     ]
     return [o for o in made if o.share > LEAST_SHARE and o.interval[0] > 0.0][:MOST]
 
 
 def _others(found: Selection) -> list[Ranked]:
     """Return terms with other loads or another kind of curve that are hardly worse than the first one."""
-    without, first = found.all.squares[:2]
+    without, first = (e.total for e in found.all.errors[:2])
     families = {found.all.chosen[0].term.family}
     chosen: list[Ranked] = []
     for r in found.rounds[0]:
-        near = np.mean(without - r.squares) > COMPARABLE * np.mean(without - first)
-        if r.term.family in families or not near or lead(r.squares, first)[1] > CERTAIN:
+        near = np.mean(without - r.errors.total) > COMPARABLE * np.mean(without - first)
+        if r.term.family in families or not near or lead(r.errors.total, first)[1] > CERTAIN:
             continue
         families.add(r.term.family)
         if r.stability >= LEAST_STABLE:

@@ -13,7 +13,7 @@ from ...effects.empirical_terms import Term
 from ...estimation.noise.noise_floor import Whitener
 from ...loads import FloatArray
 from ..error_budget import lead
-from ..unseen_tests import errors_of_tests
+from ..unseen_tests import ErrorsByTest, errors_of_tests
 from .bins import Bins
 from .scan import Column, Fit, Scan, Tried, folds_left_out
 
@@ -24,8 +24,10 @@ RESAMPLES = 12
 #: A term lowers the error by this many standard errors over the tests, and by this share of it; a further one by this
 #: share of what the terms before it took.
 CERTAIN, LEAST_GAIN, FURTHER_GAIN = 2.0, 0.03, 0.06
+#: It may be this certain along the tests instead.
+ALONG = 3.0
 #: A simpler term is taken if the better one leads by less than this many standard errors and this share of its gain.
-NO_LEAD, NO_GAIN = 1.0, 0.03
+NO_LEAD, NO_GAIN = 1.0, 0.02
 
 
 @dataclass(eq=False)
@@ -37,22 +39,33 @@ class Group:
     weight : ndarray, shape (tests,)
         1 for its tests.
     chosen : list of Column
-    squares : list of ndarray, shape (tests,)
-        Mean squared error of each test by fits to others, without a term, with the first one, and so on.
+    errors : list of ErrorsByTest
+        Of each test by fits to others, without a term, with the first one, and so on.
     """
 
     weight: FloatArray
     chosen: list[Column] = field(default_factory=list)
-    squares: list[FloatArray] = field(default_factory=list)
+    errors: list[ErrorsByTest] = field(default_factory=list)
 
-    def error(self, squares: FloatArray) -> float:
-        """Return the mean over its tests."""
-        return float(np.mean(squares[self.weight > 0.0]))
+    @property
+    def own(self) -> npt.NDArray[np.bool_]:
+        """Which tests are its."""
+        return self.weight > 0.0
 
-    def lead(self, worse: FloatArray, better: FloatArray) -> tuple[float, float]:
+    def error(self, errors: ErrorsByTest) -> float:
+        """Return the mean squared error over its tests."""
+        return float(np.mean(errors.total[self.own]))
+
+    def lead(self, worse: ErrorsByTest, better: ErrorsByTest) -> tuple[float, float]:
         """Return by how much an error is smaller over its tests, and by how many standard errors."""
-        own = self.weight > 0.0
-        return lead(worse[own], better[own])
+        return lead(worse.total[self.own], better.total[self.own])
+
+    def helps(self, before: ErrorsByTest, after: ErrorsByTest) -> bool:
+        """Return whether an error is smaller for certain, in all or along the tests; of fewer tests less is asked."""
+        certain = self.lead(before, after)[1]
+        along = lead(before.within[self.own], after.within[self.own])[1]
+        asked = float(np.sqrt(np.mean(self.own)))
+        return certain > asked * CERTAIN or (certain > 0.0 and along > asked * ALONG)
 
 
 @dataclass(frozen=True)
@@ -62,15 +75,15 @@ class Ranked:
     Attributes
     ----------
     column : Column
-    squares : ndarray, shape (tests,)
-        Mean squared error of each test by fits to others.
+    errors : ErrorsByTest
+        Of each test by fits to others.
     stability : float
         Share of resamples of whole tests in which a term of the same loads and kind of curve predicts the tests that were
         not drawn best.
     """
 
     column: Column
-    squares: FloatArray
+    errors: ErrorsByTest
     stability: float
 
     @property
@@ -137,10 +150,10 @@ def select(
         rounds.append(_ranked(scan, tried, inner[0], drawn))
         going = []
         for k, g in enumerate(active):
-            if not g.squares:
-                g.squares.append(scan.squares(inner[k], [scan.without(f) for f in inner[k]]))
+            if not g.errors:
+                g.errors.append(scan.errors(inner[k], [scan.without(f) for f in inner[k]]))
             found = [
-                (t.columns[k], scan.squares(inner[k], [t.residuals[f] for f in inner[k]]))
+                (t.columns[k], scan.errors(inner[k], [t.residuals[f] for f in inner[k]]))
                 for t in tried
                 if t.columns[k] is not None
             ]
@@ -156,17 +169,17 @@ def select(
     return Selection(groups[0], rounds, stability, errors_of_tests(bins.campaign, residual).total)
 
 
-def _add(group: Group, found: Sequence[tuple[Column, FloatArray]]) -> bool:
+def _add(group: Group, found: Sequence[tuple[Column, ErrorsByTest]]) -> bool:
     """Add the term that predicts unseen tests best; return whether one does better than none."""
     held = {c.term for c in group.chosen}
     found = [f for f in found if f[0].term not in held]
     if not found:
         return False
-    before = group.squares[-1]
+    before = group.errors[-1]
     best = min(found, key=lambda f: group.error(f[1]))
-    gain, certain = group.lead(before, best[1])
-    taken = group.error(group.squares[0]) - group.error(before)
-    if certain < CERTAIN or gain < max(LEAST_GAIN * group.error(before), FURTHER_GAIN * taken):
+    gain = group.lead(before, best[1])[0]
+    taken = group.error(group.errors[0]) - group.error(before)
+    if not group.helps(before, best[1]) or gain < max(LEAST_GAIN * group.error(before), FURTHER_GAIN * taken):
         return False
     alike = [
         f
@@ -174,9 +187,9 @@ def _add(group: Group, found: Sequence[tuple[Column, FloatArray]]) -> bool:
         if group.lead(f[1], best[1])[1] < NO_LEAD
         and group.error(f[1]) - group.error(best[1]) < NO_GAIN * gain
     ]
-    column, squares = min([best, *alike], key=lambda f: _freedom(f[0].term))
+    column, errors = min([best, *alike], key=lambda f: _freedom(f[0].term))
     group.chosen.append(column)
-    group.squares.append(squares)
+    group.errors.append(errors)
     return True
 
 
@@ -188,14 +201,14 @@ def _ranked(scan: Scan, tried: Sequence[Tried], inner: range, drawn: range) -> l
     """Return the terms of a round for all tests, the smallest error on unseen tests first."""
     if not tried:
         return []
-    left = np.array([[np.nanmean(scan.squares([f], [t.residuals[f]])) for f in drawn] for t in tried])
+    left = np.array([[np.nanmean(scan.errors([f], [t.residuals[f]]).total) for f in drawn] for t in tried])
     first = [tried[k].term.family for k in np.argmin(left, axis=0)]
     found = [
-        Ranked(c, scan.squares(inner, [t.residuals[f] for f in inner]), first.count(t.term.family) / len(first))
+        Ranked(c, scan.errors(inner, [t.residuals[f] for f in inner]), first.count(t.term.family) / len(first))
         for t in tried
         if (c := t.columns[0]) is not None
     ]
-    return sorted(found, key=lambda r: float(np.mean(r.squares)))
+    return sorted(found, key=lambda r: float(np.mean(r.errors.total)))
 
 
 def _stability_of(ranked: Sequence[Ranked], term: Term) -> float:
