@@ -24,7 +24,16 @@ THIRDS, UNSEEN = 3, 2
 #: Rounds of the forms of `benchmarks.discovery`: each form twice.
 SEEDS = 6
 #: Noise of the laws of `laws`: each law under two recipes.
-RECIPES = ("plain", "skewed", "heteroscedastic", "quantised", "half_tests", "unbalanced", "mains_hum", "random_walk")
+RECIPES = (
+    "plain",
+    "skewed",
+    "heteroscedastic",
+    "quantised",
+    "half_tests",
+    "unbalanced",
+    "mains_hum",
+    "random_walk",
+)
 SEED = 71_000
 
 

@@ -106,7 +106,10 @@ def alone(part: Part) -> tuple[ShapeParameter, ...]:
         "threshold": (centre("c", part), width),
         "bump": (centre("c", part), width),
         "wave": wave(part),
-        "ripple": (*wave(part), ShapeParameter("d", unit, "range over which it fades", 1e-9, 1e6, 20.0, points=2)),
+        "ripple": (
+            *wave(part),
+            ShapeParameter("d", unit, "range over which it fades", 1e-9, 1e6, 20.0, points=2),
+        ),
     }
     if part.other:
         what = "weight" if part.added else "exponent"
@@ -146,7 +149,9 @@ def alone_grid(part: Part, ranges: Mapping[str, tuple[float, float]]) -> dict[st
     """Return scan values of the parameters of a curve that is a whole term."""
     low, high = ranges[load_of(part.load)]
     rise = 1.0 if part.logarithmic or part.added else high - low
-    relative = (0.12, 0.4, 1.0) if part.logarithmic else (0.06, 0.15, 0.35) if part.added else (0.05, 0.1, 0.2)
+    relative = (
+        (0.12, 0.4, 1.0) if part.logarithmic else (0.06, 0.15, 0.35) if part.added else (0.05, 0.1, 0.2)
+    )
     width = tuple(rise * r for r in relative)
     several = 7 if part.other else 12
     zero = 1.0 if part.load == "psi" else 0.0

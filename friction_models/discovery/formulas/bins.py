@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ...effects.base import Effect, EffectContext
+from ...effects.base import EffectContext
+from ...effects.empirical import Empirical
 from ...effects.empirical_curves import Part, curve, factor
 from ...effects.empirical_terms import Term
 from ...estimation.campaign.binning import Campaign
@@ -70,9 +71,9 @@ class Bins:
         spans = {n: self.spans[f"range of {n}"] for n in ("v_rel", "sigma_n", "psi")}
         return tuple(n for n, (low, high) in spans.items() if high > WIDE * low)
 
-    def evaluate(self, effect: Effect, shape: Mapping[str, float]) -> FloatArray:
+    def evaluate(self, effect: Empirical, shape: Mapping[str, float]) -> FloatArray:
         """Return the basis of an effect in the bins, shape (m, 1)."""
-        wavy = any(map(_turns, getattr(effect, "term").parts))
+        wavy = any(map(_turns, effect.term.parts))
         loads = LoadColumns(**(self._fine if wavy else self.loads))
         values = np.asarray(effect.basis(OPS, loads, shape, EffectContext())[0])
         return self._averaged(values) if wavy else values

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from ...effects.base import Effect
+from ...effects.empirical import Empirical
 from ...loads import FloatArray
 from .bins import Bins
 
@@ -34,7 +34,9 @@ class Fitted:
     amplitudes: FloatArray
 
 
-def fit(bins: Bins, weigh: Weigh, effects: Sequence[Effect], start: Sequence[Mapping[str, float]]) -> Fitted:
+def fit(
+    bins: Bins, weigh: Weigh, effects: Sequence[Empirical], start: Sequence[Mapping[str, float]]
+) -> Fitted:
     """Fit terms beside the model, from scan values on.
 
     Parameters
@@ -53,7 +55,7 @@ def fit(bins: Bins, weigh: Weigh, effects: Sequence[Effect], start: Sequence[Map
 
 class _Problem:
     def __init__(
-        self, bins: Bins, weigh: Weigh, effects: Sequence[Effect], start: Sequence[Mapping[str, float]]
+        self, bins: Bins, weigh: Weigh, effects: Sequence[Empirical], start: Sequence[Mapping[str, float]]
     ) -> None:
         self.bins, self.weigh, self.effects, self.start = bins, weigh, effects, start
         self.free = [(k, s) for k, e in enumerate(effects) for s in e.free_shapes]

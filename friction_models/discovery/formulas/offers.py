@@ -78,7 +78,9 @@ def offer_lines(offers: Sequence[FormulaOffer]) -> list[str]:
         low, high = o.interval
         lines.append(
             f"  {o.name}: rms error on unseen tests {o.rms[0]:.4f} -> {o.rms[1]:.4f}; {o.share:.0%} ({100 * low:.0f} to {high:.0%}) "
-            f"of what is known to be avoidable of its square; first in {o.stability:.0%} of resamples".replace("%", " %")
+            f"of what is known to be avoidable of its square; first in {o.stability:.0%} of resamples".replace(
+                "%", " %"
+            )
         )
         lines.append(f"    {o.equation}")
     return lines

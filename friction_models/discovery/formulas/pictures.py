@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import t as student
 
-from ...effects.base import Effect, EffectContext
+from ...effects.base import EffectContext
+from ...effects.empirical import Empirical
 from ...estimation.search.candidates import OPS
 from ...expressions.ops import LoadColumns
 from ...loads import LOAD_NAMES, FloatArray
@@ -46,7 +47,7 @@ class TermCurve:
     high: FloatArray
 
 
-def term_curves(bins: Bins, weigh: Weigh, effects: Sequence[Effect], fitted: Fitted) -> list[TermCurve]:
+def term_curves(bins: Bins, weigh: Weigh, effects: Sequence[Empirical], fitted: Fitted) -> list[TermCurve]:
     """Return the curves of fitted terms.
 
     Parameters
@@ -76,7 +77,7 @@ def term_curves(bins: Bins, weigh: Weigh, effects: Sequence[Effect], fitted: Fit
             loads = LoadColumns(**held)
 
             def along(
-                shapes: Shapes, k: int = k, effect: Effect = effect, loads: LoadColumns = loads
+                shapes: Shapes, k: int = k, effect: Empirical = effect, loads: LoadColumns = loads
             ) -> FloatArray:
                 column = np.zeros((PLACES, len(effects)))
                 column[:, k] = effect.basis(OPS, loads, shapes[k], EffectContext())[0][:, 0]
@@ -91,7 +92,7 @@ def term_curves(bins: Bins, weigh: Weigh, effects: Sequence[Effect], fitted: Fit
 
 
 def _slopes(
-    effects: Sequence[Effect], fitted: Fitted, columns: Callable[[Shapes], FloatArray]
+    effects: Sequence[Empirical], fitted: Fitted, columns: Callable[[Shapes], FloatArray]
 ) -> FloatArray:
     """Return derivatives by the amplitudes and the logarithms of the free shape parameters, one column each."""
     found = [columns(fitted.shapes)]
@@ -107,7 +108,11 @@ def _slopes(
 
 
 def _covariance(
-    bins: Bins, weigh: Weigh, effects: Sequence[Effect], fitted: Fitted, in_bins: Callable[[Shapes], FloatArray]
+    bins: Bins,
+    weigh: Weigh,
+    effects: Sequence[Empirical],
+    fitted: Fitted,
+    in_bins: Callable[[Shapes], FloatArray],
 ) -> FloatArray:
     """Return the covariance of amplitudes and shape parameters by the scatter of whole tests (sandwich estimate)."""
     J = np.column_stack([weigh(bins.columns), weigh(_slopes(effects, fitted, in_bins))])

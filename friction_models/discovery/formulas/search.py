@@ -125,7 +125,9 @@ def _offer(
     stability : float
     """
     effects = [empirical_effect(str(c.term))() for c in columns]
-    start = [{n: float(g[0]) for n, g in e.grids(bins.spans).items()} | c.shape for e, c in zip(effects, columns)]
+    start = [
+        {n: float(g[0]) for n, g in e.grids(bins.spans).items()} | c.shape for e, c in zip(effects, columns)
+    ]
     fitted = fit(bins, missing.whiten, effects, start)
     before = float(np.mean(missing.before))
     after = float(np.mean(squares))

@@ -204,7 +204,9 @@ def _ranked(scan: Scan, tried: Sequence[Tried], inner: range, drawn: range) -> l
     left = np.array([[np.nanmean(scan.errors([f], [t.residuals[f]]).total) for f in drawn] for t in tried])
     first = [tried[k].term.family for k in np.argmin(left, axis=0)]
     found = [
-        Ranked(c, scan.errors(inner, [t.residuals[f] for f in inner]), first.count(t.term.family) / len(first))
+        Ranked(
+            c, scan.errors(inner, [t.residuals[f] for f in inner]), first.count(t.term.family) / len(first)
+        )
         for t in tried
         if (c := t.columns[0]) is not None
     ]

@@ -39,6 +39,8 @@ HIDDEN: dict[str, Hidden] = {
     ),
 }
 SCATTER = 0.003
+#: No load is below.
+FLOOR = (0.0, -20.0, 0.0, 0.0, 1.0)
 
 
 def hiding(shape: Hidden | None, seed: int, tests: int = 96, strength: float = 2.5) -> pd.DataFrame:
@@ -112,6 +114,13 @@ def test_a_diagnosis_offers_and_adds_nothing(resonance: pd.DataFrame) -> None:
     assert found.verdict == "unknown_structure" and found.effects == [] and found.parameters == {}
     first = found.formulas[0]
     assert first.name == "empirical:bump(T)" and first.share > 0.7 and first.stability > 0.6
+    assert first.rms[1] < 0.8 * first.rms[0]
+    (curve,) = first.curves
+    true = np.exp(-(((curve.x - 160.0) / 45.0) ** 2))
+    true = 2.5 * SCATTER * (true - true.mean()) / np.std(np.exp(-(((resonance["T"] - 160.0) / 45.0) ** 2)))
+    slope = np.polynomial.Polynomial.fit(curve.x, true, 1)  # the straight part belongs to the model
+    off = np.abs(true - slope(curve.x) - curve.y)
+    assert np.max(off) < 0.004 and np.mean(off < curve.high - curve.y) > 0.6
     assert "fade(T)" in first.equation and " c" not in first.equation.split("[")[1]
     text = found.report()
     assert "not added: refine --add" in text and "empirical:bump(T)" in text
@@ -130,7 +139,15 @@ def test_other_verdicts_offer_nothing(resonance: pd.DataFrame) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["empirical:bump(T)", "empirical:threshold(T*sigma_n)", "empirical:line(v_rel)*step(psi)"]
+    "name",
+    [
+        "empirical:bump(T)",
+        "empirical:threshold(T*sigma_n)",
+        "empirical:line(v_rel)*step(psi)",
+        "empirical:wave(T)*wave(psi)",
+        "empirical:bump(T-log_v_rel)",
+        "empirical:share(sigma_n)*fall(log_v_rel)",
+    ],
 )
 def test_outside_of_the_tests_the_model_is_its_base_and_files_repeat_it(
     name: str, resonance: pd.DataFrame, tmp_path: Path
@@ -143,8 +160,14 @@ def test_outside_of_the_tests_the_model_is_its_base_and_files_repeat_it(
     # the straight part of the term belongs to the base: inside, both differ, and by what is curved only
     inside = rng.uniform(low, high, (200, 5))
     outside = inside.copy()
-    column = LOAD_NAMES.index(model.effects_[0].driver[0])
-    outside[:, column] = high[column] + (high - low)[column] * rng.uniform(0.101, 3.0, 200)
+    columns = [LOAD_NAMES.index(n) for n in model.effects_[0].driver]
+    # one load of the term is beyond the tests, on either side; the others are anywhere
+    for row in outside:
+        column = rng.choice(columns)
+        beyond = (high - low)[column] * rng.uniform(0.101, 3.0)
+        below = low[column] - beyond
+        row[column] = below if below > FLOOR[column] and rng.random() < 0.5 else high[column] + beyond
+    column = columns[0]
     base = np.maximum(model.base_.predict(outside), 0.0)
     assert np.array_equal(model.predict(outside), base)
     assert np.max(np.abs(model.predict(inside) - model.base_.predict(inside))) > 1e-5
