@@ -121,12 +121,13 @@ def test_a_diagnosis_offers_and_adds_nothing(resonance: pd.DataFrame) -> None:
     slope = np.polynomial.Polynomial.fit(curve.x, true, 1)  # the straight part belongs to the model
     off = np.abs(true - slope(curve.x) - curve.y)
     assert np.max(off) < 0.004 and np.mean(off < curve.high - curve.y) > 0.6
-    assert "fade(T)" in first.equation and " c" not in first.equation.split("[")[1]
+    assert "fade(loads)" in first.equation and " c" not in first.equation.split("[")[1]
     text = found.report()
     assert "not added: refine --add" in text and "empirical:bump(T)" in text
     assert "formulas" not in found.to_dict()
     page = diagnosis_page(found, "linear")
     assert "<h3>Empirical terms</h3>" in page and "empirical:bump(T)" in page
+    assert 'id="chart-term-0"' in page and "fade(loads)" in page
     better = refine(resonance, add=list(first.effects))
     assert better.error_history_[-1]["after"]["rmse"] < 0.8 * better.error_history_[-1]["before"]["rmse"]
 
@@ -160,14 +161,13 @@ def test_outside_of_the_tests_the_model_is_its_base_and_files_repeat_it(
     # the straight part of the term belongs to the base: inside, both differ, and by what is curved only
     inside = rng.uniform(low, high, (200, 5))
     outside = inside.copy()
-    columns = [LOAD_NAMES.index(n) for n in model.effects_[0].driver]
-    # one load of the term is beyond the tests, on either side; the others are anywhere
+    # one load is beyond the tests, of the term or not, on either side; the others are anywhere within
     for row in outside:
-        column = rng.choice(columns)
+        column = rng.integers(5)
         beyond = (high - low)[column] * rng.uniform(0.101, 3.0)
         below = low[column] - beyond
         row[column] = below if below > FLOOR[column] and rng.random() < 0.5 else high[column] + beyond
-    column = columns[0]
+    column = LOAD_NAMES.index(model.effects_[0].driver[0])
     base = np.maximum(model.base_.predict(outside), 0.0)
     assert np.array_equal(model.predict(outside), base)
     assert np.max(np.abs(model.predict(inside) - model.base_.predict(inside))) > 1e-5
