@@ -1,4 +1,4 @@
-"""``python -m benchmarks.formulas [--part K OF] [-o FILE]``: run all cases or each OF-th, print the tables."""
+"""``python -m benchmarks.formulas [--unseen] [--part K OF] [-o FILE]``: run all cases or some, print the tables."""
 
 from __future__ import annotations
 
@@ -19,10 +19,11 @@ def main() -> None:
     parser.add_argument(
         "--part", nargs=2, type=int, metavar=("K", "OF"), help="only each OF-th case from K on"
     )
+    parser.add_argument("--unseen", action="store_true", help="only the cases that were left alone")
     parser.add_argument("--folder", type=Path, default=Path("build/benchmarks/formulas"))
     parser.add_argument("-o", "--out", type=Path, help="write the section here instead of printing it")
     given = parser.parse_args()
-    chosen = list(cases())
+    chosen = [case for case in cases() if case.unseen or not given.unseen]
     if given.part:
         chosen = chosen[given.part[0] :: given.part[1]]
     found = summary(run_all(given.folder, chosen, lambda key: print(key, flush=True)))

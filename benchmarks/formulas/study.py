@@ -138,7 +138,8 @@ def _text(results: Sequence[dict[str, Any]], asked: Sequence[dict[str, Any]]) ->
     high = sum(r["promised"] > removed(r) + 0.1 for r in offered)
     outside = max((r["outside"] for r in results), default=0.0)
     return (
-        f"{len(results)} synthetic campaigns that hide a law outside the catalogue: the forms of `benchmarks/discovery`, the laws of "
+        f"{len(results)} synthetic campaigns{' (those that were left alone)' if all(r['unseen'] for r in results) else ''} "
+        "that hide a law outside the catalogue: the forms of `benchmarks/discovery`, the laws of "
         f"`benchmarks/literature`, and {len(LAWS)} further laws from physics. `diagnose` answers, `refine` adds what it names and the first "
         "of the terms that it offers, and the model predicts held-out tests. Removed: of the squared error there that a linear law "
         "leaves, less what a fit with the true form leaves. "

@@ -16,9 +16,11 @@ from fmus import pack, read_friction_fmu
 from friction_models import LinearFriction, OnnxModel, TriboLoads, load_model
 from friction_models.common import InputError
 from friction_models.discovery import diagnose, refine
+from friction_models.discovery.formulas import selection
+from friction_models.discovery.formulas.bins import Bins
 from friction_models.discovery.formulas.grammar import terms
 from friction_models.discovery.formulas.search import Missing, offers
-from friction_models.discovery.unseen_tests import UnseenTests
+from friction_models.discovery.unseen_tests import UnseenTests, folds_of_tests
 from friction_models.effects import CATALOGUE, EffectContext, known_effect, make_effect
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.search.base_law import base_law
@@ -37,6 +39,10 @@ HIDDEN: dict[str, Hidden] = {
     "threshold in temperature times pressure": lambda d: (
         0.5 + np.arctan((d["T"] * d.sigma_n / 3e5 - 1) / 0.2) / np.pi
     ),
+    "peak in temperature that moves with speed": lambda d: (
+        1.0 / np.cosh((d["T"] - 150.0 - 30.0 * np.log(d.v_rel / 100.0)) / 35.0)
+    ),
+    "waves along the distance": lambda d: np.sin(2.0 * np.pi * d.sd / (0.31 * d.sd.max()) + 1.0),
 }
 SCATTER = 0.003
 #: No load is below.
@@ -84,24 +90,41 @@ def removed(data: pd.DataFrame, effects: Any, train: np.ndarray) -> float:
     return (base - error(ComposedFriction(LinearFriction(), list(effects)), 0.0 * part)) / (base - true)
 
 
-@pytest.mark.parametrize("name", list(HIDDEN))
-def test_an_offer_removes_most_of_what_could_be_avoided_on_held_out_tests(name: str) -> None:
-    shares = []
-    for seed in range(4):
-        data = hiding(HIDDEN[name], seed)
+def test_an_offer_removes_most_of_what_could_be_avoided_on_held_out_tests() -> None:
+    shares = {}
+    for seed, (name, shape) in enumerate(HIDDEN.items()):
+        data = hiding(shape, seed)
         train = data["test_id"].rank(method="dense").to_numpy() % 4 != 0
         found = offered(data[train])
-        shares.append(removed(data, found[0].effects, train) if found else 0.0)
-        if found:
-            first = found[0]
-            low, high = first.interval
-            assert low <= first.share <= high <= 1.0 and 0.0 <= first.stability <= 1.0 and len(found) <= 3
-    assert np.mean(np.array(shares) >= 0.8) >= 0.7, shares
+        assert len(found) <= 3
+        for offer in found:
+            low, high = offer.interval
+            assert low <= offer.share <= high <= 1.0 and 0.0 <= offer.stability <= 1.0
+        shares[name] = removed(data, found[0].effects, train) if found else 0.0
+    assert np.mean(np.array(list(shares.values())) >= 0.8) >= 0.7, shares
 
 
 def test_noise_is_offered_no_formula() -> None:
-    false = sum(bool(offered(hiding(None, seed))) for seed in range(4))
-    assert false <= 1
+    assert not any(offered(hiding(None, seed)) for seed in range(2))
+
+
+def test_the_promised_error_does_not_know_the_tests_it_is_judged_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Noise: the best of many terms looks good on the tests it was chosen on, and is not where it was chosen without them."""
+    monkeypatch.setattr(selection, "CERTAIN", -9.0)
+    monkeypatch.setattr(selection, "LEAST_GAIN", -9.0)
+    monkeypatch.setattr(selection, "MOST_TERMS", 1)
+    seen, unseen = [], []
+    for seed in range(2):
+        data = hiding(None, seed, tests=48)
+        campaign = prepare(data)
+        found = search(campaign, base_law(LinearFriction(), campaign), None, [], 0)
+        fold = folds_of_tests(len(campaign.tests), 0)
+        bins = Bins(campaign, found.columns, found.y)
+        chosen = selection.select(bins, found.whiten, fold, terms(LOAD_NAMES), 0)
+        before = np.mean(chosen.all.errors[0].total)
+        seen.append(np.mean(chosen.all.errors[1].total) / before)
+        unseen.append(np.mean(chosen.squares) / before)
+    assert np.mean(seen) < 0.97 and np.mean(unseen) > 0.99, (seen, unseen)
 
 
 @pytest.fixture(scope="module")
