@@ -47,7 +47,7 @@ def terms(
     >>> [str(t) for t in terms(("T",))]
     ['power(T)', 'inverse(T)', 'logarithm(T)', 'saturation(T)', 'threshold(T)', 'bump(T)', 'wave(T)']
     >>> len(terms(("v_rel", "T", "sigma_n", "sd", "psi")))
-    382
+    438
     """
     logs = [f"log_{name}" for name in logarithms if name in loads]
     found = [f"{form}({name})" for name in loads for form in ALONE if form != "ripple" or name == "sd"]
