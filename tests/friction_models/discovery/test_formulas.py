@@ -124,7 +124,7 @@ def test_the_promised_error_does_not_know_the_tests_it_is_judged_on(monkeypatch:
         before = np.mean(chosen.all.errors[0].total)
         seen.append(np.mean(chosen.all.errors[1].total) / before)
         unseen.append(np.mean(chosen.squares) / before)
-    assert np.mean(seen) < 0.97 and np.mean(unseen) > 0.99, (seen, unseen)
+    assert np.mean(seen) < 0.85 and np.mean(unseen) > 0.93, (seen, unseen)
 
 
 @pytest.fixture(scope="module")
