@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +20,7 @@ from .metadata import for_laws, test_table
 from .noise import RECIPES, Levels, Recipe, draw_levels, measure, physical
 from .oracle import fit_predict
 from .profiles import Profiles, profiles
-from .registry import get
+from .registry import REGISTER
 
 Array = NDArray[np.float64]
 
@@ -122,13 +123,15 @@ def _amplitudes(laws: list[Law], run: Run, loads: Profiles, wanted: list[float],
     return [scale.amplitude(s, loads, run.T, w, cap) for s, w in zip(run.shapes, wanted, strict=True)]
 
 
-def make(case: Case) -> Campaign:
+def make(case: Case, among: Mapping[str, Law] = REGISTER) -> Campaign:
     """Make the campaign of a case.
 
     Parameters
     ----------
     case : Case
         What to make; equal cases give equal campaigns.
+    among : mapping of str to Law
+        Where the laws of the case stand; those of this package by default.
 
     Returns
     -------
@@ -142,7 +145,7 @@ def make(case: Case) -> Campaign:
     """
     rng = np.random.default_rng(case.seed)
     domain, recipe = DOMAINS[case.domain], RECIPES[case.recipe]
-    laws = [get(key) for key in case.laws]
+    laws = [among[key] for key in case.laws]
     table = test_table(_plan(case, domain, recipe, laws, rng), rng)
     loads = profiles(table, domain, rng)
     base, levels = draw_base(domain, rng), draw_levels(rng, domain.size)

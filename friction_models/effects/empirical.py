@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
-from ..loads import FloatArray
-from ..loads.contract import QUANTITIES, with_unit
+from ..loads import LOAD_NAMES, FloatArray
+from ..loads.contract import QUANTITIES
 from .base import Amplitude, Effect, EffectContext, ShapeParameter, Spans
 from .empirical_terms import Term, parse_term
 
@@ -27,7 +27,7 @@ class Empirical(Effect):
     """A term of the grammar of `empirical_terms`; `empirical_effect` makes the class of one term.
 
     It adds ``a fade (f - trend)``. ``trend`` is the straight line (or plane) through the curve f over the tested ranges: that part
-    belongs to the model. ``fade`` is 1 within the tested range of every load of f, and falls to 0 within a tenth of the range
+    belongs to the model. ``fade`` is 1 within the tested range of every load, of f or not, and falls to 0 within a tenth of the range
     beyond it. So the model is its base outside of what was tested. A name that starts with ``sloping_`` keeps the slope of the
     curve in the term and leaves only the mean to the model: that is for a constant base.
     """
@@ -41,7 +41,7 @@ class Empirical(Effect):
 
     def grids(self, spans: Spans) -> dict[str, FloatArray]:
         """Return the scan values, and as the edges of the fade the ranges of the data."""
-        ranges = {n: _range(spans, n) for n in self.term.loads}
+        ranges = {n: _range(spans, n) for n in LOAD_NAMES}
         found = {n: np.asarray(v, dtype=np.float64) for n, v in self.term.grids(ranges).items()}
         for name, (low, high) in ranges.items():
             found |= {f"lo_{name}": np.array([low]), f"hi_{name}": np.array([high])}
@@ -50,6 +50,12 @@ class Empirical(Effect):
     def limits(self, shape: ShapeParameter, values: FloatArray) -> tuple[float, float]:
         """Return as for any effect; the middle of a curve stays within the tests, where they show it."""
         low, high = super().limits(shape, values)
+        if shape.name.startswith("f"):
+            return shape.lower, shape.upper
+        if shape.name == "w" and len(self.term.parts) > 1:
+            return shape.lower, high
+        if shape.name.startswith("l"):
+            return 0.7 * float(values.min()), 1.5 * float(values.max())
         if not shape.name.startswith("c"):
             return low, high
         least, most = float(values.min()), float(values.max())
@@ -64,8 +70,9 @@ class Empirical(Effect):
         value = self.term.value(x, loads, p) - mean
         for name, slope in slopes.items():
             value = value - slope * _place(loads[name], name, p)
-        for name, column in loads.items():
-            value = value * _fade(x, column, name, p)
+        for name in LOAD_NAMES:
+            if f"lo_{name}" in p:
+                value = value * _fade(x, getattr(L, name), name, p)
         return (value,)
 
     def _trend(self, p: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
@@ -123,7 +130,7 @@ def empirical_effect(term: str) -> type[Empirical]:
     >>> from friction_models.effects import EffectContext, make_effect
     >>> effect = make_effect("empirical:bump(T)")
     >>> effect.equation
-    'mu += a fade(T) [exp(-((T - c)/w)^2/2) - trend]'
+    'mu += a fade(loads) [exp(-((T - c)/w)^2/2) - trend]'
     >>> T = np.array([[150.0], [300.0], [400.0]])
     >>> L = LoadColumns(0 * T, T, 0 * T, 0 * T, 1 + 0 * T)
     >>> p = {"c": 150.0, "w": 30.0, "lo_T": 20.0, "hi_T": 300.0}
@@ -133,7 +140,7 @@ def empirical_effect(term: str) -> type[Empirical]:
     made = parse_term(term)
     names = made.loads
     edges = []
-    for n in names:
+    for n in LOAD_NAMES:
         q = QUANTITIES[n]
         edges += [
             ShapeParameter(
@@ -150,10 +157,10 @@ def empirical_effect(term: str) -> type[Empirical]:
         "title": f"empirical term, no law: {term}",
         "label": f"Empirical term {term}",
         "sentence": f"an empirical term over {over} describes what the tests show, without a law behind it",
-        "equation": f"mu += a fade({', '.join(names)}) [{made.formula} - {'mean' if made.sloping else 'trend'}]"
+        "equation": f"mu += a fade(loads) [{made.formula} - {'mean' if made.sloping else 'trend'}]"
         + (f", {made.where}" if made.where else ""),
         "latex": _latex(made),
-        "where_it_shows": f"within the tested range of {over}; beyond it, the term fades to nothing",
+        "where_it_shows": f"over {over}, within the tested range of all loads; beyond it, the term fades to nothing",
         "driver": names,
         "needs": names,
         "shapes": (*made.parameters, *edges),
@@ -180,7 +187,7 @@ def numbered(effect: Effect, values: Mapping[str, float]) -> str:
     Examples
     --------
     >>> numbered(empirical_effect("bump(T)")(), {"a": 0.012, "c": 150.0, "w": 30.0})
-    'mu += 0.012 fade(T) [exp(-((T - 150)/30)^2/2) - trend]'
+    'mu += 0.012 fade(loads) [exp(-((T - 150)/30)^2/2) - trend]'
     """
     names = sorted(values, key=len, reverse=True)
     if not names:
@@ -191,13 +198,12 @@ def numbered(effect: Effect, values: Mapping[str, float]) -> str:
 
 def _start(name: str) -> tuple[float, float]:
     low = {"T": 20.0, "psi": 1.0}.get(name, 0.0)
-    return low, low + 2.0 * max(QUANTITIES[name].nominal - low, 0.0)
+    return low, low + max(2.0 * (QUANTITIES[name].nominal - low), 1.0)
 
 
 def _latex(term: Term) -> str:
-    inside = ", ".join(with_unit(n).split(" ")[0].replace("_", r"\_") for n in term.loads)
     shown = "*".join(map(str, term.parts)).replace("_", r"\_")
-    return rf"\mu \mathrel{{+}}= a\,w(\mathrm{{{inside}}})\left[\mathrm{{{shown}}} - \mathrm{{trend}}\right]"
+    return rf"\mu \mathrel{{+}}= a\,w\left[\mathrm{{{shown}}} - \mathrm{{trend}}\right]"
 
 
 def _made(name: str, fixed: Mapping[str, float]) -> Empirical:

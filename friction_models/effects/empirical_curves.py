@@ -9,15 +9,21 @@ from typing import Any
 import numpy as np
 
 from ..expressions.ops import Ops, Value
+from ..expressions.periodic import cosine
 from ..loads.contract import QUANTITIES
 from .base import ShapeParameter
 
 #: A load below this share of its largest value counts as that share where its logarithm or power is taken.
 LEAST = 0.01
-#: Logarithm of what lies between; the scale of ``log_v_rel``.
-DECADES = float(-np.log(LEAST))
+#: Beyond this share of the tested range a wave keeps its value: the term has faded there.
+KEPT = 0.2
+#: Most waves over the tested range, and what a cosine that is a little longer than the range goes through.
+MOST_WAVES, MOST_TURNS = 12.0, 32
 #: Largest values below this count as this.
 SMALL = 1e-6
+
+#: Curves of a product that have no parameters.
+STRAIGHT = ("line", "share")
 
 Parameters = Mapping[str, Any]
 
@@ -31,10 +37,10 @@ class Part:
     form : str
         One of `ALONE` or `IN_PRODUCTS`.
     load : str
-        A load, or ``log_v_rel``.
-    way : {"", "*", "/"}
+        A load, or its logarithm, ``log_v_rel``.
+    way : {"", "*", "/", "+", "-"}
     other : str
-        The second load of a product or quotient; empty without one.
+        The second load of a product, quotient, sum or difference; empty without one.
     """
 
     form: str
@@ -48,7 +54,12 @@ class Part:
     @property
     def logarithmic(self) -> bool:
         """Whether the curve runs over the logarithm of its quantity."""
-        return bool(self.other) or self.load.startswith("log_")
+        return not self.added and (bool(self.other) or self.load.startswith("log_"))
+
+    @property
+    def added(self) -> bool:
+        """Whether the curve runs over a sum or difference of two quantities."""
+        return self.way in {"+", "-"}
 
 
 def load_of(name: str) -> str:
@@ -73,26 +84,51 @@ def centre(name: str, part: Part) -> ShapeParameter:
     return ShapeParameter(name, unit, f"place in {part.load}", 1e-9, 1e6, start, points=8)
 
 
+def wave(part: Part, ending: str = "") -> tuple[ShapeParameter, ShapeParameter]:
+    """Return length and phase of a wave."""
+    unit = QUANTITIES[load_of(part.load)].unit
+    return (
+        ShapeParameter(f"l{ending}", unit, f"wave length in {part.load}", 1e-9, 1e6, 10.0, points=17),
+        ShapeParameter(f"f{ending}", "1", "phase, as a share of a wave", 0.05, 0.95, 0.5, points=4),
+    )
+
+
 def alone(part: Part) -> tuple[ShapeParameter, ...]:
     """Return the parameters of a curve that is a whole term."""
-    unit = "1" if part.logarithmic else QUANTITIES[load_of(part.load)].unit
-    width = ShapeParameter("w", unit, "width", 1e-9, 1e6, 0.3 if part.logarithmic else 50.0, points=3)
+    unit = "1" if part.logarithmic or part.added else QUANTITIES[load_of(part.load)].unit
+    width = ShapeParameter("w", unit, "width", 1e-9, 1e6, 0.3 if unit == "1" else 50.0, points=3)
     exponent = ShapeParameter("n", "1", "exponent", 0.05, 6.0, 0.5, points=4)
-    own = {
+    own: dict[str, tuple[ShapeParameter, ...]] = {
         "power": (exponent,),
         "inverse": (exponent,),
         "logarithm": (centre("c", part),),
         "saturation": (centre("c", part),),
         "threshold": (centre("c", part), width),
         "bump": (centre("c", part), width),
-    }[part.form]
+        "wave": wave(part),
+        "ripple": (
+            *wave(part),
+            ShapeParameter("d", unit, "range over which it fades", 1e-9, 1e6, 20.0, points=2),
+        ),
+    }
     if part.other:
-        own += (ShapeParameter("k", "1", f"exponent of {part.other}", 0.2, 4.0, 1.0, points=3),)
-    return own
+        what = "weight" if part.added else "exponent"
+        other = ShapeParameter("k", "1", f"{what} of {part.other}", 0.05, 6.0, 1.0, points=3)
+        return (*own[part.form], other)
+    return own[part.form]
+
+
+def in_product(part: Part, k: int) -> tuple[ShapeParameter, ...]:
+    """Return the parameters of curve `k` of a product; they share their width ``w``."""
+    if part.form == "wave":
+        return wave(part, f"_{k}")
+    return () if part.form in STRAIGHT else (centre(f"c_{k}", part),)
 
 
 def centres(part: Part, ranges: Mapping[str, tuple[float, float]], several: int) -> Sequence[float]:
     """Return scan values of the middle of a curve within the tested range."""
+    if part.added:
+        return tuple(np.linspace(0.15, 1.65, several))
     if part.other:
         return tuple(np.geomspace(0.03, 0.8, several))
     low, high = ranges[load_of(part.load)]
@@ -101,17 +137,28 @@ def centres(part: Part, ranges: Mapping[str, tuple[float, float]], several: int)
     return tuple(np.maximum(np.linspace(low, high, several + 2)[1:-1], 1e-9))
 
 
+def wave_grid(
+    part: Part, ranges: Mapping[str, tuple[float, float]], waves: Sequence[float], ending: str = ""
+) -> dict[str, Sequence[float]]:
+    """Return scan values of a wave that goes so often over the tested range."""
+    low, high = ranges[load_of(part.load)]
+    return {f"l{ending}": tuple((high - low) / n for n in waves), f"f{ending}": (0.25, 0.375, 0.5, 0.625)}
+
+
 def alone_grid(part: Part, ranges: Mapping[str, tuple[float, float]]) -> dict[str, Sequence[float]]:
     """Return scan values of the parameters of a curve that is a whole term."""
     low, high = ranges[load_of(part.load)]
-    rise = high - low if not part.logarithmic else 1.0
-    relative = (0.12, 0.4, 1.0) if part.logarithmic else (0.05, 0.1, 0.2)
+    rise = 1.0 if part.logarithmic or part.added else high - low
+    relative = (
+        (0.12, 0.4, 1.0) if part.logarithmic else (0.06, 0.15, 0.35) if part.added else (0.05, 0.1, 0.2)
+    )
     width = tuple(rise * r for r in relative)
     several = 7 if part.other else 12
     zero = 1.0 if part.load == "psi" else 0.0
     scale = tuple(np.geomspace(0.03, 1.0, 7) * max(high - zero, 1e-9))
     exponents = (0.3, 0.6, 1.0, 2.0) if part.other or part.form == "inverse" else (0.3, 0.6, 1.5, 2.0, 3.0)
     centre_and_width = {"c": centres(part, ranges, several), "w": width}
+    waves = tuple(np.arange(1.0, 9.01, 0.5))
     every: dict[str, dict[str, Sequence[float]]] = {
         "power": {"n": exponents},
         "inverse": {"n": exponents},
@@ -120,34 +167,77 @@ def alone_grid(part: Part, ranges: Mapping[str, tuple[float, float]]) -> dict[st
         "threshold": centre_and_width,
         "bump": centre_and_width,
     }
+    if part.form == "wave":
+        return wave_grid(part, ranges, waves)
+    if part.form == "ripple":
+        return wave_grid(part, ranges, waves) | {"d": (0.3 * (high - low), high - low)}
     found = every[part.form]
-    return found | ({"k": (0.5, 1.0, 2.0)} if part.other else {})
+    return found | ({"k": (0.3, 0.8, 1.6) if part.added else (0.5, 1.0, 2.0)} if part.other else {})
+
+
+def product_grid(
+    part: Part, k: int, ranges: Mapping[str, tuple[float, float]], several: int
+) -> dict[str, Sequence[float]]:
+    """Return scan values of the parameters of curve `k` of a product, without the common width."""
+    if part.form == "wave":
+        return wave_grid(part, ranges, (0.75, 1.25, 1.75, 2.5), f"_{k}")
+    return {} if part.form in STRAIGHT else {f"c_{k}": centres(part, ranges, several)}
 
 
 # --- values -------------------------------------------------------------------------------------------
 
 
 def _ratio(x: Ops, load: str, loads: Mapping[str, Value], p: Parameters) -> Value:
-    """Return a load as a share of its largest value, never below `LEAST`."""
+    """Return a load as a share of its largest value, never below `LEAST`; psi counts from 1 but for its logarithm."""
     zero = 1.0 if load == "psi" else 0.0
+    load = load_of(load)
     return x.maximum((loads[load] - zero) / np.maximum(p[f"hi_{load}"] - zero, SMALL), LEAST)
 
 
 def _log(x: Ops, part: Part, loads: Mapping[str, Value], p: Parameters) -> Value:
     """Return the logarithm of the quantity of a curve: of a load over its largest value, or of q."""
-    value = x.log(_ratio(x, load_of(part.load), loads, p))
+    value = x.log(_ratio(x, part.load, loads, p))
     if not part.other:
         return value
     other = p["k"] * x.log(_ratio(x, part.other, loads, p))
     return value + other if part.way == "*" else value - other
 
 
+def _along(x: Ops, name: str, loads: Mapping[str, Value], p: Parameters) -> Value:
+    """Return a load or its logarithm as 0 to 1 over the tested range."""
+    load = load_of(name)
+    if name.startswith("log_"):
+        return 1.0 + x.log(_ratio(x, name, loads, p)) / _range_of_log(load, p)
+    return (loads[load] - p[f"lo_{load}"]) / (p[f"hi_{load}"] - p[f"lo_{load}"])
+
+
+def _added(x: Ops, part: Part, loads: Mapping[str, Value], p: Parameters) -> Value:
+    """Return the sum, or difference, over which a curve runs; never negative within the tests."""
+    other = _along(x, part.other, loads, p)
+    return _along(x, part.load, loads, p) + p["k"] * (other if part.way == "+" else 1.0 - other)
+
+
 def _away(x: Ops, part: Part, centre: str, loads: Mapping[str, Value], p: Parameters) -> Value:
     """Return how far the quantity is from the centre."""
+    if part.added:
+        return _added(x, part, loads, p) - p[centre]
     load = load_of(part.load)
     if not part.logarithmic:
         return loads[load] - p[centre]
     return _log(x, part, loads, p) - np.log(p[centre] if part.other else p[centre] / p[f"hi_{load}"])
+
+
+def _range_of_log(load: str, p: Parameters) -> Any:
+    """Return how far the logarithm of a load goes in the tests."""
+    high = np.maximum(p[f"hi_{load}"], SMALL)
+    return np.maximum(np.log(high / np.maximum(p[f"lo_{load}"], LEAST * high)), 1e-3)
+
+
+def _wave(x: Ops, part: Part, ending: str, loads: Mapping[str, Value], p: Parameters) -> Value:
+    low, high = p[f"lo_{part.load}"], p[f"hi_{part.load}"]
+    beyond = KEPT * (high - low)
+    held = x.minimum(x.maximum(loads[part.load], low - beyond), high + beyond)
+    return cosine(x, (held - low) / p[f"l{ending}"] - p[f"f{ending}"], MOST_TURNS)
 
 
 def curve(x: Ops, part: Part, loads: Mapping[str, Value], p: Parameters) -> Value:
@@ -160,6 +250,11 @@ def curve(x: Ops, part: Part, loads: Mapping[str, Value], p: Parameters) -> Valu
     if part.form == "bump":
         z = _away(x, part, "c", loads, p) / p["w"]
         return x.exp(-0.5 * z * z)
+    if part.form == "wave":
+        return _wave(x, part, "", loads, p)
+    if part.form == "ripple":
+        along = x.relu(loads[part.load] - p[f"lo_{part.load}"])
+        return _wave(x, part, "", loads, p) * x.exp(-along / p["d"])
     u = x.relu(loads[part.load] - (1.0 if part.load == "psi" else 0.0)) / p["c"]
     return x.log(1.0 + u) if part.form == "logarithm" else 1.0 - x.exp(-u)
 
@@ -167,13 +262,20 @@ def curve(x: Ops, part: Part, loads: Mapping[str, Value], p: Parameters) -> Valu
 def factor(x: Ops, part: Part, k: int, loads: Mapping[str, Value], p: Parameters) -> Value:
     """Return a curve of a product of two at columns of loads; `k` is its number."""
     load = load_of(part.load)
-    width = p[f"hi_{load}"] - p[f"lo_{load}"]
+    if part.form == "share":
+        return _ratio(x, load, loads, p)
+    if part.form == "wave":
+        return _wave(x, part, f"_{k}", loads, p)
+    width = _range_of_log(load, p) if part.logarithmic else p[f"hi_{load}"] - p[f"lo_{load}"]
     if part.form == "line":
         if part.logarithmic:
-            return 1.0 + 2.0 / DECADES * _log(x, part, loads, p)
+            return 1.0 + 2.0 / width * _log(x, part, loads, p)
         return (2.0 * loads[load] - p[f"lo_{load}"] - p[f"hi_{load}"]) / width
-    z = _away(x, part, f"c_{k}", loads, p) / (p["w"] * (DECADES if part.logarithmic else width))
-    return x.tanh(z) if part.form == "step" else x.exp(-0.5 * z * z)
+    z = _away(x, part, f"c_{k}", loads, p) / (p["w"] * width)
+    if part.form == "bump":
+        return x.exp(-0.5 * z * z)
+    rise = x.tanh(z)
+    return {"step": rise, "rise": 0.5 + 0.5 * rise, "fall": 0.5 - 0.5 * rise}[part.form]
 
 
 # --- words --------------------------------------------------------------------------------------------
@@ -186,10 +288,13 @@ def curve_text(part: Part) -> str:
     if part.form in {"logarithm", "saturation"}:
         return f"ln(1 + {u}/c)" if part.form == "logarithm" else f"1 - exp(-{u}/c)"
     if part.other:
-        away, base = "ln(q/c)", "q"
+        away, base = "(q - c)" if part.added else "ln(q/c)", "q"
     else:
         base = share_text(part.load, closed=True)
         away = f"ln({load_of(part.load)}/c)" if part.logarithmic else f"({part.load} - c)"
+    if part.form in {"wave", "ripple"}:
+        fading = f" exp(-({part.load} - lo_{part.load})/d)" if part.form == "ripple" else ""
+        return wave_text(part) + fading
     return {
         "power": f"{base}^n",
         "inverse": f"{base}^(-n)",
@@ -204,15 +309,50 @@ def share_text(load: str, closed: bool = False) -> str:
     return f"({text})" if closed else text
 
 
+def quantity_text(part: Part) -> str:
+    """Return what `q` is."""
+    if part.added:
+        other = _along_text(part.other)
+        return f"{_along_text(part.load)} + k {other if part.way == '+' else f'(1 - {other})'}"
+    other = share_text(part.other, closed=True)
+    return f"{share_text(part.load)} {'' if part.way == '*' else '/ '}{other}^k"
+
+
+def _along_text(name: str) -> str:
+    load = load_of(name)
+    if name.startswith("log_"):
+        return f"(1 + ln({load}/hi_{load})/{_log_range_text(load)})"
+    return f"({load} - lo_{load})/(hi_{load} - lo_{load})"
+
+
+def _log_range_text(load: str) -> str:
+    return f"ln(hi_{load}/max(lo_{load}, {LEAST:g} hi_{load}))"
+
+
+def wave_text(part: Part, ending: str = "") -> str:
+    """Return a wave as a formula."""
+    return f"cos(2 pi (({part.load} - lo_{part.load})/l{ending} - f{ending}))"
+
+
 def factor_text(part: Part, k: int) -> str:
     """Return a curve of a product of two as a formula; `k` is its number."""
     load = load_of(part.load)
+    if part.form == "share":
+        return share_text(load, closed=True)
+    if part.form == "wave":
+        return wave_text(part, f"_{k}")
+    log_range = _log_range_text(load)
     if part.form == "line":
         if part.logarithmic:
-            return f"(1 + {2.0 / DECADES:.4g} ln({load}/hi_{load}))"
+            return f"(1 + 2 ln({load}/hi_{load})/{log_range})"
         return f"(2 {load} - lo_{load} - hi_{load})/(hi_{load} - lo_{load})"
     if part.logarithmic:
-        z = f"ln({load}/c_{k})/({DECADES:.4g} w)"
+        z = f"ln({load}/c_{k})/({log_range} w)"
     else:
         z = f"({load} - c_{k})/(w (hi_{load} - lo_{load}))"
-    return f"tanh({z})" if part.form == "step" else f"exp(-({z})^2/2)"
+    return {
+        "step": f"tanh({z})",
+        "rise": f"(1 + tanh({z}))/2",
+        "fall": f"(1 - tanh({z}))/2",
+        "bump": f"exp(-({z})^2/2)",
+    }[part.form]

@@ -15,29 +15,32 @@ from ..expressions.ops import Ops, Value
 from ..loads import LOAD_NAMES
 from .base import ShapeParameter
 from .empirical_curves import (
+    STRAIGHT,
     Parameters,
     Part,
     alone,
     alone_grid,
-    centre,
-    centres,
     curve,
     curve_text,
     factor,
     factor_text,
+    in_product,
     load_of,
-    share_text,
+    product_grid,
+    quantity_text,
 )
 
 #: Curves over one load, over a product or quotient of two, and in products of two curves.
-ALONE = ("power", "inverse", "logarithm", "saturation", "threshold", "bump")
+ALONE = ("power", "inverse", "logarithm", "saturation", "threshold", "bump", "wave", "ripple")
 OVER_TWO = ("power", "inverse", "threshold", "bump")
-IN_PRODUCTS = ("line", "step", "bump")
-#: Curves that need no logarithm of their load.
-ON_LOGARITHM = ("threshold", "bump", "line", "step")
+OVER_SUMS = ("threshold", "bump")
+IN_PRODUCTS = ("line", "share", "step", "rise", "fall", "bump", "wave")
+#: Curves that may run over the logarithm of their load, and loads whose logarithm may be taken.
+ON_LOGARITHM = ("threshold", "bump", "line", "step", "rise", "fall")
+LOGARITHMS = ("v_rel", "sigma_n", "psi")
 SLOPING = "sloping_"
 
-_PART = re.compile(r"([a-z]+)\(([A-Za-z_]+)(?:([*/])([A-Za-z_]+))?\)")
+_PART = re.compile(r"([a-z]+)\(([A-Za-z_]+)(?:([*/+-])([A-Za-z_]+))?\)")
 
 
 @dataclass(frozen=True)
@@ -88,9 +91,14 @@ class Term:
         """What is fitted beside the amplitude."""
         if len(self.parts) == 1:
             return alone(self.parts[0])
-        centres = [centre(f"c_{k}", p) for k, p in enumerate(self.parts, 1) if p.form != "line"]
+        own = [s for k, p in enumerate(self.parts, 1) for s in in_product(p, k)]
         width = ShapeParameter("w", "1", "width as a share of the range", 0.02, 3.0, 0.2, points=2)
-        return (*centres, width) if centres else ()
+        return (*own, width) if self._wide else tuple(own)
+
+    @property
+    def _wide(self) -> bool:
+        """Whether a curve of a product has a width."""
+        return any(p.form not in {"line", "share", "wave"} for p in self.parts)
 
     @property
     def formula(self) -> str:
@@ -104,11 +112,7 @@ class Term:
     @property
     def where(self) -> str:
         """What `q` is; empty where there is none."""
-        part = self.parts[0]
-        if not part.other:
-            return ""
-        other = share_text(part.other, closed=True)
-        return f"q = {share_text(part.load)} {'' if part.way == '*' else '/ '}{other}^k"
+        return f"q = {quantity_text(self.parts[0])}" if self.parts[0].other else ""
 
     def value(self, x: Ops, loads: Mapping[str, Value], p: Parameters) -> Value:
         """Return the curve at columns of loads; `p` holds the parameters and the range of each load, ``lo_T``, ``hi_T``."""
@@ -121,11 +125,11 @@ class Term:
         """Return scan values of the parameters for data with these ranges of the loads."""
         if len(self.parts) == 1:
             return alone_grid(self.parts[0], ranges)
-        several = 5 if all(p.form != "line" for p in self.parts) else 8
-        found: dict[str, Sequence[float]] = {
-            f"c_{k}": centres(p, ranges, several) for k, p in enumerate(self.parts, 1) if p.form != "line"
-        }
-        return found | ({"w": (0.12, 0.3)} if found else {})
+        several = 5 if all(p.form not in STRAIGHT for p in self.parts) else 8
+        found: dict[str, Sequence[float]] = {}
+        for k, p in enumerate(self.parts, 1):
+            found |= product_grid(p, k, ranges, several)
+        return found | ({"w": (0.12, 0.3)} if self._wide else {})
 
 
 @cache
@@ -154,7 +158,8 @@ def parse_term(text: str) -> Term:
     if str(term) == text and _sound(parts):
         return term
     raise InputError(
-        f"empirical term {text!r:.80}; allowed: {', '.join(ALONE)} of a load, {', '.join(OVER_TWO)} of T*sigma_n or T/sigma_n, and "
+        f"empirical term {text!r:.80}; allowed: {', '.join(ALONE)} of a load, {', '.join(OVER_TWO)} of T*sigma_n or T/sigma_n, "
+        f"{', '.join(OVER_SUMS)} of T+sigma_n or T-sigma_n, and "
         f"products of two of {', '.join(IN_PRODUCTS)}, of the loads {', '.join(LOAD_NAMES)}"
     )
 
@@ -164,9 +169,14 @@ def _sound(parts: Sequence[Part]) -> bool:
         return False
     for p in parts:
         names = [n for n in (p.load, p.other) if n]
-        known = all(n in LOAD_NAMES or (n == "log_v_rel" and not p.other) for n in names)
-        forms = IN_PRODUCTS if len(parts) == 2 else OVER_TWO if p.other else ALONE
-        if not known or p.form not in forms or (p.logarithmic and not p.other and p.form not in ON_LOGARITHM):
+        logarithm = (p.added or not p.other) and p.form in ON_LOGARITHM
+        known = all(
+            n in LOAD_NAMES or (logarithm and load_of(n) in LOGARITHMS and n == f"log_{load_of(n)}")
+            for n in names
+        )
+        two = OVER_SUMS if p.added else OVER_TWO
+        forms = IN_PRODUCTS if len(parts) == 2 else two if p.other else ALONE
+        if not known or p.form not in forms:
             return False
         if len(parts) == 2 and p.other:
             return False

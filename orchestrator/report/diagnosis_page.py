@@ -20,6 +20,7 @@ from friction_models.loads.contract import with_unit
 
 from .charts.diagnosis import effect_chart, map_chart
 from .charts.residuals import residual_chart, worst_tests_chart
+from .charts.terms import term_chart
 from .parts.cards import judged
 from .parts.chart import figure
 from .parts.page import Page
@@ -147,20 +148,36 @@ def _formulas(found: Diagnosis) -> str:
         (
             o.name,
             o.equation,
+            f"{o.rms[0]:.4f} to {o.rms[1]:.4f}",
             f"{o.share:.0%}",
             f"{o.interval[0]:.0%} to {o.interval[1]:.0%}",
             f"{o.stability:.0%}",
         )
         for o in found.formulas
     ]
-    headings = ["empirical term", "equation", "removes", "95 % interval", "first in resamples"]
+    headings = ["empirical term", "equation", "rms error", "removes", "95 % interval", "first in resamples"]
     said = (
-        "No effect of the catalogue explains what is left. These curves would lower the error: shares of the missing squared error on "
-        "tests that the fit did not see. No law stands behind them, they fade out beyond the tested range, and nothing adds them but "
-        "tribofmu refine --add 'NAME'."
+        "No effect of the catalogue explains what is left. These curves would lower the error on unseen tests: the terms were chosen and "
+        "fitted anew without each part of the tests, and judged on it. Removes: share of the squared error that is known to be avoidable, "
+        "by the flexible reference or by the term. No law stands behind them, they fade out beyond the tested range, and nothing adds them "
+        "but tribofmu refine --add 'NAME'."
     )
+    pictures = [
+        figure(
+            f"term-{k}",
+            term_chart(o.curves),
+            f"{escape(o.name)}: what it would add to mu within the tested range, with the 95 % interval over the tests, its form "
+            "taken as given. Its straight part belongs to the model.",
+            f"Curves of {o.name}.",
+        )
+        for k, o in enumerate(found.formulas)
+        if o.curves
+    ]
     return (
-        "<h3>Empirical terms</h3>" + paragraph(said) + table(headings, rows, numeric=(2, 3, 4), narrow=True)
+        "<h3>Empirical terms</h3>"
+        + paragraph(said)
+        + table(headings, rows, numeric=(2, 3, 4, 5), narrow=True)
+        + "\n".join(pictures)
     )
 
 

@@ -6,25 +6,35 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from ...effects.base import Effect
+from .pictures import TermCurve
 
 
 @dataclass(frozen=True)
 class FormulaOffer:
-    """One empirical term, or two that belong together; nothing adds them but `refine`.
+    """One empirical term, or two or three that belong together; nothing adds them but `refine`.
+
+    All errors are those of whole tests that took no part: for each fold of the tests, the terms were chosen and fitted anew without it.
 
     Attributes
     ----------
     name : str
-        What `refine` adds, ``empirical:bump(T)``; of two terms, both names joined by ``and``.
+        What `refine` adds, ``empirical:bump(T)``; of several terms, their names joined by ``and``.
     equation : str
         With numbers.
     share : float
-        Share of the squared error that the model misses (what can be predicted on unseen tests and is not) that it removes there.
+        Share of the squared error known to be avoidable on unseen tests that it removes there. Avoidable is what the flexible
+        reference or this term removes, whichever is more: nobody knows more of it.
     interval : tuple of float
         95 % interval of it over the tests.
     stability : float
-        Share of resamples of whole tests in which a term of the same loads and kind of curve comes first.
+        Share of resamples of whole tests in which a term of the same loads and kind of curve comes first; the least of several.
     effects : tuple of Effect
+    rms : tuple of float
+        Error of mu on unseen tests, before and after, the scatter of the tests included.
+    shapes : tuple of dict
+        Fitted shape parameters of each effect.
+    curves : tuple of TermCurve
+        What it adds to mu, with interval.
 
     Examples
     --------
@@ -40,6 +50,14 @@ class FormulaOffer:
     interval: tuple[float, float]
     stability: float
     effects: tuple[Effect, ...] = field(repr=False)
+    rms: tuple[float, float] = (float("nan"), float("nan"))
+    shapes: tuple[dict[str, float], ...] = field(default=(), repr=False)
+    curves: tuple[TermCurve, ...] = field(default=(), repr=False)
+
+    @property
+    def names(self) -> list[str]:
+        """What `refine` adds."""
+        return [e.name for e in self.effects]
 
 
 def offer_lines(offers: Sequence[FormulaOffer]) -> list[str]:
@@ -47,19 +65,22 @@ def offer_lines(offers: Sequence[FormulaOffer]) -> list[str]:
 
     Examples
     --------
-    >>> offer_lines([FormulaOffer("empirical:bump(T)", "mu += ...", 0.9, (0.8, 1.0), 1.0, ())])[1]
-    '  empirical:bump(T): removes 90 % (80 to 100 %) of the missing squared error on unseen tests; first in 100 % of resamples'
+    >>> offer_lines([FormulaOffer("empirical:bump(T)", "mu += ...", 0.9, (0.8, 1.0), 1.0, (), (0.008, 0.005))])[1]
+    '  empirical:bump(T): rms error on unseen tests 0.0080 -> 0.0050; 90 % (80 to 100 %) of what is known to be avoidable of its square; first in 100 % of resamples'
     """
     if not offers:
         return []
     lines = [
-        "Empirical terms that would lower the error (no law behind them; not added: refine --add 'NAME')"
+        "Empirical terms that would lower the error (no law behind them; chosen and fitted without the tests that judge them; "
+        "not added: refine --add 'NAME')"
     ]
     for o in offers:
         low, high = o.interval
         lines.append(
-            f"  {o.name}: removes {o.share:.0%} ({100 * low:.0f} to {high:.0%}) of the missing squared error on unseen tests; "
-            f"first in {o.stability:.0%} of resamples".replace("%", " %")
+            f"  {o.name}: rms error on unseen tests {o.rms[0]:.4f} -> {o.rms[1]:.4f}; {o.share:.0%} ({100 * low:.0f} to {high:.0%}) "
+            f"of what is known to be avoidable of its square; first in {o.stability:.0%} of resamples".replace(
+                "%", " %"
+            )
         )
         lines.append(f"    {o.equation}")
     return lines

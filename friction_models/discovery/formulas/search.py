@@ -9,31 +9,28 @@ import numpy as np
 import numpy.typing as npt
 from scipy.stats import t as student
 
+from ...effects import empirical_effect
 from ...effects.empirical import numbered
-from ...effects.empirical_terms import Term
 from ...estimation.campaign.binning import Campaign
 from ...estimation.noise.noise_floor import Whitener
 from ...loads import LOAD_NAMES, FloatArray
 from ..error_budget import lead
-from .fit import Fitted, Weigh, fit
+from .bins import Bins
+from .fit import fit
 from .grammar import terms
 from .offers import FormulaOffer
-from .scan import Bins, Scan, Scanned
+from .pictures import term_curves
+from .scan import Column
+from .selection import CERTAIN, Ranked, Selection, select
 
 #: Fewest tests from which terms are chosen.
 LEAST_TESTS = 8
-#: Most terms that are offered.
+#: Most terms, or sums of terms, that are offered.
 MOST = 3
-#: An offer removes this share of what is missing at least, by this many standard errors over the tests.
-LEAST_SHARE, CERTAIN = 0.2, 2.0
-#: Further offers remove this share of what the first one removes, and come first in this share of the resamples.
+#: An offer removes this share of what is missing at least.
+LEAST_SHARE = 0.2
+#: Further offers remove this share of what the first term removes, and come first in this share of the resamples.
 COMPARABLE, LEAST_STABLE = 0.7, 0.15
-#: Terms that remove this share of what the best one removes are ordered by their stability.
-NEAR = 0.9
-#: A simpler term is taken if the better one leads by less than this many standard errors and this share of its gain.
-NO_LEAD, NO_GAIN = 1.0, 0.03
-#: A second term is sought if the first one leaves this share, and taken if it removes this share more and is this stable.
-LEFT, SECOND, SECOND_STABLE = 0.2, 0.08, 0.2
 
 
 @dataclass
@@ -69,142 +66,87 @@ class Missing:
     seed: int = 0
     sloping: bool = False
 
-    @property
-    def size(self) -> float:
-        """What can be predicted and is not."""
-        return float(np.mean(self.before)) - self.best
-
 
 def offers(missing: Missing) -> list[FormulaOffer]:
-    """Return up to three empirical terms that lower the error on unseen tests, the best first.
+    """Return up to three empirical terms, or sums of them, that lower the error on unseen tests, the best first.
 
     Parameters
     ----------
     missing : Missing
     """
-    if len(missing.before) < LEAST_TESTS or not missing.size > 0.0:
+    if len(missing.before) < LEAST_TESTS:
         return []
     campaign = missing.campaign
     names = tuple(n for n in LOAD_NAMES if n not in campaign.absent and campaign.varies(n))
-    tried = terms(names, missing.sloping)
     bins = Bins(campaign, missing.columns, missing.y)
-    found = Scan(bins, missing.whiten, missing.fold_of_test, missing.seed)(tried)
-    weigh, single = _fitted(missing, bins, _different(found, float(np.mean(missing.before))))
-    alone = sorted(
-        ((_offer(missing, f, _stability(found, s.term)), f, s) for f, s in single), key=lambda o: -o[0].share
-    )
-    alone = [o for o in alone if o[0].share > 0.0]
-    if not alone:
+    tried = terms(names, missing.sloping, bins.logarithms)
+    found = select(bins, missing.whiten, missing.fold_of_test, tried, missing.seed)
+    if not found.all.chosen:
         return []
-    # of terms that predict about as well the one comes first that does so in most resamples
-    near = [o for o in alone if o[0].share > NEAR * alone[0][0].share]
-    near.sort(key=lambda o: -o[0].stability)
-    first = near[0]
-    others = [o[0] for o in alone if o is not first]
-    others = [o for o in others if o.share > COMPARABLE * first[0].share]
-    pair = _with_second(missing, bins, weigh, tried, *first)
-    answer = [*([pair] if pair else []), first[0], *others]
-    return [
-        o for o in answer if o.share > LEAST_SHARE and o.interval[0] > 0.0 and o.stability >= LEAST_STABLE
-    ][:MOST]
+    # what was chosen from many looks too good on the tests it was chosen on: this is by how much
+    flattered = found.squares - found.all.errors[-1].total
+    made = [_offer(missing, bins, found.all.chosen, found.squares, min(found.stability))]
+    if len(found.all.chosen) > 1:
+        first = found.all.errors[1].total + flattered
+        made.append(_offer(missing, bins, found.all.chosen[:1], first, found.stability[0]))
+    made += [
+        _offer(missing, bins, [r.column], r.errors.total + flattered, r.stability) for r in _others(found)
+    ]
+    return [o for o in made if o.share > LEAST_SHARE and o.interval[0] > 0.0][:MOST]
 
 
-def _different(found: Sequence[Scanned], before: float) -> list[Scanned]:
-    """Return the best term, and others with other loads or another kind of curve that are hardly worse."""
-    chosen: list[Scanned] = []
-    for s in found:
-        if chosen and lead(s.squares, chosen[0].squares)[1] > CERTAIN:
-            break
-        if s.term.family not in {c.term.family for c in chosen}:
-            chosen.append(_simplest(s, found, before))
-        if len(chosen) == MOST:
-            break
+def _others(found: Selection) -> list[Ranked]:
+    """Return terms with other loads or another kind of curve that are hardly worse than the first one."""
+    without, first = (e.total for e in found.all.errors[:2])
+    families = {found.all.chosen[0].term.family}
+    chosen: list[Ranked] = []
+    for r in found.rounds[0]:
+        near = np.mean(without - r.errors.total) > COMPARABLE * np.mean(without - first)
+        if r.term.family in families or not near or lead(r.errors.total, first)[1] > CERTAIN:
+            continue
+        families.add(r.term.family)
+        if r.stability >= LEAST_STABLE:
+            chosen.append(r)
     return chosen
 
 
-def _simplest(first: Scanned, found: Sequence[Scanned], before: float) -> Scanned:
-    """Return the term of the same family with the fewest parameters that predicts as well."""
-    alike = [
-        s
-        for s in found
-        if s.term.family == first.term.family
-        and lead(s.squares, first.squares)[1] < NO_LEAD
-        and s.error - first.error < NO_GAIN * (before - first.error)
+def _offer(
+    missing: Missing, bins: Bins, columns: Sequence[Column], squares: FloatArray, stability: float
+) -> FormulaOffer:
+    """Return terms with what they take from the error of unseen tests.
+
+    Parameters
+    ----------
+    missing : Missing
+    bins : Bins
+    columns : sequence of Column
+    squares : ndarray, shape (tests,)
+        Mean squared error of each test by terms that were chosen without it.
+    stability : float
+    """
+    effects = [empirical_effect(str(c.term))() for c in columns]
+    start = [
+        {n: float(g[0]) for n, g in e.grids(bins.spans).items()} | c.shape for e, c in zip(effects, columns)
     ]
-    return min([first, *alike], key=lambda s: s.effect.degrees_of_freedom)
-
-
-def _fitted(
-    missing: Missing, bins: Bins, chosen: Sequence[Scanned]
-) -> tuple[Weigh, list[tuple[Fitted, Scanned]]]:
-    """Fit the terms, with the weights of the noise or with those of the points, whichever predicts unseen tests better."""
-    weigh: Weigh = missing.whiten
-    done: list[tuple[Fitted, Scanned]] = []
-    for s in chosen:
-        fitted = fit(bins, weigh, missing.fold_of_test, [s.effect], [s.shape])
-        if not done:
-            plain = fit(bins, _by_points(missing.campaign), missing.fold_of_test, [s.effect], fitted.shapes)
-            if plain.error < fitted.error:
-                weigh, fitted = _by_points(missing.campaign), plain
-        done.append((fitted, s))
-    return weigh, done
-
-
-def _by_points(campaign: Campaign) -> Weigh:
-    root = np.sqrt(campaign.count)
-    return lambda values: values * (root if values.ndim == 1 else root[:, None])
-
-
-def _stability(found: Sequence[Scanned], term: Term) -> float:
-    """Return in which share of the resamples a term of the family predicts the tests that were not drawn best."""
-    first = np.argmin(np.array([s.resampled for s in found]), axis=0)
-    return float(np.mean([found[k].term.family == term.family for k in first]))
-
-
-def _with_second(
-    missing: Missing,
-    bins: Bins,
-    weigh: Weigh,
-    tried: Sequence[Term],
-    alone: FormulaOffer,
-    fitted: Fitted,
-    first: Scanned,
-) -> FormulaOffer | None:
-    """Return the first term with a second one, if that removes clearly more."""
-    if fitted.error - missing.best < LEFT * missing.size:
-        return None
-    known = np.column_stack([missing.columns, bins.evaluate(fitted.effects[0], fitted.shapes[0])])
-    beside = Bins(missing.campaign, known, missing.y)
-    others = [t for t in tried if t != first.term]
-    found = Scan(beside, missing.whiten, missing.fold_of_test, missing.seed)(others)
-    if not found:
-        return None
-    second = _simplest(found[0], found, fitted.error)
-    both = fit(
-        bins, weigh, missing.fold_of_test, [*fitted.effects, second.effect], [*fitted.shapes, second.shape]
-    )
-    gain, certain = lead(fitted.squares, both.squares)
-    stable = min(alone.stability, _stability(found, second.term))
-    if certain < CERTAIN or gain < SECOND * missing.size or stable < SECOND_STABLE:
-        return None
-    return _offer(missing, both, stable)
-
-
-def _offer(missing: Missing, fitted: Fitted, stability: float) -> FormulaOffer:
-    """Return a fitted term with what it removes of the missing error."""
-    tests = len(missing.before)
-    gain, certain = lead(missing.before, fitted.squares)
-    half = float(student.ppf(0.975, tests - 1)) * abs(gain) / max(abs(certain), 1e-300)
-    low, share, high = (min(v / missing.size, 1.0) for v in (gain - half, gain, gain + half))
+    fitted = fit(bins, missing.whiten, effects, start)
+    before = float(np.mean(missing.before))
+    after = float(np.mean(squares))
+    size = before - min(missing.best, after)
+    gain, certain = lead(missing.before, squares)
+    half = float(student.ppf(0.975, len(squares) - 1)) * abs(gain) / max(abs(certain), 1e-300)
+    low, share, high = (min(v / max(size, 1e-300), 1.0) for v in (gain - half, gain, gain + half))
     numbers = [
         numbered(e, {"a": float(a), **s})
-        for e, s, a in zip(fitted.effects, fitted.shapes, fitted.amplitudes, strict=True)
+        for e, s, a in zip(effects, fitted.shapes, fitted.amplitudes, strict=True)
     ]
     return FormulaOffer(
-        name=" and ".join(e.name for e in fitted.effects),
+        name=" and ".join(e.name for e in effects),
         equation="; ".join(numbers),
         share=share,
         interval=(low, high),
         stability=stability,
-        effects=fitted.effects,
+        effects=tuple(effects),
+        rms=(before**0.5, after**0.5),
+        shapes=tuple(fitted.shapes),
+        curves=tuple(term_curves(bins, missing.whiten, effects, fitted)),
     )

@@ -16,9 +16,11 @@ from fmus import pack, read_friction_fmu
 from friction_models import LinearFriction, OnnxModel, TriboLoads, load_model
 from friction_models.common import InputError
 from friction_models.discovery import diagnose, refine
+from friction_models.discovery.formulas import selection
+from friction_models.discovery.formulas.bins import Bins
 from friction_models.discovery.formulas.grammar import terms
 from friction_models.discovery.formulas.search import Missing, offers
-from friction_models.discovery.unseen_tests import UnseenTests
+from friction_models.discovery.unseen_tests import UnseenTests, folds_of_tests
 from friction_models.effects import CATALOGUE, EffectContext, known_effect, make_effect
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.search.base_law import base_law
@@ -37,8 +39,14 @@ HIDDEN: dict[str, Hidden] = {
     "threshold in temperature times pressure": lambda d: (
         0.5 + np.arctan((d["T"] * d.sigma_n / 3e5 - 1) / 0.2) / np.pi
     ),
+    "peak in temperature that moves with speed": lambda d: (
+        1.0 / np.cosh((d["T"] - 150.0 - 30.0 * np.log(d.v_rel / 100.0)) / 35.0)
+    ),
+    "waves along the distance": lambda d: np.sin(2.0 * np.pi * d.sd / (0.31 * d.sd.max()) + 1.0),
 }
 SCATTER = 0.003
+#: No load is below.
+FLOOR = (0.0, -20.0, 0.0, 0.0, 1.0)
 
 
 def hiding(shape: Hidden | None, seed: int, tests: int = 96, strength: float = 2.5) -> pd.DataFrame:
@@ -82,24 +90,41 @@ def removed(data: pd.DataFrame, effects: Any, train: np.ndarray) -> float:
     return (base - error(ComposedFriction(LinearFriction(), list(effects)), 0.0 * part)) / (base - true)
 
 
-@pytest.mark.parametrize("name", list(HIDDEN))
-def test_an_offer_removes_most_of_what_could_be_avoided_on_held_out_tests(name: str) -> None:
-    shares = []
-    for seed in range(4):
-        data = hiding(HIDDEN[name], seed)
+def test_an_offer_removes_most_of_what_could_be_avoided_on_held_out_tests() -> None:
+    shares = {}
+    for seed, (name, shape) in enumerate(HIDDEN.items()):
+        data = hiding(shape, seed)
         train = data["test_id"].rank(method="dense").to_numpy() % 4 != 0
         found = offered(data[train])
-        shares.append(removed(data, found[0].effects, train) if found else 0.0)
-        if found:
-            first = found[0]
-            low, high = first.interval
-            assert low <= first.share <= high <= 1.0 and 0.0 <= first.stability <= 1.0 and len(found) <= 3
-    assert np.mean(np.array(shares) >= 0.8) >= 0.7, shares
+        assert len(found) <= 3
+        for offer in found:
+            low, high = offer.interval
+            assert low <= offer.share <= high <= 1.0 and 0.0 <= offer.stability <= 1.0
+        shares[name] = removed(data, found[0].effects, train) if found else 0.0
+    assert np.mean(np.array(list(shares.values())) >= 0.8) >= 0.7, shares
 
 
 def test_noise_is_offered_no_formula() -> None:
-    false = sum(bool(offered(hiding(None, seed))) for seed in range(4))
-    assert false <= 1
+    assert not any(offered(hiding(None, seed)) for seed in range(2))
+
+
+def test_the_promised_error_does_not_know_the_tests_it_is_judged_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Noise: the best of many terms looks good on the tests it was chosen on, and is not where it was chosen without them."""
+    monkeypatch.setattr(selection, "CERTAIN", -9.0)
+    monkeypatch.setattr(selection, "LEAST_GAIN", -9.0)
+    monkeypatch.setattr(selection, "MOST_TERMS", 1)
+    seen, unseen = [], []
+    for seed in range(2):
+        data = hiding(None, seed, tests=48)
+        campaign = prepare(data)
+        found = search(campaign, base_law(LinearFriction(), campaign), None, [], 0)
+        fold = folds_of_tests(len(campaign.tests), 0)
+        bins = Bins(campaign, found.columns, found.y)
+        chosen = selection.select(bins, found.whiten, fold, terms(LOAD_NAMES), 0)
+        before = np.mean(chosen.all.errors[0].total)
+        seen.append(np.mean(chosen.all.errors[1].total) / before)
+        unseen.append(np.mean(chosen.squares) / before)
+    assert np.mean(seen) < 0.85 and np.mean(unseen) > 0.93, (seen, unseen)
 
 
 @pytest.fixture(scope="module")
@@ -112,12 +137,20 @@ def test_a_diagnosis_offers_and_adds_nothing(resonance: pd.DataFrame) -> None:
     assert found.verdict == "unknown_structure" and found.effects == [] and found.parameters == {}
     first = found.formulas[0]
     assert first.name == "empirical:bump(T)" and first.share > 0.7 and first.stability > 0.6
-    assert "fade(T)" in first.equation and " c" not in first.equation.split("[")[1]
+    assert first.rms[1] < 0.8 * first.rms[0]
+    (curve,) = first.curves
+    true = np.exp(-(((curve.x - 160.0) / 45.0) ** 2))
+    true = 2.5 * SCATTER * (true - true.mean()) / np.std(np.exp(-(((resonance["T"] - 160.0) / 45.0) ** 2)))
+    slope = np.polynomial.Polynomial.fit(curve.x, true, 1)  # the straight part belongs to the model
+    off = np.abs(true - slope(curve.x) - curve.y)
+    assert np.max(off) < 0.004 and np.mean(off < curve.high - curve.y) > 0.6
+    assert "fade(loads)" in first.equation and " c" not in first.equation.split("[")[1]
     text = found.report()
     assert "not added: refine --add" in text and "empirical:bump(T)" in text
     assert "formulas" not in found.to_dict()
     page = diagnosis_page(found, "linear")
     assert "<h3>Empirical terms</h3>" in page and "empirical:bump(T)" in page
+    assert 'id="chart-term-0"' in page and "fade(loads)" in page
     better = refine(resonance, add=list(first.effects))
     assert better.error_history_[-1]["after"]["rmse"] < 0.8 * better.error_history_[-1]["before"]["rmse"]
 
@@ -130,7 +163,15 @@ def test_other_verdicts_offer_nothing(resonance: pd.DataFrame) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["empirical:bump(T)", "empirical:threshold(T*sigma_n)", "empirical:line(v_rel)*step(psi)"]
+    "name",
+    [
+        "empirical:bump(T)",
+        "empirical:threshold(T*sigma_n)",
+        "empirical:line(v_rel)*step(psi)",
+        "empirical:wave(T)*wave(psi)",
+        "empirical:bump(T-log_v_rel)",
+        "empirical:share(sigma_n)*fall(log_v_rel)",
+    ],
 )
 def test_outside_of_the_tests_the_model_is_its_base_and_files_repeat_it(
     name: str, resonance: pd.DataFrame, tmp_path: Path
@@ -143,8 +184,13 @@ def test_outside_of_the_tests_the_model_is_its_base_and_files_repeat_it(
     # the straight part of the term belongs to the base: inside, both differ, and by what is curved only
     inside = rng.uniform(low, high, (200, 5))
     outside = inside.copy()
+    # one load is beyond the tests, of the term or not, on either side; the others are anywhere within
+    for row in outside:
+        column = rng.integers(5)
+        beyond = (high - low)[column] * rng.uniform(0.101, 3.0)
+        below = low[column] - beyond
+        row[column] = below if below > FLOOR[column] and rng.random() < 0.5 else high[column] + beyond
     column = LOAD_NAMES.index(model.effects_[0].driver[0])
-    outside[:, column] = high[column] + (high - low)[column] * rng.uniform(0.101, 3.0, 200)
     base = np.maximum(model.base_.predict(outside), 0.0)
     assert np.array_equal(model.predict(outside), base)
     assert np.max(np.abs(model.predict(inside) - model.base_.predict(inside))) > 1e-5
