@@ -12,6 +12,8 @@ from .form_sets import SETS
 from .forms import Array, Test
 from .generator import DRIFT, DRIFT_LENGTH, SCATTER, sensor
 
+#: Largest rms of the hidden part in the first plan, in mu.
+LARGEST = 0.02
 #: Points of a test lie this far apart [mm].
 SPACING = 0.5
 
@@ -53,9 +55,9 @@ class MadeLaboratory:
         loads = np.concatenate([np.column_stack([np.ones(len(r.v)), *_loads(r)]) for r in probe])
         loads = loads / np.maximum(np.abs(loads).max(axis=0), 1e-12)
         left = values - loads @ np.linalg.lstsq(loads, values, rcond=1e-9)[0]
-        whole = float(np.std(values))
-        # an effect that the plan shows as a straight line only is not made arbitrarily large
-        self.size = strength * SCATTER * noise / max(float(np.std(left)), 0.15 * whole)
+        # an effect that the plan shows as a straight line only, or not at all, is not made arbitrarily large
+        wanted = strength * SCATTER * noise / max(float(np.std(left)), 1e-9)
+        self.size = min(wanted, LARGEST / max(float(np.std(values)), 0.05))
         self.middle = float(values.mean())
         self.count = 0
 
@@ -75,7 +77,13 @@ class MadeLaboratory:
                 "mu": np.maximum(mu, 0.002),
             }  # fmt: skip
             frames.append(pd.DataFrame(seen))
-            known = {"order": r.order, "T_tool": r.T_tool, "Ra": r.Ra, "batch": r.batch, "psi_set": row["psi_set"]}
+            known = {
+                "order": r.order,
+                "T_tool": r.T_tool,
+                "Ra": r.Ra,
+                "batch": r.batch,
+                "psi_set": row["psi_set"],
+            }
             tests.append({"test_id": name, **known})
         return pd.concat(frames, ignore_index=True), pd.DataFrame(tests)
 

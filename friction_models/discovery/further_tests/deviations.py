@@ -49,7 +49,9 @@ class Deviations:
         for name in names:
             if name not in self._old:
                 campaign = self.campaign
-                values = campaign.average(campaign.distance if name == "sd" else getattr(campaign.loads, name))
+                values = campaign.average(
+                    campaign.distance if name == "sd" else getattr(campaign.loads, name)
+                )
                 self._old[name] = self._columns(name, self._unit(name, values))
         return np.column_stack([np.empty((len(self.campaign.starts), 0)), *(self._old[n] for n in names)])
 

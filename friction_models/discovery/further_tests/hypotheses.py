@@ -159,7 +159,13 @@ class Hypotheses:
         return [self._posterior(None, [], 1.0, np.empty((len(bends), 0)), bends, variance)]
 
     def _posterior(
-        self, index: int | None, used: list[int], share: float, columns: FloatArray, bends: FloatArray, variance: float
+        self,
+        index: int | None,
+        used: list[int],
+        share: float,
+        columns: FloatArray,
+        bends: FloatArray,
+        variance: float,
     ) -> _Possible:
         white = self.found.whiten
         design = np.column_stack([self._white_base, white(columns), white(bends)])
@@ -210,7 +216,10 @@ class Hypotheses:
             scatter[k * PARTS : (k + 1) * PARTS, k * PARTS : (k + 1) * PARTS] = noise * self._scatter(test)
         for h, (fit, sets) in enumerate(zip(fits, self.possible, strict=True)):
             base_and_bends = [
-                (_parts(self.terms(t.loads.as_array())), _parts(self.deviations.new(self._curved(fit), t.loads)))
+                (
+                    _parts(self.terms(t.loads.as_array())),
+                    _parts(self.deviations.new(self._curved(fit), t.loads)),
+                )
                 for t in tests
             ]
             for p in sets:
@@ -249,7 +258,9 @@ class Hypotheses:
         effect, loads = candidate.effect, test.loads
         chosen = [p.index for p in self.possible[hypothesis]]
         shape = {name: values[None, chosen] for name, values in candidate.shapes.items()}
-        system = {k: np.full((POINTS, 1), self._metadata(k, v, test)) for k, v in self.campaign.system.items()}
+        system = {
+            k: np.full((POINTS, 1), self._metadata(k, v, test)) for k, v in self.campaign.system.items()
+        }
         friction = np.maximum(self.terms(loads.as_array(), max(self.degree, 1)) @ self.friction, 1e-4)
         made = Campaign(
             loads, friction, ["new"], np.array([0]), np.arange(POINTS), np.ones(POINTS),

@@ -58,7 +58,9 @@ class Outcomes:
         count, n = self.mean.shape
         each = max(DRAWS // count // 2, 2)
         root = np.linalg.cholesky(self.covariance)
-        half = np.random.default_rng(0).standard_normal((each, n))  # the same for all tests: they are compared
+        half = np.random.default_rng(0).standard_normal(
+            (each, n)
+        )  # the same for all tests: they are compared
         normal = np.concatenate([half, -half])
         drawn = (self.mean[:, None] + np.einsum("cij,sj->csi", root, normal)).reshape(-1, n)
         density = np.empty((len(drawn), count))

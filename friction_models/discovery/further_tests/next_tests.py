@@ -135,7 +135,9 @@ def _weighed(campaign: Campaign, found: SearchRound, rivals: list[Fit]) -> tuple
     if len(weight) > 1:
         following = list(weight)[1]
         weight[following] = max(weight[following], NEXT)
-    kept = sorted((n for n in weight if weight[n] >= LEAST_WEIGHT), key=lambda n: (n != first.name, -weight[n]))
+    kept = sorted(
+        (n for n in weight if weight[n] >= LEAST_WEIGHT), key=lambda n: (n != first.name, -weight[n])
+    )
     by_name = {f.name: f for f in [*rivals, *others]}
     kept = kept[:MOST_EFFECTS]
     return [by_name[n] for n in kept], np.array([weight[n] for n in kept])

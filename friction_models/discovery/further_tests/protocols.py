@@ -191,12 +191,14 @@ def possible_tests(campaign: Campaign) -> list[PlannedTest]:
         ]
     if rounded(0.5 * s.distance) > 0.0:
         found += [
-            s.test("hold", p, v, s.tool[1], rest_at=POINTS // 2) for p, v in product(ends, sorted({slow, middle}))
+            s.test("hold", p, v, s.tool[1], rest_at=POINTS // 2)
+            for p, v in product(ends, sorted({slow, middle}))
         ]
     longer = rounded(min(2.0 * s.distance, LONGEST))
     if longer > 1.2 * s.distance > 0.0:
         found += [
-            s.test("long run", p, v, s.tool[1], distance=longer) for p, v in product({usual, *ends}, {middle, fast})
+            s.test("long run", p, v, s.tool[1], distance=longer)
+            for p, v in product({usual, *ends}, {middle, fast})
         ]
     return found
 
