@@ -15,7 +15,7 @@ from .generator import DRIFT, DRIFT_LENGTH, SCATTER, sensor
 #: Largest rms of the hidden part in the first plan, in mu.
 LARGEST = 0.02
 #: Points of a test lie this far apart [mm].
-SPACING = 0.5
+SPACING = 0.75
 
 
 class MadeLaboratory:

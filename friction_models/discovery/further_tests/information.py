@@ -97,12 +97,15 @@ class Outcomes:
     def separation(self, first: int, second: int) -> float:
         """Return by how many standard errors the true one of two hypotheses should lead after the test.
 
-        The lead is that of twice the logarithm of the likelihood, in units of its root, for the truth that is harder to see.
+        The root of the lead that twice the logarithm of the likelihood shows: the median over the outcomes, on average over
+        the two that may be true, weighted by their probabilities.
         """
-        return min(self.leads(first, second), self.leads(second, first))
+        pair = (first, second)
+        weight = self.prior[list(pair)] / self.prior[list(pair)].sum()
+        return float(weight @ [self._leads(*pair), self._leads(second, first)])
 
-    def leads(self, truth: int, rival: int) -> float:
-        """Return the same where one of them is the truth: the median over the outcomes."""
+    def _leads(self, truth: int, rival: int) -> float:
+        """Return the same where it is known which one is true."""
         source, weight, density = self._drawn
         own = self.owner[source] == truth
         lead = 2.0 * (density[own, truth] - density[own, rival])
