@@ -1,13 +1,8 @@
-"""Tests one after the other until one right name is left: the proposed one each time, or one of the plan at random.
-
-``python -m benchmarks.discovery.sequential -o build/discovery --seeds 2 --jobs 2`` goes on where it was interrupted.
-"""
+"""Tests one after the other until one right name is left: the proposed one each time, or one of the plan at random."""
 
 from __future__ import annotations
 
-import argparse
 import json
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
@@ -16,12 +11,10 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-os.environ.setdefault("OMP_NUM_THREADS", "1")
-
 import numpy as np
 import pandas as pd
 
-from friction_models.common import write_json, write_text
+from friction_models.common import write_json
 from friction_models.discovery import Diagnosis, diagnose
 
 from ..common import Section, Table, section
@@ -135,9 +128,8 @@ def _proposed(
             }
         )
         found = after
-        waiting = (
-            list(found.next_tests) or waiting
-        )  # where nothing new is proposed, the next one of the last list
+        # where nothing new is proposed: the next one of the last list
+        waiting = list(found.next_tests) or waiting
     right = settled(found, start.hidden)
     return {"tests": used if right else MOST, "settled": right, "set": found.confusion_set, "rounds": rounds}
 
@@ -234,7 +226,7 @@ def summary(results: Sequence[dict[str, Any]]) -> Section:
         each.rows.append((r["hidden"], r["plan"], ", ".join(r["set_before"]), *ways[0], *ways[1]))
     return section(
         "Tests that settle it",
-        f"{len(results)} small made-up campaigns of 16 tests with a hidden effect, in three sets of forms outside the catalogue; "
+        f"{len(results)} small made-up campaigns of 8 or 9 tests with a hidden effect, in three sets of forms outside the catalogue; "
         f"{len(run)} of them end in several names or a wrong one. From there, tests are added one by one and all is diagnosed again, until the "
         f"right name is left alone: the first proposal each time, or points of the plan's levels at random (crossed, also where the "
         f"plan ties speed to temperature). At most {MOST} tests; so many count where they settle nothing. Expected and observed t: root of "
@@ -258,20 +250,3 @@ def _share(own: Sequence[dict[str, Any]]) -> float:
 
 def _tests(way: dict[str, Any]) -> str:
     return str(way["tests"]) if way["settled"] else f"more than {MOST}"
-
-
-def main() -> None:
-    """Run what is missing, print the tables and write them beside the results."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.discovery.sequential", description=__doc__)
-    parser.add_argument("-o", "--out", type=Path, default=Path("build/benchmarks/discovery"))
-    parser.add_argument("--seeds", type=int, default=2, help="campaigns of each effect and plan")
-    parser.add_argument("--jobs", type=int, default=1, help="processes")
-    chosen = parser.parse_args()
-    part = summary(run_all(chosen.out, chosen.seeds, chosen.jobs, lambda text: print(text, flush=True)))
-    page = "\n".join([f"## {part['title']}", "", part["text"], *part["lines"], ""])
-    print(page)
-    write_text(chosen.out / "sequential.md", page)
-
-
-if __name__ == "__main__":
-    main()
