@@ -44,7 +44,7 @@ def settle(out: Path, seed: int, jobs: int | None, tick: Progress) -> None:
     found: dict[str, Any] = read_json(out / "diagnosis.json")
     model = load_model(out / "models" / "before")
     rounds: list[SettlingRound] = []
-    while found["verdict"] == "ambiguous" and found["next_tests"] and len(rounds) < ROUNDS:
+    while len(found["confusion_set"]) > 1 and found["next_tests"] and len(rounds) < ROUNDS:
         number = len(rounds) + 1
         proposed = found["next_tests"][0]
         tick(number - 1, ROUNDS, proposed["protocol"])
