@@ -201,7 +201,8 @@ def test_errors_fall_on_unseen_tests_and_on_the_force(demo: Demo) -> None:
     assert s["rounds"][0]["before"] == first["confusion_set"]
     assert s["rounds"][0]["protocol"] == first["next_tests"][0]["protocol"]
     assert all(HIDDEN in r["after"] for r in s["rounds"])
-    assert s["rounds"][-1]["after"] == s["diagnosis"]["confusion_set"]
+    assert s["rounds"][-1]["after"] == s["diagnosis"]["confusion_set"] == [HIDDEN]
+    assert s["diagnosis"]["verdict"] == "explained"
     tests = DataSet.load(demo.out / "further" / "data-1").tests
     assert tests is not None and len(tests) == s["rounds"][0]["tests"]
     assert s["held_out"]["after"]["rmse"] < s["held_out"]["before"]["rmse"]
