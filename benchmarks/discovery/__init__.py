@@ -10,7 +10,7 @@ from pathlib import Path
 from friction_models.common import write_json
 
 from ..common import Section
-from . import chain, protocols, study
+from . import chain, protocols, sequential, study
 
 
 @dataclass(frozen=True)
@@ -20,6 +20,7 @@ class Sizes:
     seeds: int = 12
     chain: int = 1
     protocols: int = 0
+    sequential: int = 0
 
     def keep(self, folder: Path) -> None:
         """Write the sizes beside the results, for whoever prints them again."""
@@ -41,6 +42,8 @@ def all_parts(folder: Path, sizes: Sizes, tell: Callable[[str], None] = print) -
         parts.append(chain.summary(chain.run_all(folder, sizes.chain, tell)))
     if sizes.protocols:
         parts.append(protocols.summary(protocols.run_all(folder, sizes.protocols, tell)))
+    if sizes.sequential:
+        parts.append(sequential.summary(sequential.run_all(folder, sizes.sequential, tell=tell)))
     return parts
 
 

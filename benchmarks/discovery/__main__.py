@@ -22,8 +22,14 @@ def main() -> None:
     parser.add_argument(
         "--protocols", type=int, default=0, help="campaigns of each effect for proposed protocols"
     )
+    parser.add_argument(
+        "--sequential",
+        type=int,
+        default=0,
+        help="campaigns of each effect and plan for tests one after the other",
+    )
     chosen = parser.parse_args()
-    sizes = Sizes(chosen.seeds, chosen.chain, chosen.protocols)
+    sizes = Sizes(chosen.seeds, chosen.chain, chosen.protocols, chosen.sequential)
     sizes.keep(chosen.out)
     parts = all_parts(chosen.out, sizes, lambda text: print(text, flush=True))
     page = "\n\n".join("\n".join([f"## {p['title']}", "", p["text"], *p["lines"]]) for p in parts) + "\n"

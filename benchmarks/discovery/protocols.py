@@ -15,7 +15,7 @@ import pandas as pd
 from friction_models.common import write_json
 from friction_models.discovery import Diagnosis, diagnose
 from friction_models.discovery.further_tests.joined import join_campaigns
-from friction_models.discovery.further_tests.separation import ENOUGH, separated
+from friction_models.discovery.further_tests.next_tests import ENOUGH
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.search.zero_reading import ZERO, read_zero
 from friction_models.loads import DataSet
@@ -126,9 +126,8 @@ def _again(
             assert reading is not None
             outcome["reading"] = reading.area * max(reading.low, reading.high, key=abs)
         else:
-            whole = max(_evidence(second).values(), default=0.0)
-            leads = _lead(first, hidden, rival), _lead(second, hidden, rival)
-            outcome["observed_t"] = separated(*leads, whole).t
+            growth = _lead(second, hidden, rival) - _lead(first, hidden, rival)
+            outcome["observed_t"] = float(np.sign(growth) * np.sqrt(abs(growth)))
         found.append(outcome)
     return found
 

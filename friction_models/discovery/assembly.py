@@ -113,7 +113,10 @@ def assemble(
         rivals = chosen[:1]
     if len(rivals) == 1:
         rivals += [f for f in found.ranking if f.name != rivals[0].name and f.gain > 0][:1]
-    proposals, inseparable = propose(campaign, found, rivals, mu, base)
+    if not rivals and verdict == "unknown_structure":
+        rivals = [f for f in found.ranking[:1] if f.gain > 0]
+    doubt = {"unknown_structure": 0.5, "partly_explained": 0.25}.get(verdict, 0.1)
+    proposals, inseparable = propose(campaign, found, rivals, mu, base, doubt)
     if named and (len(confusion) > 1 or not proposals):
         warnings += inseparable
     floor, budget = _budget(judged, level, usual, campaign)

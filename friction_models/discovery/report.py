@@ -40,9 +40,13 @@ def text_report(findings: Findings) -> str:
 def _next(d: Findings) -> list[str]:
     if not d.next_tests:
         return []
-    lines = ["What to test next (by how many standard errors one such test tells the two apart)"]
+    lines = [
+        "What to test next (entropy of the answer that it should remove; standard errors by which it tells two apart)"
+    ]
     return lines + [
-        f"  {n['protocol']}: {setpoints_text(n['setpoints'])}; {' from '.join(n['separates'])}: {n['expected_t']:.1f}"
+        f"  {n['protocol']}: {setpoints_text(n['setpoints'])}; {n['entropy_reduction']:.2f} bits"
+        + (f" by {n['tests']} tests" if n["tests"] > 1 else "")
+        + f"; {' from '.join(n['separates'])}: {n['expected_t']:.1f}"
         for n in d.next_tests
     ]
 

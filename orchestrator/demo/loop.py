@@ -31,10 +31,11 @@ from ..prediction.predict_sct import PredictionNumbers
 from ..report.sections.demo_folder import DemoSummary, FrictionEntry, RunFacts
 from .prediction import PARTS, predict_held_out
 from .scenario import Scenario
+from .settling import SETTLED, all_tests, settle
 
 #: Opens the progress display of a step: ``with display("title") as tick: tick(done, total, what)``.
 Display = Callable[[str], AbstractContextManager[Progress]]
-STEPS = 10
+STEPS = 11
 
 
 class _Step(TypedDict):
@@ -94,10 +95,13 @@ class Demo:
         training = {"base": s.base, "other": s.other, "parameters": s.other_parameters}
         self._do("train", training, ["models/before", "models/other"], self._train)
         self._do("diagnose", {}, ["diagnosis.json"], self._diagnose)
-        diagnosis = read_json(self.out / "diagnosis.json")
+        self._do("settle", {}, [SETTLED], lambda tick: settle(self.out, s.seed, self.jobs, tick))
+        settled = read_json(self.out / SETTLED)
+        diagnosis = settled["diagnosis"]
         parts = ["constant", "before", "other"]
         if diagnosis["effects"]:
-            self._do("refine", {}, ["models/after"], lambda tick: self._refine(diagnosis["effects"]))
+            rounds = len(settled["rounds"])
+            self._do("refine", {}, ["models/after"], lambda tick: self._refine(diagnosis["effects"], rounds))
             parts.append("after")
         else:
             self._step += 1
@@ -108,7 +112,7 @@ class Demo:
             labels = {part: self.label(part) for part in PARTS if part in parts}
             predicted = predict_held_out(self.out, DataSet.load(self.out / "data"), labels, self.jobs, tick)
         with self._title("report") as tick:
-            summary = self._summarise(parts, runs, diagnosis, predicted)
+            summary = self._summarise(parts, runs, settled, predicted)
             write_json(self.out / "demo.json", summary)
             report = write_report(self.out)
             tick(1, 1, "")
@@ -168,15 +172,15 @@ class Demo:
         write_json(self.out / "diagnosis.json", {**diagnosis.to_dict(), "sentence": diagnosis.sentence})
         tick(1, 1, diagnosis.verdict)
 
-    def _refine(self, effects: list[str]) -> None:
+    def _refine(self, effects: list[str], rounds: int) -> None:
         from friction_models import evaluate, load_model
         from friction_models.discovery import refine
 
-        data = DataSet.load(self.out / "data")
+        data = all_tests(self.out, rounds)
         better = refine(
             data.points, data.tests, model=load_model(self.out / "models" / "before"), add=effects
         )
-        for role, measures in evaluate(better, data).roles.items():
+        for role, measures in evaluate(better, DataSet.load(self.out / "data")).roles.items():
             better.record_errors(role, measures)
         better.save(self.out / "models" / "after")
 
@@ -225,14 +229,14 @@ class Demo:
         if part == "constant":
             return f"constant {s.constant:g}"
         if part == "after":
-            return " + ".join([s.base, *read_json(self.out / "diagnosis.json")["effects"]])
+            return " + ".join([s.base, *read_json(self.out / SETTLED)["diagnosis"]["effects"]])
         return s.base if part == "before" else s.other
 
     def _summarise(
         self,
         parts: list[str],
         runs: dict[tuple[str, str], Run],
-        diagnosis: dict[str, object],
+        settled: dict[str, Any],
         predicted: dict[str, PredictionNumbers],
     ) -> DemoSummary:
         from friction_models import ConstantFriction, evaluate, load_model
@@ -283,7 +287,8 @@ class Demo:
             "frictions": frictions,
             "held_out": held_out,
             "forces": forces,
-            "diagnosis": diagnosis,
+            "diagnosis": settled["diagnosis"],
+            "rounds": settled["rounds"],
             "run_facts": {f"runs/{name}-{part}": _facts(run) for (part, name), run in runs.items()},
             "seconds": {name: float(step["seconds"]) for name, step in self._steps.items()},
             "versions": versions(),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from friction_models.discovery.figures_data import setpoints_text
+
 from ..force_curves.metrics import percent
 
 if TYPE_CHECKING:
@@ -19,6 +21,7 @@ def printed_summary(result: DemoResult) -> str:
     lines = [
         "",
         "All measurements are SYNTHETIC: made by the virtual laboratory, not measured.",
+        *_settling(s),
         f"Verdict on the {s['base']} model: {diagnosis['verdict']}; effect to add: {effects} "
         f"(hidden in the laboratory: {s['hidden'] or 'nothing'})",
         "",
@@ -31,6 +34,24 @@ def printed_summary(result: DemoResult) -> str:
         lines += [_change(*item) for item in _changes(s)]
     lines += ["", f"Report: {result.report}", f"Everything else: {result.folder}"]
     return "\n".join(lines)
+
+
+def _settling(s: DemoSummary) -> list[str]:
+    """Say which further tests were run, and what they changed."""
+    if not s["rounds"]:
+        return []
+    first, count = s["rounds"][0]["before"], sum(r["tests"] for r in s["rounds"])
+    lines = [
+        f"The first answer was ambiguous: {s['tests']['train']} tests cannot tell {', '.join(first)} apart.",
+        f"So what the diagnosis proposed was run in the virtual laboratory ({count} more test{'s' if count > 1 else ''}):",
+    ]
+    for r in s["rounds"]:
+        lines += [
+            f"  {r['protocol']}: {setpoints_text(r['setpoints'])}",
+            f"    expected to tell {' from '.join(r['separates'])} by {r['expected_t']:.1f} standard errors, {r['entropy_reduction']:.2f} bits",
+            *(f"    {line}" for line in r["changed"].rstrip().splitlines()[1:]),
+        ]
+    return [*lines, ""]
 
 
 def _row(s: DemoSummary, entry: FrictionEntry) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from friction_models.common.markup import escape, table
+from friction_models.discovery.figures_data import setpoints_text
 from friction_models.effects import make_effect
 
 from ..studies.forming_error.words import percent
@@ -36,6 +37,8 @@ def demo_page(folder: Path) -> str:
     page.add(
         "verdict", "Verdict", _verdict(demo), cards(changes(demo)), _caveat(demo), next_tests_html(found)
     )
+    if demo.summary["rounds"]:
+        page.add("settled", "Further tests", _settled(demo))
     page.add("budget", "Error budget", budget_html(found))
     page.add("force", "Forming force", _force(demo))
     page.plot(
@@ -114,6 +117,32 @@ def _verdict(demo: DemoFolder) -> str:
         + f"<p>On the held-out tests, the addition removes about {removed:.0f} % of the mean square error above the noise floor, "
         "the part of the error that a better model can remove.</p>"
     )
+
+
+def _settled(demo: DemoFolder) -> str:
+    """Return which further tests were run, and what each was expected to tell and told."""
+    rows = [
+        (
+            r["protocol"], setpoints_text(r["setpoints"]), " / ".join(r["separates"]), f"{r['expected_t']:.1f}",
+            f"{r['entropy_reduction']:.2f}", ", ".join(r["before"]), ", ".join(r["after"]) or "none",
+        )
+        for r in demo.summary["rounds"]
+    ]  # fmt: skip
+    headings = [
+        "protocol",
+        "set points",
+        "tells apart",
+        "standard errors",
+        "bits",
+        "not told apart before",
+        "after",
+    ]
+    said = (
+        "<p>The first answer was ambiguous. The tests that the diagnosis proposed were run in the virtual laboratory, with the same "
+        "lubricant and new specimens, and all tests were diagnosed again. Bits: by how much a proposal was expected to reduce "
+        "the entropy of the answer; one bit tells two equal rivals apart.</p>"
+    )
+    return said + table(headings, rows, numeric=(3, 4))
 
 
 def _caveat(demo: DemoFolder) -> str:

@@ -196,11 +196,21 @@ def test_errors_fall_on_unseen_tests_and_on_the_force(demo: Demo) -> None:
     result = demo.run()
     s = result.summary
     assert s["diagnosis"]["effects"] == [HIDDEN]
+    first = json.loads((demo.out / "diagnosis.json").read_text(encoding="utf-8"))
+    assert first["verdict"] == "ambiguous" and s["rounds"]  # so what it proposes was run
+    assert s["rounds"][0]["before"] == first["confusion_set"]
+    assert s["rounds"][0]["protocol"] == first["next_tests"][0]["protocol"]
+    assert all(HIDDEN in r["after"] for r in s["rounds"])
+    assert s["rounds"][-1]["after"] == s["diagnosis"]["confusion_set"] == [HIDDEN]
+    assert s["diagnosis"]["verdict"] == "explained"
+    tests = DataSet.load(demo.out / "further" / "data-1").tests
+    assert tests is not None and len(tests) == s["rounds"][0]["tests"]
     assert s["held_out"]["after"]["rmse"] < s["held_out"]["before"]["rmse"]
     assert s["held_out"]["after"]["mae"] < s["held_out"]["before"]["mae"]
     for quantity in ("max_force", "work"):
         assert s["forces"]["after"][quantity]["mare"] < s["forces"]["before"][quantity]["mare"]
     printed = printed_summary(result)
+    assert "The first answer was ambiguous" in printed and "not told apart" in printed
     assert "SYNTHETIC" in printed and str(result.report) in printed
     assert printed.count("falls by") >= 4 and printed.count("closed loop") == 2
 
@@ -223,6 +233,7 @@ def test_the_report_tells_the_whole_story_offline(demo: Demo) -> None:
     html = (demo.out / "report.html").read_text(encoding="utf-8")
     for anchor in (
         "verdict",
+        "settled",
         "budget",
         "force",
         "residual",
@@ -243,6 +254,7 @@ def test_the_report_of_a_model_that_lacks_nothing(demo: Demo, tmp_path: Path) ->
         (tmp_path / name).symlink_to(demo.out / name)
     summary = json.loads((demo.out / "demo.json").read_text(encoding="utf-8"))
     summary["diagnosis"] |= {"verdict": "nothing_missing", "effects": [], "confusion_set": []}
+    summary["rounds"] = []
     summary["frictions"] = [f for f in summary["frictions"] if f["part"] != "after"]
     del summary["held_out"]["after"], summary["forces"]["after"], summary["predicted"]["after"]
     (tmp_path / "demo.json").write_text(json.dumps(summary), encoding="utf-8")
@@ -255,7 +267,7 @@ def test_a_second_run_reuses_everything(demo: Demo) -> None:
     before = {p: p.stat().st_mtime_ns for p in demo.out.rglob("results.nc")}
     assert len(before) == 4 + 2 * 3  # friction models in the extrusion, and held-out tests before and after
     again.run()
-    assert kept.count("kept from before") == 7
+    assert kept.count("kept from before") == 8
     assert {p: p.stat().st_mtime_ns for p in demo.out.rglob("results.nc")} == before
 
 

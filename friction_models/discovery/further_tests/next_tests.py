@@ -1,40 +1,55 @@
-"""Which tests would tell rivals apart: protocols as rows of a test plan, with the separation to expect.
+"""Which tests would settle the answer: those expected to reduce its entropy most per test.
 
-The expected separation is the lead in evidence with the new tests, less the lead that the existing tests give already. The
-base is refitted on both; the rival takes its best amplitude, shape and, within the form error, deviation from its formula;
-a new test has its own offset, drift and sensor noise.
+The answer is a probability of each effect that may be true, and of none of the catalogue (`hypotheses`). Tests that the rig can run
+(`protocols`) are judged by what their outcomes would leave of its entropy (`information`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 from typing import Any, NotRequired, TypedDict, cast
 
 import numpy as np
 
 from ...estimation.campaign.binning import Campaign
+from ...estimation.campaign.curves import transformed
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.importance import LEAST_SHARE, weighted_rms
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
+from ...estimation.search.significance import SAME
 from ...estimation.search.zero_reading import ZERO, expected
-from ...loads import FloatArray
-from .protocols import READING, PlanRow, Proposal, SetPoints, protocols
-from .separation import ENOUGH, Bench, Separation
+from ...loads import LOAD_NAMES, FloatArray
+from .hypotheses import Hypotheses
+from .information import Outcomes
+from .protocols import READING, PlannedTest, PlanRow, SetPoints, possible_tests
 
-#: Rivals of the winner for which tests are sought.
-RIVALS = 3
-#: Largest separation that is promised.
-MOST = 50.0
-#: A test that separates by fewer standard errors is not proposed.
-USELESS = 0.5
+#: Standard errors that are enough: rivals that are further apart leave the confusion set.
+ENOUGH = 3.0
+#: Most effects that are weighed against each other, and the least weight beside the largest one.
+MOST_EFFECTS, LEAST_WEIGHT = 7, 0.01
+#: Weight, beside the best effect, that one has at least: not told apart by the data; the next one of the ranking; driven by a
+#: load that moves with a load of the best one.
+CONFUSED, NEXT, TIED = 0.3, 0.05, 0.1
+#: Correlation of two loads from which on they move together.
+TOGETHER = 0.8
+#: Tests of one proposal at several points.
+SEVERAL = 3
+#: Most repeats that are asked for, and what stands for as many as one likes.
+MOST_REPEATS, ENDLESS = 12, 1000
+#: A proposal with fewer bits, or that tells its pair apart by fewer standard errors, is not made.
+LEAST_BITS, USELESS = 0.01, 0.5
+#: Most proposals.
+SHOWN = 5
 
 
 class NextTest(TypedDict):
     """A proposed test.
 
-    What is set in it, which two effects it separates, by how many standard errors, how many repeats that takes, and the
-    tests as rows of a plan.
+    What is set in it, which two effects it separates most, by how many standard errors, how many repeats that takes, the tests
+    as rows of a plan, by how many bits all of them together are expected to reduce the entropy of the answer, and how many
+    tests they are.
     """
 
     protocol: str
@@ -43,12 +58,19 @@ class NextTest(TypedDict):
     expected_t: float
     repeats: NotRequired[int]
     plan: list[PlanRow]
+    entropy_reduction: float
+    tests: int
 
 
 def propose(
-    campaign: Campaign, found: SearchRound, rivals: list[Fit], mu: FloatArray, base: BaseLaw
+    campaign: Campaign,
+    found: SearchRound,
+    rivals: list[Fit],
+    mu: FloatArray,
+    base: BaseLaw,
+    doubt: float = 0.1,
 ) -> tuple[list[NextTest], list[str]]:
-    """Return protocols that separate the first of `rivals` from the others.
+    """Return the tests that are expected to reduce the entropy of the answer most per test.
 
     Parameters
     ----------
@@ -56,50 +78,176 @@ def propose(
     found : SearchRound
         The scan that gave the rivals.
     rivals : list of Fit
-        The winner first.
+        What the data do not tell apart, the winner first.
     mu : ndarray, shape (n,)
         Friction of the base, for effects that need one.
     base : BaseLaw
         What else is refitted.
+    doubt : float
+        Probability that none of the catalogue is the answer.
 
     Returns
     -------
     proposals : list of NextTest
-        The largest separation first.
+        The most bits per test first; of each protocol the best settings.
     remarks : list of str
-        One for each rival that no proposal separates.
+        One for each rival that no proposal separates, and what to do where loads cannot tell.
     """
-    if len(rivals) < 2:
+    fits, weight = _weighed(campaign, found, rivals)
+    if len(fits) < 2:
         return [], []
-    bench = Bench(campaign, found, mu, base)
-    first = rivals[0]
-    result: list[NextTest] = []
-    proposals = protocols(campaign)
-    for rival in rivals[1 : 1 + RIVALS]:
-        pair = [first.name, rival.name]
-        for proposal in proposals:
-            result.append(_entry(proposal, pair, bench.separation(first, rival, proposal.loads)))
-        points = bench.points(first, rival)
-        if points is not None:
-            result.append(_entry(points[0], pair, points[1]))
-    names = [r.name for r in rivals]
-    if ZERO in names:
-        fault = rivals[names.index(ZERO)]
-        other = next(n for n in names if n != ZERO)
-        row: PlanRow = {**proposals[0].plan[0], "protocol": "zero_reading", "zero_reading": READING}
-        row.pop("v_levels", None)
-        reading = Proposal("zero reading", {"sigma_n [MPa]": 0.0, "duration [s]": READING}, [row], [])
-        t = expected(campaign, found.floor.sensor, fault, READING)
-        result.append(_entry(reading, [ZERO, other], Separation(t, t)))
-    result.sort(key=lambda p: -p["expected_t"])
-    remarks = []
-    for rival in rivals[1 : 1 + RIVALS]:
-        if ZERO not in (first.name, rival.name):
-            own = [p["expected_t"] for p in result if p["separates"] == [first.name, rival.name]]
-            if max(own, default=0.0) < ENOUGH:
-                remarks.append(_inseparable(campaign, found, first, rival, max(own, default=0.0)))
-    telling = [p for p in result if p["expected_t"] >= USELESS]
-    return telling[:5], remarks
+    tests = possible_tests(campaign)
+    prior = np.r_[(1.0 - doubt) * weight / weight.sum(), doubt]
+    known = Hypotheses(campaign, found, mu, base, fits, prior, tests)
+    single = [([t], known.predict([t])) for t in tests]
+    named = [f.name for f in fits]
+    entries = []
+    for protocol in dict.fromkeys(t.protocol for t in tests):
+        own = [s for s in single if s[0][0].protocol == protocol]
+        entries.append(_entry(known, named, *max(own, key=lambda s: s[1].reduction)))
+    several = _several(known, single)
+    if several is not None:
+        entries.append(_entry(known, named, *several))
+    if ZERO in named:
+        entries.append(_zero_reading(campaign, found, fits, prior, tests))
+    telling = [e for e in entries if e["entropy_reduction"] >= LEAST_BITS and e["expected_t"] >= USELESS]
+    telling.sort(key=lambda e: -e["entropy_reduction"] / e["tests"])
+    return telling[:SHOWN], _remarks(campaign, found, rivals, named, [o for _, o in single])
+
+
+def _weighed(campaign: Campaign, found: SearchRound, rivals: list[Fit]) -> tuple[list[Fit], FloatArray]:
+    """Return the effects that may be true, the winner first, with their weights.
+
+    Evidence is twice the logarithm of a likelihood; where it is large, differences count as much less as they may be a
+    matter of formulas (`SAME`).
+    """
+    if not rivals:
+        return [], np.empty(0)
+    first, names = rivals[0], [f.name for f in rivals]
+    largest = max(f.evidence for f in rivals)
+    scale = max(1.0, SAME * largest / ENOUGH**2)
+    others = [f for f in found.ranking if f.name not in names and f.gain > 0.0]
+    weight = {}
+    for place, fit in enumerate([*rivals, *others]):
+        own = float(np.exp(np.clip(0.5 * (fit.evidence - largest) / scale, -50.0, 0.0)))
+        least = CONFUSED if place < len(rivals) else 0.0
+        weight[fit.name] = max(own, least, TIED if least == 0.0 and _tied(campaign, first, fit) else 0.0)
+    if len(weight) > 1:
+        following = list(weight)[1]
+        weight[following] = max(weight[following], NEXT)
+    kept = sorted(
+        (n for n in weight if weight[n] >= LEAST_WEIGHT), key=lambda n: (n != first.name, -weight[n])
+    )
+    by_name = {f.name: f for f in [*rivals, *others]}
+    kept = kept[:MOST_EFFECTS]
+    return [by_name[n] for n in kept], np.array([weight[n] for n in kept])
+
+
+def _tied(campaign: Campaign, first: Fit, other: Fit) -> bool:
+    """Return whether an effect is driven by a load that moves with that of the first one from test to test."""
+    a, b = (f.prepared.candidate.effect.driver[0] for f in (first, other))
+    if a == b or not {a, b} <= set(LOAD_NAMES) or not (campaign.varies(a) and campaign.varies(b)):
+        return False
+    levels = [campaign.of_tests(transformed(campaign, n)) for n in (a, b)]
+    if min(np.ptp(x) for x in levels) <= 0.0 or len(campaign.tests) < 3:
+        return False
+    return bool(abs(np.corrcoef(*levels)[0, 1]) > TOGETHER)
+
+
+def _several(
+    known: Hypotheses, single: Sequence[tuple[list[PlannedTest], Outcomes]]
+) -> tuple[list[PlannedTest], Outcomes] | None:
+    """Return constant tests that tell most together: the best one, then what adds most."""
+    constant = sorted((s for s in single if s[0][0].protocol == "constant"), key=lambda s: -s[1].reduction)
+    if len(constant) < 2:
+        return None
+    chosen = constant[0]
+    while len(chosen[0]) < SEVERAL:
+        tried = [[*chosen[0], s[0][0]] for s in constant if s[0][0] is not chosen[0][-1]]
+        chosen = max(((t, known.predict(t)) for t in tried), key=lambda s: s[1].reduction)
+    return chosen
+
+
+def _entry(known: Hypotheses, names: list[str], tests: list[PlannedTest], outcomes: Outcomes) -> NextTest:
+    pair = max(combinations(range(len(names)), 2), key=lambda p: outcomes.pair_reduction(*p))
+    t = outcomes.separation(*pair)
+    setpoints = tests[0].setpoints
+    if len(tests) > 1:
+        setpoints = {k: [cast(float, test.setpoints[k]) for test in tests] for k in setpoints}
+    entry: dict[str, object] = {
+        "protocol": tests[0].protocol if len(tests) == 1 else "points of the plan",
+        "setpoints": setpoints,
+        "separates": [names[k] for k in pair],
+        "expected_t": round(t, 2),
+        "plan": [test.row for test in tests],
+        "entropy_reduction": round(outcomes.reduction, 3),
+        "tests": len(tests),
+    }
+    repeats = _repeats(known, tests, pair, t)
+    return cast(NextTest, entry | ({} if repeats is None else {"repeats": repeats}))
+
+
+def _repeats(known: Hypotheses, tests: list[PlannedTest], pair: tuple[int, int], t: float) -> int | None:
+    """Return how many runs reach `ENOUGH`; None where repeats do not help: forms differ too little."""
+    if t >= ENOUGH:
+        return 1
+    if known.predict(tests, 1.0 / ENDLESS).separation(*pair) < ENOUGH:
+        return None
+    for count in range(2, MOST_REPEATS + 1):
+        if known.predict(tests, 1.0 / count).separation(*pair) >= ENOUGH:
+            return count
+    return None
+
+
+def _zero_reading(
+    campaign: Campaign, found: SearchRound, fits: list[Fit], prior: FloatArray, tests: list[PlannedTest]
+) -> NextTest:
+    """Return a reading without load: it tells the fault of the cell from all laws of pressure."""
+    names = [f.name for f in fits]
+    place = names.index(ZERO)
+    t = expected(campaign, found.floor.sensor, fits[place], READING)
+    means = np.zeros((len(prior), 1))
+    means[place] = t
+    outcomes = Outcomes(prior, np.arange(len(prior)), np.ones(len(prior)), means, np.ones((len(prior), 1, 1)))
+    others = [k for k in range(len(fits)) if k != place]
+    other = max(others, key=lambda k: prior[k])
+    usual = next(test for test in tests if test.protocol == "constant")
+    row: PlanRow = {**usual.row, "protocol": "zero_reading", "zero_reading": READING}
+    return {
+        "protocol": "zero reading",
+        "setpoints": {"sigma_n [MPa]": 0.0, "duration [s]": READING},
+        "separates": [ZERO, names[other]],
+        "expected_t": round(outcomes.separation(place, other), 2),
+        "repeats": int(np.ceil((ENOUGH / max(t, 0.1)) ** 2)),
+        "plan": [row],
+        "entropy_reduction": round(outcomes.reduction, 3),
+        "tests": 1,
+    }
+
+
+def _remarks(
+    campaign: Campaign, found: SearchRound, rivals: list[Fit], names: list[str], outcomes: Sequence[Outcomes]
+) -> list[str]:
+    """Return what no proposed test tells apart, and how to tell what no load drives."""
+    result = []
+    first, *others = rivals
+    unloaded = [f for f in rivals if not set(f.prepared.candidate.effect.driver) & set(LOAD_NAMES)]
+    for rival in others:
+        if ZERO in (first.name, rival.name) or rival.name not in names or first.name not in names:
+            continue
+        if first in unloaded and rival in unloaded:
+            continue
+        pair = names.index(first.name), names.index(rival.name)
+        best = max(o.separation(*pair) for o in outcomes)
+        if best < ENOUGH:
+            result.append(_inseparable(campaign, found, first, rival, best))
+    if len(unloaded) > 1:
+        columns = list(dict.fromkeys(f.prepared.candidate.effect.driver[0] for f in unloaded))
+        result.append(
+            f"{' and '.join(f.name for f in unloaded)}: no load drives them, so no setting of the rig tells them apart; run the same "
+            f"loads again with {' and '.join(columns)} crossed, that is each value of the one with each value of the other"
+        )
+    return result
 
 
 def _inseparable(campaign: Campaign, found: SearchRound, first: Fit, rival: Fit, best: float) -> str:
@@ -114,19 +262,6 @@ def _inseparable(campaign: Campaign, found: SearchRound, first: Fit, rival: Fit,
     if apart**2 < LEAST_SHARE * found.floor.total**2:
         text += ", too little to matter: within the tested range either predicts alike"
     return text
-
-
-def _entry(proposal: Proposal, pair: list[str], expected: Separation) -> NextTest:
-    entry: dict[str, object] = {
-        "protocol": proposal.protocol,
-        "setpoints": proposal.setpoints,
-        "separates": pair,
-        "expected_t": round(min(expected.t, MOST), 2),
-    }
-    # repeats help against noise, not against errors of the formulas
-    if expected.t >= ENOUGH or expected.t == expected.noise:
-        entry["repeats"] = int(np.ceil((ENOUGH / max(expected.t, 0.1)) ** 2))
-    return cast(NextTest, entry | {"plan": proposal.plan})
 
 
 def plan_rows(next_tests: Sequence[Mapping[str, Any]]) -> list[dict[str, str | float]]:

@@ -1,8 +1,9 @@
-"""Protocols of further tests: rows of a test plan, and the loads to expect in them."""
+"""Tests that a rig can run: rows of a plan at freely combined settings, and the loads to expect in them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from typing import TypeAlias
 
 import numpy as np
@@ -30,8 +31,8 @@ SET_BY = {"v_rel": "v_set", "T": "T_tool", "sigma_n": "sigma_set"}
 
 
 @dataclass(frozen=True)
-class Proposal:
-    """Further tests.
+class PlannedTest:
+    """One further test.
 
     Attributes
     ----------
@@ -39,29 +40,41 @@ class Proposal:
         Name for people.
     setpoints : dict
         What is set, for people.
-    plan : list of dict
-        The tests as rows of a plan: ``protocol``, ``sigma_set`` [MPa], ``v_set`` [mm/s], ``T_tool`` [degC],
+    row : dict
+        The test as a row of a plan: ``protocol``, ``sigma_set`` [MPa], ``v_set`` [mm/s], ``T_tool`` [degC],
         ``sd_set`` [mm], where it is known ``psi_set``, and what the protocol needs: ``v_levels`` (text, speeds on
         equal parts of the distance), ``sigma_end``, ``hold_at`` [mm] and ``hold`` [s], ``zero_reading`` [s].
-    loads : list of TriboLoads
-        Loads to expect in each of them.
+    loads : TriboLoads
+        Loads to expect along it, at `POINTS` equal distances.
     """
 
     protocol: str
     setpoints: SetPoints
-    plan: list[PlanRow]
-    loads: list[TriboLoads]
+    row: PlanRow
+    loads: TriboLoads
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Levels within what was tested, and what a test with them looks like."""
+    """Levels that the tests have shown to be possible, and what a test with them looks like.
+
+    Attributes
+    ----------
+    speed, pressure, tool : tuple of float
+        Low, middle and high [mm/s, MPa, degC].
+    shapes : tuple of pairs
+        Specimen shapes (``psi_set``, None where it is not known) and the expansion that each gives; the commonest first.
+    distance : float
+        Usual sliding distance [mm].
+    heating : Heating
+    unknown : tuple of str
+        Columns of a plan that the data say nothing of.
+    """
 
     speed: tuple[float, float, float]
     pressure: tuple[float, float, float]
     tool: tuple[float, float, float]
-    psi: float
-    psi_set: float | None
+    shapes: tuple[tuple[float | None, float], ...]
     distance: float
     heating: Heating
     unknown: tuple[str, ...] = ()
@@ -74,11 +87,6 @@ class Settings:
         tool = campaign.system.get("T_tool")
         cold = array[firsts, 1] if tool is None else tool[firsts, 0]
         rise = array[:, 1] - np.repeat(cold, np.diff(np.r_[firsts, len(array)]))
-        shapes = campaign.system.get("psi_set")
-        usual = None
-        if shapes is not None:
-            values, counts = np.unique(shapes[firsts, 0], return_counts=True)
-            usual = float(values[np.argmax(counts)])
         lasts = np.r_[firsts[1:], len(array)] - 1
         fast = max(float(high[0]), 1e-9)
         slow = max(float(low[0]), 0.01 * fast, 1e-9)
@@ -89,21 +97,54 @@ class Settings:
             (rounded(slow), rounded(float(np.sqrt(slow * fast))), rounded(fast)),
             (rounded(low[2]), rounded(middle[2]), rounded(high[2])),
             (rounded(cold.min()), rounded(np.median(cold)), rounded(cold.max())),
-            max(float(middle[4]), 1e-3),
-            usual,
+            _shapes(campaign, max(float(middle[4]), 1e-3)),
             distance,
             Heating.learn(array[:, 2], array[:, 0], array[:, 3], rise),
             tuple(SET_BY[n] for n in campaign.absent if n in SET_BY),
         )
 
-    def row(self, sigma: float, v: float, tool: float, distance: float) -> PlanRow:
+    def test(
+        self,
+        protocol: str,
+        sigma: float,
+        v: float,
+        tool: float,
+        shape: int = 0,
+        distance: float | None = None,
+        sigma_end: float | None = None,
+        v_levels: tuple[float, ...] = (),
+        rest_at: int | None = None,
+    ) -> PlannedTest:
+        """Return a test at constant settings, or with a ramp of pressure, steps of speed, or a rest before a point."""
+        length = self.distance if distance is None else distance
         row: PlanRow = {
-            "protocol": "constant", "sigma_set": sigma, "v_set": v, "T_tool": tool, "sd_set": distance,
+            "protocol": protocol.replace(" ", "_") if protocol not in {"constant", "long run"} else "constant",
+            "sigma_set": sigma, "v_set": v, "T_tool": tool, "sd_set": length,
         }  # fmt: skip
         row = {k: value for k, value in row.items() if k not in self.unknown}
-        return row | ({"psi_set": self.psi_set} if self.psi_set is not None else {})
+        psi_set, psi = self.shapes[shape]
+        shown: SetPoints = {"sigma_n [MPa]": sigma, "v_rel [mm/s]": v, "T_tool [degC]": tool}
+        if psi_set is not None:
+            row["psi_set"] = psi_set
+            if len(self.shapes) > 1:
+                shown["psi_set"] = psi_set
+        speed, pressure = np.full(POINTS, v), np.full(POINTS, sigma)
+        if sigma_end is not None:
+            row["sigma_end"], shown["sigma_n [MPa]"] = sigma_end, [sigma, sigma_end]
+            pressure = sigma + (sigma_end - sigma) * np.arange(POINTS) / (POINTS - 1)
+        if v_levels:
+            row["v_levels"], shown["v_rel [mm/s]"] = ";".join(f"{x:g}" for x in v_levels), list(v_levels)
+            speed = np.array(v_levels)[np.arange(POINTS) * len(v_levels) // POINTS]
+        if rest_at is not None:
+            after = rounded(length * rest_at / POINTS)
+            row |= {"hold_at": after, "hold": REST}
+            shown |= {"rest [s]": REST, "after [mm]": after}
+        if protocol == "long run":
+            shown["sd [mm]"] = length
+        loads = self._loads(speed, pressure, tool, psi, length, rest_at)
+        return PlannedTest(protocol, self._shown(shown), row, loads)
 
-    def shown(self, setpoints: SetPoints) -> SetPoints:
+    def _shown(self, setpoints: SetPoints) -> SetPoints:
         """Return set points for people without those of loads that the data lack."""
         names = {f"{load} [": key for load, key in SET_BY.items()} | {"T_tool [": "T_tool"}
         return {
@@ -112,8 +153,8 @@ class Settings:
             if names.get(k.partition("[")[0] + "[") not in self.unknown
         }
 
-    def loads(
-        self, v: FloatArray, sigma: FloatArray, tool: float, distance: float, rest_at: int | None = None
+    def _loads(
+        self, v: FloatArray, sigma: FloatArray, tool: float, psi: float, distance: float, rest_at: int | None
     ) -> TriboLoads:
         """Return the loads along a test at equal distances, with a rest before point `rest_at`."""
         sd = distance * (np.arange(POINTS) + 1.0) / POINTS
@@ -122,63 +163,55 @@ class Settings:
         T = tool + self.heating.rise(sigma, mean, sd)
         if rest_at is not None:
             t = t + np.where(np.arange(POINTS) >= rest_at, REST, 0.0)
-        return TriboLoads(v, T, sigma, sd, np.full(POINTS, self.psi), t=t)
+        return TriboLoads(v, T, sigma, sd, np.full(POINTS, psi), t=t)
 
 
-def protocols(campaign: Campaign) -> list[Proposal]:
-    """Return protocols within the tested range: speed step, pressure ramp, hold, long run."""
+def possible_tests(campaign: Campaign) -> list[PlannedTest]:
+    """Return single tests within the tested range whose settings are combined freely.
+
+    Loads that move together in the plan (fast tests that are hot ones) do not in these tests. Constant tests, speed steps,
+    pressure ramps, holds, long runs.
+    """
     s = Settings.of(campaign)
-    (slow, middle, fast), (low, usual, high), tool = s.speed, s.pressure, s.tool[1]
-    levels = (slow, fast, middle, slow, fast)
-    part = np.minimum(np.arange(POINTS) * len(levels) // POINTS, len(levels) - 1)
-    flat, even = np.full(POINTS, middle), np.full(POINTS, usual)
-    distance = s.distance
+    (slow, middle, fast), (low, usual, high) = s.speed, s.pressure
+    tools = sorted({s.tool[0], s.tool[2]})
+    ends = sorted({low, high})
     found = [
-        Proposal(
-            "speed step",
-            s.shown({"v_rel [mm/s]": list(levels), "sigma_n [MPa]": usual}),
-            [
-                {
-                    **s.row(usual, slow, tool, distance),
-                    "protocol": "speed_step",
-                    "v_levels": ";".join(f"{v:g}" for v in levels),
-                }
-            ],
-            [s.loads(np.array(levels)[part], even, tool, distance)],
-        )
+        s.test("constant", sigma, v, tool, shape)
+        for sigma, v, tool, shape in product(ends, sorted({*s.speed}), tools, range(len(s.shapes)))
     ]
-    low = rounded(RELIEVED * low)
-    if high > low > 0.0:
-        ramp = high + (low - high) * np.arange(POINTS) / (POINTS - 1)
-        found.append(
-            Proposal(
-                "pressure ramp",
-                s.shown({"sigma_n [MPa]": [high, low], "v_rel [mm/s]": middle}),
-                [{**s.row(high, middle, tool, distance), "protocol": "pressure_ramp", "sigma_end": low}],
-                [s.loads(flat, ramp, tool, distance)],
-            )
-        )
-    half = rounded(0.5 * distance)
-    if half > 0.0:
-        found.append(
-            Proposal(
-                "hold",
-                s.shown({"v_rel [mm/s]": middle, "rest [s]": REST, "after [mm]": half}),
-                [{**s.row(usual, middle, tool, distance), "protocol": "hold", "hold_at": half, "hold": REST}],
-                [s.loads(flat, even, tool, distance, POINTS // 2)],
-            )
-        )
-    longer = rounded(min(2.0 * distance, LONGEST))
-    if longer > 1.2 * distance > 0.0:
-        found.append(
-            Proposal(
-                "long run",
-                s.shown({"sd [mm]": longer, "v_rel [mm/s]": middle}),
-                [s.row(usual, middle, tool, longer)],
-                [s.loads(flat, even, tool, longer)],
-            )
-        )
+    if fast > slow:
+        levels = (slow, fast, middle, slow, fast)
+        found += [s.test("speed step", p, slow, tool, v_levels=levels) for p, tool in product(ends, tools)]
+    relieved = rounded(RELIEVED * low)
+    if high > relieved > 0.0:
+        found += [
+            s.test("pressure ramp", high, v, tool, sigma_end=relieved)
+            for v, tool in product(sorted({*s.speed}), tools)
+        ]
+    if rounded(0.5 * s.distance) > 0.0:
+        found += [
+            s.test("hold", p, v, s.tool[1], rest_at=POINTS // 2)
+            for p, v in product(ends, sorted({slow, middle}))
+        ]
+    longer = rounded(min(2.0 * s.distance, LONGEST))
+    if longer > 1.2 * s.distance > 0.0:
+        found += [
+            s.test("long run", p, v, s.tool[1], distance=longer)
+            for p, v in product({usual, *ends}, {middle, fast})
+        ]
     return found
+
+
+def _shapes(campaign: Campaign, usual: float) -> tuple[tuple[float | None, float], ...]:
+    """Return the specimen shapes with the expansion that each gives, the commonest first; at most three."""
+    column = campaign.system.get("psi_set")
+    if column is None:
+        return ((None, usual),)
+    values, counts = np.unique(column[campaign.point_starts, 0], return_counts=True)
+    common = float(values[np.argmax(counts)])
+    chosen = dict.fromkeys([common, float(values[0]), float(values[-1])])
+    return tuple((x, float(np.mean(campaign.loads.psi[column[:, 0] == x]))) for x in chosen)
 
 
 def rounded(value: float) -> float:

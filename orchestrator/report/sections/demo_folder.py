@@ -54,8 +54,25 @@ class RunFacts(TypedDict):
     friction_sha256: str
 
 
+class SettlingRound(TypedDict):
+    """A proposal that was run because the answer was ambiguous, the names before and after it, and what changed in words."""
+
+    protocol: str
+    setpoints: dict[str, float | list[float]]
+    separates: list[str]
+    expected_t: float
+    entropy_reduction: float
+    tests: int
+    before: list[str]
+    after: list[str]
+    changed: str
+
+
 class DemoSummary(TypedDict):
-    """Content of ``demo.json``; `held_out`, `forces` and `predicted` are by the part of a friction model."""
+    """Content of ``demo.json``; `held_out`, `forces` and `predicted` are by the part of a friction model.
+
+    `diagnosis` is the last one, after the further tests of `rounds`; the first is in ``diagnosis.json``.
+    """
 
     synthetic: bool
     hidden: str | None
@@ -69,6 +86,7 @@ class DemoSummary(TypedDict):
     held_out: Mapping[str, Any]
     forces: dict[str, LevelsNumbers]
     diagnosis: Mapping[str, Any]
+    rounds: list[SettlingRound]
     run_facts: dict[str, RunFacts]
     seconds: dict[str, float]
     versions: dict[str, str]

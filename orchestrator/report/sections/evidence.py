@@ -141,11 +141,20 @@ def next_tests_html(found: DiagnosisNumbers) -> str:
     rows = [
         (
             t["protocol"], setpoints_text(t["setpoints"]), " / ".join(t["separates"]), f"{t['expected_t']:.1f}",
-            t.get("repeats", "-"),
+            t.get("repeats", "-"), f"{t['entropy_reduction']:.2f}" if "entropy_reduction" in t else "-", len(t["plan"]),
         )
         for t in found.get("next_tests", [])
     ]  # fmt: skip
     if not rows:
         return ""
-    headings = ["protocol", "set points", "tells apart", "standard errors", "tests for 3 of them"]
-    return "<h3>What to test next</h3>" + table(headings, rows, numeric=(3, 4))
+    headings = [
+        "protocol",
+        "set points",
+        "tells apart",
+        "standard errors",
+        "runs for 3 of them",
+        "bits",
+        "tests",
+    ]
+    caption = "Bits: by how much the tests of a row together are expected to reduce the entropy of the answer; the most per test first."
+    return "<h3>What to test next</h3>" + table(headings, rows, numeric=(3, 4, 5, 6), caption=caption)

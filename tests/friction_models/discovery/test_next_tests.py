@@ -1,4 +1,4 @@
-"""Proposed tests: rows that the virtual laboratory runs, separations that come true there."""
+"""Proposed tests: the most informative ones first, rows that the virtual laboratory runs, separations that come true there."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from benchmarks.discovery_campaigns import campaign
 from fmus import pack, read_friction_fmu
 from friction_models import ConstantFriction, effects
 from friction_models.discovery import Diagnosis, diagnose
-from friction_models.discovery.further_tests.next_tests import plan_rows
-from friction_models.discovery.further_tests.protocols import protocols
-from friction_models.discovery.further_tests.separation import ENOUGH, separated
+from friction_models.discovery.further_tests.information import Outcomes
+from friction_models.discovery.further_tests.next_tests import ENOUGH, plan_rows
+from friction_models.discovery.further_tests.protocols import possible_tests
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.search.candidates import integrate
 from friction_models.loads import TriboLoads
@@ -37,63 +37,178 @@ def unsure() -> Diagnosis:
     return diagnose(*campaign("pressure_power", seed=60, strength=2.0, thin=8)[:2])
 
 
+def two(distance: float, prior: float = 0.5, parts: int = 1) -> Outcomes:
+    """Two hypotheses whose means lie so many standard deviations apart, in each of some independent parts."""
+    mean = np.array([np.zeros(parts), np.full(parts, distance)])
+    covariance = np.stack([np.eye(parts)] * 2)
+    return Outcomes(np.array([prior, 1.0 - prior]), np.arange(2), np.ones(2), mean, covariance)
+
+
+def test_bits_of_a_test_between_two_equal_rivals() -> None:
+    assert two(12.0).reduction == pytest.approx(1.0, abs=1e-6)  # tells everything
+    assert two(0.0).reduction == pytest.approx(0.0, abs=1e-9)  # tells nothing
+    assert two(12.0, prior=0.9).reduction == pytest.approx(0.469, abs=1e-3)  # there was less to be told
+    # the capacity of a binary signal in normal noise, by integration over the outcome
+    y = np.linspace(-12.0, 14.0, 20001)
+    p = np.exp(-0.5 * np.array([y, y - 2.0]) ** 2) / np.sqrt(2.0 * np.pi)
+    mixed = p.mean(axis=0)
+    exact = float(np.mean(np.trapezoid(p * np.log2(np.maximum(p, 1e-300) / mixed), y, axis=1)))
+    assert two(2.0).reduction == pytest.approx(exact, abs=0.05)
+    assert two(1.0, parts=4).reduction == pytest.approx(exact, abs=0.06)  # four weak looks are one strong one
+
+
+def test_separation_is_in_standard_errors() -> None:
+    assert two(5.0).separation(0, 1) == pytest.approx(5.0, rel=0.1)
+    assert two(3.0, parts=4).separation(0, 1) == pytest.approx(6.0, rel=0.1)
+    assert two(0.0).separation(0, 1) == 0.0
+
+
 def test_proposals_are_rows_of_a_plan_and_the_laboratory_takes_them(unsure: Diagnosis) -> None:
     assert unsure.verdict == "ambiguous" and unsure.next_tests
     for entry in unsure.next_tests:
-        assert {"protocol", "setpoints", "separates", "expected_t", "plan"} <= set(entry)
-        assert set(entry["separates"]) <= set(unsure.confusion_set) and entry.get("repeats", 1) >= 1
+        assert {
+            "protocol",
+            "setpoints",
+            "separates",
+            "expected_t",
+            "plan",
+            "entropy_reduction",
+            "tests",
+        } <= set(entry)
+        assert (
+            set(entry["separates"]) <= {r["effect"] for r in unsure.ranking} and entry.get("repeats", 1) >= 1
+        )
+        assert entry["tests"] == len(entry["plan"]) and 0.0 < entry["entropy_reduction"] < 4.0
         for row in entry["plan"]:
-            assert NEEDS[row["protocol"]] <= set(row)
+            assert NEEDS[str(row["protocol"])] <= set(row)
             assert {"sigma_set", "v_set", "T_tool", "sd_set"} <= set(row)
+    each = [n["entropy_reduction"] / n["tests"] for n in unsure.next_tests]
+    assert each == sorted(each, reverse=True)  # a proposal of three tests costs three
     rows = plan_rows(unsure.next_tests)
     assert len({json.dumps(r) for r in rows}) == len(rows)
-    plan = Campaign(pd.DataFrame(rows), seed=1).tests
+    plan = Campaign(pd.DataFrame([r | {"psi_set": 1.069} for r in rows]), seed=1).tests
     assert len(plan) == len(rows) and plan["test_id"].is_unique
 
 
 def test_twins_of_pressure_need_less_force_or_a_zero_reading(unsure: Diagnosis) -> None:
-    best = {tuple(sorted(n["separates"])): n["protocol"] for n in reversed(unsure.next_tests)}
-    assert {"pressure ramp", "zero reading"} <= set(best.values())
-    ramp = next(n for n in unsure.next_tests if n["protocol"] == "pressure ramp")["plan"][0]
-    assert ramp["sigma_end"] < 500.0 < ramp["sigma_set"]  # on the same contact, below all tested pressures
+    found = {n["protocol"]: n for n in unsure.next_tests}
+    assert {"pressure ramp", "zero reading"} <= set(found)
+    ramp = found["pressure ramp"]["plan"][0]
+    assert (
+        float(ramp["sigma_end"]) < 500.0 < float(ramp["sigma_set"])
+    )  # on the same contact, below all tested pressures
+    assert "force_zero" in found["zero reading"]["separates"]
 
 
 def test_formulas_of_one_mechanism_are_not_promised_apart(unsure: Diagnosis) -> None:
     twins = {"pressure_power", "pressure_saturation"}
-    told = [n["expected_t"] for n in unsure.next_tests if set(n["separates"]) == twins]
-    assert told and max(told) < ENOUGH
+    assert all(n["expected_t"] < ENOUGH for n in unsure.next_tests if set(n["separates"]) == twins)
     remark = next(w for w in unsure.warnings if "same driver (sigma_n)" in w)
     assert all(name in remark for name in twins) and "either predicts alike" in remark
     assert not any("force_zero" in w and "same driver" in w for w in unsure.warnings)  # a reading tells it
 
 
-def test_a_lead_counts_when_it_is_more_than_a_matter_of_formulas() -> None:
-    clear = separated(1.0, 101.0, 200.0)
-    assert clear.noise == clear.t == pytest.approx(10.0)
-    small = separated(1.0, 101.0, 100_000.0)  # a thousandth of the evidence
-    assert small.noise == pytest.approx(10.0) and small.t < ENOUGH
-    alike = separated(1.0, 101.0, 200.0, likeness=0.995)
-    assert alike.t < ENOUGH < alike.noise
-    assert separated(5.0, 2.0, 200.0).t == 0.0
+def made(
+    rows: list[tuple[float, float, float]], law: str, seed: int = 0
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Tests at (pressure, speed, tool temperature) whose friction falls with speed or with temperature."""
+    rng = np.random.default_rng(seed)
+    sd = np.linspace(0.5, 20.0, 40)
+    frames, tests = [], []
+    for k, (sigma, v, tool) in enumerate(rows):
+        T = tool + 2e-4 * sigma * np.sqrt(v * sd)
+        falls = 0.02 * np.exp(-v / 60.0) if law == "v_rel" else 0.02 * np.exp(-(T - 20.0) / 60.0)
+        mu = 0.08 + falls + rng.normal(0.0, 0.0015) + rng.normal(0.0, 0.001, len(sd))
+        points = {"t": sd / v, "v_rel": v, "T": T, "sigma_n": sigma, "sd": sd, "psi": 1.1, "mu": mu}
+        frames.append(pd.DataFrame({"test_id": f"t{k}", **points}))
+        tests.append({"test_id": f"t{k}", "T_tool": tool})
+    return pd.concat(frames, ignore_index=True), pd.DataFrame(tests)
 
 
-def test_all_protocols_stay_on_the_rig() -> None:
+TIED = [
+    (sigma, v, tool)
+    for sigma in (600.0, 1200.0, 1800.0)
+    for v, tool in ((10.0, 20.0), (60.0, 80.0), (300.0, 200.0))
+] * 2
+BOTH = ["stribeck", "thermal_softening"]
+
+
+def unties(row: dict[str, str | float]) -> bool:
+    """Whether a test is slow and hot, or fast and cold, or changes its speed at one temperature."""
+    slow, cold = float(row["v_set"]) < 40.0, float(row["T_tool"]) < 60.0
+    return slow != cold or row["protocol"] == "speed_step"
+
+
+@pytest.mark.parametrize("law", ["v_rel", "T"])
+def test_the_proposed_test_unties_loads_that_move_together(law: str) -> None:
+    truth = BOTH[0] if law == "v_rel" else BOTH[1]
+    first = diagnose(*made(TIED, law), catalogue=BOTH)
+    proposed = first.next_tests[0]
+    assert set(proposed["separates"]) == set(BOTH) and proposed["expected_t"] > ENOUGH
+    assert unties(proposed["plan"][0])
+    constant = next(n for n in first.next_tests if n["protocol"] == "constant")
+    assert unties(constant["plan"][0])
+    # what it promises comes true: the wrong name is gone with two such tests
+    row = constant["plan"][0]
+    more = [(float(row["sigma_set"]), float(row["v_set"]), float(row["T_tool"]))] * 2
+    second = diagnose(*made(TIED + more, law), catalogue=BOTH)
+    assert second.confusion_set == [truth]
+
+
+def test_a_corner_of_tied_loads_tells_less_than_one_that_unties_them() -> None:
+    tied = diagnose(*made(TIED, "v_rel"), catalogue=BOTH)
+    crossed = [
+        (s, v, tool) for s in (600.0, 1800.0) for v in (10.0, 60.0, 300.0) for tool in (20.0, 80.0, 200.0)
+    ]
+    known = diagnose(*made(crossed, "v_rel"), catalogue=BOTH)
+    assert known.confusion_set == ["stribeck"]
+    best = [max((n["entropy_reduction"] for n in d.next_tests), default=0.0) for d in (tied, known)]
+    assert best[0] > 0.3 and best[1] < 0.5 * best[0]  # there is little left to be told
+
+
+def test_effects_that_no_load_drives_are_told_apart_by_crossing_them() -> None:
+    rows = [(sigma, v, 20.0) for sigma in (600.0, 1200.0, 1800.0) for v in (10.0, 100.0)] * 3
+    points, tests = made(rows, "T")
+    late = np.arange(len(rows)) >= len(rows) // 2
+    tests = tests.assign(batch=np.where(late, "B", "A"), Ra=np.where(late, 0.2, 0.05))
+    shift = points["test_id"].isin(tests.loc[late, "test_id"])
+    points["mu"] += 0.012 * shift
+    found = diagnose(points, tests, catalogue=["batch", "tool_roughness"])
+    assert set(found.confusion_set) == {"batch", "tool_roughness"} and not found.next_tests
+    said = next(w for w in found.warnings if "no load drives them" in w)
+    assert "batch" in said and "Ra" in said and "crossed" in said
+
+
+def test_all_tests_stay_on_the_rig() -> None:
     points, tests, _ = campaign(None, seed=4, thin=20)
-    found = {p.protocol: p for p in protocols(prepare(points, tests))}
-    assert set(found) == {"speed step", "pressure ramp", "hold"}  # the tests are as long as the rig allows
-    for proposal in found.values():
-        for row, loads in zip(proposal.plan, proposal.loads, strict=True):
-            assert row["sd_set"] <= 60.0 and 400.0 < row["sigma_set"] < 3000.0 and row["v_set"] <= 520.0
-            assert (
-                loads.sd[-1] == pytest.approx(row["sd_set"])
-                and loads.t is not None
-                and np.all(np.diff(loads.t) > 0.0)
-            )
-            assert loads.T.max() > row["T_tool"] + 20.0  # the contact heats
-    hold = found["hold"].loads[0].t
+    found = possible_tests(prepare(points, tests))
+    assert {t.protocol for t in found} == {
+        "constant",
+        "speed step",
+        "pressure ramp",
+        "hold",
+    }  # the tests are as long as the rig allows
+    for test in found:
+        row, loads = test.row, test.loads
+        assert (
+            float(row["sd_set"]) <= 60.0
+            and 400.0 < float(row["sigma_set"]) < 3000.0
+            and float(row["v_set"]) <= 520.0
+        )
+        assert (
+            loads.sd[-1] == pytest.approx(row["sd_set"])
+            and loads.t is not None
+            and np.all(np.diff(loads.t) > 0.0)
+        )
+        assert loads.T.max() > float(row["T_tool"])  # the contact heats
+    settings = {
+        (t.row["sigma_set"], t.row["v_set"], t.row["T_tool"]) for t in found if t.protocol == "constant"
+    }
+    assert len(settings) == 2 * 3 * 2  # every combination
+    hold = next(t for t in found if t.protocol == "hold").loads.t
     assert hold is not None and hold[-1] > 60.0
     short = points[points["sd"] < 15.0]
-    assert "long run" in {p.protocol for p in protocols(prepare(short, tests))}
+    assert "long run" in {t.protocol for t in possible_tests(prepare(short, tests))}
 
 
 def test_a_rest_between_two_points_lets_the_contact_age(tmp_path: Path) -> None:
@@ -152,10 +267,8 @@ def test_the_proposed_protocol_separates_the_rivals_in_the_virtual_laboratory(tm
     rival = next(n for n in proposed["separates"] if n != "stribeck")
     assert second.effects[:1] == ["stribeck"] and rival not in second.confusion_set
     earlier, later = ({r["effect"]: r["evidence"] for r in d.ranking} for d in (first, second))
-    found = separated(
-        earlier["stribeck"] - earlier[rival], later["stribeck"] - later[rival], max(later.values())
-    )
-    assert found.t > ENOUGH
+    growth = later["stribeck"] - later[rival] - (earlier["stribeck"] - earlier[rival])
+    assert growth > ENOUGH**2
 
 
 def test_a_test_that_tells_nothing_is_not_proposed() -> None:

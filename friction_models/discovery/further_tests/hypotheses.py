@@ -1,0 +1,289 @@
+"""What may be true by the existing tests, and what each possibility predicts of further ones.
+
+A hypothesis is the base, refitted, with one effect whose form may deviate from its formula by smooth curves along its loads, as
+the ranking allows it (`estimation.search.form_error`); or with any smooth curves along all loads: none of the catalogue. The
+existing tests leave the coefficients of each normally distributed, one normal distribution for each set of shape parameters
+that they allow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations_with_replacement
+
+import numpy as np
+
+from ...effects.base import Memory
+from ...estimation.campaign.binning import Campaign
+from ...estimation.search.base_law import BaseLaw
+from ...estimation.search.candidates import OPS, integrate, load_columns
+from ...estimation.search.form_error import FORM_ERROR
+from ...estimation.search.scan import Fit, drops
+from ...estimation.search.search_round import SearchRound
+from ...loads import LOAD_NAMES, FloatArray
+from .deviations import Deviations
+from .information import Outcomes
+from .protocols import POINTS, PlannedTest
+
+#: Averages along a new test, finer near its start, as exponent of their edges.
+PARTS, FINENESS = 10, 1.5
+#: Sets of shape parameters of an effect that are looked at, and that stand for all that are possible.
+LOOKED_AT, SHAPES = 100, 8
+#: A set that is less likely than the best one by this factor is left out.
+UNLIKELY = 0.02
+#: "None of the catalogue" explains as much as the best effect does.
+NONE_SIZE = 1.0
+#: Relative prior precision of what is not bounded; keeps equations regular.
+FLAT = 1e-8
+
+
+@dataclass(frozen=True)
+class _Possible:
+    """One set of shapes of a hypothesis: coefficients of base, effect and deviations.
+
+    Attributes
+    ----------
+    index : int or None
+        Which set of shapes; None for "none of the catalogue".
+    used : list of int
+        Amplitudes that are not zero.
+    share : float
+        Of the hypothesis.
+    mean : ndarray, shape (d,)
+    root : ndarray, shape (d, d)
+        The covariance is ``root @ root.T``.
+    """
+
+    index: int | None
+    used: list[int]
+    share: float
+    mean: FloatArray
+    root: FloatArray
+
+
+class Hypotheses:
+    """Effects that may be true, and "none of the catalogue" as the last one.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    found : SearchRound
+    mu : ndarray, shape (n,)
+        Friction of the base at every point, for effects that need one.
+    base : BaseLaw
+    fits : sequence of Fit
+        The effects.
+    prior : ndarray, shape (len(fits) + 1,)
+        Probability of each, that of none last.
+    tests : sequence of PlannedTest
+        All tests that may be asked for.
+    """
+
+    def __init__(
+        self,
+        campaign: Campaign,
+        found: SearchRound,
+        mu: FloatArray,
+        base: BaseLaw,
+        fits: Sequence[Fit],
+        prior: FloatArray,
+        tests: Sequence[PlannedTest],
+    ) -> None:
+        self.campaign, self.found, self.fits, self.prior = campaign, found, list(fits), prior
+        family = base.name.split("+")[0]
+        self.degree = 0 if base.columns.shape[1] == 1 else {"polynomial": 2}.get(family, 1)
+        array = campaign.loads.as_array()
+        self.centre = array.mean(axis=0)
+        spread = array.std(axis=0)
+        self.scale = np.where(spread > 1e-9 * np.maximum(1.0, np.abs(self.centre)), spread, np.inf)
+        # mu drives heat and work of an effect: along a new test it changes as the base says
+        levels = self.terms(campaign.average(array), max(self.degree, 1))
+        self.friction = np.linalg.lstsq(levels, campaign.average(mu), rcond=1e-9)[0]
+        self.deviations = Deviations(campaign, tests)
+        self._white_base = found.whiten(self.terms(campaign.average(array)))
+        self._white_y = found.whiten(found.y)
+        self._new: dict[tuple[int, int], FloatArray] = {}
+        self.possible = [self._of_effect(f) for f in self.fits] + [self._of_none()]
+
+    def terms(self, loads: FloatArray, degree: int | None = None) -> FloatArray:
+        """Return what the base may follow, shape (n, p)."""
+        z = (loads - self.centre) / self.scale
+        columns = [np.ones(len(z))]
+        for d in range(1, (self.degree if degree is None else degree) + 1):
+            columns += [np.prod(z[:, list(c)], axis=1) for c in combinations_with_replacement(range(5), d)]
+        return np.column_stack(columns)
+
+    # --- what the existing tests leave ------------------------------------------------------------
+
+    def _of_effect(self, fit: Fit) -> list[_Possible]:
+        """Return the sets of shapes of an effect that are possible, with their coefficients."""
+        prepared, found = fit.prepared, self.found
+        chosen = self._sets(fit)
+        names = self._curved(fit)
+        bends = self.deviations.old(names)
+        u, s, _ = np.linalg.svd(found.project(found.whiten(bends)), full_matrices=False)
+        signal = fit.signal
+        variance = FORM_ERROR**2 * float(signal @ signal) / max(float(s @ s), 1e-300)
+        taken = variance * s**2 / (1.0 + variance * s**2)
+        some = prepared.columns[:, chosen]
+        m, sets, amplitudes = some.shape
+        along = (u.T @ some.reshape(m, -1)).reshape(-1, sets, amplitudes)
+        gram = prepared.gram[chosen] - np.einsum("k,kga,kgb->gab", taken, along, along)
+        scores = np.einsum("mga,m->ga", some, found.residual) - np.einsum(
+            "kga,k->ga", along, taken * (u.T @ found.residual)
+        )
+        part = replace(prepared, columns=some, gram=gram, usable=prepared.usable[chosen])
+        drop, best = drops(part, scores)
+        likely = np.exp(0.5 * (drop - drop.max())) * (drop > 0.0)
+        likely = np.where(likely < UNLIKELY, 0.0, likely)
+        if not likely.any():
+            likely[chosen.index(fit.index)] = 1.0
+            best[chosen.index(fit.index)] = fit.amplitudes
+        below = np.cumsum(likely) / likely.sum()
+        picked = np.searchsorted(below, (np.arange(SHAPES) + 0.5) / SHAPES)
+        result = []
+        for g, count in zip(*np.unique(np.minimum(picked, sets - 1), return_counts=True), strict=True):
+            used = np.flatnonzero(best[g]).tolist()
+            columns = prepared.candidate.columns[:, chosen[g]][:, used]
+            result.append(self._posterior(int(chosen[g]), used, count / SHAPES, columns, bends, variance))
+        return result
+
+    def _of_none(self) -> list[_Possible]:
+        """Return smooth curves along all loads, together as large as the best effect."""
+        found = self.found
+        bends = self.deviations.old(self._varied)
+        size = float(np.sum(found.project(found.whiten(bends)) ** 2))
+        best = max((float(f.signal @ f.signal) for f in self.fits), default=0.0)
+        variance = NONE_SIZE * max(best, 1.0) / max(size, 1e-300)
+        return [self._posterior(None, [], 1.0, np.empty((len(bends), 0)), bends, variance)]
+
+    def _posterior(
+        self,
+        index: int | None,
+        used: list[int],
+        share: float,
+        columns: FloatArray,
+        bends: FloatArray,
+        variance: float,
+    ) -> _Possible:
+        white = self.found.whiten
+        design = np.column_stack([self._white_base, white(columns), white(bends)])
+        scale = np.linalg.norm(design, axis=0)
+        scale = np.where(scale > 0.0, scale, 1.0)
+        design = design / scale
+        free = self._white_base.shape[1] + columns.shape[1]
+        precision = design.T @ design
+        precision[np.diag_indices(len(scale))] += np.r_[
+            np.full(free, FLAT), 1.0 / np.maximum(variance * scale[free:] ** 2, 1e-12)
+        ]
+        root = np.linalg.inv(np.linalg.cholesky(precision)).T
+        mean = root @ (root.T @ (design.T @ self._white_y))
+        return _Possible(index, used, share, mean / scale, root / scale[:, None])
+
+    @staticmethod
+    def _sets(fit: Fit) -> list[int]:
+        """Return the sets of shape parameters that are looked at: the best one, and some of the others evenly."""
+        count = fit.prepared.candidate.columns.shape[1]
+        some = np.linspace(0, count - 1, min(count, LOOKED_AT)).round().astype(int)
+        return sorted({int(k) for k in some} | {fit.index})
+
+    @property
+    def _varied(self) -> list[str]:
+        return [n for n in LOAD_NAMES if self.campaign.varies(n)]
+
+    def _curved(self, fit: Fit | None) -> list[str]:
+        """Return the loads along which the form of an effect may deviate."""
+        if fit is None:
+            return self._varied
+        return [d for d in fit.prepared.candidate.effect.driver if d in self._varied]
+
+    # --- what further tests would show ------------------------------------------------------------
+
+    def predict(self, tests: Sequence[PlannedTest], noise: float = 1.0) -> Outcomes:
+        """Return what each hypothesis predicts of some tests, run once each.
+
+        Parameters
+        ----------
+        tests : sequence of PlannedTest
+        noise : float
+            Factor on the variance of offset, drift and sensor: 1/n for the mean of n repeats.
+        """
+        fits = [*self.fits, None]
+        owner, share, means, covariances = [], [], [], []
+        scatter = np.zeros((PARTS * len(tests),) * 2)
+        for k, test in enumerate(tests):
+            scatter[k * PARTS : (k + 1) * PARTS, k * PARTS : (k + 1) * PARTS] = noise * self._scatter(test)
+        for h, (fit, sets) in enumerate(zip(fits, self.possible, strict=True)):
+            base_and_bends = [
+                (
+                    _parts(self.terms(t.loads.as_array())),
+                    _parts(self.deviations.new(self._curved(fit), t.loads)),
+                )
+                for t in tests
+            ]
+            for p in sets:
+                rows = []
+                for test, (base, bends) in zip(tests, base_and_bends, strict=True):
+                    columns = [base, bends]
+                    if fit is not None and p.index is not None:
+                        columns.insert(1, self._basis(h, p.index, test)[:, p.used])
+                    rows.append(np.column_stack(columns))
+                design = np.concatenate(rows)
+                spread = design @ p.root
+                owner.append(h)
+                share.append(p.share)
+                means.append(design @ p.mean)
+                covariances.append(spread @ spread.T + scatter)
+        return Outcomes(self.prior, np.array(owner), np.array(share), np.array(means), np.array(covariances))
+
+    def _scatter(self, test: PlannedTest) -> FloatArray:
+        """Return the covariance of the parts of a new test: its own offset, drift along it, sensor noise."""
+        floor, sd = self.found.floor, test.loads.sd
+        points = max(float(self.campaign.count.sum()) / len(self.campaign.tests) / POINTS, 1.0)
+        S = floor.test**2 + floor.drift**2 * np.exp(-np.abs(sd[:, None] - sd) / max(floor.drift_length, 1e-9))
+        S[np.diag_indices(POINTS)] += max(floor.bin_sensor**2 / points, 1e-12)
+        return _parts(_parts(S).T)
+
+    def _basis(self, hypothesis: int, index: int, test: PlannedTest) -> FloatArray:
+        """Return the basis of an effect in the parts of a new test, [PARTS, amplitudes]."""
+        key = (id(test), hypothesis)
+        if key not in self._new:
+            self._new[key] = self._bases(hypothesis, test)
+        order = [p.index for p in self.possible[hypothesis]]
+        return self._new[key][:, order.index(index)]
+
+    def _bases(self, hypothesis: int, test: PlannedTest) -> FloatArray:
+        candidate = self.fits[hypothesis].prepared.candidate
+        effect, loads = candidate.effect, test.loads
+        chosen = [p.index for p in self.possible[hypothesis]]
+        shape = {name: values[None, chosen] for name, values in candidate.shapes.items()}
+        system = {
+            k: np.full((POINTS, 1), self._metadata(k, v, test)) for k, v in self.campaign.system.items()
+        }
+        friction = np.maximum(self.terms(loads.as_array(), max(self.degree, 1)) @ self.friction, 1e-4)
+        made = Campaign(
+            loads, friction, ["new"], np.array([0]), np.arange(POINTS), np.ones(POINTS),
+            np.zeros(POINTS, dtype=int), np.arange(POINTS), loads.sd, system,
+        )  # fmt: skip
+        state = integrate(effect, made, made.mu, shape) if effect.states else {}
+        basis = effect.basis(OPS, load_columns(loads), shape, Memory(made.mu[:, None], state, system))
+        full = np.stack([np.broadcast_to(b, (POINTS, len(chosen))) for b in basis], axis=2)
+        return _parts(full.reshape(POINTS, -1)).reshape(PARTS, *full.shape[1:])
+
+    def _metadata(self, name: str, values: FloatArray, test: PlannedTest) -> float:
+        """Return metadata of a new test: what the plan sets, the next place in the run order, else the usual value."""
+        given = test.row.get(name)
+        if isinstance(given, float):
+            return given
+        if name == "order":
+            return float(values.max()) + 1.0
+        levels, counts = np.unique(values[self.campaign.point_starts], return_counts=True)
+        return float(levels[np.argmax(counts)])
+
+
+def _parts(values: FloatArray) -> FloatArray:
+    """Return means over the parts of a test, shape (PARTS, ...)."""
+    edges = np.unique(np.round(POINTS * (np.arange(PARTS) / PARTS) ** FINENESS).astype(int))
+    counts = np.diff(np.r_[edges, POINTS]).astype(float)
+    return np.asarray(np.add.reduceat(values, edges, axis=0) / counts.reshape(-1, *(1,) * (values.ndim - 1)))

@@ -1,0 +1,127 @@
+"""What the outcome of a test is worth: by how many bits it is expected to reduce the entropy of the answer.
+
+Every hypothesis predicts the outcome as a mixture of normal distributions. Outcomes are drawn from all of them; the expected
+entropy of the posterior is a mean over these draws (Lindley, Ann. Math. Stat. 27 (1956) 986).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from ...loads import FloatArray
+
+#: Draws of outcomes, about.
+DRAWS = 400
+#: Largest separation that is promised.
+MOST = 50.0
+
+
+@dataclass(frozen=True)
+class Outcomes:
+    """What hypotheses predict of the outcome of one or several tests.
+
+    Attributes
+    ----------
+    prior : ndarray, shape (h,)
+        Probability of each hypothesis; their sum is 1.
+    owner : ndarray of int, shape (c,)
+        Hypothesis of each normal distribution.
+    share : ndarray, shape (c,)
+        Its share in the mixture of the hypothesis.
+    mean : ndarray, shape (c, n)
+    covariance : ndarray, shape (c, n, n)
+
+    Examples
+    --------
+    Two equal rivals that predict means ten standard deviations apart: a test tells everything, one bit.
+
+    >>> import numpy as np
+    >>> apart = Outcomes(np.full(2, 0.5), np.arange(2), np.ones(2), np.array([[0.0], [10.0]]), np.ones((2, 1, 1)))
+    >>> round(apart.reduction, 3), round(apart.separation(0, 1))
+    (1.0, 10)
+    """
+
+    prior: FloatArray
+    owner: npt.NDArray[np.intp]
+    share: FloatArray
+    mean: FloatArray
+    covariance: FloatArray
+
+    @cached_property
+    def _drawn(self) -> tuple[npt.NDArray[np.intp], FloatArray, FloatArray]:
+        """Return which distribution each outcome comes from, its weight, and its log density by hypothesis [draws, h]."""
+        count, n = self.mean.shape
+        each = max(DRAWS // count // 2, 2)
+        root = np.linalg.cholesky(self.covariance)
+        half = np.random.default_rng(0).standard_normal(
+            (each, n)
+        )  # the same for all tests: they are compared
+        normal = np.concatenate([half, -half])
+        drawn = (self.mean[:, None] + np.einsum("cij,sj->csi", root, normal)).reshape(-1, n)
+        density = np.empty((len(drawn), count))
+        for k, inverse in enumerate(np.linalg.inv(root)):
+            white = (drawn - self.mean[k]) @ inverse.T
+            density[:, k] = np.sum(np.log(np.diag(inverse))) - 0.5 * np.einsum("si,si->s", white, white)
+        density += np.log(self.share)
+        by_hypothesis = np.stack(
+            [np.logaddexp.reduce(density[:, self.owner == h], axis=1) for h in range(len(self.prior))], axis=1
+        )
+        source = np.repeat(np.arange(count), 2 * each)
+        weight = (self.prior[self.owner] * self.share)[source] / (2 * each)
+        return source, weight, by_hypothesis
+
+    @property
+    def reduction(self) -> float:
+        """Expected reduction of the entropy of the answer [bits]."""
+        return self._reduction(range(len(self.prior)))
+
+    def pair_reduction(self, first: int, second: int) -> float:
+        """The same if one of two hypotheses were the truth, times the probability that it is so [bits]."""
+        return float(self.prior[first] + self.prior[second]) * self._reduction((first, second))
+
+    def _reduction(self, among: Sequence[int]) -> float:
+        chosen = list(among)
+        source, weight, density = self._drawn
+        prior = self.prior[chosen] / self.prior[chosen].sum()
+        drawn = np.isin(self.owner[source], chosen)
+        posterior = np.log(prior) + density[drawn][:, chosen]
+        posterior = np.exp(posterior - np.logaddexp.reduce(posterior, axis=1)[:, None])
+        expected = float(np.average(entropy(posterior), weights=weight[drawn]))
+        return max(float(entropy(prior[None])[0]) - expected, 0.0)
+
+    def separation(self, first: int, second: int) -> float:
+        """Return by how many standard errors the true one of two hypotheses should lead after the test.
+
+        The root of the lead that twice the logarithm of the likelihood shows: the median over the outcomes, on average over
+        the two that may be true, weighted by their probabilities.
+        """
+        pair = (first, second)
+        weight = self.prior[list(pair)] / self.prior[list(pair)].sum()
+        return float(weight @ [self._leads(*pair), self._leads(second, first)])
+
+    def _leads(self, truth: int, rival: int) -> float:
+        """Return the same where it is known which one is true."""
+        source, weight, density = self._drawn
+        own = self.owner[source] == truth
+        lead = 2.0 * (density[own, truth] - density[own, rival])
+        order = np.argsort(lead)
+        below = np.cumsum(weight[own][order])
+        middle = float(lead[order[min(int(np.searchsorted(below, 0.5 * below[-1])), len(order) - 1)]])
+        return min(float(np.sqrt(max(middle, 0.0))), MOST)
+
+
+def entropy(probabilities: FloatArray) -> FloatArray:
+    """Return the entropy of each row of probabilities [bits].
+
+    Examples
+    --------
+    >>> entropy(np.array([[0.5, 0.5, 0.0], [1.0, 0.0, 0.0]])).tolist()
+    [1.0, 0.0]
+    """
+    safe = np.maximum(probabilities, 1e-300)
+    return np.asarray(-np.sum(probabilities * np.log2(safe), axis=1) + 0.0)
