@@ -152,18 +152,21 @@ def _product(points: pd.DataFrame, rng: np.random.Generator) -> Array:
     return np.asarray(np.tanh(z[0]) * np.tanh(z[1]))
 
 
+#: Effects that fall with speed and that no plan of constant speeds tells apart.
+FALLING = frozenset({"stribeck", "rate_state", "flash_temperature"})
+
 LAWS = [
-    Law("speed falls", frozenset({"stribeck", "rate_state", "flash_temperature", "hersey"}), _load("v_rel", -1.0, True)),
-    Law("speed rises", frozenset({"rising_speed", "viscous"}), _load("v_rel", 1.0, True)),
+    Law("speed falls", FALLING | {"hersey"}, _load("v_rel", -1.0, True)),
+    Law("speed rises", frozenset({"rising_speed", "viscous", "rate_state"}), _load("v_rel", 1.0, True)),
     Law("temperature falls", frozenset({"thermal_softening", "twin_heating"}), _load("T", -1.0)),
     Law("temperature rises", frozenset({"thermal_breakdown", "twin_heating"}), _load("T", 1.0)),
     Law("pressure falls", frozenset({"pressure_power", "pressure_saturation", "force_zero"}), _load("sigma_n", -1.0, True)),
     Law("expansion rises", frozenset({"surface_expansion"}), _load("psi", 1.0)),
     Law("start", frozenset({"running_in", "static_peak", "rate_state"}), _decay),
-    Law("wear", frozenset({"wear_out", "work_exhaustion"}), _wear),
+    Law("wear", frozenset({"wear_out", "work_exhaustion", "running_in"}), _wear),
     Law("work", frozenset({"work_exhaustion", "wear_out"}), _work),
-    Law("flash", frozenset({"flash_temperature"}), _heat),
-    Law("lubricated", frozenset({"hersey"}), _lubricated),
+    Law("flash", FALLING, _heat),
+    Law("lubricated", FALLING | {"hersey", "viscous"}, _lubricated),
     Law("hot pressure", frozenset({"hot_pressure_breakdown"}), _hot_pressure),
     Law("batch", frozenset({"batch"}), _levels("batch")),
     Law("lot", frozenset({"factor:lot"}), _levels("lot")),

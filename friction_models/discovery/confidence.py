@@ -17,7 +17,7 @@ from .confirmation import NAMED, Confirmation
 from .verdict import Evidence
 
 #: Standard errors and powers of ten beyond which nothing becomes surer.
-MOST_CERTAIN, MOST_SEEN = 6.0, 2.7
+MOST_CERTAIN, MOST_SEEN = 10.0, 2.7
 #: No answer of a prior that is finite is surer than this, or less sure.
 LIMITS = (0.02, 0.98)
 #: Of points outside the domain of a model, and of spikes: these are counted, not judged.

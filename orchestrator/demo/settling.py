@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from friction_models.common import write_json
 from friction_models.common.files import read_json
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 #: Folder of the further tests, and what they changed.
 FURTHER, SETTLED = "further", "settled.json"
+#: What is kept of a proposal.
+PROPOSED = ("protocol", "setpoints", "separates", "expected_t", "entropy_reduction", "tests")
 #: Most rounds of further tests.
 ROUNDS = 3
 
@@ -54,23 +56,16 @@ def settle(out: Path, seed: int, jobs: int | None, tick: Progress) -> None:
         data = all_tests(out, number).select("train")
         after = diagnose(data.points, data.tests, model=model, seed=seed)
         rounds.append(
-            {
-                **{
-                    k: proposed[k]
-                    for k in (
-                        "protocol",
-                        "setpoints",
-                        "separates",
-                        "expected_t",
-                        "entropy_reduction",
-                        "tests",
-                    )
+            cast(
+                SettlingRound,
+                {
+                    **{key: proposed[key] for key in PROPOSED},
+                    "before": found["confusion_set"],
+                    "after": after.confusion_set,
+                    "changed": changes_text(found, after),
                 },
-                "before": found["confusion_set"],
-                "after": after.confusion_set,
-                "changed": changes_text(found, after),
-            }
-        )  # type: ignore[typeddict-item]
+            )
+        )
         found = _numbers(after)
     write_json(out / SETTLED, {"diagnosis": found, "rounds": rounds})
 

@@ -76,7 +76,7 @@ class _Problem:
 
     def amplitudes(self, shapes: Shapes) -> FloatArray:
         """Return the amplitudes that fit best."""
-        return np.linalg.lstsq(self._terms(shapes), self.target, rcond=1e-9)[0]
+        return np.asarray(np.linalg.lstsq(self._terms(shapes), self.target, rcond=1e-9)[0])
 
     def shapes(self) -> Shapes:
         """Return the shape parameters that fit best."""

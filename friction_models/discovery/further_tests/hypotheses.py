@@ -256,8 +256,8 @@ class Hypotheses:
     def _bases(self, hypothesis: int, test: PlannedTest) -> FloatArray:
         candidate = self.fits[hypothesis].prepared.candidate
         effect, loads = candidate.effect, test.loads
-        chosen = [p.index for p in self.possible[hypothesis]]
-        shape = {name: values[None, chosen] for name, values in candidate.shapes.items()}
+        chosen = [p.index for p in self.possible[hypothesis] if p.index is not None]
+        shape = {name: values[chosen][None, :] for name, values in candidate.shapes.items()}
         system = {
             k: np.full((POINTS, 1), self._metadata(k, v, test)) for k, v in self.campaign.system.items()
         }

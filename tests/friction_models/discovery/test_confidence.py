@@ -1,0 +1,92 @@
+"""The confidence: what it rests on, and the prior of made-up campaigns that it is fitted to."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmarks.prior.campaigns import KINDS, campaign
+from benchmarks.prior.laws import LAWS, OUTSIDE
+from benchmarks.prior.study import fitted, kind_of, right
+from friction_models.discovery import confidence as module
+from friction_models.discovery import diagnose
+from friction_models.discovery.confidence import LIMITS, WEIGHTS, confidence
+from friction_models.effects import CATALOGUE
+from friction_models.loads import LOAD_NAMES
+
+
+def test_the_grounds_of_an_answer_give_its_confidence() -> None:
+    made = next(m for m in map(campaign, range(40)) if m.kind == "single" and min(m.strengths) > 3.0)
+    said = diagnose(made.points, made.tests)
+    assert set().union(*(w for _, w in WEIGHTS.values())) <= set(said.grounds)
+    assert said.confidence == pytest.approx(
+        confidence(said.verdict, said.grounds), abs=1e-3
+    ) or said.confidence == pytest.approx(0.5)
+
+
+def test_what_speaks_for_an_answer_makes_it_surer() -> None:
+    for verdict, ground in (
+        ("explained", "certain"),
+        ("explained", "gap"),
+        ("ambiguous", "certain"),
+        ("unknown_structure", "reference"),
+        ("nothing_missing", "log_tests"),
+    ):
+        names = {n for _, w in WEIGHTS.values() for n in w}
+        low, high = (dict.fromkeys(names, 0.5) | {ground: value} for value in (0.5, 3.0))
+        assert LIMITS[0] <= confidence(verdict, low) < confidence(verdict, high) <= LIMITS[1], (
+            verdict,
+            ground,
+        )
+    low, high = ({**dict.fromkeys(names, 0.5), "log_tests": 3.5, "seen": s} for s in (2.5, 0.0))
+    assert confidence("nothing_missing", low) < confidence("nothing_missing", high)
+
+
+def test_the_fit_finds_the_shares_of_right_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Answers that are right with a chance known here, by another formula: the confidence must come out as that chance."""
+    rng = np.random.default_rng(3)
+    rows: list[dict[str, Any]] = []
+    for verdict in ("explained", "ambiguous", "unknown_structure", "nothing_missing"):
+        for _ in range(1500):
+            grounds = {n: float(rng.uniform(0.0, 3.0)) for _, w in WEIGHTS.values() for n in w}
+            good = rng.random() < 0.5 + 0.15 * grounds[next(iter(WEIGHTS[kind_of(verdict)][1]))]
+            kind = {"unknown_structure": "outside", "nothing_missing": "null"}.get(verdict, "single")
+            if not good:
+                kind = "single" if kind != "single" else "null"
+            hidden = [["stribeck"]] if kind == "single" else []
+            names = ["stribeck"] if verdict in {"explained", "ambiguous"} else []
+            rows.append(
+                {"kind": kind, "hidden": hidden, "strengths": [1.0] * len(hidden), "verdict": verdict}
+                | {"effects": names, "confusion_set": names, "grounds": grounds, "good": good}
+            )
+    assert all(right(r) == r["good"] for r in rows)
+    monkeypatch.setattr(module, "WEIGHTS", fitted(rows))
+    for verdict in ("explained", "nothing_missing"):
+        said = np.array([confidence(verdict, r["grounds"]) for r in rows if r["verdict"] == verdict])
+        was = np.array([r["good"] for r in rows if r["verdict"] == verdict])
+        for k in (said < 0.7, said >= 0.8):
+            assert abs(said[k].mean() - was[k].mean()) < 0.05
+
+
+def test_laws_of_the_prior_fit_their_names() -> None:
+    assert {n for law in LAWS for n in law.names} - {"factor:lot"} <= set(CATALOGUE)
+    assert not any(law.names for law in OUTSIDE)
+    made = campaign(3)
+    table = made.points.merge(made.tests, on="test_id")
+    for law in [*LAWS, *OUTSIDE]:
+        term = law.term(table, np.random.default_rng(1))
+        assert term.shape == (len(table),) and np.isfinite(term).all() and np.ptp(term) > 0.0, law.key
+
+
+def test_campaigns_of_the_prior_are_as_varied_as_said() -> None:
+    made = [campaign(seed) for seed in range(60)]
+    kinds = pd.Series([m.kind for m in made]).value_counts(normalize=True)
+    assert all(abs(kinds.get(k, 0.0) - share) < 0.2 for k, share in KINDS.items())
+    for m in made:
+        assert (m.points[[*LOAD_NAMES, "mu"]].to_numpy() >= 0.0).all() and m.points["mu"].max() < 1.0
+        assert len(m.strengths) == len(m.laws) == {"null": 0, "pair": 2}.get(m.kind, 1)
+        assert all(law.names for law in m.laws) == (m.kind != "outside")
+    pd.testing.assert_frame_equal(made[5].points, campaign(5).points)
