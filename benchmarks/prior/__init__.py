@@ -3,3 +3,18 @@
 Nothing here is taken from the catalogue or from another benchmark: shapes are drawn at random, only their direction and the load
 that they follow are given. ``python -m benchmarks.prior -o FOLDER`` draws campaigns, diagnoses them, and fits the confidence.
 """
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..common import Section
+
+__all__ = ["measure"]
+
+
+def measure(folder: Path) -> Section:
+    """Return the section on the confidence (see `study.measure`)."""
+    from .study import measure as judged
+
+    return judged(folder)

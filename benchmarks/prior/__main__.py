@@ -15,7 +15,7 @@ from .study import answers, fitted, measure
 def main() -> None:
     """Run what is missing; print the weights for `friction_models.discovery.confidence`, and the table of the campaigns that judge."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.prior", description=__doc__)
-    parser.add_argument("-o", "--out", type=Path, default=Path("build/benchmarks/prior"))
+    parser.add_argument("-o", "--out", type=Path, default=Path("build/benchmarks"))
     parser.add_argument("--campaigns", type=int, default=400, help="campaigns that the weights are fitted to")
     parser.add_argument("--first", type=int, default=0, help="first of them")
     parser.add_argument("--judge", type=int, default=0, help="campaigns that judge the weights as they stand")

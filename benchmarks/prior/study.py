@@ -15,6 +15,7 @@ from friction_models.discovery import diagnose
 from friction_models.discovery.confidence import WEIGHTS, confidence
 
 from ..common import Section, Table, section
+from ..data import sources
 from ..literature.calibration import reliability
 from .campaigns import campaign
 
@@ -65,11 +66,12 @@ def answer(seed: int) -> dict[str, Any]:
 
 
 def answers(folder: Path, seeds: Sequence[int]) -> list[dict[str, Any]]:
-    """Return the answers of campaigns; those that are kept in `folder` are read."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Return the answers of campaigns; those that the same code gave before and that are kept in `folder` are read."""
+    kept = folder / "prior" / sources("friction_models")
+    kept.mkdir(parents=True, exist_ok=True)
     rows = []
     for seed in seeds:
-        path = folder / f"{seed}.json"
+        path = kept / f"{seed}.json"
         if not path.exists():
             write_json(path, answer(seed))
         rows.append(json.loads(path.read_text(encoding="utf-8")))

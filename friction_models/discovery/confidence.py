@@ -24,13 +24,10 @@ LIMITS = (0.02, 0.98)
 COUNTED = 0.9
 #: Kind of verdict -> intercept and weights of its grounds.
 WEIGHTS: dict[str, tuple[float, dict[str, float]]] = {
-    "named": (
-        -1.64,
-        {"seen": 0.71, "certain": 0.45, "gap": 1.06, "explained": 1.0, "further": -0.08, "log_tests": -0.57},
-    ),
-    "ambiguous": (0.71, {"gap": 0.73, "explained": 0.14, "further": 0.21}),
-    "unknown_structure": (-6.73, {"reference": 0.75, "log_tests": 0.61, "structure": 0.57}),
-    "nothing_missing": (-3.03, {"seen": -1.24, "log_tests": 1.48, "missing": -0.72}),
+    "named": (-1.0, {"certain": 0.37, "gap": 0.97}),
+    "ambiguous": (0.11, {"certain": 0.32}),
+    "unknown_structure": (-2.38, {"reference": 0.23, "structure": 0.45}),
+    "nothing_missing": (-4.41, {"seen": -1.39, "log_tests": 2.11, "missing": -1.03}),
 }
 
 

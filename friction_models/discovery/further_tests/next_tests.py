@@ -151,7 +151,7 @@ def _tied(campaign: Campaign, first: Fit, other: Fit) -> bool:
     levels = [campaign.of_tests(transformed(campaign, n)) for n in (a, b)]
     if min(np.ptp(x) for x in levels) <= 0.0 or len(campaign.tests) < 3:
         return False
-    return bool(abs(np.corrcoef(np.array(levels))[0, 1]) > TOGETHER)
+    return bool(abs(np.atleast_2d(np.corrcoef(np.array(levels)))[0, 1]) > TOGETHER)
 
 
 def _several(
