@@ -36,7 +36,8 @@ class SurfaceMarkers:
     The surface expansion is that of ring areas: the area of revolution between neighbouring points of the
     material now over that area in the undeformed billet, so no error accumulates. Beside the markers the
     corners of the undeformed billet are such points. An interval therefore lies on one surface, on the face
-    or on the side; a marker at a corner belongs to both, and its expansion is that of the one in contact.
+    or on the side. A marker tells the expansion of its two intervals together. One at a corner belongs to
+    both surfaces, and its expansion is that of the one in contact.
 
     - `surface`, shape (n_s, 2): undeformed surface.
     - `arc`, shape (n,): increasing arc lengths of the markers on it [mm].
@@ -53,6 +54,10 @@ class SurfaceMarkers:
         self.track = _index_coordinate(points, lengths)
         self._own = np.flatnonzero(order < n)
         self._is_corner = _distance(points, corners) < near
+        # What a corner cuts off from between two markers may be shorter than an element, which cannot resolve it.
+        middle = np.searchsorted(lengths, 0.5 * (points[1:] + points[:-1]))
+        inserted = order >= n
+        self._cut_off = (inserted[1:] | inserted[:-1]) & (np.diff(points) < np.diff(lengths)[middle - 1])
         #: Areas of the intervals at the start [mm2].
         self.start_areas = self.areas(surface)
         self.reference_area = np.diff(_area_below(surface, self.position))
@@ -113,23 +118,27 @@ class SurfaceMarkers:
         weight = w0 + w1
         pressure = (1.0 - u) * loads.pressure[k] + u * loads.pressure[k + 1]
         touches = (weight >= 0.5) & (pressure > 0.0)
-        self.psi = self._expansion(surface, touches)[self._own]
+        self.psi = self._expansion(surface, loads.active)[self._own]
         self.active = touches[self._own]
         on = self.active
         at = self._own[on]
         slip, tool_T = (
-            (w0[at] * f[k[at]] + w1[at] * f[k[at] + 1]) / weight[at] for f in (np.abs(loads.slip), loads.tool_T)
+            (w0[at] * f[k[at]] + w1[at] * f[k[at] + 1]) / weight[at]
+            for f in (np.abs(loads.slip), loads.tool_T)
         )
         self.v_rel[on] = slip
         self.sigma_n[on] = pressure[at]
         self.T[on] = 0.5 * (self.at_markers(T)[on] + tool_T)
         self.sd[on] += slip * dt
 
-    def _expansion(self, surface: FloatArray, touches: npt.NDArray[np.bool_]) -> FloatArray:
-        """Return dA/dA0 over both intervals of a point; at a corner over those whose other end `touches` a tool."""
-        share = np.ones((2, len(self.track)))
-        share[0, 1:][self._is_corner[1:]] = touches[:-1][self._is_corner[1:]]
-        share[1, :-1][self._is_corner[:-1]] = touches[1:][self._is_corner[:-1]]
+    def _expansion(self, surface: FloatArray, active: npt.NDArray[np.bool_]) -> FloatArray:
+        """Return dA/dA0 over both intervals of a point; at a corner over those beside which a node is `active`."""
+        share = np.stack([np.append(True, ~self._cut_off), np.append(~self._cut_off, True)]).astype(
+            np.float64
+        )
+        corner = self.track[self._is_corner]
+        share[0, self._is_corner] = active[np.ceil(corner - 1e-6).astype(np.int64) - 1]
+        share[1, self._is_corner] = active[np.floor(corner + 1e-6).astype(np.int64) + 1]
         share[:, share.sum(axis=0) == 0.0] = 1.0
         now, start = (
             share[0] * np.append(0.0, areas) + share[1] * np.append(areas, 0.0)
