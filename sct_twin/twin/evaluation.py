@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Self
@@ -10,18 +12,21 @@ import numpy as np
 import pandas as pd
 
 from forming.materials.materials import MaterialSource, as_material, steel_16MnCr5
+from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError
+from friction_models.loads import FloatArray
 
 from ..ingest.raw_campaign import RawCampaign
 from ..records.cells import Cell
 from ..records.record import SctRecord
 from ..signals.filters import smooth
 from ..signals.sliding_phase import TestSignals, process, resample
-from .contact_diameter import measured_diameter, read_at_diameter
-from .sliding import rest, slide
+from .contact_diameter import AREA, FORCE_AND_AREA, READING, USE, measured_diameter, read_at_diameter
+from .sliding import TemperatureHistory, rest, slide
 from .test_result import TestResult
 from .thermal_settings import ThermalBody, ThermalSettings
-from .upsetting import UpsettingRun, contact_forces, geometry, shear_share, upset_specimen
+from .uncertainty import AreaAndPsi, GivenUncertainty, load_uncertainties, other_dimensions
+from .upsetting import ContactState, UpsettingRun, contact_forces, geometry, shear_share, upset_specimen
 
 
 @dataclass
@@ -38,6 +43,7 @@ class TwinSettings:
     uniform_pressure: bool = False
     spacing: float = 0.1
     moving_mass: float | None = None
+    uncertainty: GivenUncertainty | None = field(default_factory=GivenUncertainty)
 
     def __post_init__(self) -> None:
         limits = {"mesh_size": (0.2, 1.5, "mm"), "spacing": (0.01, 10.0, "mm")}
@@ -92,7 +98,7 @@ class TwinSettings:
         diameter = measured_diameter(record, punch)
         highest = float(series.F_n.max())
 
-        def run_to(force: float) -> UpsettingRun:
+        def run_to(force: float, mu: float = mu) -> UpsettingRun:
             return upset_specimen(
                 punch,
                 t,
@@ -106,25 +112,39 @@ class TwinSettings:
                 where,
             )
 
-        if diameter is None:
-            upsetting, measured = run_to(highest), {}
-        else:
-            found = read_at_diameter(run_to, float(contact_forces(series.F_n, upset_to)[-1]), diameter, punch)
-            upsetting, measured = found.upsetting, found.summary()
+        def read(
+            mu: float = mu, diameter: float | None = diameter
+        ) -> tuple[UpsettingRun, dict[str, float | str]]:
+            if diameter is None:
+                return run_to(highest, mu), {}
+            found = read_at_diameter(
+                lambda force: run_to(force, mu),
+                float(contact_forces(series.F_n, upset_to)[-1]),
+                diameter,
+                punch,
+            )
+            return found.upsetting, found.summary()
+
+        upsetting, measured = read()
         state = upsetting.at(upset_to)
         area, psi = upsetting.area_and_psi(series.F_n, upset_to)
-        contact = state.sliding(
-            float(series.v_rel.max()), signals.T_plate, T_tool, self.heat, self.uniform_pressure
-        )
-        rest(contact, _waiting(signals, upset_to))
-        first = np.array([0.0])
-        history = slide(
-            contact,
-            np.concatenate([first, series.t]),
-            np.concatenate([first, series.sd]),
-            np.concatenate([series.friction[:1], series.friction]),
-            np.concatenate([series.v_rel[:1], series.v_rel]),
-        )
+        waiting = _waiting(signals, upset_to)
+
+        def heated(state: ContactState, heat: ThermalSettings) -> TemperatureHistory:
+            contact = state.sliding(
+                float(series.v_rel.max()), signals.T_plate, T_tool, heat, self.uniform_pressure
+            )
+            rest(contact, waiting)
+            first = np.array([0.0])
+            return slide(
+                contact,
+                np.concatenate([first, series.t]),
+                np.concatenate([first, series.sd]),
+                np.concatenate([series.friction[:1], series.friction]),
+                np.concatenate([series.v_rel[:1], series.v_rel]),
+            )
+
+        history = heated(state, self.heat)
         T = history.at(series.sd)
         columns = {
             "t": series.t,
@@ -137,10 +157,24 @@ class TwinSettings:
             "T_max": T["maximum"],
             "T_plate_surface": T["plate"],
             "T_specimen_surface": T["specimen"],
+            "T_film": T["film"],
             "F_n": series.F_n,
             "F_r": series.friction,
             "mu_std": series.mu_std,
         }
+        if self.uncertainty is not None:
+            columns |= load_uncertainties(
+                columns["sigma_n"],
+                columns["T"] - signals.T_plate,
+                (area, psi),
+                self._other_contacts(
+                    upsetting, series.F_n, upset_to, punch, mu, diameter, str(measured.get(USE)), read
+                ),
+                state,
+                self.heat,
+                lambda state, heat: heated(state, heat).at(series.sd)["mean"],
+                self.uncertainty,
+            )
         zero_end = signals.zeros.F_r.after
         summary = {
             "contact_area": round(state.area, 4),
@@ -161,6 +195,38 @@ class TwinSettings:
             **measured,
         }
         return TestResult(record.test_id, columns, summary)
+
+    def _other_contacts(
+        self,
+        upsetting: UpsettingRun,
+        F_n: FloatArray,
+        upset_to: float,
+        punch: PunchGeometry,
+        mu: float,
+        diameter: float | None,
+        use: str,
+        read: Callable[..., tuple[UpsettingRun, dict[str, float | str]]],
+    ) -> list[AreaAndPsi]:
+        """Return the contact after a change of flow stress, friction while upsetting and dimensions, one at a time."""
+        given = self.uncertainty
+        assert given is not None
+        harder = replace(upsetting, flow_stress=upsetting.flow_stress * (1.0 + given.flow_stress))
+        found = []
+        if use in (FORCE_AND_AREA, AREA):
+            assert diameter is not None
+            found.append(read(diameter=diameter + READING)[0].area_and_psi(F_n, upset_to))
+            if use == AREA:
+                area = upsetting.area_and_psi(F_n, upset_to)[0]
+                found.append((area, harder.area_and_psi(F_n, upset_to)[1]))
+        else:
+            found.append(harder.area_and_psi(F_n, upset_to))
+            sizes = punch.specimen_diameter, punch.bore_diameter
+            found += other_dimensions(upsetting, F_n, upset_to, sizes, given.diameter)
+        for other in (mu + given.upsetting_mu, max(mu - given.upsetting_mu, 0.0)):
+            with suppress(InputError):
+                found.append(read(mu=other)[0].area_and_psi(F_n, upset_to))
+                break
+        return found
 
 
 def evaluate_file(

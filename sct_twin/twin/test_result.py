@@ -20,9 +20,13 @@ EXTRA_UNITS = {
     "T_max": "degC",
     "T_plate_surface": "degC",
     "T_specimen_surface": "degC",
+    "T_film": "degC",
     "F_n": "N",
     "F_r": "N",
     "mu_std": "1",
+    "u_sigma_n": "MPa",
+    "u_psi": "1",
+    "u_T": "K",
 }
 
 #: Stated with every result. The sizes are the largest of seven tests of a virtual campaign (docs/sct-twin.md);
