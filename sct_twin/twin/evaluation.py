@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Self
@@ -12,21 +10,20 @@ import numpy as np
 import pandas as pd
 
 from forming.materials.materials import MaterialSource, as_material, steel_16MnCr5
-from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError
-from friction_models.loads import FloatArray
 
 from ..ingest.raw_campaign import RawCampaign
 from ..records.cells import Cell
 from ..records.record import SctRecord
 from ..signals.filters import smooth
 from ..signals.sliding_phase import TestSignals, process, resample
-from .contact_diameter import AREA, FORCE_AND_AREA, READING, USE, measured_diameter, read_at_diameter
+from .contact_diameter import measured_diameter
+from .contact_reading import ContactReading
 from .sliding import TemperatureHistory, rest, slide
 from .test_result import TestResult
 from .thermal_settings import ThermalBody, ThermalSettings
-from .uncertainty import AreaAndPsi, GivenUncertainty, load_uncertainties, other_dimensions
-from .upsetting import ContactState, UpsettingRun, contact_forces, geometry, shear_share, upset_specimen
+from .uncertainty import GivenUncertainty, load_uncertainties
+from .upsetting import ContactState, geometry, shear_share
 
 
 @dataclass
@@ -89,46 +86,28 @@ class TwinSettings:
         signals = process(record, record.number("moving_mass", mass))
         series = resample(signals, self.spacing)
         T_tool = record.number("T_tool", signals.T_plate)
-        t, F_n = _loading(signals)
-        upset_to = float(F_n[-1])
         mu = self.upsetting_mu
         if mu is None:
             mu = float(np.clip(np.median(series.mu[: max(10, len(series.mu) // 10)]), 0.0, 0.3))
         punch = geometry(record)
-        diameter = measured_diameter(record, punch)
-        highest = float(series.F_n.max())
-
-        def run_to(force: float, mu: float = mu) -> UpsettingRun:
-            return upset_specimen(
-                punch,
-                t,
-                F_n,
-                max(force, highest),
-                as_material(self.material),
-                mu,
-                record.number("T_specimen", T_tool),
-                T_tool,
-                self.mesh_size,
-                where,
-            )
-
-        def read(
-            mu: float = mu, diameter: float | None = diameter
-        ) -> tuple[UpsettingRun, dict[str, float | str]]:
-            if diameter is None:
-                return run_to(highest, mu), {}
-            found = read_at_diameter(
-                lambda force: run_to(force, mu),
-                float(contact_forces(series.F_n, upset_to)[-1]),
-                diameter,
-                punch,
-            )
-            return found.upsetting, found.summary()
-
-        upsetting, measured = read()
-        state = upsetting.at(upset_to)
-        area, psi = upsetting.area_and_psi(series.F_n, upset_to)
-        waiting = _waiting(signals, upset_to)
+        t, F_n = _loading(signals)
+        reading = ContactReading(
+            punch,
+            t,
+            F_n,
+            series.F_n,
+            as_material(self.material),
+            mu,
+            record.number("T_specimen", T_tool),
+            T_tool,
+            self.mesh_size,
+            measured_diameter(record, punch),
+            where,
+        )
+        found = reading.read()
+        state = found.upsetting.at(reading.upset_to)
+        area, psi = reading.area_and_psi(found.upsetting)
+        waiting = _waiting(signals, reading.upset_to)
 
         def heated(state: ContactState, heat: ThermalSettings) -> TemperatureHistory:
             contact = state.sliding(
@@ -167,9 +146,7 @@ class TwinSettings:
                 columns["sigma_n"],
                 columns["T"] - signals.T_plate,
                 (area, psi),
-                self._other_contacts(
-                    upsetting, series.F_n, upset_to, punch, mu, diameter, str(measured.get(USE)), read
-                ),
+                reading.others(found, self.uncertainty),
                 state,
                 self.heat,
                 lambda state, heat: heated(state, heat).at(series.sd)["mean"],
@@ -192,41 +169,9 @@ class TwinSettings:
             # only where the record goes on without load: what a zero that is taken before the load does not show
             **({} if zero_end is None else {"F_r_zero_end": round(zero_end, 3)}),
             "mu_noise": float(f"{_mu_noise(signals):.4g}"),
-            **measured,
+            **found.summary,
         }
         return TestResult(record.test_id, columns, summary)
-
-    def _other_contacts(
-        self,
-        upsetting: UpsettingRun,
-        F_n: FloatArray,
-        upset_to: float,
-        punch: PunchGeometry,
-        mu: float,
-        diameter: float | None,
-        use: str,
-        read: Callable[..., tuple[UpsettingRun, dict[str, float | str]]],
-    ) -> list[AreaAndPsi]:
-        """Return the contact after a change of flow stress, friction while upsetting and dimensions, one at a time."""
-        given = self.uncertainty
-        assert given is not None
-        harder = replace(upsetting, flow_stress=upsetting.flow_stress * (1.0 + given.flow_stress))
-        found = []
-        if use in (FORCE_AND_AREA, AREA):
-            assert diameter is not None
-            found.append(read(diameter=diameter + READING)[0].area_and_psi(F_n, upset_to))
-            if use == AREA:
-                area = upsetting.area_and_psi(F_n, upset_to)[0]
-                found.append((area, harder.area_and_psi(F_n, upset_to)[1]))
-        else:
-            found.append(harder.area_and_psi(F_n, upset_to))
-            sizes = punch.specimen_diameter, punch.bore_diameter
-            found += other_dimensions(upsetting, F_n, upset_to, sizes, given.diameter)
-        for other in (mu + given.upsetting_mu, max(mu - given.upsetting_mu, 0.0)):
-            with suppress(InputError):
-                found.append(read(mu=other)[0].area_and_psi(F_n, upset_to))
-                break
-        return found
 
 
 def evaluate_file(
