@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from ..fe.contact import GAP, PRESSURE
+from ..fe.contact import FACING, GAP, PRESSURE
+from ..fe.markers import LEAST_SHARE
 from ..fe.mesh.shape import FloatArray
 from ..fe.simulation import Simulation
 from ..tools.punch_geometry import PunchGeometry
@@ -98,7 +99,9 @@ def plate_contact(
     r = fraction * radius
     share = ring_shares(fraction)
     mean_pressure = -float(state.forces[0, 1]) / area
-    pressure = _profile(r, surface[on, 0], np.maximum(tables[0][on, PRESSURE], 0.0))
+    # The last node holds a part of the free side, too; what it carries acts on the part that faces the plate.
+    facing = np.maximum(tables[0][on, FACING], LEAST_SHARE)
+    pressure = _profile(r, surface[on, 0], np.maximum(tables[0][on, PRESSURE], 0.0) / facing)
     pressure *= mean_pressure / float(share @ pressure)
     psi = _expansion(sim, edge, fraction)
     T = _profile(r, surface[on, 0], body.T[body.chain[on]])
