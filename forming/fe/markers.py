@@ -55,9 +55,9 @@ class SurfaceMarkers:
         self._own = np.flatnonzero(order < n)
         self._is_corner = _distance(points, corners) < near
         # What a corner cuts off from between two markers may be shorter than an element, which cannot resolve it.
-        middle = np.searchsorted(lengths, 0.5 * (points[1:] + points[:-1]))
+        edges, _ = _edges(_index_coordinate(0.5 * (points[1:] + points[:-1]), lengths))
         inserted = order >= n
-        self._cut_off = (inserted[1:] | inserted[:-1]) & (np.diff(points) < np.diff(lengths)[middle - 1])
+        self._cut_off = (inserted[1:] | inserted[:-1]) & (np.diff(points) < np.diff(lengths)[edges])
         #: Areas of the intervals at the start [mm2].
         self.start_areas = self.areas(surface)
         self.reference_area = np.diff(_area_below(surface, self.position))
