@@ -8,9 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from .contact import FACING, NORMAL_R, PRESSURE, SHEAR, SLIP
-from .mesh.polyline import arc_length
+from .mesh.polyline import CORNER, arc_length, turns
 from .mesh.shape import FloatArray, IntArray
 from .tooling import Tool
+
+#: Turns of the undeformed surface beyond this angle are corners of the billet: it consists of straight lines.
+EDGE = np.radians(10.0)
 
 
 @dataclass
@@ -27,10 +30,14 @@ class SurfaceLoads:
 class SurfaceMarkers:
     """A fixed number of material points on the surface, ordered from the lower to the upper axis point.
 
-    Between remeshings a marker stays at its place within its edge, because nodes move with the material;
-    at a remeshing it keeps its arc length. The sliding distance is summed at the marker. The surface
-    expansion is the area between neighbouring markers over that area in the undeformed billet, so no
-    error accumulates.
+    Nodes move with the material, and a marker moves between them on a smooth curve, so that its path hardly
+    depends on where the nodes are; at a remeshing it keeps its arc length. The sliding distance is summed at the marker.
+
+    The surface expansion is that of ring areas: the area of revolution between neighbouring points of the
+    material now over that area in the undeformed billet, so no error accumulates. Beside the markers the
+    corners of the undeformed billet are such points. An interval therefore lies on one surface, on the face
+    or on the side. A marker tells the expansion of its two intervals together. One at a corner belongs to
+    both surfaces, and its expansion is that of the one in contact.
 
     - `surface`, shape (n_s, 2): undeformed surface.
     - `arc`, shape (n,): increasing arc lengths of the markers on it [mm].
@@ -38,8 +45,22 @@ class SurfaceMarkers:
 
     def __init__(self, surface: FloatArray, arc: FloatArray, T: float) -> None:
         n = len(arc)
-        self.position = _index_coordinate(arc, arc_length(surface))
-        self.reference_area = np.diff(self._area_below(surface))
+        lengths = arc_length(surface)
+        corners, near = lengths[turns(surface) > EDGE], 1e-6 * lengths[-1]
+        between = corners[_distance(corners, arc) > near]
+        order = np.argsort(np.append(arc, between), kind="stable")
+        points = np.append(arc, between)[order]
+        #: Index coordinates of markers and corners: node number plus fraction of the edge.
+        self.track = _index_coordinate(points, lengths)
+        self._own = np.flatnonzero(order < n)
+        self._is_corner = _distance(points, corners) < near
+        # What a corner cuts off from between two markers may be shorter than an element, which cannot resolve it.
+        edges, _ = _edges(_index_coordinate(0.5 * (points[1:] + points[:-1]), lengths))
+        inserted = order >= n
+        self._cut_off = (inserted[1:] | inserted[:-1]) & (np.diff(points) < np.diff(lengths)[edges])
+        #: Areas of the intervals at the start [mm2].
+        self.start_areas = self.areas(surface)
+        self.reference_area = np.diff(_area_below(surface, self.position))
         self.start_arc = arc.copy()
         self.sd = np.zeros(n)
         self.psi = np.ones(n)
@@ -49,16 +70,16 @@ class SurfaceMarkers:
         self.active = np.zeros(n, dtype=bool)
 
     def __len__(self) -> int:
-        return len(self.position)
+        return len(self._own)
 
-    def _edges(self) -> tuple[npt.NDArray[np.int64], FloatArray]:
-        last = int(np.floor(self.position[-1] - 1e-9))
-        k = np.minimum(self.position.astype(np.int64), last)
-        return k, self.position - k
+    @property
+    def position(self) -> FloatArray:
+        """Index coordinates of the markers: node number plus fraction of the edge."""
+        return self.track[self._own]
 
     def at_markers(self, nodal: FloatArray) -> FloatArray:
         """Return a nodal quantity of the surface at the markers."""
-        k, u = self._edges()
+        k, u = _edges(self.position)
         return (1.0 - u) * nodal[k] + u * nodal[k + 1]
 
     def at_nodes(self, values: FloatArray, n_nodes: int) -> FloatArray:
@@ -69,13 +90,22 @@ class SurfaceMarkers:
         """Return the positions of the markers, shape (n, 2) [mm]."""
         return np.column_stack([self.at_markers(surface[:, 0]), self.at_markers(surface[:, 1])])
 
-    def _area_below(self, surface: FloatArray) -> FloatArray:
-        """Return the surface area from the start of the chain to each marker [mm2]."""
-        r = surface[:, 0]
-        length = np.diff(arc_length(surface))
-        below = np.concatenate([[0.0], np.cumsum(length * (r[1:] + r[:-1]) * np.pi)])
-        k, u = self._edges()
-        return below[k] + 2.0 * np.pi * length[k] * u * (r[k] + 0.5 * u * (r[k + 1] - r[k]))
+    def areas(self, surface: FloatArray, until: float = np.inf) -> FloatArray:
+        """Return the areas of the intervals between neighbouring markers and corners [mm2].
+
+        - `until`: index coordinate at which the surface is taken to end.
+        """
+        return np.diff(_area_below(surface, np.minimum(self.track, until)))
+
+    def follow(self, before: FloatArray, after: FloatArray) -> None:
+        """Follow the motion of the surface nodes in an increment, shapes (n_s, 2).
+
+        With straight lines between the nodes every edge would stretch evenly, and the expansion would depend
+        on where the nodes were in every increment, that is on the number of remeshings.
+        """
+        old, new = arc_length(before), arc_length(after)
+        arc = np.interp(self.track, np.arange(len(old)), old)
+        self.track = _index_coordinate(_smooth(old, new, turns(after) > CORNER, arc), new)
 
     def update(self, surface: FloatArray, T: FloatArray, loads: SurfaceLoads, dt: float) -> None:
         """Take over the state at the end of an increment `dt` [s]; `T` are the temperatures of the surface nodes.
@@ -83,38 +113,96 @@ class SurfaceMarkers:
         Markers in contact get new loads; the others keep v_rel, sigma_n and T of their last contact. The
         contact temperature is the mean of workpiece and tool surface.
         """
-        k, u = self._edges()
+        k, u = _edges(self.track)
         w0, w1 = (1.0 - u) * loads.active[k], u * loads.active[k + 1]
         weight = w0 + w1
         pressure = (1.0 - u) * loads.pressure[k] + u * loads.pressure[k + 1]
-        self.active = (weight >= 0.5) & (pressure > 0.0)
+        touches = (weight >= 0.5) & (pressure > 0.0)
+        self.psi = self._expansion(surface, loads.active)[self._own]
+        self.active = touches[self._own]
         on = self.active
+        at = self._own[on]
         slip, tool_T = (
-            (w0[on] * f[k[on]] + w1[on] * f[k[on] + 1]) / weight[on]
+            (w0[at] * f[k[at]] + w1[at] * f[k[at] + 1]) / weight[at]
             for f in (np.abs(loads.slip), loads.tool_T)
         )
         self.v_rel[on] = slip
-        self.sigma_n[on] = pressure[on]
+        self.sigma_n[on] = pressure[at]
         self.T[on] = 0.5 * (self.at_markers(T)[on] + tool_T)
         self.sd[on] += slip * dt
-        area = np.diff(self._area_below(surface))
-        total = np.concatenate([area[:1], area[:-1] + area[1:], area[-1:]])
-        first = self.reference_area
-        self.psi = total / np.concatenate([first[:1], first[:-1] + first[1:], first[-1:]])
+
+    def _expansion(self, surface: FloatArray, active: npt.NDArray[np.bool_]) -> FloatArray:
+        """Return dA/dA0 over both intervals of a point; at a corner over those beside which a node is `active`."""
+        share = np.stack([np.append(True, ~self._cut_off), np.append(~self._cut_off, True)]).astype(
+            np.float64
+        )
+        corner = self.track[self._is_corner]
+        share[0, self._is_corner] = active[np.ceil(corner - 1e-6).astype(np.int64) - 1]
+        share[1, self._is_corner] = active[np.floor(corner + 1e-6).astype(np.int64) + 1]
+        share[:, share.sum(axis=0) == 0.0] = 1.0
+        now, start = (
+            share[0] * np.append(0.0, areas) + share[1] * np.append(areas, 0.0)
+            for areas in (self.areas(surface), self.start_areas)
+        )
+        return now / start
 
     def move_to(self, old_surface: FloatArray, old_arc_of_new_nodes: FloatArray) -> None:
         """Follow a remeshing: new nodes stood at `old_arc_of_new_nodes` on the old surface."""
-        arc = self.at_markers(arc_length(old_surface))
-        self.position = _index_coordinate(arc, old_arc_of_new_nodes)
+        old = arc_length(old_surface)
+        arc = np.interp(self.track, np.arange(len(old)), old)
+        self.track = _index_coordinate(arc, old_arc_of_new_nodes)
 
     def loads(self) -> FloatArray:
         """Return v_rel, T, sigma_n, sd, psi of the markers, shape (n, 5)."""
         return np.column_stack([self.v_rel, self.T, self.sigma_n, self.sd, self.psi])
 
 
+def _distance(points: FloatArray, others: FloatArray) -> FloatArray:
+    """Return how far each number is from the nearest of the others."""
+    return np.asarray(np.abs(points[:, None] - others[None, :]).min(axis=1, initial=np.inf))
+
+
 def _index_coordinate(arc: FloatArray, node_arc: FloatArray) -> FloatArray:
     """Return node index plus fraction of the edge for points at given arc lengths."""
     return np.interp(arc, node_arc, np.arange(len(node_arc), dtype=np.float64))
+
+
+def _edges(index: FloatArray) -> tuple[npt.NDArray[np.int64], FloatArray]:
+    """Return edge and place on it, 0 to 1, of points at rising index coordinates."""
+    last = max(int(np.ceil(index[-1] - 1e-9)) - 1, 0)
+    k = np.minimum(index.astype(np.int64), last)
+    return k, index - k
+
+
+def _area_below(surface: FloatArray, index: FloatArray) -> FloatArray:
+    """Return the surface area from the start of the chain to points at index coordinates [mm2]."""
+    r = surface[:, 0]
+    length = np.diff(arc_length(surface))
+    below = np.concatenate([[0.0], np.cumsum(length * (r[1:] + r[:-1]) * np.pi)])
+    k, u = _edges(index)
+    return below[k] + 2.0 * np.pi * length[k] * u * (r[k] + 0.5 * u * (r[k + 1] - r[k]))
+
+
+def _smooth(x: FloatArray, y: FloatArray, broken: npt.NDArray[np.bool_], at: FloatArray) -> FloatArray:
+    """Interpolate a rising function by cubics whose slopes are those of parabolas through three neighbouring nodes.
+
+    - `x`, `y`, shape (n,): nodes and values, both rising.
+    - `broken`, shape (n,): nodes at which the slope may jump; the ends are such nodes, too.
+    """
+    h, secant = np.diff(x), np.diff(y) / np.diff(x)
+    slope = np.zeros_like(x)
+    slope[1:-1] = (secant[:-1] * h[1:] + secant[1:] * h[:-1]) / (h[1:] + h[:-1])
+    jump = broken.copy()
+    jump[[0, -1]] = True
+    first = np.where(jump[:-1], 2.0 * secant - slope[1:], slope[:-1])
+    last = np.where(jump[1:], 2.0 * secant - slope[:-1], slope[1:])
+    both = jump[:-1] & jump[1:]
+    # Between 0 and three times the secant the curve cannot turn back (Fritsch and Carlson 1980).
+    first, last = (np.clip(np.where(both, secant, m), 0.0, 3.0 * secant) for m in (first, last))
+    k = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(h) - 1)
+    u = (at - x[k]) / h[k]
+    bend = u * (1.0 - u) * ((1.0 - u) * (first[k] - secant[k]) - u * (last[k] - secant[k]))
+    return y[k] + h[k] * (u * secant[k] + bend)
 
 
 #: Least share of a nodal area that a contact is taken to have, where its force becomes a traction.

@@ -16,14 +16,11 @@ from .body import Body, WorkpieceMaterial
 from .contact import gap_and_normal
 from .heat_exchange import keep_heat
 from .mesh.mesher import Mesh, MeshError, quad_mesh
-from .mesh.polyline import SizeField, arc_length, at_arc_length, enclosed_volume, spaced
+from .mesh.polyline import CORNER, SizeField, arc_length, at_arc_length, enclosed_volume, spaced, turns
 from .mesh.shape import FloatArray, IntArray
 from .mesh.transfer import transfer
 from .state import SCALES, OldMesh, State
 from .tooling import Tool
-
-#: Turns of the surface beyond this angle stay nodes.
-CORNER = np.radians(35.0)
 
 
 @dataclass(frozen=True)
@@ -47,7 +44,7 @@ def resample_surface(
     lengths = arc_length(chain)
     steps = np.diff(lengths)
     direction = np.diff(chain, axis=0) / steps[:, None]
-    anchors = _anchors(direction, lengths, size(chain))
+    anchors = _anchors(turns(chain), lengths, size(chain))
     tangent = np.concatenate([direction[:1], np.empty((len(chain) - 2, 2)), direction[-1:]])
     before, after = steps[:-1, None], steps[1:, None]
     tangent[1:-1] = (direction[:-1] * before + direction[1:] * after) / (before + after)
@@ -88,12 +85,9 @@ def _join_ends(points: FloatArray, closed: bool) -> None:
         points[[0, -1], 0] = 0.0
 
 
-def _anchors(direction: FloatArray, lengths: FloatArray, size: FloatArray) -> list[int]:
+def _anchors(turn: FloatArray, lengths: FloatArray, size: FloatArray) -> list[int]:
     """Return the indices of both ends and of the corners, without corners that make a piece too short."""
     n = len(lengths)
-    cross = direction[:-1, 0] * direction[1:, 1] - direction[:-1, 1] * direction[1:, 0]
-    turn = np.zeros(n)
-    turn[1:-1] = np.abs(np.arctan2(cross, (direction[:-1] * direction[1:]).sum(axis=1)))
     anchors = [0, *np.flatnonzero(turn > CORNER).tolist(), n - 1]
     while len(anchors) > 2:
         pieces = [(lengths[b] - lengths[a]) / size[a] for a, b in pairwise(anchors)]
@@ -220,7 +214,7 @@ def remesh(state: State, size: SizeField, material: WorkpieceMaterial, heat: boo
     gauss = np.concatenate([body.stress, body.strain[:, :, None], body.rate[:, :, None]], axis=2)
     nodal = np.column_stack([body.T, body.velocity])
     gauss, nodal = transfer(body.x, body.quads, gauss, nodal, mesh.x, mesh.quads)
-    state.old_mesh = OldMesh(body, state.tables, state.markers.position.copy(), state.strain_at_remesh, k)
+    state.old_mesh = OldMesh(body, state.tables, state.markers.track.copy(), state.strain_at_remesh, k)
     state.markers.move_to(old_surface, surface.old_arc)
     state.body = Body(
         mesh.x,

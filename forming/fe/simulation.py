@@ -211,7 +211,7 @@ class Simulation:
         """Go back to the mesh before the last remeshing, and remesh finer from there if that is left to try."""
         state = self.state
         state.body, state.tables = old.body, old.tables
-        state.markers.position = old.marker_position
+        state.markers.track = old.marker_track
         state.strain_at_remesh = old.strain_at_remesh
         state.old_mesh = None
         state.since_remesh = self.policy.every - 2
@@ -221,7 +221,7 @@ class Simulation:
 
     def _accept(self, step: Step, dt: float, moves: list[FloatArray], share: float) -> None:
         state, body = self.state, self.state.body
-        before, T_before = self.force, body.T
+        before, T_before, surface = self.force, body.T, body.surface
         ends = self._ends(step)
         body.rate = (step.strain - body.strain) / dt
         body.x = body.x + step.du
@@ -257,6 +257,7 @@ class Simulation:
             body.T = T_before
             self._stop("a temperature is not finite; allowed: finite material and heat data")
             return
+        state.markers.follow(surface, body.surface)
         state.markers.update(body.surface, body.T[body.chain], loads, dt)
         state.history.append(self._record(step, loads))
         fold = first_crossing(body.surface)

@@ -144,7 +144,7 @@ class OldMesh:
 
     body: Body
     tables: list[FloatArray] | None
-    marker_position: FloatArray
+    marker_track: FloatArray
     strain_at_remesh: FloatArray
     trial: int
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -136,6 +136,22 @@ class Material:
         ------
         InputError
             The material has no flow curve.
+        """
+        raise InputError(f"material {self.name!r} has no flow curve; allowed as a tool, not as a workpiece")
+
+    def hardened(self, factor: float) -> Self:
+        """Return the material with `factor` times the flow stress, at every strain, rate and temperature.
+
+        Raises
+        ------
+        InputError
+            The material has no flow curve.
+
+        Examples
+        --------
+        >>> from forming import PowerLaw
+        >>> float(PowerLaw(yield_stress=500.0).hardened(1.02).flow_stress(0.3))
+        510.0
         """
         raise InputError(f"material {self.name!r} has no flow curve; allowed as a tool, not as a workpiece")
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -106,6 +106,10 @@ class HenselSpittel(Material):
         kf = kf * phi ** (self.m2 + self.n1 * T) * (1.0 + phi) ** (self.m5 * T)
         return kf * phi_dot ** (self.m3 + slope * T) * np.maximum(T, 1.0) ** self.m9
 
+    def hardened(self, factor: float) -> Self:
+        """Return the material with `factor` times the flow stress."""
+        return replace(self, A=factor * self.A)
+
     def _m4_by_form(self) -> tuple[float, float]:
         return (self.m4, self.m8) if self.form == "inverse_strain" else (0.0, self.m4)
 
@@ -174,6 +178,10 @@ class PowerLaw(Material):
         if self.yield_stress + self.K <= 0.0:
             raise InputError(f"{where}: yield_stress = K = 0; allowed: at least one above 0 MPa")
         super().__post_init__()
+
+    def hardened(self, factor: float) -> Self:
+        """Return the material with `factor` times the flow stress."""
+        return replace(self, yield_stress=factor * self.yield_stress, K=factor * self.K)
 
     def vector(self) -> FloatArray:
         """Return the numbers that the kernels read; see `forming.fe.flow`."""
@@ -264,6 +272,11 @@ class FlowTable(Material):
             if getattr(self, name) is None and len(axis) > 1:
                 object.__setattr__(self, name, (axis[0], axis[-1]))
         super().__post_init__()
+
+    def hardened(self, factor: float) -> Self:
+        """Return the material with `factor` times the flow stress."""
+        harder = tuple(tuple(tuple(factor * v for v in row) for row in block) for block in self.stresses)
+        return replace(self, stresses=harder)
 
     def vector(self) -> FloatArray:
         """Return the numbers that the kernels read; see `forming.fe.flow`."""

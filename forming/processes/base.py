@@ -13,6 +13,7 @@ from ..results.result import FormingResult
 from ..tools.elasticity import UNITS, ElasticTools
 from .ejection import Ejection, ejection_choice
 from .friction_input import Friction
+from .lag import lag_warnings
 from .run_log import RunLog
 from .stepwise import StepwiseProcess
 
@@ -79,6 +80,9 @@ class FormingProcess(StepwiseProcess):
             if progress is not None:
                 progress((k + 1) / steps)
         self.result = log.result()
+        if callable(friction):
+            late = lag_warnings(stroke / steps, self.name)
+            self.result = replace(self.result, warnings=(*self.result.warnings, *late))
         if how is not None and self.result.status == "ok":
             ejection = Ejection(self, how)
             try:

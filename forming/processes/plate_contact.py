@@ -6,10 +6,43 @@ import math
 
 import numpy as np
 
-from ..fe.contact import GAP, PRESSURE
+from ..fe.contact import FACING, GAP, PRESSURE
+from ..fe.markers import LEAST_SHARE
 from ..fe.mesh.shape import FloatArray
 from ..fe.simulation import Simulation
 from ..tools.punch_geometry import PunchGeometry
+
+
+def ring_shares(fraction: FloatArray) -> FloatArray:
+    """Return which share of a circle each of some radii stands for: the ring half-way to its neighbours.
+
+    - `fraction`, shape (m,): radii over that of the circle, rising from 0 to 1.
+
+    Examples
+    --------
+    The edge stands for one side only:
+
+    >>> ring_shares(np.array([0.0, 0.5, 1.0])).tolist()
+    [0.0625, 0.5, 0.4375]
+    """
+    return np.diff(_ring_edges(fraction) ** 2)
+
+
+def _ring_edges(fraction: FloatArray) -> FloatArray:
+    return np.concatenate([[0.0], 0.5 * (fraction[1:] + fraction[:-1]), [1.0]])
+
+
+def _expansion(sim: Simulation, edge: float, fraction: FloatArray) -> FloatArray:
+    """Return the mean surface expansion of the rings that `fraction` stands for, by area as it is now.
+
+    - `edge`: index coordinate of the surface at which the contact ends.
+    """
+    markers, surface = sim.state.markers, sim.state.body.surface
+    psi = markers.areas(surface) / markers.start_areas
+    touching = markers.areas(surface, edge)
+    area, weighed = (np.append(0.0, np.cumsum(part)) for part in (touching, psi * touching))
+    ends = np.interp(_ring_edges(fraction) ** 2 * area[-1], area, weighed)
+    return np.diff(ends) / (ring_shares(fraction) * area[-1])
 
 
 def _profile(r: FloatArray, at: FloatArray, values: FloatArray) -> FloatArray:
@@ -17,20 +50,22 @@ def _profile(r: FloatArray, at: FloatArray, values: FloatArray) -> FloatArray:
     return np.interp(r, at[order], values[order])
 
 
-def _edge_radius(surface: FloatArray, table: FloatArray, bore: float) -> float:
-    """Return where the surface leaves the plate [mm], at most `bore`.
+def _edge(surface: FloatArray, table: FloatArray, bore: float) -> tuple[float, float]:
+    """Return the radius at which the surface leaves the plate [mm], at most `bore`, and its index coordinate.
 
     The contact lies between the last node that touches and the first that does not. The gap of the first two
     free nodes, extrapolated to zero, tells where, so that the area grows smoothly with the force.
     """
     on = table[:, PRESSURE] > 0.0
     last = int(np.flatnonzero(on)[np.argmax(surface[on, 0])])
-    edge = float(surface[last, 0])
-    if last + 2 < len(surface):
-        (near, far), (gap, wider) = surface[last + 1 : last + 3, 0], table[last + 1 : last + 3, GAP]
-        if wider > gap > 0.0 and near > edge:
-            edge = float(np.clip(near - gap * (far - near) / (wider - gap), edge, near))
-    return min(edge, bore)
+    at = float(surface[last, 0])
+    if last + 2 >= len(surface):
+        return min(at, bore), float(last)
+    (near, far), (gap, wider) = surface[last + 1 : last + 3, 0], table[last + 1 : last + 3, GAP]
+    if not (wider > gap > 0.0 and near > at):
+        return min(at, bore), float(last)
+    edge = float(np.clip(near - gap * (far - near) / (wider - gap), at, near))
+    return min(edge, bore), last + (edge - at) / (near - at)
 
 
 def plate_contact(
@@ -38,7 +73,7 @@ def plate_contact(
 ) -> dict[str, FloatArray | float]:
     """Return one row of the result: the contact with the plate now."""
     state = sim.state
-    body, markers = state.body, state.markers
+    body = state.body
     row: dict[str, FloatArray | float] = {
         "time": state.time,
         "force": max(sim.force, 0.0),
@@ -59,22 +94,16 @@ def plate_contact(
             "area_ratio": 1.0,
             "T_contact": 0.5 * (float(body.T.mean()) + state.tools[0].temperature),
         }
-    radius = _edge_radius(surface, tables[0], 0.5 * (punch.bore_diameter or math.inf))
+    radius, edge = _edge(surface, tables[0], 0.5 * (punch.bore_diameter or math.inf))
     area = math.pi * radius**2
     r = fraction * radius
-    ring = np.gradient(fraction) * fraction
-    share = ring / ring.sum()
+    share = ring_shares(fraction)
     mean_pressure = -float(state.forces[0, 1]) / area
-    pressure = _profile(r, surface[on, 0], np.maximum(tables[0][on, PRESSURE], 0.0))
+    # The last node holds a part of the free side, too; what it carries acts on the part that faces the plate.
+    facing = np.maximum(tables[0][on, FACING], LEAST_SHARE)
+    pressure = _profile(r, surface[on, 0], np.maximum(tables[0][on, PRESSURE], 0.0) / facing)
     pressure *= mean_pressure / float(share @ pressure)
-    points = markers.points(surface)
-    touching = (
-        markers.active
-        & (points[:, 1] < 0.25 * punch.specimen_height)
-        & (points[:, 0] <= 1.001 * max(radius, float(surface[on, 0].max())))
-    )
-    touching[0] = True
-    psi = _profile(r, points[touching, 0], markers.psi[touching])
+    psi = _expansion(sim, edge, fraction)
     T = _profile(r, surface[on, 0], body.T[body.chain[on]])
     return row | {
         "contact_radius": radius,

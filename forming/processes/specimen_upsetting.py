@@ -64,9 +64,11 @@ class UpsettingResult:
     radius_fraction : ndarray, shape (m,)
         r over contact radius, 0 to 1.
     sigma_n, psi : ndarray, shape (n, m)
-        Contact pressure [MPa] and local surface expansion dA/dA0 at ``radius_fraction * contact_radius``.
+        Contact pressure [MPa] at ``radius_fraction * contact_radius``, and surface expansion dA/dA0 of the ring
+        half-way to the neighbouring radii.
     sigma_n_mean, psi_mean : ndarray, shape (n,)
-        Area-weighted means over the contact.
+        Means over the contact, by area as it is now: friction acts on that area. Over the area at the start the mean
+        expansion would be the smaller area ratio of the material in contact.
     area_ratio : ndarray, shape (n,)
         Contact area over the area of the undeformed lower face.
     T_contact : ndarray, shape (n,)

@@ -48,7 +48,7 @@ class FormingRecord:
         Rise of the workpiece's heat + what left it - what arose in it, over the largest of these.
     warnings : tuple of str
         Where the run left the range in which the flow curve is known; it went on with the edge of a table or the
-        law's own extension.
+        law's own extension. And friction that lags too far behind the loads.
     ejection : EjectionResult or None
         Forces and work of ejecting the product, if the run was asked for it.
     """

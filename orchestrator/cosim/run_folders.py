@@ -84,7 +84,7 @@ class Run:
     manifest : dict
         Versions, file hashes, mode, timing, the synthetic flag; ``"status"`` is ``"ok"``, or ``"stopped"`` and
         ``"message"`` says which component failed, when and why. ``"message"`` of a complete run names a component that
-        ended it before the stop time. ``"warnings"``: open inputs and algebraic loops.
+        ended it before the stop time. ``"warnings"``: open inputs, algebraic loops, friction that lags too far.
     time : ndarray, shape (steps + 1,)
         Communication points [s].
     values : dict of str to ndarray

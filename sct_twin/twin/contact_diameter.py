@@ -18,6 +18,8 @@ from .upsetting import FILLED, UpsettingRun
 
 #: Column of the test table [mm].
 COLUMN = "contact_diameter"
+#: Column of the test table that says how it was used, and two of its values.
+USE, FORCE_AND_AREA, AREA = "contact_diameter_use", "force and area", "area"
 #: What a caliper or a microscope is trusted to [mm].
 READING = 0.05
 #: Least d ln(area) / d ln(force) at which the force is read from the area. Below, `READING` and the mesh, 0.5 % of the
@@ -46,7 +48,7 @@ class MeasuredContact:
         """Return the columns that it adds to the test table."""
         return {
             "flow_stress_ratio": round(self.upsetting.flow_stress, 5),
-            "contact_diameter_use": self.use,
+            USE: self.use,
             "contact_diameter_remark": self.remark,
         }
 
@@ -101,7 +103,7 @@ def read_at_diameter(
             wanted = min(diameter, float(diameters[-1]))
         if diameters[0] <= wanted <= diameters[-1]:
             at = float(np.interp(wanted, diameters, forces))
-            return MeasuredContact(replace(upsetting, flow_stress=force / at), "force and area")
+            return MeasuredContact(replace(upsetting, flow_stress=force / at), FORCE_AND_AREA)
         low, high = min(low, float(diameters[0])), max(high, float(diameters[-1]))
     if not near:
         return MeasuredContact(
@@ -113,7 +115,7 @@ def read_at_diameter(
     if filled:
         return MeasuredContact(upsetting, "compared")
     factor = (min(diameter, bore) / expected) ** 2
-    return MeasuredContact(replace(upsetting, area_factor=factor), "area")
+    return MeasuredContact(replace(upsetting, area_factor=factor), AREA)
 
 
 def _relation(upsetting: UpsettingRun, force: float) -> tuple[FloatArray, FloatArray]:

@@ -27,12 +27,19 @@ __all__ = ["ContactTemperature", "SlidingContact", "ThermalBody", "ThermalSettin
 
 
 class ContactTemperature(NamedTuple):
-    """Area-weighted means over the contact and the maximum [degC]; `mean` is the mean of both surfaces."""
+    """Area-weighted means over the contact and the maximum [degC].
+
+    `mean` is the mean of both surfaces, `film` that of the middle of the film between them. All friction heat q
+    is released there, and each half of the film has the resistance 1 / (2 h). With what flows into both
+    bodies, 2 h (film - plate) + 2 h (film - specimen) = q, it follows that film = mean + q / (4 h). Heat that is
+    released evenly through the film would lift its middle by half as much.
+    """
 
     mean: float
     maximum: float
     plate: float
     specimen: float
+    film: float
 
 
 class SlidingContact:
@@ -178,7 +185,9 @@ class SlidingContact:
             s.specimen.table,
             0.5 / s.heat_transfer,
         )
-        return ContactTemperature(0.5 * (plate + specimen), top, plate, specimen)
+        mean = 0.5 * (plate + specimen)
+        film = mean + power / self._area / (4.0 * s.heat_transfer)
+        return ContactTemperature(mean, top, plate, specimen, film)
 
 
 def layers(first: float, growth: float, depth: float) -> FloatArray:

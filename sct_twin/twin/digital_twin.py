@@ -23,7 +23,7 @@ from .evaluation import TwinSettings, evaluate_file
 from .test_result import ASSUMPTIONS, EXTRA_UNITS, TestResult, read_netcdf, write_netcdf
 
 #: Changes when the same inputs give other results.
-TWIN_VERSION = 3
+TWIN_VERSION = 4
 
 
 @dataclass
@@ -47,6 +47,9 @@ class SctTwin(TwinSettings):
     moving_mass : float, optional
         Mass between force cell and contact [kg]; the campaign's own by default, unless a column
         `moving_mass` of the test table names one for a test.
+    uncertainty : GivenUncertainty or None
+        Standard uncertainties of what the twin is given, from which those of the loads follow (columns
+        `u_sigma_n`, `u_psi`, `u_T`); None: these columns are left out, which saves about half the time.
 
     Raises
     ------

@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 import pandas as pd
 
-from forming.materials.materials import HenselSpittel, as_material
+from forming.materials.materials import as_material
 from friction_models.common import InputError
 from friction_models.common.pool import Progress, map_unordered
 
@@ -32,10 +32,8 @@ def variants(twin: Twin) -> dict[str, Twin]:
         for mu in (max(twin.upsetting_mu - MU_CHANGE, 0.0), twin.upsetting_mu + MU_CHANGE):
             changed[f"upsetting mu {mu:.3g}"] = replace(twin, upsetting_mu=mu)
         changed["upsetting mu of the first sliding"] = replace(twin, upsetting_mu=None)
-    steel = as_material(twin.material)
-    if isinstance(steel, HenselSpittel):
-        harder = replace(steel, A=STRESS_FACTOR * steel.A)
-        changed[f"flow stress x {STRESS_FACTOR:g}"] = replace(twin, material=harder, thermal=heat)
+    harder = as_material(twin.material).hardened(STRESS_FACTOR)
+    changed[f"flow stress x {STRESS_FACTOR:g}"] = replace(twin, material=harder, thermal=heat)
     changed["contact heated evenly"] = replace(twin, uniform_pressure=not twin.uniform_pressure)
     changed["heat data of 20 degC"] = replace(twin, thermal=heat.constant())
     for factor in (1.0 / TRANSFER_FACTOR, TRANSFER_FACTOR):
@@ -68,7 +66,8 @@ def check(
     if count < 1:
         raise InputError(f"check = {count} tests; allowed: at least 1")
     chosen = [test_ids[int(k)] for k in np.unique(np.linspace(0, len(test_ids) - 1, count).round())]
-    twins = {"": twin, **variants(twin)}
+    plain = replace(twin, uncertainty=None)
+    twins = {"": plain, **variants(plain)}
     names = [(test_id, name) for test_id in chosen for name in twins]
     folder, mass = str(campaign.folder), campaign.moving_mass
     items = [(twins[name], folder, campaign.metadata(test_id), mass) for test_id, name in names]

@@ -17,11 +17,13 @@ from ..records.cells import Cell
 from ..records.record import SctRecord
 from ..signals.filters import smooth
 from ..signals.sliding_phase import TestSignals, process, resample
-from .contact_diameter import measured_diameter, read_at_diameter
-from .sliding import rest, slide
+from .contact_diameter import measured_diameter
+from .contact_reading import ContactReading
+from .sliding import TemperatureHistory, rest, slide
 from .test_result import TestResult
 from .thermal_settings import ThermalBody, ThermalSettings
-from .upsetting import UpsettingRun, contact_forces, geometry, shear_share, upset_specimen
+from .uncertainty import GivenUncertainty, load_uncertainties
+from .upsetting import ContactState, geometry, shear_share
 
 
 @dataclass
@@ -38,6 +40,7 @@ class TwinSettings:
     uniform_pressure: bool = False
     spacing: float = 0.1
     moving_mass: float | None = None
+    uncertainty: GivenUncertainty | None = field(default_factory=GivenUncertainty)
 
     def __post_init__(self) -> None:
         limits = {"mesh_size": (0.2, 1.5, "mm"), "spacing": (0.01, 10.0, "mm")}
@@ -83,48 +86,44 @@ class TwinSettings:
         signals = process(record, record.number("moving_mass", mass))
         series = resample(signals, self.spacing)
         T_tool = record.number("T_tool", signals.T_plate)
-        t, F_n = _loading(signals)
-        upset_to = float(F_n[-1])
         mu = self.upsetting_mu
         if mu is None:
             mu = float(np.clip(np.median(series.mu[: max(10, len(series.mu) // 10)]), 0.0, 0.3))
         punch = geometry(record)
-        diameter = measured_diameter(record, punch)
-        highest = float(series.F_n.max())
+        t, F_n = _loading(signals)
+        reading = ContactReading(
+            punch,
+            t,
+            F_n,
+            series.F_n,
+            as_material(self.material),
+            mu,
+            record.number("T_specimen", T_tool),
+            T_tool,
+            self.mesh_size,
+            measured_diameter(record, punch),
+            where,
+        )
+        found = reading.read()
+        state = found.upsetting.at(reading.upset_to)
+        area, psi = reading.area_and_psi(found.upsetting)
+        waiting = _waiting(signals, reading.upset_to)
 
-        def run_to(force: float) -> UpsettingRun:
-            return upset_specimen(
-                punch,
-                t,
-                F_n,
-                max(force, highest),
-                as_material(self.material),
-                mu,
-                record.number("T_specimen", T_tool),
-                T_tool,
-                self.mesh_size,
-                where,
+        def heated(state: ContactState, heat: ThermalSettings) -> TemperatureHistory:
+            contact = state.sliding(
+                float(series.v_rel.max()), signals.T_plate, T_tool, heat, self.uniform_pressure
+            )
+            rest(contact, waiting)
+            first = np.array([0.0])
+            return slide(
+                contact,
+                np.concatenate([first, series.t]),
+                np.concatenate([first, series.sd]),
+                np.concatenate([series.friction[:1], series.friction]),
+                np.concatenate([series.v_rel[:1], series.v_rel]),
             )
 
-        if diameter is None:
-            upsetting, measured = run_to(highest), {}
-        else:
-            found = read_at_diameter(run_to, float(contact_forces(series.F_n, upset_to)[-1]), diameter, punch)
-            upsetting, measured = found.upsetting, found.summary()
-        state = upsetting.at(upset_to)
-        area, psi = upsetting.area_and_psi(series.F_n, upset_to)
-        contact = state.sliding(
-            float(series.v_rel.max()), signals.T_plate, T_tool, self.heat, self.uniform_pressure
-        )
-        rest(contact, _waiting(signals, upset_to))
-        first = np.array([0.0])
-        history = slide(
-            contact,
-            np.concatenate([first, series.t]),
-            np.concatenate([first, series.sd]),
-            np.concatenate([series.friction[:1], series.friction]),
-            np.concatenate([series.v_rel[:1], series.v_rel]),
-        )
+        history = heated(state, self.heat)
         T = history.at(series.sd)
         columns = {
             "t": series.t,
@@ -137,10 +136,22 @@ class TwinSettings:
             "T_max": T["maximum"],
             "T_plate_surface": T["plate"],
             "T_specimen_surface": T["specimen"],
+            "T_film": T["film"],
             "F_n": series.F_n,
             "F_r": series.friction,
             "mu_std": series.mu_std,
         }
+        if self.uncertainty is not None:
+            columns |= load_uncertainties(
+                columns["sigma_n"],
+                columns["T"] - signals.T_plate,
+                (area, psi),
+                reading.others(found, self.uncertainty),
+                state,
+                self.heat,
+                lambda state, heat: heated(state, heat).at(series.sd)["mean"],
+                self.uncertainty,
+            )
         zero_end = signals.zeros.F_r.after
         summary = {
             "contact_area": round(state.area, 4),
@@ -158,7 +169,7 @@ class TwinSettings:
             # only where the record goes on without load: what a zero that is taken before the load does not show
             **({} if zero_end is None else {"F_r_zero_end": round(zero_end, 3)}),
             "mu_noise": float(f"{_mu_noise(signals):.4g}"),
-            **measured,
+            **found.summary,
         }
         return TestResult(record.test_id, columns, summary)
 

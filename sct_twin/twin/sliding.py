@@ -16,7 +16,8 @@ from .contact_temperature import SlidingContact
 class TemperatureHistory:
     """Contact temperatures [degC] over sliding distance [mm], all of shape (n,).
 
-    `mean` is the area-weighted mean of both surfaces, `maximum` the largest local value of it.
+    `mean` is the area-weighted mean of both surfaces, `maximum` the largest local value of it, `film` the mean of
+    the middle of the film.
     """
 
     sd: FloatArray
@@ -24,10 +25,11 @@ class TemperatureHistory:
     maximum: FloatArray
     plate: FloatArray
     specimen: FloatArray
+    film: FloatArray
 
     def at(self, sd: FloatArray) -> dict[str, FloatArray]:
         """Return the temperatures interpolated to other distances."""
-        names = ("mean", "maximum", "plate", "specimen")
+        names = ("mean", "maximum", "plate", "specimen", "film")
         return {name: np.interp(sd, self.sd, getattr(self, name)) for name in names}
 
 
@@ -78,8 +80,7 @@ def slide(
             rest(contact, waits[float(stops[k])])
             distances.append(float(stops[k]))
             rows.append(contact.contact)
-    columns = np.array(rows)
-    return TemperatureHistory(np.array(distances), columns[:, 0], columns[:, 1], columns[:, 2], columns[:, 3])
+    return TemperatureHistory(np.array(distances), *np.array(rows).T)
 
 
 #: Standing time between two points that counts as a rest [s].

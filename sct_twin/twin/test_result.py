@@ -20,9 +20,13 @@ EXTRA_UNITS = {
     "T_max": "degC",
     "T_plate_surface": "degC",
     "T_specimen_surface": "degC",
+    "T_film": "degC",
     "F_n": "N",
     "F_r": "N",
     "mu_std": "1",
+    "u_sigma_n": "MPa",
+    "u_psi": "1",
+    "u_T": "K",
 }
 
 #: Stated with every result. The sizes are the largest of seven tests of a virtual campaign (docs/sct-twin.md);
@@ -34,8 +38,12 @@ ASSUMPTIONS = (
     "they grow with it, the heated circle does not); shear by friction does not redistribute the pressure "
     "(column sigma_n_shear of the tests: by which share sigma_n may be lower for that, by von "
     "Mises; 0 where the bore is filled)",
-    "psi is the area-weighted contact mean of the local surface expansion dA/dA0, not the area ratio of the plan",
-    "T is the area-weighted contact mean of the mean of both surface temperatures",
+    "psi is the area-weighted contact mean of the local surface expansion dA/dA0, by area as it is now, not the area "
+    "ratio of the plan",
+    "T is the area-weighted contact mean of the mean of both surface temperatures; the middle of the film, in which all "
+    "friction heat q is taken to be released, is hotter by q / (4 h) (column T_film)",
+    "u_sigma_n, u_psi and u_T are standard uncertainties by the setting `uncertainty`, nearly all of it common to the "
+    "points of a test; that of the force cell is not in u_sigma_n",
     "all friction work (measured F_r times distance) becomes heat at the interface; the sides of specimen and "
     "plate lose none (at most 2 % of the work in tests of 11 s, less in faster ones)",
     "one interface heat transfer coefficient for sliding and rest; heat data of plate and specimen by the "

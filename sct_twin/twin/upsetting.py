@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from forming.materials.materials import Material
+from forming.processes.plate_contact import ring_shares
 from forming.processes.specimen_upsetting import UpsettingResult, upset
 from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError
@@ -73,7 +74,6 @@ class ContactState:
         weights = _weights(result.force, force)
         profile = np.maximum(weights @ result.sigma_n / weights.sum(), 0.0)
         fraction = np.asarray(result.radius_fraction)
-        ring = np.gradient(fraction) * fraction
         return cls(
             force=float(force),
             area=area,
@@ -83,7 +83,7 @@ class ContactState:
             # The run reports the mean of workpiece and tool surface; tools stay at their temperature there.
             T_specimen=2.0 * local_fit(result.force, result.T_contact, force) - T_tool,
             radius_fraction=fraction,
-            pressure=profile * (force / area) / float(ring @ profile / ring.sum()),
+            pressure=profile * (force / area) / float(ring_shares(fraction) @ profile),
         )
 
     def sigma_n(self, F_n: FloatArray | float) -> FloatArray:

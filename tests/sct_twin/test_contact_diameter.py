@@ -47,8 +47,8 @@ def test_harder_steel_is_recovered() -> None:
     assert state.psi == pytest.approx(true.psi, rel=0.004)
     assert state.height == pytest.approx(true.height, rel=0.005)
     # The pressure carries the whole force, and is that of the harder steel.
-    ring = np.gradient(state.radius_fraction) * state.radius_fraction
-    assert float(ring @ state.pressure / ring.sum()) == pytest.approx(FORCE / true.area, rel=1e-3)
+    carried = np.trapezoid(2.0 * state.radius_fraction * state.pressure, state.radius_fraction)
+    assert float(carried) == pytest.approx(FORCE / true.area, rel=5e-3)
     assert state.pressure[:20] == pytest.approx(true.pressure[:20], rel=0.03)
 
 

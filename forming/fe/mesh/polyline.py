@@ -11,11 +11,22 @@ from .shape import FloatArray
 
 #: Element size [mm] wanted at points of shape (n, 2).
 SizeField = Callable[[FloatArray], FloatArray]
+#: Turns of a surface beyond this angle are corners: they stay nodes at a remeshing.
+CORNER = np.radians(35.0)
 
 
 def arc_length(points: FloatArray) -> FloatArray:
     """Return the arc length at each point, shape (n,)."""
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+
+
+def turns(points: FloatArray) -> FloatArray:
+    """Return the angle by which the direction changes at each point, 0 to pi, shape (n,); 0 at both ends."""
+    step = np.diff(points, axis=0)
+    cross = step[:-1, 0] * step[1:, 1] - step[:-1, 1] * step[1:, 0]
+    turn = np.zeros(len(points))
+    turn[1:-1] = np.abs(np.arctan2(cross, (step[:-1] * step[1:]).sum(axis=1)))
+    return turn
 
 
 def at_arc_length(s: FloatArray, lengths: FloatArray, points: FloatArray) -> FloatArray:

@@ -1,0 +1,133 @@
+"""Standard uncertainties of pressure, surface expansion and contact temperature at every point of a test."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from forming.fe.heat.properties import scaled
+from friction_models.common import InputError
+from friction_models.loads import FloatArray
+
+from .thermal_settings import ThermalBody, ThermalSettings
+from .upsetting import FILLED, ContactState, UpsettingRun
+
+#: Contact area [mm2] and mean surface expansion at every point, both of shape (n,).
+AreaAndPsi = tuple[FloatArray, FloatArray]
+#: Plate cells across the contact of the runs whose differences count.
+COARSE = 12
+#: Change of the contact area whose effect on the temperature is computed, relative.
+AREA_STEP = 0.02
+
+
+@dataclass(frozen=True)
+class GivenUncertainty:
+    """Standard uncertainties of what the twin is given, and of its own numbers.
+
+    Raises InputError: a value that is negative or above 1.
+
+    Examples
+    --------
+    >>> GivenUncertainty(flow_stress=0.05).flow_stress
+    0.05
+    """
+
+    #: Flow stress, relative.
+    flow_stress: float = 0.02
+    #: Friction while upsetting.
+    upsetting_mu: float = 0.02
+    #: Diameters of specimen and bore [mm].
+    diameter: float = 0.02
+    #: Conductivity and heat capacity of each body, relative.
+    heat_data: float = 0.05
+    #: Natural logarithm of the interface heat transfer coefficient: anything between half and twice is alike
+    #: likely, ln 2 / sqrt(3).
+    heat_transfer: float = 0.4
+    #: Mesh of the upsetting run: relative, of pressure and expansion.
+    mesh: float = 0.006
+    #: Grid of the sliding model: relative, of the rise above the plate.
+    grid: float = 0.006
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (math.isfinite(value) and 0.0 <= value <= 1.0):
+                raise InputError(f"uncertainty of {name} = {value!r}; allowed: 0 to 1")
+
+
+def other_dimensions(
+    upsetting: UpsettingRun,
+    F_n: FloatArray,
+    upset_to: float,
+    diameters: tuple[float, float | None],
+    by: float,
+) -> list[AreaAndPsi]:
+    """Return contacts of a specimen whose diameter is larger by `by` [mm], and of a bore that is.
+
+    A filled bore gives the area, and a larger specimen expands less in it. Otherwise a specimen that is s times as
+    large under s^2 times the force has s^2 times the contact.
+
+    - `diameters`: of specimen and bore [mm]; None: no bore.
+    """
+    specimen, bore = diameters
+    area, psi = upsetting.area_and_psi(F_n, upset_to)
+    s2 = (1.0 + by / specimen) ** 2
+    if bore is not None and 2.0 * math.sqrt(area[-1] / math.pi) > FILLED * bore:
+        b2 = (1.0 + by / bore) ** 2
+        return [(area, psi / s2), (area * b2, psi * b2)]
+    wide, spread = upsetting.area_and_psi(F_n / s2, upset_to / s2)
+    return [(wide * s2, spread)]
+
+
+def load_uncertainties(
+    sigma_n: FloatArray,
+    rise: FloatArray,
+    contact: AreaAndPsi,
+    others: Iterable[AreaAndPsi],
+    state: ContactState,
+    heat: ThermalSettings,
+    temperature: Callable[[ContactState, ThermalSettings], FloatArray],
+    given: GivenUncertainty,
+) -> dict[str, FloatArray]:
+    """Return `u_sigma_n` [MPa], `u_psi` and `u_T` [K] at every point, shape (n,).
+
+    Each cause is changed by its standard uncertainty, and the changes are added as squares. Nearly all of it is
+    common to the points of a test.
+
+    - `sigma_n`: as stated [MPa]; `rise`: of the contact temperature above the plate [K]; both of shape (n,).
+    - `contact`, `others`: the contact as stated, and after each change of what shapes it.
+    - `temperature`: returns the contact temperature at the points for another contact or other heat data.
+    """
+    area, psi = contact
+    coarse = replace(heat, cells=min(COARSE, heat.cells))
+    usual = temperature(state, coarse)
+
+    def change(settings: ThermalSettings, area_factor: float = 1.0) -> FloatArray:
+        wider = replace(state, area=state.area * area_factor, radius=state.radius * math.sqrt(area_factor))
+        return temperature(wider, settings) - usual
+
+    # A grid that is half as fine has the same sensitivities to some percent.
+    factor = 1.0 + given.heat_data / math.sqrt(2.0)
+    squares_T = (given.grid * rise) ** 2
+    squares_T += (
+        change(replace(coarse, heat_transfer=heat.heat_transfer * math.exp(-given.heat_transfer))) ** 2
+    )
+    squares_T += change(replace(coarse, plate=_scaled(heat.plate, factor))) ** 2
+    squares_T += change(replace(coarse, specimen=_scaled(heat.specimen, factor))) ** 2
+    by_area = change(coarse, 1.0 + AREA_STEP) / math.log1p(AREA_STEP)
+    squares_sigma, squares_psi = (given.mesh * sigma_n) ** 2, (given.mesh * psi) ** 2
+    squares_T += (by_area * given.mesh) ** 2
+    for other_area, other_psi in others:
+        grown = np.log(other_area / area)
+        squares_sigma += (sigma_n * grown) ** 2
+        squares_psi += (other_psi - psi) ** 2
+        squares_T += (by_area * grown) ** 2
+    names = ("u_sigma_n", "u_psi", "u_T")
+    return dict(zip(names, map(np.sqrt, (squares_sigma, squares_psi, squares_T))))
+
+
+def _scaled(body: ThermalBody, factor: float) -> ThermalBody:
+    """Return a body of `factor` times the conductivity and capacity: the effusivity counts, which is their mean."""
+    return ThermalBody(scaled(body.conductivity, factor), scaled(body.capacity, factor))
