@@ -8,8 +8,8 @@ import numpy as np
 
 from .body import Body, WorkpieceMaterial
 from .contact import GAP, PRESSURE, SHEAR, SLIP
-from .heat.conduction import heat_step
 from .heat.properties import integral
+from .heat.surface_layer import Exchange, SurfaceLayer
 from .mesh.shape import N_GAUSS, FloatArray, gauss_volumes
 from .state import Energy
 from .tooling import Tool
@@ -59,7 +59,7 @@ def exchange_heat(
     account: Energy | None = None,
     rubbing: float = 1.0,
 ) -> FloatArray:
-    """Advance the tools' fields by `dt` [s] and return the workpiece temperatures, shape (n,).
+    """Advance the tools' fields and the workpiece's boundary layer by `dt` [s]; return its temperatures, shape (n,).
 
     The workpiece sees the tool surfaces as they were before the increment, the tools see the workpiece as
     it is after it: each half is implicit, so the exchange is stable at any increment. Radiation is linear
@@ -71,25 +71,20 @@ def exchange_heat(
     - `account`: its heat is brought up to date.
     - `rubbing`: friction heat of the increment over that with friction stress and slip velocity of its end.
     """
-    surface = body.surface
-    nodes, conductance, outside, power = [], [], [], []
+    surface, layer = body.surface, body.layer or SurfaceLayer.below(body.x, body.quads, body.chain)
     powers = [rubbing * np.abs(table[:, SHEAR] * table[:, SLIP]) for table in tables]
+    to_tools, held, warming = np.zeros((3, len(surface)))
     for table, tool, frictional in zip(tables, tools, powers):
-        on = table[:, PRESSURE] > 0.0
-        nodes.append(body.chain[on])
-        conductance.append(weights[on] * heat.htc)
-        outside.append(tool.surface_temperature(surface[on]))
-        power.append(heat.friction_share * frictional[on] * weights[on])
-    at, warming = np.concatenate(nodes), np.concatenate(power)
-    touching = len(at)
+        conductance = np.where(table[:, PRESSURE] > 0.0, weights * heat.htc, 0.0)
+        to_tools += conductance
+        held += conductance * tool.surface_temperature(surface)
+        warming += np.where(conductance > 0.0, heat.friction_share * frictional * weights, 0.0)
+    to_air, T_air = np.zeros(len(surface)), 0.0
     if heat.environment is not None:
-        free = exposed(tables, tools, heat.environment.shelter)
-        film = film_coefficient(body.T[body.chain[free]], heat.environment, material.emissivity)
-        nodes.append(body.chain[free])
-        conductance.append(weights[free] * film)
-        outside.append(np.full(len(film), heat.environment.T))
-    films = np.concatenate(nodes), np.concatenate(conductance), np.concatenate(outside)
-    T = heat_step(
+        T_air = heat.environment.T
+        film = film_coefficient(layer.surface(body.T), heat.environment, material.emissivity)
+        to_air = np.where(exposed(tables, tools, heat.environment.shelter), weights * film, 0.0)
+    body.layer, T, seen = layer.step(
         body.x,
         body.quads,
         body.T,
@@ -97,24 +92,24 @@ def exchange_heat(
         material.heat_capacity,
         material.conductivity,
         dt,
-        film=films,
-        flux=(at, warming),
+        Exchange(to_tools + to_air, held + to_air * T_air, warming),
     )
     if account is not None:
-        lost = films[1] * (T[films[0]] - films[2]) * (2.0 * np.pi * dt)
+        turn = 2.0 * np.pi * dt
         volumes = gauss_volumes(body.x, body.quads)
         if account.heat_reference is None:
             account.heat_reference = float(body.T.mean())
             account.heat_start = _content(body, body.T, volumes, material, account.heat_reference)
-        account.heat_generated += float((source * volumes).sum() + 2.0 * np.pi * dt * warming.sum())
-        account.heat_to_tools += float(lost[:touching].sum())
-        account.heat_to_environment += float(lost[touching:].sum())
+        account.heat_generated += float((source * volumes).sum() + turn * warming.sum())
+        account.heat_to_tools += turn * float((to_tools * seen - held).sum())
+        account.heat_to_environment += turn * float((to_air * (seen - T_air)).sum())
         account.heat_content = _content(body, T, volumes, material, account.heat_reference)
+    surface_T = body.layer.surface(T)
     for table, tool, frictional in zip(tables, tools, powers):
         if tool.heat_field is not None:
             into_tool = (1.0 - heat.friction_share) * frictional
             points = surface - tool.offset
-            tool.heat_field.step(dt, points, table[:, PRESSURE] > 0.0, T[body.chain], into_tool, heat.htc)
+            tool.heat_field.step(dt, points, table[:, PRESSURE] > 0.0, surface_T, into_tool, heat.htc)
     return T
 
 

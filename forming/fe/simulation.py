@@ -221,7 +221,7 @@ class Simulation:
 
     def _accept(self, step: Step, dt: float, moves: list[FloatArray], share: float) -> None:
         state, body = self.state, self.state.body
-        before, T_before = self.force, body.T
+        before, heat_before = self.force, (body.T, body.layer)
         ends = self._ends(step)
         body.rate = (step.strain - body.strain) / dt
         body.x = body.x + step.du
@@ -254,10 +254,10 @@ class Simulation:
         loads = surface_loads(body.surface, step.tables, state.tools, step.weights)
         if not (np.isfinite(body.T).all() and np.isfinite(loads.tool_T).all()):
             # What markers and history hold stays as it was before this increment.
-            body.T = T_before
+            body.T, body.layer = heat_before
             self._stop("a temperature is not finite; allowed: finite material and heat data")
             return
-        state.markers.update(body.surface, body.T[body.chain], loads, dt)
+        state.markers.update(body.surface, body.surface_T, loads, dt)
         state.history.append(self._record(step, loads))
         fold = first_crossing(body.surface)
         if fold >= 0:
@@ -309,7 +309,7 @@ class Simulation:
             force=self.force,
             iterations=step.iterations,
             residual=step.residual,
-            T_max=float(body.T.max()),
+            T_max=max(float(body.T.max()), float(body.surface_T.max())),
             strain_max=float(body.strain.max()),
             volume_change=unloaded / self._start_volume - 1.0,
             max_tau_over_k=float(ratio[on].max(initial=0.0)),

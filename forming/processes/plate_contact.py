@@ -75,7 +75,7 @@ def plate_contact(
     )
     touching[0] = True
     psi = _profile(r, points[touching, 0], markers.psi[touching])
-    T = _profile(r, surface[on, 0], body.T[body.chain[on]])
+    T = _profile(r, surface[on, 0], body.surface_T[on])
     return row | {
         "contact_radius": radius,
         "sigma_n": pressure,

@@ -2,15 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
-from scipy.linalg.lapack import dpbsv
+from scipy.linalg.lapack import dpbtrf, dpbtrs
 
 from ..mesh.shape import N_GAUSS, FloatArray, IntArray, gradients
 from .properties import Property, mean_between, value_at
 
 #: Iterations of a capacity over temperature end after so many, or when no node changes by more [K].
 ITERATIONS, SETTLED = 6, 1e-3
+#: The same for heat that enters after the temperatures it leads to.
+ROUNDS, REST = 40, 1e-5
+
+
+class Coupling(NamedTuple):
+    """Heat that depends on the temperatures after the step, at other nodes than those that it enters."""
+
+    #: Nodes it depends on, and by about how much it falls for each kelvin there [N mm/(s K)] per radian.
+    nodes: IntArray
+    conductance: FloatArray
+    #: Returns the heat that enters all nodes at given temperatures of them [N mm/s] per radian.
+    power: Callable[[FloatArray], FloatArray]
 
 
 @njit(cache=True)
@@ -72,6 +87,7 @@ def heat_step(
     dt: float,
     film: tuple[IntArray, FloatArray, FloatArray] | None = None,
     flux: tuple[IntArray, FloatArray] | None = None,
+    coupling: Coupling | None = None,
 ) -> FloatArray:
     """Return the temperatures after `dt`, implicit Euler.
 
@@ -91,7 +107,7 @@ def heat_step(
         at = slice(None if varies else 1)
         mean, k = mean_between(capacity, T[at], after[at]), value_at(conductivity, after[at])
         assemble_heat(x, quads, T, source, mean, k, dt, band, right)
-        before, after = after, _solve(band, right, film, flux)
+        before, after = after, _solve(band, right, film, flux, after, coupling)
         if not isinstance(capacity, tuple) or float(np.abs(after - before).max()) < SETTLED:
             break
     return after
@@ -102,6 +118,8 @@ def _solve(
     right: FloatArray,
     film: tuple[IntArray, FloatArray, FloatArray] | None,
     flux: tuple[IntArray, FloatArray] | None,
+    guess: FloatArray,
+    coupling: Coupling | None,
 ) -> FloatArray:
     """Add the exchange at the surface and return the temperatures."""
     if film is not None:
@@ -110,7 +128,19 @@ def _solve(
         np.add.at(right, nodes, conductance * outside)
     if flux is not None:
         np.add.at(right, flux[0], flux[1])
-    _, solution, info = dpbsv(band.T, right, lower=1, overwrite_ab=1, overwrite_b=1)
+    if coupling is not None:
+        np.add.at(band[:, 0], coupling.nodes, coupling.conductance)
+    factor, info = dpbtrf(band.T, lower=1, overwrite_ab=1)
     if info != 0:
         raise ArithmeticError("the heat matrix is not positive definite")
-    return solution
+    if coupling is None:
+        return dpbtrs(factor, right, lower=1, overwrite_b=1)[0]
+    T = guess
+    for _ in range(ROUNDS):
+        # What the matrix takes away at these nodes, the right-hand side gives back: only the speed depends on it.
+        entering = right + coupling.power(T)
+        np.add.at(entering, coupling.nodes, coupling.conductance * T[coupling.nodes])
+        before, T = T, dpbtrs(factor, entering, lower=1, overwrite_b=1)[0]
+        if float(np.abs(T - before).max()) < REST:
+            break
+    return T

@@ -1,0 +1,149 @@
+"""Columns of cells below a surface: regridding, conduction, and how their heat falls to the nodes of the mesh.
+
+A column holds the heat per volume above the temperature of the mesh [N/mm2], in cells whose faces stand at fixed shares
+`faces` of its depth. Its lower end stays at the temperature of the mesh: what arrives there, the mesh takes over.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from ..mesh.shape import FloatArray, IntArray
+
+
+@njit(cache=True)
+def regrid(
+    heat: FloatArray, before: FloatArray, after: FloatArray, faces: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return columns of depth `after` with the heat of columns of depth `before`, and what lay deeper [N/mm].
+
+    - `heat`, shape (n, m): per volume; `before`, `after`, shape (n,): depths [mm].
+    """
+    n, m = heat.shape
+    new = np.zeros((n, m))
+    spilled = np.zeros(n)
+    for i in range(n):
+        cell = 0
+        filled = 0.0
+        below = 0.0
+        for j in range(m):
+            face = after[i] * faces[j + 1]
+            while cell < m and before[i] * faces[cell + 1] <= face:
+                filled += heat[i, cell] * before[i] * (faces[cell + 1] - faces[cell])
+                cell += 1
+            upto = filled
+            if cell < m:
+                upto += heat[i, cell] * max(face - before[i] * faces[cell], 0.0)
+            new[i, j] = (upto - below) / (after[i] * (faces[j + 1] - faces[j]))
+            below = upto
+        total = 0.0
+        for j in range(m):
+            total += heat[i, j] * before[i] * (faces[j + 1] - faces[j])
+        spilled[i] = total - below
+    return new, spilled
+
+
+@njit(cache=True)
+def conduct(
+    heat: FloatArray,
+    depth: FloatArray,
+    faces: FloatArray,
+    capacity: FloatArray,
+    conductivity: FloatArray,
+    dt: float,
+    steps: int,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Advance columns by `dt` [s] in `steps` implicit steps, without and with a heat flux at the surface.
+
+    - `capacity`, `conductivity`, shape (n,): of a volume [N/(mm2 K)], and [N/(s K)].
+    - returns: heat without flux; what a flux of 1 N/(mm s) adds to it, shape (n, m); shape (n, 4): temperature of the
+      surface without flux [K] and per flux, mean flow out of the lower end without flux [N/(mm s)] and per flux.
+    """
+    n, m = heat.shape
+    own = np.empty((n, m))
+    added = np.empty((n, m))
+    ends = np.zeros((n, 4))
+    lower = np.empty(m)
+    ratio = np.empty(m)
+    pivot = np.empty(m)
+    h = dt / steps
+    for i in range(n):
+        a = conductivity[i] / capacity[i]
+        # flow[j] between cell j - 1 and cell j; the last one to the lower end.
+        previous = 0.0
+        for j in range(m):
+            width = depth[i] * (faces[j + 1] - faces[j])
+            lower[j] = previous
+            half = 0.5 * depth[i] * (faces[min(j + 2, m)] - faces[j])
+            previous = a / half
+            diagonal = width / h + lower[j] + previous
+            pivot[j] = diagonal - (lower[j] * ratio[j - 1] if j > 0 else 0.0)
+            ratio[j] = previous / pivot[j]
+            own[i, j] = heat[i, j]
+            added[i, j] = 0.0
+        out = previous
+        for _ in range(steps):
+            for j in range(m):
+                width = depth[i] * (faces[j + 1] - faces[j]) / h
+                own[i, j] = own[i, j] * width
+                added[i, j] = added[i, j] * width
+                if j == 0:
+                    added[i, j] += 1.0
+                else:
+                    own[i, j] += lower[j] * own[i, j - 1]
+                    added[i, j] += lower[j] * added[i, j - 1]
+                own[i, j] /= pivot[j]
+                added[i, j] /= pivot[j]
+            for j in range(m - 2, -1, -1):
+                own[i, j] += ratio[j] * own[i, j + 1]
+                added[i, j] += ratio[j] * added[i, j + 1]
+            ends[i, 2] += out * own[i, m - 1] / steps
+            ends[i, 3] += out * added[i, m - 1] / steps
+        first = 0.5 * depth[i] * faces[1]
+        ends[i, 0] = own[i, 0] / capacity[i]
+        ends[i, 1] = added[i, 0] / capacity[i] + first / conductivity[i]
+    return own, added, ends
+
+
+@njit(cache=True)
+def heat_at_nodes(
+    heat: FloatArray,
+    depth: FloatArray,
+    faces: FloatArray,
+    area: FloatArray,
+    chain: IntArray,
+    middle: FloatArray,
+    nodes: IntArray,
+    weights: FloatArray,
+    n_nodes: int,
+) -> FloatArray:
+    """Return the heat of the columns as it falls to the nodes of the mesh, per radian [N mm].
+
+    Between the surface, the middle and the lower end it is shared out linearly.
+
+    - `area`, shape (n,): of each column, per radian [mm2]; `middle`, shape (n,): depth of the middle point [mm].
+    - `nodes`, `weights`, shape (2, n, 4): nodes around the middle point and the lower end, and their shares.
+    """
+    total = np.zeros(n_nodes)
+    n, m = heat.shape
+    for i in range(n):
+        at_surface = 0.0
+        at_middle = 0.0
+        at_end = 0.0
+        for j in range(m):
+            z = 0.5 * depth[i] * (faces[j] + faces[j + 1])
+            amount = heat[i, j] * depth[i] * (faces[j + 1] - faces[j]) * area[i]
+            if z < middle[i]:
+                u = z / middle[i]
+                at_surface += (1.0 - u) * amount
+                at_middle += u * amount
+            else:
+                u = (z - middle[i]) / (depth[i] - middle[i])
+                at_middle += (1.0 - u) * amount
+                at_end += u * amount
+        total[chain[i]] += at_surface
+        for a in range(4):
+            total[nodes[0, i, a]] += weights[0, i, a] * at_middle
+            total[nodes[1, i, a]] += weights[1, i, a] * at_end
+    return total
