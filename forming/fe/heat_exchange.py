@@ -17,7 +17,7 @@ from .tooling import Tool
 #: Stefan-Boltzmann constant [N/(mm s K4)]; 0 degC [K].
 STEFAN_BOLTZMANN, ZERO = 5.670374419e-11, 273.15
 
-#: Corrections of the temperatures after a remeshing; step of its slope, and largest share of the departure from the mean.
+#: Corrections of the temperatures after a remeshing; step of its slope, and largest share of the local differences.
 KEEPING, SMALL, MOST = 4, 1e-3, 0.2
 
 
@@ -84,7 +84,7 @@ def exchange_heat(
         T_air = heat.environment.T
         film = film_coefficient(layer.surface(body.T), heat.environment, material.emissivity)
         to_air = np.where(exposed(tables, tools, heat.environment.shelter), weights * film, 0.0)
-    body.layer, T, seen = layer.step(
+    body.layer, T = layer.step(
         body.x,
         body.quads,
         body.T,
@@ -94,6 +94,7 @@ def exchange_heat(
         dt,
         Exchange(to_tools + to_air, held + to_air * T_air, warming),
     )
+    surface_T = body.layer.surface(T)
     if account is not None:
         turn = 2.0 * np.pi * dt
         volumes = gauss_volumes(body.x, body.quads)
@@ -101,10 +102,9 @@ def exchange_heat(
             account.heat_reference = float(body.T.mean())
             account.heat_start = _content(body, body.T, volumes, material, account.heat_reference)
         account.heat_generated += float((source * volumes).sum() + turn * warming.sum())
-        account.heat_to_tools += turn * float((to_tools * seen - held).sum())
-        account.heat_to_environment += turn * float((to_air * (seen - T_air)).sum())
+        account.heat_to_tools += turn * float((to_tools * surface_T - held).sum())
+        account.heat_to_environment += turn * float((to_air * (surface_T - T_air)).sum())
         account.heat_content = _content(body, T, volumes, material, account.heat_reference)
-    surface_T = body.layer.surface(T)
     for table, tool, frictional in zip(tables, tools, powers):
         if tool.heat_field is not None:
             into_tool = (1.0 - heat.friction_share) * frictional
@@ -142,19 +142,20 @@ def _content(
 def keep_heat(old: Body, new: Body, material: WorkpieceMaterial) -> FloatArray:
     """Return the temperatures of `new`, corrected so that it holds as much heat as `old`, whose shape it has.
 
-    Interpolation on another mesh loses or gains some. The difference is laid on where the temperature departs from
-    its mean, in proportion: warm places become warmer or cooler, a body of one temperature stays as it is. Where the
-    volumes of both meshes differ (remeshing keeps it to some 1e-6), the heat of the mean temperature goes with it.
+    Interpolation on another mesh loses or gains some, where the temperature varies from node to node. There the
+    difference is laid on, in proportion; a part of the body that has one temperature keeps it. Where the volumes of both
+    meshes differ (remeshing keeps it to some 1e-6), the heat of the mean temperature goes with it.
     """
     mean = float(old.T.mean())
     wanted = _content(old, old.T, gauss_volumes(old.x, old.quads), material, mean)
     volumes, T = gauss_volumes(new.x, new.quads), new.T
+    varies = np.zeros(len(T))
+    np.maximum.at(varies, new.quads, np.ptp(T[new.quads], axis=1)[:, None])
     for _ in range(KEEPING):
         missing = wanted - _content(new, T, volumes, material, mean)
-        above = np.abs(T - mean)
-        ability = _content(new, T + SMALL * above, volumes, material, mean)
+        ability = _content(new, T + SMALL * varies, volumes, material, mean)
         ability = (ability - _content(new, T, volumes, material, mean)) / SMALL
         if ability <= 0.0 or abs(missing) <= 1e-13 * ability:
             break
-        T = T + min(max(missing / ability, -MOST), MOST) * above
+        T = T + min(max(missing / ability, -MOST), MOST) * varies
     return T

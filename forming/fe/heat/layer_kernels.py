@@ -11,6 +11,50 @@ from numba import njit
 
 from ..mesh.shape import FloatArray, IntArray
 
+#: Least depth of a column as a share of the distance to its end.
+LEAST = 0.2
+
+
+@njit(cache=True)
+def outward_normals(x: FloatArray, chain: IntArray) -> FloatArray:
+    """Return the outward normals at the nodes of a surface with the body on its left, shape (n, 2)."""
+    n = chain.shape[0]
+    normals = np.zeros((n, 2))
+    closed = x[chain[0], 0] == x[chain[n - 1], 0] and x[chain[0], 1] == x[chain[n - 1], 1]
+    for i in range(n - 1):
+        a, b = chain[i], chain[i + 1]
+        length = np.hypot(x[b, 0] - x[a, 0], x[b, 1] - x[a, 1])
+        nr = (x[b, 1] - x[a, 1]) / length
+        nz = -(x[b, 0] - x[a, 0]) / length
+        for k in (i, i + 1):
+            normals[k, 0] += nr
+            normals[k, 1] += nz
+    if closed:
+        normals[0] += normals[n - 1]
+        normals[n - 1] = normals[0]
+    for i in range(n):
+        normals[i] /= np.hypot(normals[i, 0], normals[i, 1]) + 1e-30
+    return normals
+
+
+@njit(cache=True)
+def column_depths(x: FloatArray, chain: IntArray, nodes: IntArray, shares: FloatArray) -> FloatArray:
+    """Return how deep the lower ends of the columns lie below the surface [mm], shape (n,).
+
+    - `nodes`, `shares`, shape (n, 4): nodes around the ends, and their shares.
+    """
+    n = chain.shape[0]
+    depths = np.empty(n)
+    normals = outward_normals(x, chain)
+    for i in range(n):
+        r = x[chain[i], 0]
+        z = x[chain[i], 1]
+        for a in range(4):
+            r -= shares[i, a] * x[nodes[i, a], 0]
+            z -= shares[i, a] * x[nodes[i, a], 1]
+        depths[i] = max(r * normals[i, 0] + z * normals[i, 1], LEAST * np.hypot(r, z))
+    return depths
+
 
 @njit(cache=True)
 def regrid(
@@ -115,7 +159,7 @@ def heat_at_nodes(
     chain: IntArray,
     middle: FloatArray,
     nodes: IntArray,
-    weights: FloatArray,
+    shares: FloatArray,
     n_nodes: int,
 ) -> FloatArray:
     """Return the heat of the columns as it falls to the nodes of the mesh, per radian [N mm].
@@ -123,7 +167,7 @@ def heat_at_nodes(
     Between the surface, the middle and the lower end it is shared out linearly.
 
     - `area`, shape (n,): of each column, per radian [mm2]; `middle`, shape (n,): depth of the middle point [mm].
-    - `nodes`, `weights`, shape (2, n, 4): nodes around the middle point and the lower end, and their shares.
+    - `nodes`, `shares`, shape (2, n, 4): nodes around the middle point and the lower end, and their shares.
     """
     total = np.zeros(n_nodes)
     n, m = heat.shape
@@ -144,6 +188,6 @@ def heat_at_nodes(
                 at_end += u * amount
         total[chain[i]] += at_surface
         for a in range(4):
-            total[nodes[0, i, a]] += weights[0, i, a] * at_middle
-            total[nodes[1, i, a]] += weights[1, i, a] * at_end
+            total[nodes[0, i, a]] += shares[0, i, a] * at_middle
+            total[nodes[1, i, a]] += shares[1, i, a] * at_end
     return total

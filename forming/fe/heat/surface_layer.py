@@ -24,16 +24,22 @@ from ..mesh.polyline import arc_length
 from ..mesh.shape import FloatArray, IntArray, nodal_volumes, surface_weights
 from ..mesh.transfer import shape_weights
 from .conduction import Coupling, heat_step
-from .layer_kernels import conduct, heat_at_nodes, regrid
+from .layer_kernels import (
+    column_depths,
+    conduct,
+    heat_at_nodes,
+    outward_normals,
+    regrid,
+)
 from .properties import Property, mean_between, value_at
 
-#: Cells of a column, and how much deeper each is than the one above: the first is a 400th of the column.
-CELLS, GROWTH = 14, 1.45
+#: Cells of a column, and how much deeper each is than the one above: the first is a 340th of the column.
+CELLS, GROWTH = 20, 1.25
 FACES = (GROWTH ** np.arange(CELLS + 1) - 1.0) / (GROWTH**CELLS - 1.0)
 #: Implicit steps of the columns in one increment.
 STEPS = 2
-#: Depth of a column in elements, and its least depth as a share of the distance to its end.
-ELEMENTS, LEAST = 2.0, 0.2
+#: Depth of a column in elements.
+ELEMENTS = 2.0
 #: Iterations for a temperature to which a heat belongs.
 ITERATIONS = 8
 
@@ -71,19 +77,17 @@ class SurfaceLayer:
     def below(cls, x: FloatArray, quads: IntArray, chain: IntArray) -> SurfaceLayer:
         """Return a layer without heat below the nodes `chain` of a mesh."""
         area = _areas(x, chain)
-        # A node of a flat surface owns half of the element below it.
-        height = 2.0 * nodal_volumes(x, quads)[chain] / area
-        padded = np.concatenate([height[:1], height, height[-1:]])
-        depth = ELEMENTS * (0.25 * padded[:-2] + 0.5 * height + 0.25 * padded[2:])
-        inward = -_normals(x[chain])
+        # As deep as elements are long there; smooth along the surface, for columns exchange no heat with each other.
+        edge = np.hypot(*np.diff(x[chain], axis=0).T)
+        ends = np.concatenate([edge[:1], edge[:1], edge, edge[-1:], edge[-1:]])
+        depth = 0.25 * ELEMENTS * (ends[:-3] + ends[1:-2] + ends[2:-1] + ends[3:])
+        inward = -outward_normals(x, chain)
         points = [x[chain] + share * depth[:, None] * inward for share in (0.5, 1.0)]
         found = [shape_weights(p, x, quads) for p in points]
         nodes, shares = (np.ascontiguousarray([pair[k] for pair in found]) for k in range(2))
         n = len(chain)
-        layer = cls(
-            chain, nodes, shares, np.zeros((n, CELLS)), depth, area, np.zeros(n), np.zeros(len(x))
-        )
-        return replace(layer, depth=layer._depths(x)[1])
+        depth = column_depths(x, chain, nodes[1], shares[1])
+        return cls(chain, nodes, shares, np.zeros((n, CELLS)), depth, area, np.zeros(n), np.zeros(len(x)))
 
     def on(
         self, before: FloatArray, old_arc: FloatArray, x: FloatArray, quads: IntArray, chain: IntArray
@@ -101,20 +105,12 @@ class SurfaceLayer:
 
     def settle(self, x: FloatArray, quads: IntArray, T: FloatArray, capacity: Property) -> SurfaceLayer:
         """Return the layer with its heat laid on the nodes, whose temperatures without it are `T`."""
-        middle, end = self._depths(x)
-        middle = np.minimum(middle, 0.9 * self.depth)
-        heat = heat_at_nodes(
-            self.heat,
-            self.depth,
-            FACES,
-            self.area,
-            self.chain,
-            middle,
-            self.nodes,
-            self.shares,
-            len(x),
-        )
-        return replace(self, carried=_warmed(capacity, T, heat / nodal_volumes(x, quads)) - T)
+        volumes = nodal_volumes(x, quads)
+        # The node of a flat surface owns half of the element below it.
+        middle = np.minimum(2.0 * volumes[self.chain] / self.area, 0.5 * self.depth)
+        places = self.chain, middle, self.nodes, self.shares
+        heat = heat_at_nodes(self.heat, self.depth, FACES, self.area, *places, len(x))
+        return replace(self, carried=_warmed(capacity, T, heat / volumes) - T)
 
     def surface(self, T: FloatArray) -> FloatArray:
         """Return the temperatures of the surface itself, shape (n_s,); `T` are those of all nodes."""
@@ -131,14 +127,13 @@ class SurfaceLayer:
         dt: float,
         exchange: Exchange,
         film: tuple[IntArray, FloatArray, FloatArray] | None = None,
-    ) -> tuple[SurfaceLayer, FloatArray, FloatArray]:
-        """Advance mesh and columns by `dt` [s].
+    ) -> tuple[SurfaceLayer, FloatArray]:
+        """Advance mesh and columns by `dt` [s]; return the layer and the temperatures after.
 
         - `T`, shape (n,): temperatures of the nodes, with what the columns carry; `source` and `film` as in `heat_step`.
-        - returns: the layer, the temperatures after, and those of the surface with which heat was exchanged.
         """
         mesh_T, area = T - self.carried, _areas(x, self.chain)
-        depth = self._depths(x)[1]
+        depth = column_depths(x, self.chain, self.nodes[1], self.shares[1])
         # The surface stretches and the columns become thinner; a column that is too deep now leaves its end to the mesh.
         heat, spilled = regrid(self.heat, self.depth * self.area / area, depth, FACES)
         surface_T = mesh_T[self.chain]
@@ -146,34 +141,22 @@ class SurfaceLayer:
         own, added, ends = conduct(heat, depth, FACES, c, k, dt, STEPS)
         bare, by_flux, flow, flow_by_flux = ends.T
         h, outside, power = (values / area for values in exchange)
-
-        def flux(at: FloatArray) -> FloatArray:
-            return (power + outside - h * (at[self.chain] + bare)) / (1.0 + h * by_flux)
-
-        last = np.empty(0)
-
-        def into_mesh(at: FloatArray) -> FloatArray:
-            nonlocal last
-            last = at
-            rate = area * (flow + flow_by_flux * flux(at) + spilled / dt)
-            return np.bincount(
-                self.nodes[1].ravel(), (self.shares[1] * rate[:, None]).ravel(), minlength=len(x)
-            )
-
-        coupling = Coupling(self.chain, area * flow_by_flux * h / (1.0 + h * by_flux), into_mesh)
+        # The flux that enters is `entering` - `slope` x temperature of the mesh at the surface.
+        slope = h / (1.0 + h * by_flux)
+        entering = (power + outside) / (1.0 + h * by_flux) - slope * bare
+        coupling = Coupling(
+            self.chain,
+            area * (flow + flow_by_flux * entering + spilled / dt),
+            area * flow_by_flux * slope,
+            self.nodes[1],
+            self.shares[1],
+        )
         mesh_T = heat_step(x, quads, mesh_T, source, capacity, conductivity, dt, film, coupling=coupling)
-        q = flux(last)
-        layer = replace(
-            self, heat=own + q[:, None] * added, depth=depth, area=area, rise=bare + by_flux * q
-        ).settle(x, quads, mesh_T, capacity)
-        return layer, mesh_T + layer.carried, last[self.chain] + layer.rise
-
-    def _depths(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return how deep the middle and the lower end of the columns lie in the mesh as it is now [mm]."""
-        outward = _normals(x[self.chain])
-        offset = x[self.chain] - (self.shares[..., None] * x[self.nodes]).sum(axis=2)
-        depth = np.maximum((offset * outward).sum(axis=2), LEAST * np.hypot(offset[..., 0], offset[..., 1]))
-        return depth[0], np.maximum(depth[1], 1.1 * depth[0])
+        q = entering - slope * mesh_T[self.chain]
+        after = own + q[:, None] * added, bare + by_flux * q
+        layer = replace(self, heat=after[0], rise=after[1], depth=depth, area=area)
+        layer = layer.settle(x, quads, mesh_T, capacity)
+        return layer, mesh_T + layer.carried
 
 
 def _areas(x: FloatArray, chain: IntArray) -> FloatArray:
@@ -181,18 +164,6 @@ def _areas(x: FloatArray, chain: IntArray) -> FloatArray:
     weights = np.zeros(len(chain))
     surface_weights(x, chain, weights)
     return weights
-
-
-def _normals(surface: FloatArray) -> FloatArray:
-    """Return the outward normals of a surface at its nodes, the body on its left, shape (n_s, 2)."""
-    edge = np.diff(surface, axis=0)
-    edge /= np.hypot(*edge.T)[:, None]
-    closed = bool((surface[0] == surface[-1]).all())
-    before = np.concatenate([edge[-1:] if closed else edge[:1], edge])
-    after = np.concatenate([edge, edge[:1] if closed else edge[-1:]])
-    along = before + after
-    along /= np.hypot(*along.T)[:, None] + 1e-30
-    return np.column_stack([along[:, 1], -along[:, 0]])
 
 
 def _warmed(capacity: Property, T: FloatArray, heat: FloatArray) -> FloatArray:

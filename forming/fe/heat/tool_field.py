@@ -131,7 +131,7 @@ class ToolField:
         conductance = np.where(covered, weights * htc, 0.0)
         opposite = (1.0 - u) * T[edge] + u * T[edge + 1]
         heat = np.where(covered, weights * ((1.0 - u) * power[edge] + u * power[edge + 1]), 0.0)
-        self.layer, self.T, _ = layer.step(
+        self.layer, self.T = layer.step(
             self.x,
             self.quads,
             self.T,

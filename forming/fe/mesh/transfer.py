@@ -39,6 +39,23 @@ def bin_elements(x: FloatArray, quads: IntArray, grid: Grid) -> tuple[IntArray, 
 
 
 @njit(cache=True)
+def _miss(pr: float, pz: float, xi: float, eta: float, xe: FloatArray) -> float:
+    """Return how far local coordinates miss their point, in element sizes; 0 where they were found.
+
+    Far from an element they need not be: what Newton's method ends with can then look as if it were inside.
+    """
+    dr = -pr
+    dz = -pz
+    for a in range(4):
+        n = 0.25 * (1.0 + XI[a] * xi) * (1.0 + ETA[a] * eta)
+        dr += n * xe[a, 0]
+        dz += n * xe[a, 1]
+    size = abs(xe[2, 0] - xe[0, 0]) + abs(xe[2, 1] - xe[0, 1])
+    miss = np.hypot(dr, dz) / size
+    return miss if miss > 1e-3 else 0.0
+
+
+@njit(cache=True)
 def locate(
     pr: float,
     pz: float,
@@ -67,7 +84,7 @@ def locate(
                         xe[a, 0] = x[quads[e, a], 0]
                         xe[a, 1] = x[quads[e, a], 1]
                     xi, eta = local_coordinates(pr, pz, xe)
-                    d = max(abs(xi), abs(eta))
+                    d = max(abs(xi), abs(eta)) + _miss(pr, pz, xi, eta, xe)
                     if d < distance:
                         distance = d
                         nearest = e
