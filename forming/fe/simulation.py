@@ -258,7 +258,7 @@ class Simulation:
             self._stop("a temperature is not finite; allowed: finite material and heat data")
             return
         state.markers.update(body.surface, body.surface_T, loads, dt)
-        state.history.append(self._record(step, loads))
+        state.history.append(self._record(step, loads, dt))
         fold = first_crossing(body.surface)
         if fold >= 0:
             r, z = body.surface[fold]
@@ -295,8 +295,8 @@ class Simulation:
             max(friction, 0.0) / at_end if at_end > 0.0 else 1.0,
         )
 
-    def _record(self, step: Step, loads: SurfaceLoads) -> Record:
-        state, body = self.state, self.state.body
+    def _record(self, step: Step, loads: SurfaceLoads, dt: float) -> Record:
+        state, body, m = self.state, self.state.body, self.material
         ratio = np.abs(loads.shear) / step.shear_yield
         on = loads.active
         area = 2.0 * np.pi * step.weights
@@ -317,6 +317,9 @@ class Simulation:
             contact_area=contact,
             nodes=len(body.x),
             rate_max=float(body.rate.max()),
+            layer_cell=0.0
+            if body.layer is None
+            else body.layer.coarseness(m.heat_capacity, m.conductivity, body.surface_T, dt),
         )
 
     def _choose_next(self, step: Step, dt: float) -> None:

@@ -116,6 +116,11 @@ class SurfaceLayer:
         """Return the temperatures of the surface itself, shape (n_s,); `T` are those of all nodes."""
         return T[self.chain] - self.carried[self.chain] + self.rise
 
+    def coarseness(self, capacity: Property, conductivity: Property, T: FloatArray, dt: float) -> float:
+        """Return the thickest cell at the surface over the distance sqrt(a dt) that heat moves in `dt` [s]."""
+        slowest = float((value_at(conductivity, T) / value_at(capacity, T)).min())
+        return float(FACES[1] * self.depth.max() / np.sqrt(slowest * dt))
+
     def step(
         self,
         x: FloatArray,
