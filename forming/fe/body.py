@@ -10,6 +10,7 @@ from numba import njit
 
 from .flow import flow_stress
 from .heat.properties import Property
+from .heat.surface_layer import SurfaceLayer
 from .mesh.shape import FloatArray, IntArray, gauss_volumes
 
 
@@ -29,10 +30,12 @@ class Body:
     #: Equivalent plastic strain and its rate in the last increment [1/s], shape (n_e, 4).
     strain: FloatArray
     rate: FloatArray
-    #: Temperature [degC], shape (n,).
+    #: Temperature [degC], shape (n,): mean of what surrounds the node, which at a surface is less than its own.
     T: FloatArray
     #: Mean velocity of the last increment [mm/s]; the predictor of the next, shape (n, 2).
     velocity: FloatArray
+    #: Thermal boundary layer; None: no heat has been exchanged.
+    layer: SurfaceLayer | None = None
 
     @classmethod
     def at_rest(cls, x: FloatArray, quads: IntArray, chain: IntArray, T: float) -> Body:
@@ -53,6 +56,11 @@ class Body:
     def surface(self) -> FloatArray:
         """Positions of the surface nodes, shape (n_s, 2) [mm]."""
         return self.x[self.chain]
+
+    @property
+    def surface_T(self) -> FloatArray:
+        """Temperatures of the surface itself, shape (n_s,) [degC]."""
+        return self.T[self.chain] if self.layer is None else self.layer.surface(self.T)
 
     @property
     def axis(self) -> IntArray:

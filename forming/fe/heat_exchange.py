@@ -8,8 +8,8 @@ import numpy as np
 
 from .body import Body, WorkpieceMaterial
 from .contact import GAP, PRESSURE, SHEAR, SLIP
-from .heat.conduction import heat_step
 from .heat.properties import integral
+from .heat.surface_layer import Exchange, SurfaceLayer
 from .mesh.shape import N_GAUSS, FloatArray, gauss_volumes
 from .state import Energy
 from .tooling import Tool
@@ -17,7 +17,7 @@ from .tooling import Tool
 #: Stefan-Boltzmann constant [N/(mm s K4)]; 0 degC [K].
 STEFAN_BOLTZMANN, ZERO = 5.670374419e-11, 273.15
 
-#: Corrections of the temperatures after a remeshing; step of its slope, and largest share of the departure from the mean.
+#: Corrections of the temperatures after a remeshing; step of its slope, and largest share of the local differences.
 KEEPING, SMALL, MOST = 4, 1e-3, 0.2
 
 
@@ -59,7 +59,7 @@ def exchange_heat(
     account: Energy | None = None,
     rubbing: float = 1.0,
 ) -> FloatArray:
-    """Advance the tools' fields by `dt` [s] and return the workpiece temperatures, shape (n,).
+    """Advance the tools' fields and the workpiece's boundary layer by `dt` [s]; return its temperatures, shape (n,).
 
     The workpiece sees the tool surfaces as they were before the increment, the tools see the workpiece as
     it is after it: each half is implicit, so the exchange is stable at any increment. Radiation is linear
@@ -71,25 +71,20 @@ def exchange_heat(
     - `account`: its heat is brought up to date.
     - `rubbing`: friction heat of the increment over that with friction stress and slip velocity of its end.
     """
-    surface = body.surface
-    nodes, conductance, outside, power = [], [], [], []
+    surface, layer = body.surface, body.layer or SurfaceLayer.below(body.x, body.quads, body.chain)
     powers = [rubbing * np.abs(table[:, SHEAR] * table[:, SLIP]) for table in tables]
+    to_tools, held, warming = np.zeros((3, len(surface)))
     for table, tool, frictional in zip(tables, tools, powers):
-        on = table[:, PRESSURE] > 0.0
-        nodes.append(body.chain[on])
-        conductance.append(weights[on] * heat.htc)
-        outside.append(tool.surface_temperature(surface[on]))
-        power.append(heat.friction_share * frictional[on] * weights[on])
-    at, warming = np.concatenate(nodes), np.concatenate(power)
-    touching = len(at)
+        conductance = np.where(table[:, PRESSURE] > 0.0, weights * heat.htc, 0.0)
+        to_tools += conductance
+        held += conductance * tool.surface_temperature(surface)
+        warming += np.where(conductance > 0.0, heat.friction_share * frictional * weights, 0.0)
+    to_air, T_air = np.zeros(len(surface)), 0.0
     if heat.environment is not None:
-        free = exposed(tables, tools, heat.environment.shelter)
-        film = film_coefficient(body.T[body.chain[free]], heat.environment, material.emissivity)
-        nodes.append(body.chain[free])
-        conductance.append(weights[free] * film)
-        outside.append(np.full(len(film), heat.environment.T))
-    films = np.concatenate(nodes), np.concatenate(conductance), np.concatenate(outside)
-    T = heat_step(
+        T_air = heat.environment.T
+        film = film_coefficient(layer.surface(body.T), heat.environment, material.emissivity)
+        to_air = np.where(exposed(tables, tools, heat.environment.shelter), weights * film, 0.0)
+    body.layer, T = layer.step(
         body.x,
         body.quads,
         body.T,
@@ -97,24 +92,24 @@ def exchange_heat(
         material.heat_capacity,
         material.conductivity,
         dt,
-        film=films,
-        flux=(at, warming),
+        Exchange(to_tools + to_air, held + to_air * T_air, warming),
     )
+    surface_T = body.layer.surface(T)
     if account is not None:
-        lost = films[1] * (T[films[0]] - films[2]) * (2.0 * np.pi * dt)
+        turn = 2.0 * np.pi * dt
         volumes = gauss_volumes(body.x, body.quads)
         if account.heat_reference is None:
             account.heat_reference = float(body.T.mean())
             account.heat_start = _content(body, body.T, volumes, material, account.heat_reference)
-        account.heat_generated += float((source * volumes).sum() + 2.0 * np.pi * dt * warming.sum())
-        account.heat_to_tools += float(lost[:touching].sum())
-        account.heat_to_environment += float(lost[touching:].sum())
+        account.heat_generated += float((source * volumes).sum() + turn * warming.sum())
+        account.heat_to_tools += turn * float((to_tools * surface_T - held).sum())
+        account.heat_to_environment += turn * float((to_air * (surface_T - T_air)).sum())
         account.heat_content = _content(body, T, volumes, material, account.heat_reference)
     for table, tool, frictional in zip(tables, tools, powers):
         if tool.heat_field is not None:
             into_tool = (1.0 - heat.friction_share) * frictional
             points = surface - tool.offset
-            tool.heat_field.step(dt, points, table[:, PRESSURE] > 0.0, T[body.chain], into_tool, heat.htc)
+            tool.heat_field.step(dt, points, table[:, PRESSURE] > 0.0, surface_T, into_tool, heat.htc)
     return T
 
 
@@ -147,19 +142,20 @@ def _content(
 def keep_heat(old: Body, new: Body, material: WorkpieceMaterial) -> FloatArray:
     """Return the temperatures of `new`, corrected so that it holds as much heat as `old`, whose shape it has.
 
-    Interpolation on another mesh loses or gains some. The difference is laid on where the temperature departs from
-    its mean, in proportion: warm places become warmer or cooler, a body of one temperature stays as it is. Where the
-    volumes of both meshes differ (remeshing keeps it to some 1e-6), the heat of the mean temperature goes with it.
+    Interpolation on another mesh loses or gains some, where the temperature varies from node to node. There the
+    difference is laid on, in proportion; a part of the body that has one temperature keeps it. Where the volumes of both
+    meshes differ (remeshing keeps it to some 1e-6), the heat of the mean temperature goes with it.
     """
     mean = float(old.T.mean())
     wanted = _content(old, old.T, gauss_volumes(old.x, old.quads), material, mean)
     volumes, T = gauss_volumes(new.x, new.quads), new.T
+    varies = np.zeros(len(T))
+    np.maximum.at(varies, new.quads, np.ptp(T[new.quads], axis=1)[:, None])
     for _ in range(KEEPING):
         missing = wanted - _content(new, T, volumes, material, mean)
-        above = np.abs(T - mean)
-        ability = _content(new, T + SMALL * above, volumes, material, mean)
+        ability = _content(new, T + SMALL * varies, volumes, material, mean)
         ability = (ability - _content(new, T, volumes, material, mean)) / SMALL
         if ability <= 0.0 or abs(missing) <= 1e-13 * ability:
             break
-        T = T + min(max(missing / ability, -MOST), MOST) * above
+        T = T + min(max(missing / ability, -MOST), MOST) * varies
     return T

@@ -212,7 +212,8 @@ def remesh(state: State, size: SizeField, material: WorkpieceMaterial, heat: boo
     else:
         return False
     gauss = np.concatenate([body.stress, body.strain[:, :, None], body.rate[:, :, None]], axis=2)
-    nodal = np.column_stack([body.T, body.velocity])
+    smooth_T = body.T if body.layer is None else body.T - body.layer.carried
+    nodal = np.column_stack([smooth_T, body.velocity])
     gauss, nodal = transfer(body.x, body.quads, gauss, nodal, mesh.x, mesh.quads)
     state.old_mesh = OldMesh(body, state.tables, state.markers.track.copy(), state.strain_at_remesh, k)
     state.markers.move_to(old_surface, surface.old_arc)
@@ -227,6 +228,10 @@ def remesh(state: State, size: SizeField, material: WorkpieceMaterial, heat: boo
         np.ascontiguousarray(nodal[:, 1:]),
     )
     state.body.velocity[state.body.axis, 0] = 0.0
+    if body.layer is not None:
+        layer = body.layer.on(old_surface, surface.old_arc, mesh.x, mesh.quads, state.body.chain)
+        state.body.layer = layer.settle(mesh.x, mesh.quads, state.body.T, material.heat_capacity)
+        state.body.T = state.body.T + state.body.layer.carried
     if heat:
         state.body.T = keep_heat(body, state.body, material)
     state.strain_at_remesh = state.body.strain.copy()

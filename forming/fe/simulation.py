@@ -221,7 +221,7 @@ class Simulation:
 
     def _accept(self, step: Step, dt: float, moves: list[FloatArray], share: float) -> None:
         state, body = self.state, self.state.body
-        before, T_before, surface = self.force, body.T, body.surface
+        before, heat_before, surface = self.force, (body.T, body.layer), body.surface
         ends = self._ends(step)
         body.rate = (step.strain - body.strain) / dt
         body.x = body.x + step.du
@@ -254,12 +254,12 @@ class Simulation:
         loads = surface_loads(body.surface, step.tables, state.tools, step.weights)
         if not (np.isfinite(body.T).all() and np.isfinite(loads.tool_T).all()):
             # What markers and history hold stays as it was before this increment.
-            body.T = T_before
+            body.T, body.layer = heat_before
             self._stop("a temperature is not finite; allowed: finite material and heat data")
             return
         state.markers.follow(surface, body.surface)
-        state.markers.update(body.surface, body.T[body.chain], loads, dt)
-        state.history.append(self._record(step, loads))
+        state.markers.update(body.surface, body.surface_T, loads, dt)
+        state.history.append(self._record(step, loads, dt))
         fold = first_crossing(body.surface)
         if fold >= 0:
             r, z = body.surface[fold]
@@ -296,8 +296,8 @@ class Simulation:
             max(friction, 0.0) / at_end if at_end > 0.0 else 1.0,
         )
 
-    def _record(self, step: Step, loads: SurfaceLoads) -> Record:
-        state, body = self.state, self.state.body
+    def _record(self, step: Step, loads: SurfaceLoads, dt: float) -> Record:
+        state, body, m = self.state, self.state.body, self.material
         ratio = np.abs(loads.shear) / step.shear_yield
         on = loads.active
         area = 2.0 * np.pi * step.weights
@@ -310,7 +310,7 @@ class Simulation:
             force=self.force,
             iterations=step.iterations,
             residual=step.residual,
-            T_max=float(body.T.max()),
+            T_max=max(float(body.T.max()), float(body.surface_T.max())),
             strain_max=float(body.strain.max()),
             volume_change=unloaded / self._start_volume - 1.0,
             max_tau_over_k=float(ratio[on].max(initial=0.0)),
@@ -318,6 +318,9 @@ class Simulation:
             contact_area=contact,
             nodes=len(body.x),
             rate_max=float(body.rate.max()),
+            layer_cell=0.0
+            if body.layer is None
+            else body.layer.coarseness(m.heat_capacity, m.conductivity, body.surface_T, dt),
         )
 
     def _choose_next(self, step: Step, dt: float) -> None:

@@ -136,6 +136,8 @@ class Record:
     contact_area: float
     nodes: int
     rate_max: float = 0.0
+    #: Thickest cell at the surface over how far heat moves in the increment: below 1 where the layer is resolved.
+    layer_cell: float = 0.0
 
 
 @dataclass

@@ -104,7 +104,7 @@ def plate_contact(
     pressure = _profile(r, surface[on, 0], np.maximum(tables[0][on, PRESSURE], 0.0) / facing)
     pressure *= mean_pressure / float(share @ pressure)
     psi = _expansion(sim, edge, fraction)
-    T = _profile(r, surface[on, 0], body.T[body.chain[on]])
+    T = _profile(r, surface[on, 0], body.surface_T[on])
     return row | {
         "contact_radius": radius,
         "sigma_n": pressure,

@@ -228,12 +228,13 @@ class StepwiseProcess(ABC):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Where the run so far has left the range in which the flow curve is known."""
+        """Where the run so far has left the range of the flow curve, or was too fast for its thermal boundary layer."""
         history = self.simulation.state.history
         highest = (
             max((getattr(h, n) for h in history), default=0.0) for n in ("strain_max", "rate_max", "T_max")
         )
-        return self.material.left_range(*highest)
+        coarsest = max((h.layer_cell for h in history), default=0.0)
+        return self.material.left_range(*highest) + too_fast(coarsest)
 
     @property
     def message(self) -> str:
@@ -247,3 +248,21 @@ class StepwiseProcess(ABC):
     def restore(self, snapshot: State) -> None:
         """Go back to a snapshot of this process."""
         self.simulation.restore(snapshot)
+
+
+def too_fast(layer_cell: float) -> tuple[str, ...]:
+    """Return a warning where the cells at the surface are thicker than heat moves in one increment, `layer_cell` times.
+
+    Examples
+    --------
+    >>> from forming.processes.stepwise import too_fast
+    >>> too_fast(0.4)
+    ()
+    """
+    if layer_cell <= 1.0:
+        return ()
+    return (
+        f"thermal boundary layer: cells at the surface up to {layer_cell:.1f} times as thick as heat moves in one "
+        f"increment (resolved: at most 1); contact temperatures are too low for the first {layer_cell**2:.0f} increments "
+        "of a contact; a smaller mesh_size helps",
+    )

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from . import extrusion, heat, ring, upsetting
+from . import contact_heating, extrusion, heat, ring, upsetting
 from .case import VERDICTS, Case, CaseResult, Outcome, Row, Unfinished, Verdict
 
 #: All cases of this package.
-CASES: tuple[Case, ...] = (*upsetting.CASES, *ring.CASES, *extrusion.CASES, *heat.CASES)
+CASES: tuple[Case, ...] = (
+    *upsetting.CASES,
+    *ring.CASES,
+    *extrusion.CASES,
+    *heat.CASES,
+    *contact_heating.CASES,
+)
 
 __all__ = ["CASES", "VERDICTS", "Case", "CaseResult", "Outcome", "Row", "Unfinished", "Verdict"]

@@ -10,8 +10,8 @@ from numba import njit
 from ..mesh.mesher import quad_mesh
 from ..mesh.polyline import SizeField, arc_length, at_arc_length, spaced
 from ..mesh.shape import FloatArray, IntArray, surface_weights
-from .conduction import heat_step
 from .properties import Property
+from .surface_layer import Exchange, SurfaceLayer
 
 #: A tool point further from the workpiece than this has no contact [mm].
 NEAR = 0.3
@@ -65,6 +65,8 @@ class ToolField:
     #: Temperature [degC], shape (n,).
     T: FloatArray
     steel: ToolSteel = field(default_factory=ToolSteel)
+    #: Thermal boundary layer below the working surface; None before the first contact.
+    layer: SurfaceLayer | None = None
 
     @classmethod
     def build(
@@ -106,7 +108,7 @@ class ToolField:
     def surface_temperature(self, points: FloatArray) -> FloatArray:
         """Return the temperature of the working surface closest to each point, shape (n,) [degC]."""
         edge, fraction, _ = nearest_on_chain(points, self.x[self.surface])
-        T = self.T[self.surface]
+        T = self.T[self.surface] if self.layer is None else self.layer.surface(self.T)
         return (1.0 - fraction) * T[edge] + fraction * T[edge + 1]
 
     def step(
@@ -125,12 +127,11 @@ class ToolField:
         covered = (distance < NEAR) & touching[edge] & touching[edge + 1]
         weights = np.zeros(len(points))
         surface_weights(self.x, self.surface, weights)
-        k, u, weights = edge[covered], u[covered], weights[covered]
-        opposite = (1.0 - u) * T[k] + u * T[k + 1]
-        heat = (1.0 - u) * power[k] + u * power[k + 1]
-        nodes = self.surface[covered]
-        held = np.full(len(self.far), 1e6)
-        self.T = heat_step(
+        layer = self.layer or SurfaceLayer.below(self.x, self.quads, self.surface)
+        conductance = np.where(covered, weights * htc, 0.0)
+        opposite = (1.0 - u) * T[edge] + u * T[edge + 1]
+        heat = np.where(covered, weights * ((1.0 - u) * power[edge] + u * power[edge + 1]), 0.0)
+        self.layer, self.T = layer.step(
             self.x,
             self.quads,
             self.T,
@@ -138,10 +139,6 @@ class ToolField:
             self.steel.capacity,
             self.steel.conductivity,
             dt,
-            film=(
-                np.concatenate([nodes, self.far]),
-                np.concatenate([weights * htc, held]),
-                np.concatenate([opposite, np.full(len(self.far), self.far_T)]),
-            ),
-            flux=(nodes, weights * heat),
+            Exchange(conductance, conductance * opposite, heat),
+            film=(self.far, np.full(len(self.far), 1e6), np.full(len(self.far), self.far_T)),
         )

@@ -59,6 +59,23 @@ def gauss_volumes(x: FloatArray, quads: IntArray) -> FloatArray:
 
 
 @njit(cache=True)
+def nodal_volumes(x: FloatArray, quads: IntArray) -> FloatArray:
+    """Return the volume per radian that belongs to each node [mm3], as the lumped heat capacity counts it."""
+    volumes = np.zeros(x.shape[0])
+    xe = np.empty((4, 2))
+    dn = np.empty((4, 2))
+    for e in range(quads.shape[0]):
+        for a in range(4):
+            xe[a, 0] = x[quads[e, a], 0]
+            xe[a, 1] = x[quads[e, a], 1]
+        for g in range(4):
+            w, _, _ = gradients(xe, g, dn)
+            for a in range(4):
+                volumes[quads[e, a]] += w * N_GAUSS[g, a]
+    return volumes
+
+
+@njit(cache=True)
 def local_coordinates(px: float, py: float, xe: FloatArray) -> tuple[float, float]:
     """Return (xi, eta) of a point in the element with corners xe[4, 2], by Newton, bounded to +-3."""
     xi = 0.0

@@ -39,6 +39,23 @@ def bin_elements(x: FloatArray, quads: IntArray, grid: Grid) -> tuple[IntArray, 
 
 
 @njit(cache=True)
+def _miss(pr: float, pz: float, xi: float, eta: float, xe: FloatArray) -> float:
+    """Return how far local coordinates miss their point, in element sizes; 0 where they were found.
+
+    Far from an element they need not be: what Newton's method ends with can then look as if it were inside.
+    """
+    dr = -pr
+    dz = -pz
+    for a in range(4):
+        n = 0.25 * (1.0 + XI[a] * xi) * (1.0 + ETA[a] * eta)
+        dr += n * xe[a, 0]
+        dz += n * xe[a, 1]
+    size = abs(xe[2, 0] - xe[0, 0]) + abs(xe[2, 1] - xe[0, 1])
+    miss = np.hypot(dr, dz) / size
+    return miss if miss > 1e-3 else 0.0
+
+
+@njit(cache=True)
 def locate(
     pr: float,
     pz: float,
@@ -67,7 +84,7 @@ def locate(
                         xe[a, 0] = x[quads[e, a], 0]
                         xe[a, 1] = x[quads[e, a], 1]
                     xi, eta = local_coordinates(pr, pz, xe)
-                    d = max(abs(xi), abs(eta))
+                    d = max(abs(xi), abs(eta)) + _miss(pr, pz, xi, eta, xe)
                     if d < distance:
                         distance = d
                         nearest = e
@@ -135,6 +152,24 @@ def interpolate_state(
     return gauss_new, nodal_new
 
 
+def search_grid(x: FloatArray, quads: IntArray) -> Grid:
+    """Return a search grid over a mesh."""
+    low_r, low_z = x.min(axis=0) - 1e-6
+    high_r, high_z = x.max(axis=0)
+    cell = 0.5 * float(np.sqrt((high_r - low_r) * (high_z - low_z) * 4.0 / len(quads)))
+    return low_r, low_z, cell, int((high_r - low_r) / cell) + 1, int((high_z - low_z) / cell) + 1
+
+
+def shape_weights(points: FloatArray, x: FloatArray, quads: IntArray) -> tuple[IntArray, FloatArray]:
+    """Return the nodes of the element around each point, or of the nearest, and their shape functions, shape (n, 4)."""
+    grid = search_grid(x, quads)
+    start, members = bin_elements(x, quads, grid)
+    local, found = np.zeros((len(points), 2)), np.empty(len(points), dtype=np.int64)
+    for i, (r, z) in enumerate(points):
+        found[i] = locate(r, z, x, quads, grid, start, members, local[i])
+    return quads[found], 0.25 * (1.0 + np.outer(local[:, 0], XI)) * (1.0 + np.outer(local[:, 1], ETA))
+
+
 def transfer(
     x_old: FloatArray,
     quads_old: IntArray,
@@ -144,10 +179,7 @@ def transfer(
     quads_new: IntArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Return Gauss point fields, shape (n_e, 4, c), and nodal fields, shape (n, d), on the new mesh."""
-    low_r, low_z = x_old.min(axis=0) - 1e-6
-    high_r, high_z = x_old.max(axis=0)
-    cell = 0.5 * float(np.sqrt((high_r - low_r) * (high_z - low_z) * 4.0 / len(quads_old)))
-    grid = low_r, low_z, cell, int((high_r - low_r) / cell) + 1, int((high_z - low_z) / cell) + 1
+    grid = search_grid(x_old, quads_old)
     start, members = bin_elements(x_old, quads_old, grid)
     low, high = patch_range(quads_old, gauss_old, len(x_old))
     return interpolate_state(
