@@ -35,7 +35,9 @@ from .properties import Property, mean_between, value_at
 
 #: Cells of a column, and how much deeper each is than the one above: the first is a 340th of the column.
 CELLS, GROWTH = 20, 1.25
-FACES = (GROWTH ** np.arange(CELLS + 1) - 1.0) / (GROWTH**CELLS - 1.0)
+FACES: FloatArray = np.asarray(
+    (GROWTH ** np.arange(CELLS + 1) - 1.0) / (GROWTH**CELLS - 1.0), dtype=np.float64
+)
 #: Implicit steps of the columns in one increment.
 STEPS = 2
 #: Depth of a column in elements.
