@@ -15,12 +15,11 @@ from .case import Case
 from .contact import Base, Run, draw_base, march, twin_temperature
 from .domains import DOMAINS, Domain
 from .foreign import mangle
-from .law import Law, Parameters
+from .law import REGISTER, Law, Parameters, get
 from .metadata import for_laws, test_table
 from .noise import RECIPES, Levels, Recipe, draw_levels, measure, physical
 from .oracle import fit_predict
 from .profiles import Profiles, profiles
-from .registry import REGISTER
 
 Array = NDArray[np.float64]
 
@@ -145,7 +144,7 @@ def make(case: Case, among: Mapping[str, Law] = REGISTER) -> Campaign:
     """
     rng = np.random.default_rng(case.seed)
     domain, recipe = DOMAINS[case.domain], RECIPES[case.recipe]
-    laws = [among[key] for key in case.laws]
+    laws = [get(key, among) for key in case.laws]
     table = test_table(_plan(case, domain, recipe, laws, rng), rng)
     loads = profiles(table, domain, rng)
     base, levels = draw_base(domain, rng), draw_levels(rng, domain.size)

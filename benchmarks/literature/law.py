@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -148,7 +148,7 @@ def add(law: Law) -> Law:
     return law
 
 
-def get(key: str) -> Law:
+def get(key: str, among: Mapping[str, Law] = REGISTER) -> Law:
     """Law of a key.
 
     Raises
@@ -156,6 +156,6 @@ def get(key: str) -> Law:
     KeyError
         If there is none; the message lists all keys.
     """
-    if key not in REGISTER:
-        raise KeyError(f"no law {key!r}; there are {sorted(REGISTER)}")
-    return REGISTER[key]
+    if key not in among:
+        raise KeyError(f"no law {key!r}; there are {sorted(among)}")
+    return among[key]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from forming.fe.body import Body
+from forming.fe.heat.surface_layer import SurfaceLayer
 from forming.fe.heat.tool_field import ToolField, ToolSteel
 from forming.fe.markers import SurfaceLoads, SurfaceMarkers
 from forming.fe.state import Energy, OldMesh, Record, State
@@ -30,6 +31,7 @@ class FormingSolver(Solver):
         Tool,
         ToolField,
         ToolSteel,
+        SurfaceLayer,
         SurfaceMarkers,
         SurfaceLoads,
         OldMesh,

@@ -93,8 +93,9 @@ def test_flow_stress_and_friction_while_upsetting(record_maker: Maker) -> None:
     assert stated["u_T"][5:] == pytest.approx(np.abs(harder["T"] - base["T"])[5:], rel=0.3)
     rough = columns(plain(upsetting_mu=0.09), test)
     stated = columns(plain(uncertainty=only(upsetting_mu=0.02)), test)
+    # The change is half a percent here, and the area moves by jumps of the mesh of a tenth of that.
     for name in ("sigma_n", "psi"):
-        assert stated[f"u_{name}"] == pytest.approx(np.abs(rough[name] - base[name]), rel=0.01), name
+        assert stated[f"u_{name}"] == pytest.approx(np.abs(rough[name] - base[name]), rel=0.15), name
 
 
 def test_dimensions(record_maker: Maker) -> None:
