@@ -179,6 +179,9 @@ def _budget(
         if judged.verdict == "nothing_missing":  # what the reference does better is within chance
             total, missing = float(np.hypot(total, missing)), 0.0
         floor = {**floor, "interval": [float(np.sqrt(share * edge)) for edge in shares.interval]}
+    # what the base leaves in these very averages limits the floor, also below an estimate of it
+    low, high = floor["interval"]
+    floor = {**floor, "interval": [min(low, total), max(high, total)]}
     missing = float(np.hypot(missing, level.value if level.off else 0.0))
     return {**floor, "total": total}, {"floor": total, "explained": explained, "missing": missing}
 

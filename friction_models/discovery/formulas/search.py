@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -85,6 +85,7 @@ def offers(missing: Missing) -> list[FormulaOffer]:
         return []
     # what was chosen from many looks too good on the tests it was chosen on: this is by how much
     flattered = found.squares - found.all.errors[-1].total
+    missing = replace(missing, best=min(missing.best, float(np.mean(found.squares))))
     made = [_offer(missing, bins, found.all.chosen, found.squares, min(found.stability))]
     if len(found.all.chosen) > 1:
         first = found.all.errors[1].total + flattered
@@ -131,7 +132,7 @@ def _offer(
     fitted = fit(bins, missing.whiten, effects, start)
     before = float(np.mean(missing.before))
     after = float(np.mean(squares))
-    size = before - min(missing.best, after)
+    size = before - missing.best
     gain, certain = lead(missing.before, squares)
     half = float(student.ppf(0.975, len(squares) - 1)) * abs(gain) / max(abs(certain), 1e-300)
     low, share, high = (min(v / max(size, 1e-300), 1.0) for v in (gain - half, gain, gain + half))

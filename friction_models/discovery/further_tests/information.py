@@ -95,14 +95,12 @@ class Outcomes:
         return max(float(entropy(prior[None])[0]) - expected, 0.0)
 
     def separation(self, first: int, second: int) -> float:
-        """Return by how many standard errors the true one of two hypotheses should lead after the test.
+        """Return by how many standard errors the true one of two hypotheses should lead after the test, whichever it is.
 
-        The root of the lead that twice the logarithm of the likelihood shows: the median over the outcomes, on average over
-        the two that may be true, weighted by their probabilities.
+        The root of the lead that twice the logarithm of the likelihood shows: the median over the outcomes, and the smaller one of
+        the two that may be true, so that not too much is promised.
         """
-        pair = (first, second)
-        weight = self.prior[list(pair)] / self.prior[list(pair)].sum()
-        return float(weight @ [self._leads(*pair), self._leads(second, first)])
+        return min(self._leads(first, second), self._leads(second, first))
 
     def _leads(self, truth: int, rival: int) -> float:
         """Return the same where it is known which one is true."""

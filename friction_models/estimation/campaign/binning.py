@@ -31,6 +31,8 @@ LEAST_COPY = 3  # points: fewer agree by chance where values are rounded
 TOLD_APART = 4  # columns
 SAME_VALUE = 1e-4  # of the range of a column: no two tests agree so well in every point
 SPIKE = 0.005  # least distance in mu of a point from its neighbours that counts as a spike
+STEPS = 2.5  # of the resolution: noise around the edge of a step jumps by one or two of them
+MOST_VALUES = 0.1  # share of the points that differ: with fewer values mu was rounded
 FEW_TESTS = 6  # with fewer their scatter is so poorly known that "nothing is missing" is not said
 FINENESS = 1.7  # exponent of the bin edges: the first bin covers about 0.7 % of the distance
 
@@ -272,13 +274,21 @@ def _without_spikes(mu: FloatArray, test: pd.Series, warnings: list[str]) -> Flo
     distance = np.where(same, np.abs(mu[2:-2] - middle), 0.0)
     second = np.where(names[2:] == names[:-2], np.abs(np.diff(mu, 2)), np.nan)
     noise = 1.4826 / np.sqrt(6.0) * pd.Series(second).groupby(names[1:-1]).transform("median").to_numpy()
-    spike = distance > np.fmax(12.0 * noise[1:-1], SPIKE)
+    spike = distance > np.fmax(12.0 * noise[1:-1], max(SPIKE, STEPS * _resolution(mu)))
     if not spike.any():
         return mu
     warnings.append(f"{int(spike.sum())} single points lie far off their neighbours and were left out")
     cleaned = mu.copy()
     cleaned[2:-2][spike] = middle[spike]
     return cleaned
+
+
+def _resolution(mu: FloatArray) -> float:
+    """Return the step in which mu was recorded; 0 where hardly a value comes twice."""
+    values = np.unique(mu)
+    if len(values) < 3 or len(values) > MOST_VALUES * len(mu):
+        return 0.0
+    return float(np.median(np.diff(values)))
 
 
 def _remarks(campaign: Campaign) -> list[str]:

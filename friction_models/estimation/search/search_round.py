@@ -233,7 +233,7 @@ def search(
 
 
 def simple_first(ranking: list[Fit]) -> list[Fit]:
-    """Let an effect of the present load lead one with a memory of it that explains the same.
+    """Let an effect of present loads lead one with a memory of them that explains the same.
 
     An evidence within `SAME` of the first one may be a matter of formulas.
     """
@@ -243,7 +243,7 @@ def simple_first(ranking: list[Fit]) -> list[Fit]:
         if fit.evidence < (1.0 - SAME) * ranking[0].evidence:
             break
         effect = fit.prepared.candidate.effect
-        if not effect.needs_state and effect.driver[0] == ranking[0].prepared.candidate.effect.driver[0]:
+        if not effect.needs_state and set(effect.driver) <= set(ranking[0].prepared.candidate.effect.driver):
             return [fit, *(f for f in ranking if f is not fit)]
     return ranking
 

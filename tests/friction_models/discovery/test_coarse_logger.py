@@ -1,0 +1,42 @@
+"""A logger that rounds mu to a coarse step is no fault, and a spike in its records still is one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from friction_models.discovery import diagnose
+from friction_models.estimation.campaign.binning import prepare
+
+
+def rounded(step: float, spikes: int = 0) -> pd.DataFrame:
+    """Return tests in which friction falls with speed, rounded, with a few spikes."""
+    rng = np.random.default_rng(8)
+    frames = []
+    for k in range(24):
+        v = float(np.exp(rng.uniform(np.log(5.0), np.log(300.0))))
+        sd = np.linspace(0.0, 60.0, 60)
+        mu = 0.12 - 0.02 * np.tanh(np.log(v / 40.0)) + 0.002 * rng.normal() + 0.002 * rng.normal(size=60)
+        frames.append(
+            pd.DataFrame(
+                {"test_id": f"t{k:02d}", "t": sd / v, "v_rel": v, "T": 20.0, "sigma_n": 500.0, "sd": sd, "mu": mu}
+            )
+        )  # fmt: skip
+    data = pd.concat(frames, ignore_index=True)
+    data["mu"] = (data["mu"] / step).round() * step if step else data["mu"]
+    data.loc[rng.choice(len(data), spikes, replace=False), "mu"] += 0.08
+    return data
+
+
+def test_rounding_is_no_spike_and_spikes_are_seen() -> None:
+    assert prepare(rounded(0.01)).spikes == 0.0
+    assert prepare(rounded(0.0)).spikes == 0.0
+    for step in (0.0, 0.01):
+        assert 0.008 < prepare(rounded(step, spikes=20)).spikes < 0.016
+
+
+def test_rounded_records_are_diagnosed() -> None:
+    found = diagnose(rounded(0.01))
+    assert found.verdict not in {"data_problem", "nothing_missing"}
+    low, high = found.noise_floor["interval"]
+    assert low <= found.noise_floor["total"] <= high
