@@ -20,7 +20,7 @@ from ..literature.calibration import reliability
 from .campaigns import campaign
 
 #: Campaigns below are fitted to, those from here on judge.
-JUDGED_FROM = 500_000
+JUDGED_FROM = 600_000
 #: Scatter of a hidden part over that of the noise below which it need not be named.
 VISIBLE = 0.3
 #: Ridge penalty of the regression, with grounds that are about one wide.
