@@ -6,15 +6,6 @@ that they follow are given. ``python -m benchmarks.prior -o FOLDER`` draws campa
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from ..common import Section
+from .study import measure
 
 __all__ = ["measure"]
-
-
-def measure(folder: Path) -> Section:
-    """Return the section on the confidence (see `study.measure`)."""
-    from .study import measure as judged
-
-    return judged(folder)

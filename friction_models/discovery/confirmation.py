@@ -122,7 +122,7 @@ class Confirm:
                 verdict = "nothing_missing"
         if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
             verdict, chosen = "explained", [seen]
-        kept = self._grown(self._that_help(chosen)[:1], len(chosen), further) if verdict in NAMED else []
+        kept = self._grown(self._that_help(chosen, 1), len(chosen), further) if verdict in NAMED else []
         shares = self._shares(kept)
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
@@ -144,11 +144,11 @@ class Confirm:
             return "unknown_structure" if alone else "nothing_missing"
         return verdict
 
-    def _that_help(self, chosen: list[Fit]) -> list[Fit]:
-        """Return the effects that lower the error on unseen tests, one after the other; a rival where the first does not."""
+    def _that_help(self, chosen: list[Fit], most: int = MOST_NAMED) -> list[Fit]:
+        """Return the effects that lower the error on unseen tests, one after the other; a rival where none does."""
         kept: list[Fit] = []
         for fit in chosen:
-            if self._helps(kept, fit):
+            if len(kept) < most and self._helps(kept, fit):
                 kept.append(fit)
         if kept:
             return kept
@@ -188,8 +188,7 @@ class Confirm:
         if fit.prepared.candidate.effect.driver[0] in {
             d for f in kept for d in f.prepared.candidate.effect.driver
         }:
-            gain, certain = lead(before.total, after.total)
-            return certain > CERTAIN and gain > CONFIRMED_SHARE * before.rms**2
+            return _falls(before, after, CERTAIN)
         return helps(before, after, CERTAIN)
 
     def _exchanged(self, kept: list[Fit]) -> list[Fit]:
@@ -208,13 +207,13 @@ class Confirm:
 
     def _overlooked(self) -> Fit | None:
         """Return an effect that is significant once the noise is judged beside it, and that unseen tests confirm clearly."""
+        if self.found.least_p >= MAYBE:
+            return None
         before = self.unseen.errors()
         for fit in self.found.ranking[:2]:
-            if self.found.least_p < MAYBE and self.found.own_p_value(fit) < CLEAR:
-                after = self.unseen.errors(_effects([fit]))
-                gain, certain = lead(before.total, after.total)
-                if certain > CONFIRMED and gain > CONFIRMED_SHARE * before.rms**2:
-                    return fit
+            seen = self.found.own_p_value(fit) < CLEAR
+            if seen and _falls(before, self.unseen.errors(_effects([fit])), CONFIRMED):
+                return fit
         return None
 
     def _helps(self, kept: Sequence[Fit], fit: Fit) -> bool:
@@ -229,25 +228,21 @@ class Confirm:
         """
         first, *others = kept
         names = {f.name for f in kept}
+        own = self._straight_errors(kept).total
         told: list[str] = []
         if shares.missing > 0.0:
-            own = self._straight(kept)
             tried = [f for f in self.found.ranking if f.gain > WORTH * first.gain and f.name not in names]
-            told += [f.name for f in tried if self._straight([f, *others]) - own < shares.missing]
-        for own_fit in others:
-            beside = [f for f in kept if f is not own_fit]
-            after = self._straight_errors(kept).total
+            errors = {f.name: self._straight_errors([f, *others]).total for f in tried}
+            told += [name for name, total in errors.items() if np.mean(total) - np.mean(own) < shares.missing]
+        for named in others:
+            beside = [f for f in kept if f is not named]
             alike = [
                 f.name
                 for f in further(beside)
-                if f.name not in names and lead(self._straight_errors([*beside, f]).total, after)[1] < APART
+                if f.name not in names and lead(self._straight_errors([*beside, f]).total, own)[1] < APART
             ]
-            told += [own_fit.name, *alike] if alike else []
+            told += [named.name, *alike] if alike else []
         return tuple(told)
-
-    def _straight(self, fits: Sequence[Fit]) -> float:
-        """Return the mean squared error of `_straight_errors`."""
-        return float(np.mean(self._straight_errors(fits).total))
 
     def _straight_errors(self, fits: Sequence[Fit]) -> ErrorsByTest:
         """Return the errors on unseen tests with the shapes of the scan and amplitudes of the other tests."""
@@ -289,6 +284,12 @@ class Confirm:
         """Return where the reference predicts something else than the model with what is named."""
         model = self.found.y - self.unseen.residual(_effects(kept))
         return places_of(self.campaign, self._predicted(kept) - model)
+
+
+def _falls(before: ErrorsByTest, after: ErrorsByTest, needed: float) -> bool:
+    """Return whether an error falls by `CONFIRMED_SHARE` of it at least, and by `needed` standard errors."""
+    gain, certain = lead(before.total, after.total)
+    return certain > needed and gain > CONFIRMED_SHARE * before.rms**2
 
 
 def _effects(fits: Sequence[Fit]) -> list[Effect]:

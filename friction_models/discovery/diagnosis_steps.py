@@ -55,7 +55,7 @@ FREED = 8
 #: A second effect must carry this share of the squared contribution of both.
 SECOND_SHARE = 0.05
 #: The same where unseen tests have to confirm it.
-CONFIRMED_SHARE = 0.01
+SMALL_SHARE = 0.01
 BESIDE_A_SHIFT = (
     "what is named was seen beside a change of the {base} model that is linear in the loads: the model was fitted to data "
     "that hold the effect, or is off by such a change itself"
@@ -163,8 +163,15 @@ def _judge(
     unseen = UnseenTests(*whole, seed)
     confirm = Confirm(campaign, unseen, found)
 
+    searched: dict[tuple[tuple[str, int], ...], list[Fit]] = {}
+
     def further(kept: Sequence[Fit]) -> list[Fit]:
-        return _further_effects(campaign, base, kept, found, candidates, seed, CONFIRMED_SHARE, LEVEL)
+        known = tuple((f.name, f.index) for f in kept)
+        if known not in searched:  # the judge asks again when it looks for rivals
+            searched[known] = _further_effects(
+                campaign, base, kept, found, candidates, seed, SMALL_SHARE, LEVEL
+            )
+        return searched[known]
 
     confirmed = confirm(verdict, chosen, named_verdict(evidence.confusion_set, kinds), evidence.bent, further)
     return Judged(found, evidence, confirmed, list(notes), unseen)
