@@ -8,17 +8,17 @@ import numpy as np
 
 from ..estimation.campaign.binning import FEW_TESTS, Campaign
 from ..estimation.fit.parameters import FittedTerm, fit_terms
-from ..estimation.noise.noise_floor import NoiseFloorNumbers
 from ..estimation.search.base_law import BaseLaw
 from ..estimation.search.scan import Fit
 from ..estimation.search.search_round import SearchRound
 from ..estimation.search.structure import StructurePlace
 from ..estimation.search.unseen_loads import EITHER, doubts
 from ..loads import LOAD_NAMES, FloatArray
+from .budget_numbers import budget_numbers
 from .confidence import LIMITS, confidence, grounds
 from .confirmation import NAMED, Confirmation
 from .diagnosis import Diagnosis
-from .findings import ErrorBudget, FittedEffect, ParameterValue
+from .findings import FittedEffect, ParameterValue, TestGroups
 from .further_tests.next_tests import propose
 from .identifiability import limits
 from .level_offset import LevelOffset, level_of
@@ -40,6 +40,7 @@ class Judged:
     confirmed: Confirmation
     notes: list[str]
     unseen: UnseenTests | None = None
+    knows_noise: bool = False
 
     @property
     def verdict(self) -> str:
@@ -52,13 +53,27 @@ class Judged:
         return self.confirmed.chosen
 
 
-def _confidence(campaign: Campaign, judged: Judged, grounds: dict[str, float]) -> float:
-    """Return how sure the verdict is, 0 to 1."""
-    found, verdict = judged.found, judged.verdict
-    sure = confidence(verdict, grounds)
-    few = verdict == "nothing_missing" and len(campaign.tests) < FEW_TESTS
-    blurred = verdict == "nothing_missing" and _blurred(campaign, found)
-    return min(sure, 0.5) if few or blurred or not found.floor.known else sure
+def _confidence(
+    campaign: Campaign,
+    judged: Judged,
+    level: LevelOffset,
+    grounds: dict[str, float],
+    factor: TestGroups | None,
+) -> float:
+    """Return how sure the verdict is, 0 to 1, by its grounds; half as sure where these data cannot show more."""
+    found, confirmed, verdict = judged.found, judged.confirmed, judged.verdict
+    nothing = verdict == "nothing_missing"
+    sure = LIMITS[1] if confirmed.within_resolution else confidence(verdict, grounds)
+    if level.off and verdict == "unknown_structure":
+        sure = max(sure, min(1.0 - level.p_value, LIMITS[1]))
+    unsure = [
+        not found.floor.known,
+        nothing and (len(campaign.tests) < FEW_TESTS or _blurred(campaign, found)),
+        nothing and factor is not None,  # what sets the two groups apart is missing
+        nothing and confirmed.lacks_fit,
+        judged.knows_noise,
+    ]
+    return min(sure, EITHER) if any(unsure) else sure
 
 
 def _blurred(campaign: Campaign, found: SearchRound) -> bool:
@@ -87,15 +102,16 @@ def assemble(
     usual = found.y if base.fixed else found.beyond_base(found.y)
     most, doubted = doubts(campaign, verdict, chosen if named else [])
     rests_on = grounds(found, evidence, judged.confirmed, len(campaign.tests))
-    sure = _confidence(campaign, judged, rests_on)
-    if level.off and verdict == "unknown_structure":
-        sure = max(sure, min(1.0 - level.p_value, LIMITS[1]))
-    sure = min(sure, most)
     factor = unrecorded_factor(campaign, fitted.residual if named else base_residual(campaign, found))
-    if factor is not None and verdict == "nothing_missing":
-        sure = min(sure, EITHER)  # what sets the two groups apart is missing
+    sure = min(_confidence(campaign, judged, level, rests_on, factor), most)
     where = _places(campaign, judged) if verdict in {"unknown_structure", "partly_explained"} else []
     warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
+    if judged.confirmed.lacks_fit and (repeats := judged.confirmed.repeats) is not None:
+        warnings.append(
+            f"{repeats.tests} tests at {repeats.settings} repeated settings agree to {repeats.scatter:.4f}, but what the model leaves "
+            f"differs by more from setting to setting (p = {repeats.p_value:.3f}): it depends on the settings, or on the day they "
+            "were tested, in a way that is not named here"
+        )
     if level.off:
         where += [level.entry(campaign)] if verdict == "unknown_structure" else []
         warnings.append(level.text(f"the {base.name} model"))
@@ -119,10 +135,14 @@ def assemble(
     proposals, inseparable = propose(campaign, found, rivals, mu, base, doubt)
     if named and (len(confusion) > 1 or not proposals):
         warnings += inseparable
-    floor, budget = _budget(judged, level, usual, campaign)
+    missing_alone = evidence.structure.rms if evidence.unexplained else 0.0
+    close = None
+    if judged.confirmed.within_resolution and judged.confirmed.shares is not None:
+        close = float(np.sqrt(judged.confirmed.shares.base)) / float(np.mean(np.abs(campaign.mu)))
+    floor, budget = budget_numbers(campaign, found, judged.confirmed, level, usual, missing_alone)
     return Diagnosis(
         verdict=verdict,
-        sentence=sentence(verdict, base, evidence, chosen, confusion, sure, campaign, where, factor),
+        sentence=sentence(verdict, base, evidence, chosen, confusion, sure, campaign, where, factor, close),
         effects=names,
         confidence=round(float(sure), 3),
         grounds=rests_on,
@@ -159,31 +179,6 @@ def _confusion(judged: Judged) -> list[str]:
     first, known = judged.chosen[0].name, judged.evidence.confusion_set
     alike = known if first in known else []
     return list(dict.fromkeys([first, *alike, *judged.confirmed.rivals]))
-
-
-def _budget(
-    judged: Judged, level: LevelOffset, residual: FloatArray, campaign: Campaign
-) -> tuple[NoiseFloorNumbers, ErrorBudget]:
-    """Return noise floor and error budget: shares of what the base leaves in the averages, as unseen tests divide it."""
-    floor, shares = judged.found.floor.to_dict(), judged.confirmed.shares
-    whole = float(campaign.count @ residual**2 / campaign.count.sum())
-    if shares is None:
-        total = min(floor["total"], float(np.sqrt(whole)))
-        missing = judged.evidence.structure.rms if judged.evidence.unexplained else 0.0
-        explained = float(np.sqrt(max(whole - total**2 - missing**2, 0.0))) if judged.chosen else 0.0
-    else:
-        share = whole / max(shares.best + shares.explained + shares.missing, 1e-300)
-        total, missing, explained = (
-            float(np.sqrt(share * part)) for part in (shares.best, shares.missing, shares.explained)
-        )
-        if judged.verdict == "nothing_missing":  # what the reference does better is within chance
-            total, missing = float(np.hypot(total, missing)), 0.0
-        floor = {**floor, "interval": [float(np.sqrt(share * edge)) for edge in shares.interval]}
-    # what the base leaves in these very averages limits the floor, also below an estimate of it
-    low, high = floor["interval"]
-    floor = {**floor, "interval": [min(low, total), max(high, total)]}
-    missing = float(np.hypot(missing, level.value if level.off else 0.0))
-    return {**floor, "total": total}, {"floor": total, "explained": explained, "missing": missing}
 
 
 def _places(campaign: Campaign, judged: Judged) -> list[StructurePlace]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,13 +11,15 @@ import numpy as np
 from ..effects.base import Effect
 from ..estimation.campaign.binning import Campaign
 from ..estimation.noise.reference import Reference
+from ..estimation.noise.repeats import Repeats, repeats_of
 from ..estimation.search.scan import Fit
 from ..estimation.search.search_round import SearchRound
 from ..estimation.search.structure import StructurePlace, places_of
 from ..estimation.search.unseen_loads import AS_GOOD
 from ..loads import FloatArray
 from .error_budget import ErrorShares, error_shares, helps, lead
-from .unseen_tests import ErrorsByTest, UnseenTests, errors_of_tests
+from .identifiability import RESOLUTION
+from .unseen_tests import ErrorsByTest, Mask, UnseenTests, errors_of_tests
 from .verdict import LEVEL
 
 #: Verdicts that name effects.
@@ -46,6 +48,11 @@ WORTH = 0.25
 #: Rivals that are tried in place of an effect that does not help.
 RIVALS = 4
 
+#: Repeats show that something is missing if settings differ by more than they do with less than this probability by chance.
+LACK_OF_FIT = 0.01
+#: Then this share of the squared error must lie between the settings for the verdict to say so.
+BEYOND_REPEATS = 0.25
+
 #: Searches for further effects beside those given; the best first.
 Further = Callable[[Sequence[Fit]], list[Fit]]
 
@@ -68,6 +75,10 @@ class Confirmation:
     rivals : tuple of str
         Effects whose lead the first one owes to no more than what it leaves itself: it may be a matter of formulas. Then
         further names, each with what unseen tests cannot tell from it.
+    repeats : Repeats or None
+        Scatter of tests at the same settings, where there are some.
+    within_resolution : bool
+        Whether the model alone predicts unseen tests closer than friction is measured.
     """
 
     verdict: str
@@ -76,6 +87,13 @@ class Confirmation:
     certain: float
     where: list[StructurePlace]
     rivals: tuple[str, ...] = ()
+    repeats: Repeats | None = None
+    within_resolution: bool = False
+
+    @property
+    def lacks_fit(self) -> bool:
+        """Whether settings differ by more than their repeats do, beside the model and what is named."""
+        return self.repeats is not None and self.repeats.p_value < LACK_OF_FIT
 
 
 class Confirm:
@@ -112,6 +130,8 @@ class Confirm:
         """
         if not self.unseen.possible:
             return Confirmation(verdict, chosen if verdict in NAMED else [], None, 0.0, [])
+        if self.unseen.errors().rms < RESOLUTION * float(np.mean(np.abs(self.campaign.mu))):
+            return Confirmation("nothing_missing", [], self._shares([]), 0.0, [], within_resolution=True)
         if verdict == "unknown_structure":
             # structure that does not help to predict other tests is chance; it matters if the names leave it
             kept = self._that_help(chosen) if chosen else []
@@ -131,7 +151,11 @@ class Confirm:
         if verdict == "explained" and rivals:
             verdict = "ambiguous"
         where = self._places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
-        return Confirmation(verdict, kept, shares, self._certain(kept), where, rivals)
+        repeats = repeats_of(self.campaign, self._straight_residual(kept), self.unseen.seed)
+        if repeats is not None and repeats.p_value < LACK_OF_FIT:
+            shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=_squares(repeats))
+            verdict = _beyond_repeats(verdict, shares)
+        return Confirmation(verdict, kept, shares, self._certain(kept), where, rivals, repeats)
 
     def _verdict(self, verdict: str, kept: list[Fit], shares: ErrorShares) -> str:
         if verdict in NAMED and kept:
@@ -246,15 +270,17 @@ class Confirm:
 
     def _straight_errors(self, fits: Sequence[Fit]) -> ErrorsByTest:
         """Return the errors on unseen tests with the shapes of the scan and amplitudes of the other tests."""
-        campaign, columns = self.campaign, np.column_stack([self.found.columns, *(f.binned for f in fits)])
-        root = np.sqrt(campaign.count)
-        fold = self.unseen.fold_of_test[campaign.test]
+        fold = self.unseen.fold_of_test[self.campaign.test]
         residual = np.empty(len(self.found.y))
         for k in np.unique(fold):
-            seen = fold != k
-            b = np.linalg.lstsq(root[seen, None] * columns[seen], (root * self.found.y)[seen], rcond=1e-9)[0]
-            residual[~seen] = self.found.y[~seen] - columns[~seen] @ b
-        return errors_of_tests(campaign, residual)
+            residual[fold == k] = self._straight_residual(fits, fold != k)[fold == k]
+        return errors_of_tests(self.campaign, residual)
+
+    def _straight_residual(self, fits: Sequence[Fit], seen: Mask | None = None) -> FloatArray:
+        """Return what base and effects leave in the bins, shape (m,), with shapes of the scan, fitted to those seen or to all."""
+        y, columns = self.found.y, np.column_stack([self.found.columns, *(f.binned for f in fits)])
+        root = np.sqrt(self.campaign.count) * (1.0 if seen is None else seen)
+        return np.asarray(y - columns @ np.linalg.lstsq(root[:, None] * columns, root * y, rcond=1e-9)[0])
 
     def _certain(self, kept: Sequence[Fit]) -> float:
         if not kept:
@@ -284,6 +310,20 @@ class Confirm:
         """Return where the reference predicts something else than the model with what is named."""
         model = self.found.y - self.unseen.residual(_effects(kept))
         return places_of(self.campaign, self._predicted(kept) - model)
+
+
+def _beyond_repeats(verdict: str, shares: ErrorShares) -> str:
+    """Return the verdict where settings differ by more than their repeats: no model of what was recorded need predict that."""
+    if verdict == "nothing_missing" and shares.missing > BEYOND_REPEATS * shares.base:
+        return "unknown_structure"
+    return (
+        "partly_explained" if verdict in {"explained", "ambiguous"} and shares.left > EXPLAINED else verdict
+    )
+
+
+def _squares(repeats: Repeats) -> tuple[float, float]:
+    low, high = repeats.interval
+    return low**2, high**2
 
 
 def _falls(before: ErrorsByTest, after: ErrorsByTest, needed: float) -> bool:

@@ -40,6 +40,7 @@ from ..models.domain import Domain
 from .assembly import Judged, assemble
 from .confirmation import MOST_NAMED, NAMED, Confirm, Confirmation
 from .diagnosis import Diagnosis
+from .identifiability import knows_the_noise
 from .offered_formulas import formulas_for
 from .unseen_tests import UnseenTests, refitted
 from .verdict import LEVEL, SECOND_LEVEL, Evidence, decide, named_verdict
@@ -59,6 +60,10 @@ SMALL_SHARE = 0.01
 BESIDE_A_SHIFT = (
     "what is named was seen beside a change of the {base} model that is linear in the loads: the model was fitted to data "
     "that hold the effect, or is off by such a change itself"
+)
+FITTED_TO_THESE = (
+    "the {base} model follows the noise of these very points, so it was fitted to them: what it lacks shows only in tests that "
+    "it has not seen; hand over its family, or keep tests aside"
 )
 
 
@@ -122,6 +127,9 @@ def diagnose(
                 judged, base, whole = beside, shifted, (campaign, shifted)
                 judged.notes.append(BESIDE_A_SHIFT.format(base=base.name))
     judged.notes[:0] = notes
+    if base.fixed and knows_the_noise(measured, base_law(base.model, measured, seed)):
+        judged.knows_noise = True
+        judged.notes.append(FITTED_TO_THESE.format(base=base.name))
     answer = assemble(campaign, base, judged, mu, whole)
     if not base.fixed:  # what is taken as it is cannot be refitted with a term
         answer.formulas = formulas_for(answer.verdict, campaign, judged, seed)

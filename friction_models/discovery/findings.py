@@ -7,6 +7,7 @@ from typing import NotRequired, TypedDict
 
 import pandas as pd
 
+from ..common.json_values import plain
 from ..effects.base import Effect
 from ..estimation.noise.noise_floor import NoiseFloorNumbers
 from ..estimation.search.structure import StructurePlace
@@ -173,4 +174,9 @@ class Findings:
             "unrecorded_factor": self.unrecorded_factor,
             "next_tests": self.next_tests,
             "warnings": list(self.warnings),
+            "sentence": self.sentence,
+            "model": self.model,
+            "parameters": plain(self.parameters),
+            "residuals": plain(self.bias),
+            "formulas": [offer.to_dict() for offer in self.formulas],
         }

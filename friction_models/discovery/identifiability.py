@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..estimation.campaign.binning import Campaign
+from ..estimation.noise.noise_floor import sensor_noise
 from ..estimation.search.base_law import BaseLaw
 from ..loads import LOAD_NAMES
 from .verdict import Evidence
@@ -15,6 +16,23 @@ FLEXIBLE = ("polynomial", "gradient_boosting", "ffnn")
 WITHIN = 1e-3
 #: Below this share of its own variation beside the base, an amplitude is poorly known.
 WEAK = 0.02
+
+
+#: A model that leaves less of the sensor's noise than this share was fitted to these very points.
+NOISE_LEFT = 0.75
+#: With fewer points the noise itself is too poorly known to say so.
+LEAST_POINTS = 200
+#: No tribometer resolves friction better than this share of mu.
+RESOLUTION = 0.002
+
+
+def knows_the_noise(measured: Campaign, model: BaseLaw) -> bool:
+    """Return whether a model that is taken as it is follows the noise of the records: it was fitted to these points."""
+    if not model.fixed or len(measured.mu) < LEAST_POINTS:
+        return False
+    noise = sensor_noise(measured, measured.mu)
+    left = sensor_noise(measured, measured.mu - model.offset)
+    return noise > RESOLUTION * float(np.mean(np.abs(measured.mu))) and left < NOISE_LEFT * noise
 
 
 def within_share(campaign: Campaign, name: str) -> float:

@@ -19,12 +19,13 @@ from .verdict import STRUCTURE_LEVEL
 
 @dataclass(frozen=True)
 class LevelOffset:
-    """Measured minus modelled mu, as far as it does not depend on loads or effects.
+    """How far the measurements lie above a model everywhere, whatever the effects do that are missing from it.
 
     Attributes
     ----------
     value, error : float
-        Generalised least squares estimate and its standard error, in mu.
+        Least distance over the tested loads (generalised least squares) and its standard error, in mu; 0 where an effect
+        makes the model right at some of them.
     p_value : float
         Two-sided, of Student's t with the tests that are left to show the scatter between them.
     floor : float
@@ -59,13 +60,13 @@ class LevelOffset:
         """Return a sentence about it."""
         side = "below" if self.value > 0 else "above"
         return (
-            f"{model} lies {abs(self.value):.4f} +- {self.error:.4f} {side} the measurements everywhere: a level and no effect of a "
-            "load; fit the model's level, or check the zero of the force"
+            f"{model} lies at least {abs(self.value):.4f} +- {self.error:.4f} {side} the measurements everywhere: a level and no "
+            "effect of a load; fit the model's level, or check the zero of the force"
         )
 
 
 def level_of(found: SearchRound, chosen: Sequence[Fit]) -> LevelOffset:
-    """Return the level beside a fixed model, with the effects found fitted at the same time.
+    """Return the level beside a fixed model, with the effects found and their amplitudes fitted at the same time.
 
     Parameters
     ----------
@@ -78,7 +79,10 @@ def level_of(found: SearchRound, chosen: Sequence[Fit]) -> LevelOffset:
     columns = np.column_stack([found.columns, *(f.binned for f in chosen)])
     white = found.whiten(columns)
     inverse = np.linalg.pinv(white.T @ white, rcond=1e-12)
-    value = float(inverse[0] @ (white.T @ found.whiten(found.y)))
+    fitted = inverse @ (white.T @ found.whiten(found.y))
+    # where an effect is zero is a matter of its formula: the level is what remains wherever it is least
+    everywhere = columns @ fitted
+    value = float(np.clip(0.0, everywhere.min(), everywhere.max()))
     error = float(np.sqrt(inverse[0, 0]))
     p = float(2.0 * student.sf(abs(value) / max(error, 1e-300), found.freedom))
     return LevelOffset(value, error, p, found.floor.total)

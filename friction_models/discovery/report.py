@@ -17,7 +17,7 @@ from .figures_data import (
 )
 from .findings import Findings, ParameterValue
 from .formulas.offers import offer_lines
-from .wording import p_text
+from .wording import floor_source, p_text
 
 #: Cells of the map along each load, and places of a response curve.
 CELLS = 6
@@ -61,6 +61,8 @@ def _budget(d: Findings) -> list[str]:
         f"  noise floor   {budget['floor']:.5f}   (95 %: {low:.5f} to {high:.5f}; test scatter {floor['test']:.5f}, "
         f"drift {floor['drift']:.5f}, sensor {floor['sensor']:.5f})",
     ]
+    if source := floor_source(floor):
+        lines.append(f"                ({source})")
     if d.effects:
         lines.append(f"  explained     {budget['explained']:.5f}   by {' and '.join(d.effects)}")
     lines.append(f"  still missing {budget['missing']:.5f}")

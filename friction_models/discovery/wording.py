@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..estimation.campaign.binning import FEW_TESTS, Campaign
+from ..estimation.noise.noise_floor import NoiseFloorNumbers
 from ..estimation.search.base_law import BaseLaw
 from ..estimation.search.scan import Fit
 from ..estimation.search.structure import StructurePlace
@@ -25,6 +26,27 @@ def p_text(value: float | None) -> str:
     return "< 0.001" if value < 0.001 else f"{value:.3f}"
 
 
+def floor_source(floor: NoiseFloorNumbers) -> str:
+    """Return what identifies a noise floor, in words; an empty text for files that do not say it.
+
+    Examples
+    --------
+    >>> found = {"sensor": 0.002, "test": 0.003, "drift": 0.0, "total": 0.0036, "interval": [0.003, 0.005]}
+    >>> floor_source({**found, "source": "unknown"})
+    'cannot be known from so few tests'
+    """
+    if (repeats := floor.get("repeats")) is not None:
+        scatter = f"{repeats['tests']} tests at {repeats['settings']} repeated settings scatter by {repeats['scatter']:.5f}"
+        if floor.get("source") == "repeats":
+            return f"from repeats: {scatter}"
+    said = {
+        "reference": "what flexible curves over loads and metadata do not predict of unseen tests",
+        "model": "no flexible curve predicts unseen tests better than the model",
+        "unknown": "cannot be known from so few tests",
+    }.get(floor.get("source", ""), "")
+    return f"{said}; {scatter}" if repeats is not None else said
+
+
 def sentence(
     verdict: str,
     base: BaseLaw,
@@ -35,10 +57,12 @@ def sentence(
     campaign: Campaign,
     where: Sequence[StructurePlace] = (),
     factor: TestGroups | None = None,
+    close: float | None = None,
 ) -> str:
     """Return the verdict as a user reads it.
 
-    `confusion` names what cannot be told apart, `where` holds the structure that is left, `factor` two groups of tests.
+    `confusion` names what cannot be told apart, `where` holds the structure that is left, `factor` two groups of tests,
+    `close` the error on unseen tests as a share of mu where it is below what can be measured.
     """
     model = f"the {base.name} model"
     sure = f"(confidence {confidence:.2f}"
@@ -94,6 +118,11 @@ def sentence(
         return (
             f"no effect in the catalogue is missing from {model}, but the tests fall into two groups {factor['gap']:.4f} apart "
             f"({len(factor['group'])} and {factor['others']} tests): a factor that is not recorded may set them apart {sure}."
+        )
+    if close is not None:
+        return (
+            f"nothing is missing from {model}: it predicts tests that it has not seen to {100 * close:.2g} % of mu, "
+            f"closer than friction can be measured {sure}."
         )
     return f"nothing is missing from {model}: its residual is at the noise floor {sure}."
 

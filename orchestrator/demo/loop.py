@@ -169,7 +169,7 @@ class Demo:
         data = DataSet.load(self.out / "data").select("train")
         model = load_model(self.out / "models" / "before")
         diagnosis = diagnose(data.points, data.tests, model=model, seed=self.scenario.seed)
-        write_json(self.out / "diagnosis.json", {**diagnosis.to_dict(), "sentence": diagnosis.sentence})
+        write_json(self.out / "diagnosis.json", diagnosis.to_dict())
         tick(1, 1, diagnosis.verdict)
 
     def _refine(self, effects: list[str], rounds: int) -> None:

@@ -40,7 +40,7 @@ MOST_POINTS = 3000
 
 def diagnosis_page(found: Diagnosis, label: str, confirmed: Addition | None = None) -> str:
     """Return the HTML of the diagnosis of a model named `label`, with what `confirmed_addition` returned."""
-    content = cast(DiagnosisNumbers, {**found.to_dict(), "sentence": found.sentence})
+    content = cast(DiagnosisNumbers, found.to_dict())
     averages, named = found.averages, bool(found.effects)
     tests = averages["test_id"].nunique()
     points = int(averages["points"].sum())

@@ -59,6 +59,21 @@ class FormulaOffer:
         """What `refine` adds."""
         return [e.name for e in self.effects]
 
+    def to_dict(self) -> dict[str, object]:
+        """Return what ``diagnose --json`` writes of it."""
+        fitted = {e.name: dict(shape) for e, shape in zip(self.effects, self.shapes)}
+        return {
+            "name": self.name,
+            "add": self.names,
+            "equation": self.equation,
+            "shapes": fitted,
+            "share": self.share,
+            "interval": list(self.interval),
+            "stability": self.stability,
+            "rms_before": self.rms[0],
+            "rms_after": self.rms[1],
+        }
+
 
 def offer_lines(offers: Sequence[FormulaOffer]) -> list[str]:
     """Return offers as lines of a report.

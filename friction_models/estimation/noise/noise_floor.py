@@ -8,7 +8,7 @@ around a flexible mean (Patterson, Thompson, Biometrika 58 (1971)).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TypedDict
+from typing import NotRequired, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -25,14 +25,30 @@ MOST_TESTS = 160
 NO_WEIGHT = 1e6
 
 
+class RepeatsNumbers(TypedDict):
+    """Scatter of tests at the same settings, with its 95 % interval."""
+
+    settings: int
+    tests: int
+    scatter: float
+    interval: list[float]
+    p_value: float
+
+
 class NoiseFloorNumbers(TypedDict):
-    """A noise floor as files and reports hold it."""
+    """A noise floor as files and reports hold it.
+
+    ``source`` says what identifies the total: ``repeats`` of tests, a flexible ``reference`` that predicts unseen tests better
+    than the model, the ``model`` that predicts them as well, or ``unknown`` where there are too few tests.
+    """
 
     sensor: float
     test: float
     drift: float
     total: float
     interval: list[float]
+    source: NotRequired[str]
+    repeats: NotRequired[RepeatsNumbers]
 
 
 @dataclass(frozen=True)
@@ -242,7 +258,7 @@ def estimate(
         )
         return float(value), gradient
 
-    within = np.log(max(_first_differences(campaign) / scale, 0.02))
+    within = np.log(max(sensor_noise(campaign, campaign.mu) / scale, 0.02))
     begin = np.array([np.log(0.8), np.log(0.3), np.log(0.15), within])
     if start is not None:
         known_sizes = np.array([start.test, start.drift, 0.0, start.bin_sensor]) / scale
@@ -260,7 +276,7 @@ def estimate(
     )
     s_b, s_d, relative, s_w = np.exp(best.x) * np.array([scale, scale, 1.0, scale])
     s_b, s_d = (s_b if known else 0.0), (s_d if many else 0.0)
-    sensor = max(_first_differences(campaign), 0.0) if campaign.count.max() > 1 else s_w
+    sensor = sensor_noise(campaign, campaign.mu) if campaign.count.max() > 1 else s_w
     floor = NoiseFloor(
         float(sensor),
         float(s_b),
@@ -287,10 +303,10 @@ def _interval(floor: NoiseFloor, tests: int, columns: int) -> tuple[float, float
     )
 
 
-def _first_differences(campaign: Campaign) -> float:
-    """Return the white noise of a point from second differences (robust); low for interpolated points."""
+def sensor_noise(campaign: Campaign, values: FloatArray) -> float:
+    """Return the white noise of `values` at the points, shape (n,), from second differences (robust); low for interpolated points."""
     same = campaign.point_test
-    second = np.diff(campaign.mu, 2)[(same[2:] == same[:-2])]
+    second = np.diff(values, 2)[(same[2:] == same[:-2])]
     return float(1.4826 * np.median(np.abs(second)) / np.sqrt(6.0)) if second.size else 0.0
 
 

@@ -68,16 +68,18 @@ def doubts(campaign: Campaign, verdict: str, chosen: Sequence[Fit]) -> tuple[flo
     chosen : sequence of Fit
         The effects that it names.
     """
-    if verdict in {"nothing_missing", "out_of_domain"}:
+    if verdict == "out_of_domain":
         return 1.0, []
     notes = []
     # outside forming the surface does not expand, and averages over a test have no distance
     averaged = campaign.count.size == len(campaign.tests)
     without = [n for n in campaign.absent if n != "psi" and not (averaged and n == "sd")]
     if without:
+        lacking = f"of a load that the data lack ({', '.join(without)}): record it, or keep it constant in all tests"
         notes.append(
-            f"what is missing may as well be an effect of a load that the data lack ({', '.join(without)}): record it, or keep it "
-            "constant in all tests"
+            f"part of the scatter between tests may be an effect {lacking}"
+            if verdict == "nothing_missing"
+            else f"what is missing may as well be an effect {lacking}"
         )
     for fit in chosen:
         effect = fit.prepared.candidate.effect

@@ -9,7 +9,7 @@ from friction_models.discovery.figures_data import setpoints_text, where_text
 from friction_models.discovery.findings import ErrorBudget, RankedEffect, TestGroups, WorstTest
 from friction_models.discovery.further_tests.next_tests import NextTest
 from friction_models.discovery.verdict import LEVEL
-from friction_models.discovery.wording import p_text
+from friction_models.discovery.wording import floor_source, p_text
 from friction_models.estimation.noise.noise_floor import NoiseFloorNumbers
 from friction_models.estimation.search.structure import StructurePlace
 
@@ -59,13 +59,14 @@ def budget_html(found: DiagnosisNumbers) -> str:
     """Return the error budget with the noise floor in words."""
     noise, named = found["noise_floor"], found["effects"]
     low, high = noise.get("interval") or (None, None)
+    source = floor_source(noise)
     interval = f" (95 % interval {low:.4f} to {high:.4f})" if low is not None and high is not None else ""
     floor, explained, missing = (found["error_budget"][k] or 0.0 for k in ("floor", "explained", "missing"))
     chart = figure(
         "budget",
         budget_chart(floor, explained, missing, bool(named)),
-        f"Averages of the tests, divided as the prediction of whole unseen tests shows it. Noise floor: what neither the model "
-        f"nor flexible curves over loads and metadata predict of a test from the others, {noise['total']:.4f}{interval}. "
+        f"Averages of the tests, divided as the prediction of whole unseen tests shows it. Noise floor: {noise['total']:.4f}"
+        f"{interval}{'; ' if source else ''}{source}. "
         f"In the records: scatter between tests {noise['test']:.4f}, drift within a test {noise['drift']:.4f}, sensor "
         f"{noise['sensor']:.4f} a point.",
         "Error budget before and after: noise floor, explained by what is named, still missing.",

@@ -21,7 +21,7 @@ CLEAR = [
 ]  # fmt: skip
 KEYS = [
     "verdict", "effects", "confidence", "confusion_set", "ranking", "noise_floor", "error_budget", "where",
-    "worst_tests", "unrecorded_factor", "next_tests", "warnings",
+    "worst_tests", "unrecorded_factor", "next_tests", "warnings", "sentence", "model", "parameters", "residuals", "formulas",
 ]  # fmt: skip
 
 
@@ -113,7 +113,9 @@ def test_json_has_the_agreed_keys_and_the_report_starts_with_the_verdict(worn_di
     assert list(content) == KEYS
     json.dumps(content, allow_nan=False)
     assert content["verdict"] == "explained" and content["effects"] == ["wear_out"]
-    assert set(content["noise_floor"]) == {"sensor", "test", "drift", "total", "interval"}
+    assert set(content["noise_floor"]) == {"sensor", "test", "drift", "total", "interval", "source"}
+    assert content["parameters"]["wear_out"]["values"]["delta_w"]["interval"][0] > 0.0
+    assert {row["load"] for row in content["residuals"]} >= {"sd", "v_rel"}
     assert set(content["error_budget"]) == {"floor", "explained", "missing"}
     low, high = content["noise_floor"]["interval"]
     assert low < content["noise_floor"]["total"] < high

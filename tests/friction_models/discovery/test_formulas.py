@@ -147,7 +147,8 @@ def test_a_diagnosis_offers_and_adds_nothing(resonance: pd.DataFrame) -> None:
     assert "fade(loads)" in first.equation and " c" not in first.equation.split("[")[1]
     text = found.report()
     assert "not added: refine --add" in text and "empirical:bump(T)" in text
-    assert "formulas" not in found.to_dict()
+    (written, *_) = found.to_dict()["formulas"]
+    assert written["add"] == ["empirical:bump(T)"] and written["rms_after"] == first.rms[1]
     page = diagnosis_page(found, "linear")
     assert "<h3>Empirical terms</h3>" in page and "empirical:bump(T)" in page
     assert 'id="chart-term-0"' in page and "fade(loads)" in page

@@ -1,0 +1,159 @@
+"""Tests that repeat others: the scatter that no model of the loads can explain, without any model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.stats import chi2
+
+from ...loads import LOAD_NAMES, FloatArray
+from ..campaign.binning import Campaign
+from ..campaign.metadata import MOST_LEVELS, is_text
+from .noise_floor import RepeatsNumbers
+
+#: Test means of a load that lie closer than this share of their range are the same setting.
+SAME_SETTING = 0.03
+#: So are those that agree to this share of their size: set points are not met better.
+AS_SET = 0.01
+#: The same for temperatures [K].
+SAME_TEMPERATURE = 1.5
+#: Fewest differences between repeats from which a scatter is estimated.
+LEAST_FREEDOM = 3
+#: Fewest settings, and draws, for the question whether settings differ by more than repeats do.
+LEAST_SETTINGS, DRAWS = 3, 999
+
+Indexes = npt.NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Repeats:
+    """How far tests at the same settings lie apart.
+
+    Attributes
+    ----------
+    settings, tests : int
+        Settings that were tested more than once, and the tests there.
+    scatter : float
+        Standard deviation in mu of the averages about the mean of their setting: between tests and along them.
+    interval : tuple of float
+        95 % interval of it (chi-square).
+    p_value : float
+        That settings differ as much as they do by chance, if all tests were repeats of one another; 1 for few settings.
+    """
+
+    settings: int
+    tests: int
+    scatter: float
+    interval: tuple[float, float]
+    p_value: float
+
+    def agrees_with(self, scatter: float) -> bool:
+        """Return whether another estimate of the scatter lies in the interval."""
+        return self.interval[0] <= scatter <= self.interval[1]
+
+    def to_dict(self) -> RepeatsNumbers:
+        """Return what files and reports hold of it."""
+        return {
+            "settings": self.settings,
+            "tests": self.tests,
+            "scatter": self.scatter,
+            "interval": list(self.interval),
+            "p_value": self.p_value,
+        }
+
+
+def repeats_of(campaign: Campaign, residual: FloatArray, seed: int = 0) -> Repeats | None:
+    """Return the scatter of repeats, or None where too few tests repeat others.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    residual : ndarray, shape (m,)
+        What a model leaves of mu in the bins: small differences of the loads between repeats are taken out by it.
+    seed : int
+        Of the draws for the p-value.
+
+    Notes
+    -----
+    The p-value compares the spread of the means of the settings with that of tests dealt at random to settings of the same
+    sizes (permutation test for lack of fit).
+    """
+    groups = same_settings(campaign)
+    freedom = sum(len(g) - 1 for g in groups)
+    if freedom < LEAST_FREEDOM:
+        return None
+    level = campaign.of_tests(residual)
+    square = sum(_square_apart(campaign, residual, g) for g in groups) / freedom
+    low, high = (square * freedom / float(chi2.ppf(q, freedom)) for q in (0.975, 0.025))
+    return Repeats(
+        len(groups),
+        freedom + len(groups),
+        float(np.sqrt(square)),
+        (float(np.sqrt(low)), float(np.sqrt(high))),
+        _by_chance(level, groups, seed),
+    )
+
+
+def same_settings(campaign: Campaign) -> list[Indexes]:
+    """Return groups of tests with the same mean loads and the same levels of metadata, at least two in each."""
+    columns = [_setting(campaign, n) for n in LOAD_NAMES if n not in campaign.absent and campaign.varies(n)]
+    tests = len(campaign.tests)
+    for name in sorted(campaign.system):
+        values = campaign.of_tests(campaign.average(campaign.system[name][:, 0]))
+        if is_text(campaign.loads, name):
+            columns.append(values / 1e-9)  # another level is another setting
+        elif len(np.unique(values)) <= MOST_LEVELS * tests:  # else measured anew in each test
+            columns.append(values / max(SAME_SETTING * float(np.ptp(values)), 1e-9))
+    if not columns:
+        return [np.arange(tests)]
+    means = np.column_stack(columns)
+    groups: list[Indexes] = []
+    left = np.lexsort(means.T[::-1])
+    while len(left):
+        near = np.all(np.abs(means[left] - means[left[0]]) <= 1.0, axis=1)
+        if near.sum() > 1:
+            groups.append(left[near])
+        left = left[~near]
+    return groups
+
+
+def _setting(campaign: Campaign, name: str) -> FloatArray:
+    """Return the means of a load over each test, in units of what counts as the same."""
+    values = campaign.distance if name == "sd" else getattr(campaign.loads, name)
+    means = campaign.of_tests(campaign.average(values))
+    as_set = SAME_TEMPERATURE if name == "T" else AS_SET * float(np.max(np.abs(means)))
+    if (
+        name in {"v_rel", "sigma_n", "psi"} and means.min() > 0.0
+    ):  # levels of a plan often lie powers of ten apart
+        means, as_set = np.log(means), AS_SET
+    return np.asarray(means / max(SAME_SETTING * float(np.ptp(means)), as_set, 1e-12))
+
+
+def _square_apart(campaign: Campaign, residual: FloatArray, group: Indexes) -> float:
+    """Return the sum over tests of the mean squared distance from the mean of their setting along the test."""
+    curves = [residual[campaign.test == k] for k in group]
+    weights = [campaign.count[campaign.test == k] for k in group]
+    slots = min(map(len, curves))
+    apart = np.array([c[:slots] for c in curves])
+    weight = np.array([w[:slots] for w in weights])
+    about = apart - np.average(apart, axis=0, weights=weight)
+    return float(np.sum(np.average(about**2, axis=1, weights=weight)))
+
+
+def _by_chance(level: FloatArray, groups: list[Indexes], seed: int) -> float:
+    if len(groups) < LEAST_SETTINGS:
+        return 1.0
+    dealt = np.concatenate(groups)
+    values = level[dealt] - level[dealt].mean()
+    starts = np.cumsum([0, *map(len, groups)])[:-1]
+    sizes = np.array([len(g) for g in groups])
+
+    def between(order: FloatArray) -> float:
+        return float(np.sum(np.add.reduceat(order, starts) ** 2 / sizes))
+
+    rng = np.random.default_rng(seed)
+    measured = between(values)
+    reached = sum(between(rng.permutation(values)) >= measured for _ in range(DRAWS))
+    return (1 + reached) / (DRAWS + 1)

@@ -1,0 +1,144 @@
+"""What identifies the noise floor: repeats where there are some; and answers where there is hardly any noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+from sklearn.ensemble import RandomForestRegressor
+
+from friction_models.discovery import diagnose
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.noise.repeats import Repeats, repeats_of
+from friction_models.loads import LOAD_NAMES
+
+POINTS = 24
+
+
+def repeated(seed: int, settings: int = 8, each: int = 3) -> pd.DataFrame:
+    """Return synthetic loads of tests that repeat settings, as closely as a rig meets them."""
+    rng = np.random.default_rng(seed)
+    tests = []
+    for k in range(settings):
+        speed, warm, pressure = rng.choice([2, 20, 200]), rng.uniform(20, 240), rng.uniform(300, 2000)
+        for j in range(each):
+            sd = np.linspace(0.1, 20.0, POINTS)
+            loads = {
+                "v_rel": speed * np.ones(POINTS), "T": warm + rng.normal(0.0, 0.3) + 0.4 * sd,
+                "sigma_n": pressure * rng.normal(1.0, 0.003), "sd": sd, "psi": 1.1 + 0.02 * k + 0.001 * sd,
+            }  # fmt: skip
+            tests.append(pd.DataFrame({"test_id": f"s{k:02d}{'abcdef'[j]}", **loads}))
+    return pd.concat(tests, ignore_index=True)
+
+
+def measured(
+    loads: pd.DataFrame, law: object, seed: int, test: float = 0.003, sensor: float = 0.002
+) -> pd.DataFrame:
+    """Return the loads with mu of a law, offsets of tests, and noise."""
+    rng = np.random.default_rng(seed)
+    offset = dict(zip(names := loads["test_id"].unique(), rng.normal(0.0, test, len(names))))
+    mu = law + loads["test_id"].map(offset) + rng.normal(0.0, sensor, len(loads))
+    return loads.assign(mu=mu)
+
+
+def scatter_of(data: pd.DataFrame) -> Repeats:
+    campaign = prepare(data)
+    found = repeats_of(campaign, campaign.average(campaign.mu))
+    assert found is not None
+    return found
+
+
+def test_repeats_show_the_scatter_that_was_made() -> None:
+    true = np.hypot(0.003, 0.002)  # one point a bin
+    inside = 0
+    for seed in range(40):
+        loads = repeated(seed)
+        found = scatter_of(measured(loads, 0.1 + 0.05 * np.sin(loads["sigma_n"] / 300.0), seed))
+        assert (found.settings, found.tests) == (8, 24)
+        inside += found.interval[0] <= true <= found.interval[1]
+    assert inside >= 35
+
+
+def test_lack_of_fit_is_as_rare_as_its_p_value_says_and_is_seen_where_it_is() -> None:
+    without = [scatter_of(measured(repeated(s), 0.1, s)).p_value for s in range(60)]
+    assert np.mean(np.array(without) < 0.1) < 0.22
+    for seed in range(6):
+        loads = repeated(seed)
+        own = dict(
+            zip(
+                kinds := loads["psi"].round(2).unique(),
+                np.random.default_rng(seed).normal(0.0, 0.01, len(kinds)),
+            )
+        )
+        assert scatter_of(measured(loads, 0.1 + loads["psi"].round(2).map(own), seed)).p_value < 0.02
+
+
+def test_tests_of_other_batches_are_no_repeats() -> None:
+    data = measured(repeated(1), 0.1, 1)
+    names = data["test_id"].unique()
+    batches = pd.DataFrame({"test_id": names, "batch": [f"lot {n[-1]}" for n in names]})
+    campaign = prepare(data, batches)
+    assert repeats_of(campaign, campaign.average(campaign.mu)) is None
+
+
+def test_the_answer_says_what_identifies_its_floor() -> None:
+    loads = repeated(3, settings=9)
+    found = diagnose(measured(loads, 0.12 - 1e-4 * loads["T"], 3))
+    assert found.verdict == "nothing_missing" and found.noise_floor["source"] == "repeats"
+    low, high = found.noise_floor["interval"]
+    assert low < np.hypot(0.003, 0.002) < high
+    assert "27 tests at 9 repeated settings" in found.report()
+    alone = loads[loads["test_id"].str.endswith("a")]
+    assert diagnose(measured(alone, 0.1, 3)).noise_floor["source"] in {"model", "reference"}
+
+
+def test_what_repeats_rule_out_is_not_called_noise() -> None:
+    # each setting has a level of its own that no load tells
+    loads = repeated(5, settings=12)
+    settings = loads["test_id"].str[:3]
+    own = dict(zip(settings.unique(), np.random.default_rng(5).normal(0.0, 0.012, 12)))
+    found = diagnose(measured(loads, 0.1 + settings.map(own), 5, test=0.001), model="linear")
+    assert found.verdict != "nothing_missing" or found.confidence <= 0.5
+    assert any("repeated settings agree" in w for w in found.warnings)
+    assert found.noise_floor["total"] < 0.005
+
+
+def test_data_without_noise_that_the_model_describes_lack_nothing() -> None:
+    loads = repeated(7, settings=14, each=1)
+    found = diagnose(loads.assign(mu=0.12 - 1e-4 * loads["T"] + 1e-5 * loads["sigma_n"]))
+    assert found.verdict == "nothing_missing" and found.confidence > 0.9
+    assert "closer than friction can be measured" in found.sentence
+
+
+def test_a_model_that_learnt_these_points_is_no_proof() -> None:
+    loads = repeated(8, settings=14, each=1)
+    data = measured(loads, 0.12 - 1e-4 * loads["T"], 8)
+    forest = RandomForestRegressor(40, random_state=0).fit(data[list(LOAD_NAMES)].to_numpy(), data["mu"])
+    found = diagnose(data, model=forest)
+    assert found.confidence <= 0.5 and any("fitted to them" in w for w in found.warnings)
+    other = measured(loads, 0.12 - 1e-4 * loads["T"], 9)
+    honest = RandomForestRegressor(40, random_state=0, min_samples_leaf=40)
+    honest.fit(other[list(LOAD_NAMES)].to_numpy(), other["mu"])
+    assert not any("fitted to them" in w for w in diagnose(data, model=honest).warnings)
+
+
+def test_scatter_may_be_an_effect_of_a_load_that_was_not_recorded() -> None:
+    loads = repeated(9, settings=16, each=1)
+    found = diagnose(measured(loads, 0.1, 9).drop(columns="v_rel"))
+    assert found.verdict == "nothing_missing" and found.confidence <= 0.5
+    assert any("scatter between tests may be an effect" in w for w in found.warnings)
+
+
+@pytest.mark.parametrize("offset", [-0.02, 0.02])
+def test_the_budget_of_a_model_with_a_wrong_level_adds_up(offset: float) -> None:
+    class Constant:
+        def predict(self, loads: np.ndarray) -> np.ndarray:
+            return np.full(len(loads), 0.1 + offset)
+
+    found = diagnose(measured(repeated(10, settings=14, each=1), 0.1, 10), model=Constant())
+    table, budget = found.averages, found.error_budget
+    whole = np.average(table["before"] ** 2, weights=table["points"])
+    assert sum(v**2 for v in budget.values()) == pytest.approx(whole, rel=1e-6)
+    assert budget["missing"] == pytest.approx(0.02, abs=0.002) and budget["floor"] < 0.005
+    side = "above" if offset > 0 else "below"
+    assert any(f"{side} the measurements everywhere" in w for w in found.warnings)
