@@ -121,6 +121,12 @@ def assemble(
             "and faulty tests first, little else can be seen in such data"
         )
     warnings += [
+        f"{term.name}: the fit drives {name} to {term.shape[name]:.4g}, the bound of what is allowed: the law may have another form, and "
+        "the intervals of its parameters hold for this value only"
+        for term in fitted.terms
+        for name in term.at_bounds
+    ]
+    warnings += [
         f"the data tie {first} to {second} (correlation {value:+.2f}): each alone is poorly known"
         for first, second, value in fitted.correlations[:3]
     ]

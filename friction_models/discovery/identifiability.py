@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import permutations
+
 import numpy as np
 
 from ..estimation.campaign.binning import Campaign
+from ..estimation.campaign.curves import transformed
 from ..estimation.noise.noise_floor import sensor_noise
 from ..estimation.search.base_law import BaseLaw
-from ..loads import LOAD_NAMES
+from ..loads import LOAD_NAMES, FloatArray
 from .verdict import Evidence
 
 #: Families that can follow part of an effect.
@@ -22,6 +26,8 @@ WEAK = 0.02
 NOISE_LEFT = 0.75
 #: With fewer points the noise itself is too poorly known to say so.
 LEAST_POINTS = 200
+#: Loads that agree more than this over the tests cannot be told apart by their levels; fewer tests do not show it.
+TOGETHER, LEAST_LEVELS = 0.9, 4
 #: No tribometer resolves friction better than this share of mu.
 RESOLUTION = 0.002
 
@@ -62,6 +68,7 @@ def limits(campaign: Campaign, base: BaseLaw, evidence: Evidence) -> list[str]:
         )
     winner = evidence.winner
     if winner is not None and evidence.present:
+        notes += _tied_loads(campaign, winner.prepared.candidate.effect.driver)
         whole = evidence.found.whiten(winner.binned - winner.binned.mean())
         share = float(winner.signal @ winner.signal) / max(float(whole @ whole), 1e-300)
         if share < WEAK:
@@ -70,3 +77,26 @@ def limits(campaign: Campaign, base: BaseLaw, evidence: Evidence) -> list[str]:
                 "its form is seen, its amplitude is poorly known"
             )
     return notes
+
+
+def _tied_loads(campaign: Campaign, drivers: Sequence[str]) -> list[str]:
+    """Return a warning where a load that drives an effect moves with another one from test to test."""
+    varied = [n for n in LOAD_NAMES if n not in campaign.absent and campaign.varies(n)]
+    levels = {n: campaign.of_tests(transformed(campaign, n)) for n in varied}
+    tied = [
+        f"{b} (correlation {value:+.2f})"
+        for a, b in permutations(levels, 2)
+        if a in drivers and b not in drivers and abs(value := _correlation(levels[a], levels[b])) > TOGETHER
+    ]
+    if not tied:
+        return []
+    return [
+        f"from test to test {' and '.join(n for n in drivers if n in levels)} moves with {' and '.join(dict.fromkeys(tied))}: what looks "
+        "like an effect of the one may be one of the other; cross their levels in further tests"
+    ]
+
+
+def _correlation(a: FloatArray, b: FloatArray) -> float:
+    if len(a) < LEAST_LEVELS or min(np.ptp(a), np.ptp(b)) <= 0.0:
+        return 0.0
+    return float(np.corrcoef(a, b)[0, 1])

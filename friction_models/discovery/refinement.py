@@ -157,7 +157,9 @@ def history_text(history: Sequence[Mapping[str, Any]]) -> str:
     """Return the rounds of additions with the errors before and after, on tests that the fit did not see."""
     if not history:
         return "No round was judged: too few tests to leave some out."
-    lines = ["Rounds of additions (RMSE and MAE of mu on tests not seen in the fit)"]
+    lines = [
+        "Rounds of additions (RMSE and MAE of mu over the points of tests not seen in the fit; the error budget of diagnose averages points first)"
+    ]
     for k, entry in enumerate(history, 1):
         before, after = entry["before"], entry["after"]
         lines.append(

@@ -67,6 +67,9 @@ def _history(history: list[Addition]) -> list[str]:
         for k, entry in enumerate(history, 1)
     ]  # fmt: skip
     headings = ["round", "added", "judged by", "RMSE before", "after", "MAE before", "after"]
-    caption = "Each round against the ordinary fit of the model before it."
+    caption = (
+        "Each round against the ordinary fit of the model before it, over all points of the unseen tests. The error budget of a diagnosis "
+        "averages the points first, so its numbers are smaller by the noise of the sensor."
+    )
     last = history[-1]
     return [judged(last["before"], last["after"]), table(headings, rows, range(3, 7), caption=caption)]

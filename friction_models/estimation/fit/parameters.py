@@ -15,6 +15,8 @@ from .joint_fit import JointProblem, solve_jointly
 
 #: Step of shape parameters for the derivative, relative to their value.
 STEP = 1e-3
+#: A shape parameter that is closer to a bound than this share of its range is at the bound.
+AT_BOUND = 1e-6
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,17 @@ class FittedTerm:
     def name(self) -> str:
         """Name of the effect."""
         return self.effect.name
+
+    @property
+    def at_bounds(self) -> list[str]:
+        """Shape parameters that the fit drove to a bound of what is allowed."""
+        return [
+            s.name
+            for s in self.effect.free_shapes
+            if s.name in self.intervals
+            and min(self.shape[s.name] - s.lower, s.upper - self.shape[s.name])
+            <= AT_BOUND * (s.upper - s.lower)
+        ]
 
 
 @dataclass(frozen=True)
@@ -134,16 +147,18 @@ def _jacobian(
                 if logarithmic
                 else STEP * max(abs(problem.shapes[k][s.name]), 1e-3 * (s.upper - s.lower))
             )
-            moved = []
+            moved, values = [], []
             for way in (-1.0, 1.0):
                 shapes = [dict(shape) for shape in problem.shapes]
                 value = shapes[k][s.name]
                 value = value * np.exp(way * step) if logarithmic else value + way * step
-                shapes[k][s.name] = float(np.clip(value, s.lower, s.upper))
+                shapes[k][s.name] = float(np.clip(value, s.lower, s.upper))  # at a bound one side remains
                 moved.append(problem.columns(shapes)[k] @ amplitudes[k])
+                values.append(shapes[k][s.name])
             places[k][s.name] = len(names)
             names.append(f"{effect.name}.{s.name}")
-            columns.append(((moved[1] - moved[0]) / (2.0 * step))[:, None])
+            apart = np.log(values[1] / values[0]) if logarithmic else values[1] - values[0]
+            columns.append(((moved[1] - moved[0]) / apart)[:, None])
     return names, np.asarray(problem.whiten(np.column_stack(columns))), places
 
 
