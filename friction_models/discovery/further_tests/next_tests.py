@@ -14,6 +14,7 @@ import numpy as np
 
 from ...estimation.campaign.binning import Campaign
 from ...estimation.campaign.curves import transformed
+from ...estimation.campaign.metadata import levels_text
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.importance import LEAST_SHARE, weighted_rms
 from ...estimation.search.scan import Fit
@@ -242,10 +243,11 @@ def _remarks(
         if best < ENOUGH:
             result.append(_inseparable(campaign, found, first, rival, best))
     if len(unloaded) > 1:
-        columns = list(dict.fromkeys(f.prepared.candidate.effect.driver[0] for f in unloaded))
+        drivers = dict.fromkeys(f.prepared.candidate.effect.driver[0] for f in unloaded)
+        columns = [levels_text(campaign.loads, name) for name in drivers]
         result.append(
             f"{' and '.join(f.name for f in unloaded)}: no load drives them, so no setting of the rig tells them apart; run the same "
-            f"loads again with {' and '.join(columns)} crossed, that is each value of the one with each value of the other"
+            f"loads again with {' and '.join(columns)} crossed, that is each value of the one with each of the other"
         )
     return result
 

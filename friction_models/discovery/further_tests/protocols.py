@@ -180,11 +180,11 @@ def possible_tests(campaign: Campaign) -> list[PlannedTest]:
         s.test("constant", sigma, v, tool, shape)
         for sigma, v, tool, shape in product(ends, sorted({*s.speed}), tools, range(len(s.shapes)))
     ]
-    if fast > slow:
+    if fast > slow and "v_set" not in s.unknown:
         levels = (slow, fast, middle, slow, fast)
         found += [s.test("speed step", p, slow, tool, v_levels=levels) for p, tool in product(ends, tools)]
     relieved = rounded(RELIEVED * low)
-    if high > relieved > 0.0:
+    if high > relieved > 0.0 and "sigma_set" not in s.unknown:
         found += [
             s.test("pressure ramp", high, v, tool, sigma_end=relieved)
             for v, tool in product(sorted({*s.speed}), tools)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import gcd
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +31,7 @@ ALL_BINS = 2100  # of a campaign, about
 MOST_POINTS = 150_000
 LEAST_COPY = 3  # points: fewer agree by chance where values are rounded
 TOLD_APART = 4  # columns
+LEAST_ALIKE = 5  # different tests, each of them as often as the others: the table was copied
 SAME_VALUE = 1e-4  # of the range of a column: no two tests agree so well in every point
 SPIKE = 0.005  # least distance in mu of a point from its neighbours that counts as a spike
 STEPS = 2.5  # of the resolution: noise around the edge of a step jumps by one or two of them
@@ -241,7 +244,7 @@ def _without_copies(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
     rows_of = {str(k): v for k, v in frame.groupby("test_id", sort=False).indices.items()}
     order = {name: k for k, name in enumerate(rows_of)}
     near = sorted((len(rows), float(values[rows, -1].mean()), name) for name, rows in rows_of.items())
-    copies: set[str] = set()
+    copies = _all_several_times({name: values[rows].tobytes() for name, rows in rows_of.items()})
     exact = True
     for k, (size, level, name) in enumerate(near):
         for other_size, other_level, other in near[k + 1 :]:
@@ -258,6 +261,17 @@ def _without_copies(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
     how = "exact copies of others" if exact else f"copies of others (to {SAME_VALUE:g} of the range)"
     warnings.append(f"{len(told)} tests are {how} and were left out ({shown})")
     return frame[~frame["test_id"].isin(copies)].reset_index(drop=True)
+
+
+def _all_several_times(values: FloatArray, rows_of: Mapping[str, npt.NDArray[np.intp]]) -> set[str]:
+    """Return the surplus tests of a table that holds everything twice, or n times: single points agree by chance, but not all of them."""
+    alike: dict[bytes, list[str]] = {}
+    for name, content in held.items():
+        alike.setdefault(content, []).append(name)
+    times = gcd(*map(len, alike.values()))
+    if times < 2 or len(alike) < LEAST_ALIKE:
+        return set()
+    return {name for names in alike.values() for name in names[len(names) // times :]}
 
 
 def _without_spikes(mu: FloatArray, test: pd.Series, warnings: list[str]) -> FloatArray:

@@ -134,3 +134,15 @@ def metadata_spans(loads: TriboLoads, system: Mapping[str, FloatArray]) -> dict[
         else:
             spans[f"numbers:{name}"] = (float(column.min()), float(column.max()))
     return spans
+
+
+def levels_text(loads: TriboLoads, name: str, most: int = 4) -> str:
+    """Return a metadata column with what it holds: ``operator (anna, ben)``, ``Ra (0.1 to 0.8)``; its name where nothing is recorded."""
+    column = loads.context_column(name)
+    if column is None:
+        return name
+    values = pd.Series(column).dropna().unique()
+    if len(values) > most and not is_text(loads, name):
+        return f"{name} ({min(values):g} to {max(values):g})"
+    shown = sorted(f"{v:g}" if isinstance(v, int | float) else str(v) for v in values)
+    return f"{name} ({', '.join(shown[:most])}{', ...' if len(shown) > most else ''})" if shown else name

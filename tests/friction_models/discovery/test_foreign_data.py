@@ -145,6 +145,19 @@ def test_near_copies_are_left_out_and_repeats_are_not(stribeck: Table) -> None:
     assert len(prepare(pd.concat([points, repeats], ignore_index=True)).tests) == 162
 
 
+def test_a_table_that_holds_every_average_twice_is_a_copy_and_equal_repeats_are_not() -> None:
+    speed = np.repeat([1.0, 10.0, 50.0, 100.0], 4)
+    mu = 0.1 - 0.01 * np.log10(speed) + np.random.default_rng(0).normal(0.0, 0.003, 16).round(4)
+    once = pd.DataFrame({"test_id": [f"a{k:02d}" for k in range(16)], "v_rel": speed, "T": 40.0, "mu": mu})
+    twice = pd.concat([once, once.assign(test_id="z" + once["test_id"])], ignore_index=True)
+    assert prepare(twice).tests == list(once["test_id"])
+    assert any("16 tests are exact copies" in w for w in prepare(twice).warnings)
+    coarse = once.assign(
+        mu=once["mu"].round(2)
+    )  # many agree by rounding, but not all the same number of times
+    assert len(prepare(coarse).tests) == 16
+
+
 def test_points_without_a_test_or_out_of_order_are_said(stribeck: Table) -> None:
     points = stribeck[0]
     for blank in (None, "", np.nan):

@@ -176,7 +176,7 @@ def test_effects_that_no_load_drives_are_told_apart_by_crossing_them() -> None:
     found = diagnose(points, tests, catalogue=["batch", "tool_roughness"])
     assert set(found.confusion_set) == {"batch", "tool_roughness"} and not found.next_tests
     said = next(w for w in found.warnings if "no load drives them" in w)
-    assert "batch" in said and "Ra" in said and "crossed" in said
+    assert "batch (A, B) and Ra (0.05, 0.2) crossed" in said
 
 
 def test_all_tests_stay_on_the_rig() -> None:
@@ -281,3 +281,10 @@ def test_a_test_that_tells_nothing_is_not_proposed() -> None:
     assert "What to test next" not in found.report()
     said = next(w for w in found.warnings if w.startswith(("stribeck and copy", "copy and stribeck")))
     assert "no test that could be proposed is expected to separate them (at best 0.0 standard errors" in said
+
+
+def test_no_proposal_sets_a_load_that_the_data_lack() -> None:
+    points, tests, _ = campaign(None, seed=4, thin=20)
+    for lacking, columns in (("sigma_n", {"sigma_set", "sigma_end"}), ("v_rel", {"v_set", "v_levels"})):
+        for test in possible_tests(prepare(points.drop(columns=lacking), tests)):
+            assert not columns & set(test.row) and not any(k.startswith(lacking) for k in test.setpoints)
