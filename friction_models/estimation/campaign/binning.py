@@ -263,8 +263,8 @@ def _without_copies(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
     return frame[~frame["test_id"].isin(copies)].reset_index(drop=True)
 
 
-def _all_several_times(values: FloatArray, rows_of: Mapping[str, npt.NDArray[np.intp]]) -> set[str]:
-    """Return the surplus tests of a table that holds everything twice, or n times: single points agree by chance, but not all of them."""
+def _all_several_times(held: Mapping[str, bytes]) -> set[str]:
+    """Return the surplus tests of a table that holds everything n times: some single points agree by chance, but not all."""
     alike: dict[bytes, list[str]] = {}
     for name, content in held.items():
         alike.setdefault(content, []).append(name)
