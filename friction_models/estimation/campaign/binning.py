@@ -167,6 +167,7 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> Campaign:
     if "test_id" not in frame.columns:
         warnings.append("the data have no test_id: all points count as one test")
         frame = frame.assign(test_id="all")
+    frame = _without_gaps(frame, warnings)
     blank = (frame["test_id"].isna() | (frame["test_id"].astype(str).str.strip() == "")).to_numpy()
     if blank.any():
         raise InputError(f"data: column 'test_id', row {int(np.argmax(blank))}: no value; allowed: any name")
@@ -216,6 +217,19 @@ def campaign_of(loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_] 
     slot = np.arange(len(starts)) - np.flatnonzero(np.r_[True, np.diff(test) > 0])[test]
     names = [str(g) for g in groups[point_starts]]
     return Campaign(loads, mu, names, point_starts, starts, count, test, slot, distance)
+
+
+def _without_gaps(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
+    """Return the points that have a number in every column; a table without any such point is left to be refused."""
+    columns = [q.name for q in LOADS if q.name in frame.columns] + ["mu"]
+    full = frame[columns].notna().all(axis=1)
+    if full.all() or not full.any():
+        return frame
+    holding = [c for c in columns if frame[c].isna().any()]
+    warnings.append(
+        f"{int((~full).sum())} of {len(frame)} points have no number in {', '.join(holding)} and were left out"
+    )
+    return frame[full].reset_index(drop=True)
 
 
 def _thinned(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:

@@ -158,6 +158,17 @@ def test_a_table_that_holds_every_average_twice_is_a_copy_and_equal_repeats_are_
     assert len(prepare(coarse).tests) == 16
 
 
+def test_points_with_gaps_are_left_out_and_counted(stribeck: Table) -> None:
+    points = stribeck[0].copy()
+    points.loc[points.index[5:25], "T"] = np.nan
+    points.loc[points.index[40], "mu"] = np.nan
+    found = prepare(points)
+    assert len(found.mu) == len(points) - 21
+    assert any(f"21 of {len(points)} points have no number in T, mu" in w for w in found.warnings)
+    with pytest.raises(InputError, match="T"):
+        prepare(points.assign(T=np.nan))
+
+
 def test_points_without_a_test_or_out_of_order_are_said(stribeck: Table) -> None:
     points = stribeck[0]
     for blank in (None, "", np.nan):
