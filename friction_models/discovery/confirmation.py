@@ -309,7 +309,8 @@ class Confirm:
     def _places(self, kept: Sequence[Fit]) -> list[StructurePlace]:
         """Return where the reference predicts something else than the model with what is named."""
         model = self.found.y - self.unseen.residual(_effects(kept))
-        return places_of(self.campaign, self._predicted(kept) - model)
+        metadata = [n for n in self.reference.names if n in self.campaign.system]
+        return places_of(self.campaign, self._predicted(kept) - model, metadata)
 
 
 def _beyond_repeats(verdict: str, shares: ErrorShares) -> str:

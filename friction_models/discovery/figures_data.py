@@ -159,8 +159,10 @@ def where_text(entry: StructurePlace) -> str:
     """Return a place where structure is left as text: ``v_rel 22 to 502 mm/s, psi 1.08 to 1.98: interaction (33 %)``."""
     units = {q.name: f" {q.unit}" if q.unit != "1" else "" for q in LOADS}
     places = ", ".join(
-        f"{name} {low:.3g} to {high:.3g}{units.get(name, '')}"
-        for name, (low, high) in entry["region"].items()
+        f"{name} {entry['region'][name][0]:.3g} to {entry['region'][name][1]:.3g}{units.get(name, '')}"
+        if name in entry["region"]
+        else name
+        for name in dict.fromkeys([*entry["region"], *entry["variables"]])
     )
     return f"{places}: {entry['shape']} ({100 * entry['share']:.0f} % of it)"
 

@@ -1,6 +1,7 @@
 """How well tests can be predicted from one another: a flexible reference that no formula limits.
 
-Smooth curves along each load, along the distance and along metadata, and products of two of them, with Gaussian priors;
+Smooth curves along each load, along the distance and along metadata, and products of two of them (of metadata only with
+loads: a law may differ from batch to batch), with Gaussian priors;
 tests have an offset of their own. The prior variances follow from the restricted likelihood (Gaussian process
 regression; Rasmussen, Williams: Gaussian Processes for Machine Learning (2006), sections 2.7 and 5.4.1).
 """
@@ -30,6 +31,8 @@ DISTANCE_PLACES = 8
 REACH, DISTANCE_REACH = 0.8, 0.4
 #: Directions of each of two curves that their product uses.
 IN_PRODUCTS = 3
+#: The same where one of them runs along metadata; of so many columns of metadata, those with the fewest levels first.
+WITH_METADATA, METADATA_IN_PRODUCTS = 2, 4
 #: Metadata that agrees with a load by more than this correlation over the tests is that load.
 SAME_AS_LOAD = 0.999
 #: Tests from which the prior variances are estimated, at most.
@@ -236,6 +239,7 @@ def _curves(campaign: Campaign) -> tuple[list[str], list[Curves]]:
         names.append("distance")
         columns.append(_smooth(distance, DISTANCE_PLACES, DISTANCE_REACH))
     mains = len(names)
+    levels_of: dict[int, int] = {}
     for name in sorted(campaign.system):
         values = campaign.average(campaign.system[name][:, 0])
         known = level(values)
@@ -250,16 +254,21 @@ def _curves(campaign: Campaign) -> tuple[list[str], list[Curves]]:
         else:
             block = _smooth(values, min(PLACES, len(levels)), REACH)
             means.append(known)
+        levels_of[len(names)] = len(levels)
         names.append(name)
         columns.append(block)
     found = [Curves((k,), c) for k, c in enumerate(columns)]
-    main = [_leading(c) for c in columns[:mains]]
-    for a, b in combinations(range(mains), 2):
-        products = [
-            main[a][:, i] * main[b][:, j] for i in range(main[a].shape[1]) for j in range(main[b].shape[1])
-        ]
-        found.append(Curves((a, b), np.column_stack(products)))
+    leading = [_leading(c) for c in columns]
+    found += [Curves((a, b), _products(leading[a], leading[b])) for a, b in combinations(range(mains), 2)]
+    for b in sorted(levels_of, key=lambda k: levels_of[k])[:METADATA_IN_PRODUCTS]:
+        few = leading[b][:, :WITH_METADATA]
+        found += [Curves((a, b), _products(leading[a][:, :WITH_METADATA], few)) for a in range(mains)]
     return names, found
+
+
+def _products(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the products of all columns of two blocks, shape (m, columns of a times columns of b)."""
+    return (a[:, :, None] * b[:, None, :]).reshape(len(a), -1)
 
 
 def _smooth(values: FloatArray, places: int, reach: float) -> FloatArray:

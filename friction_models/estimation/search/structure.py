@@ -6,6 +6,7 @@ is compared with what it would fit in pure noise (functional ANOVA; Hooker, J. C
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import TypedDict
@@ -16,6 +17,7 @@ from scipy.stats import chi2
 from ...loads import LOAD_NAMES, FloatArray
 from ..campaign.binning import Campaign
 from ..campaign.curves import curve, spline_columns, transformed
+from ..campaign.metadata import is_text
 from .scan import Fit, Projector
 from .search_round import SearchRound
 from .significance import null_noise
@@ -23,6 +25,8 @@ from .significance import null_noise
 REPLICATES = 399
 #: A surface over two loads must follow this much more of a difference than a curve along one of them.
 INTERACTION = 0.15
+#: Metadata with so few values are levels, whatever lies between them.
+MOST_LEVELS_APART = 4
 
 
 class StructurePlace(TypedDict):
@@ -156,18 +160,23 @@ def _rms(campaign: Campaign, found: SearchRound, q: FloatArray, residual: FloatA
     return float(np.sqrt(max(mean_square * max(excess, 0.0) / max(power, 1e-300), 0.0)))
 
 
-def places_of(campaign: Campaign, difference: FloatArray, most: int = 2) -> list[StructurePlace]:
-    """Return along which loads a difference of two predictions runs, the strongest first.
+def places_of(
+    campaign: Campaign, difference: FloatArray, metadata: Sequence[str] = (), most: int = 2
+) -> list[StructurePlace]:
+    """Return along which loads and metadata a difference of two predictions runs, the strongest first.
 
     Parameters
     ----------
     campaign : Campaign
     difference : ndarray, shape (m,)
         In the bins.
+    metadata : sequence of str
+        Columns of the test table that count, too.
     most : int
         Places to return.
     """
     names = [n for n in LOAD_NAMES if campaign.varies(n)]
+    own = {n: _metadata_curve(campaign, n) for n in metadata}
     root = np.sqrt(campaign.count)
     mean = float(campaign.count @ difference / campaign.count.sum())
     target = root * (difference - mean)
@@ -188,12 +197,28 @@ def places_of(campaign: Campaign, difference: FloatArray, most: int = 2) -> list
         alone = max(shares[(a,)][0], shares[(b,)][0], 0.0)
         if shares[(a, b)][0] < alone + INTERACTION:
             del shares[(a, b)]
+    for n, columns in own.items():
+        add((n,), columns)
+        for a in names:
+            both = (curves[a][:, :3, None] * columns[:, None, :3]).reshape(len(columns), -1)
+            add((a, n), np.column_stack([curves[a], columns, both]))
+            if shares[(a, n)][0] < max(shares[(a,)][0], shares[(n,)][0]) + INTERACTION:
+                del shares[(a, n)]
     best = sorted(shares, key=lambda key: -shares[key][0])
     return [
         _described(campaign, key, shares[key][1], shares[key][0])
         for key in best[:most]
         if shares[key][0] > 0.1
     ]
+
+
+def _metadata_curve(campaign: Campaign, name: str) -> FloatArray:
+    """Return columns of a curve along metadata in the bins: its levels where there are few, else powers."""
+    values = campaign.average(campaign.system[name][:, 0])
+    levels = np.unique(values)
+    if len(levels) <= MOST_LEVELS_APART or is_text(campaign.loads, name):
+        return (values[:, None] == levels[None, 1:]).astype(float)
+    return curve(values, 1)
 
 
 def _describe(
@@ -208,14 +233,23 @@ def _described(campaign: Campaign, key: tuple[str, ...], fit: FloatArray, share:
     strong = weight >= np.quantile(weight, 0.8)
     region = {}
     for name in key:
-        values = campaign.average(getattr(campaign.loads, name))
+        if name not in LOAD_NAMES and is_text(campaign.loads, name):
+            continue  # levels have no range
+        values = campaign.average(
+            getattr(campaign.loads, name) if name in LOAD_NAMES else campaign.system[name][:, 0]
+        )
         low, high = np.quantile(values[strong], [0.1, 0.9])
         region[name] = [float(low), float(high)]
-    rising = float(np.corrcoef(transformed(campaign, key[0]), fit)[0, 1])
+    along = (
+        transformed(campaign, key[0])
+        if key[0] in LOAD_NAMES
+        else campaign.average(campaign.system[key[0]][:, 0])
+    )
+    rising = float(np.corrcoef(along, fit)[0, 1]) if key[0] in region else 0.0
     shape = (
         "interaction"
         if len(key) > 1
-        else ("rising" if rising > 0.5 else "falling" if rising < -0.5 else "bent")
+        else ("rising" if rising > 0.5 else "falling" if rising < -0.5 else "bent" if region else "levels")
     )
     return {
         "variables": list(key),
