@@ -1,0 +1,68 @@
+"""What a page is given: the project, the commands at work, where the loop stands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ...report.reading import ReadPage, read_page
+from .. import history
+from ..commands import Command
+from ..history import Round, Story
+from ..project import HISTORY, Project
+from ..worker import Job, Worker
+
+#: The model with which the loop begins where none is chosen.
+FIRST_MODEL = "linear"
+
+
+@dataclass
+class View:
+    """A page in one browser tab.
+
+    Attributes
+    ----------
+    project, worker
+    query : mapping
+        What stands behind the question mark of the address.
+    """
+
+    project: Project
+    worker: Worker
+    query: Mapping[str, str]
+
+    def lines(self) -> list[dict[str, Any]]:
+        """Return the history."""
+        return history.read(self.project.root / HISTORY)
+
+    def story(self) -> Story:
+        """Return where the loop stands; the first data set and a plain model where nothing was chosen."""
+        story = Story.of(self.lines())
+        if not story.rounds:
+            sets = self.project.data_sets()
+            story.data = self.project.relative(sets[0]) if sets else ""
+            first = Round(FIRST_MODEL)
+            story.rounds = [first]
+        return story
+
+    def run(self, command: Command) -> Job:
+        """Start a command."""
+        if not any(line["event"] == history.CHOSEN for line in self.lines()):
+            story = self.story()
+            self.choose(story.data, story.rounds[0].model)
+        return self.worker.start(command)
+
+    def choose(self, data: str, model: str) -> None:
+        """Begin the loop with a data set and a model; what was made before stays in its folders."""
+        self.note(history.CHOSEN, data=data, model=model)
+
+    def note(self, event: str, **content: Any) -> None:
+        """Write a decision into the history."""
+        history.add(self.project.root / HISTORY, event, **content)
+        self.worker.changes += 1
+
+    def page(self, path: str) -> ReadPage | None:
+        """Return the report at a path of the project, taken apart; None where there is none."""
+        file = self.project.inside(path)
+        return read_page(file) if file.is_file() else None
