@@ -8,7 +8,8 @@ from nicegui import ui
 
 from .. import commands
 from .frame import page_head
-from .parts import badge, choice, empty, line, section, words
+from .parts import action, badge, choice, empty, line, section, words
+from .parts import button as press
 from .view import View
 
 #: Constant coefficients of friction that stand beside models: the usual ones of the literature.
@@ -53,7 +54,7 @@ async def show(view: View) -> None:
 def _ask(view: View, own: list[str], data: str) -> None:
     """Show the choice of models and the button, whose command line follows the choice."""
     names = {name: name.removeprefix("models/") for name in own} | {c: f"constant {c}" for c in CONSTANTS}
-    chosen = [*own[-3:], CONSTANTS[1]]
+    chosen = [*([m for m in own if m.startswith("models/")] or own)[-3:], CONSTANTS[1]]
 
     @ui.refreshable
     def button() -> None:
@@ -62,8 +63,7 @@ def _ask(view: View, own: list[str], data: str) -> None:
             return
         command = commands.compare(data, chosen)
         with ui.element("div").classes("action"):
-            asked = ui.button(f"Compare {len(chosen)}", on_click=lambda: view.run(command))
-            asked.props("no-caps unelevated").classes("first")
+            press(f"Compare {len(chosen)}", lambda: view.run(command), "first")
             line(command)
 
     def changed(value: list[str]) -> None:
@@ -86,6 +86,4 @@ def _train(view: View, data: str) -> None:
     with ui.expansion("Train a model").classes("other"):
         for family in missing:
             command = commands.train(data, family)
-            with ui.element("div").classes("action"):
-                ui.button(command.title, on_click=lambda c=command: view.run(c)).props("no-caps outline")
-                line(command)
+            action(view, command, command.title)

@@ -12,6 +12,7 @@ from .. import commands
 from ..worker import DONE, FAILED, Job
 from .frame import page_head
 from .parts import action, choice, download, empty, heading, line, say
+from .parts import button as press
 from .view import View
 
 
@@ -51,8 +52,7 @@ def _pack(view: View, models: list[str], model: str) -> None:
     def button() -> None:
         command = commands.pack(chosen["model"], chosen["fmi"], int(chosen["nodes"]))
         with ui.element("div").classes("action"):
-            pack = ui.button("Pack as FMU", on_click=lambda: view.run(command))
-            pack.props("no-caps unelevated").classes("first")
+            press("Pack as FMU", lambda: view.run(command), "first")
             line(command)
 
     def changed(name: str, value: str) -> None:

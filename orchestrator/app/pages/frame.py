@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import importlib
+import logging
 from importlib.resources import files
 from typing import Any
 
@@ -11,12 +12,13 @@ from fastapi import Request
 from nicegui import ui
 
 from friction_models.common import InputError
+from friction_models.common.errors import shown
 from friction_models.common.markup import escape
 
 from .. import history
 from ..project import HISTORY, Project
 from ..worker import CANCELLED, FAILED, RUNNING, Job, Worker
-from .parts import empty, heading, say
+from .parts import button, empty, heading, say
 from .view import View
 
 #: Address, name and module of each page.
@@ -49,8 +51,8 @@ class Workbench:
         look = request.cookies.get("tribofmu-look", "auto")
         mode = ui.dark_mode(LOOKS.get(look))
         content = _head(self.project, path, mode, look)
-        view = View(self.project, self.worker, dict(request.query_params))
         strip = Strip(self.worker)
+        view = View(self.project, self.worker, dict(request.query_params), strip.show)
 
         async def fill() -> None:
             content.clear()
@@ -63,16 +65,22 @@ class Workbench:
                     await show(view)
                 except InputError as error:
                     empty("This cannot be shown", str(error), ("Reports and history", "/reports"))
+                except Exception as error:
+                    # A file that nobody foresaw must not leave half a page: the rest of the workbench goes on.
+                    logging.getLogger("tribofmu.app").exception("page %s", path)
+                    content.clear()
+                    said = f"{type(error).__name__}: {shown(error)}"
+                    empty("This cannot be shown", said, ("Reports and history", "/reports"))
 
-        shown = await asyncio.to_thread(self._state)
+        seen = await asyncio.to_thread(self._state)
         await fill()
 
         async def tick() -> None:
-            nonlocal shown
+            nonlocal seen
             strip.show()
             now = await asyncio.to_thread(self._state)
-            if now != shown:
-                shown = now
+            if now != seen:
+                seen = now
                 await fill()
 
         ui.timer(TICK, tick)
@@ -132,9 +140,11 @@ class Strip:
         with ui.element("div").classes("job"):
             ui.html(f"<strong>{escape(job.command.title)}</strong>", sanitize=False, tag="span")
             self.time = ui.label(_time(job)).classes("soft")
-            ui.button("Cancel", on_click=lambda: self.worker.cancel(job)).props("flat dense no-caps")
+            button("Cancel", lambda: self.worker.cancel(job), "plain")
         share = job.progress
-        bar = ui.linear_progress(value=share or 0.0, show_value=False).props('aria-label="Progress"')
+        bar = ui.linear_progress(value=share or 0.0, show_value=False, color=None).props(
+            'aria-label="Progress"'
+        )
         if share is None:
             bar.props("indeterminate")
         more = f" ({len(current) - 1} more waiting)" if len(current) > 1 else ""
@@ -146,7 +156,7 @@ class Strip:
             ui.html(
                 f"<strong>{escape(job.command.title)}</strong>: {escape(said)}", sanitize=False, tag="span"
             ).classes("soft" if job.state == CANCELLED else "problem")
-            ui.button("Close", on_click=lambda: self._dismiss(job)).props("flat dense no-caps")
+            button("Close", lambda: self._dismiss(job), "plain")
 
     def _dismiss(self, job: Job) -> None:
         self.dismissed = job.number
@@ -170,16 +180,23 @@ def _head(project: Project, path: str, mode: ui.dark_mode, look: str) -> ui.elem
                 link = ui.link(name, target)
                 if target == path:
                     link.classes("here").props('aria-current="page"')
-        toggle = ui.toggle(list(LOOKS), value=look if look in LOOKS else "auto")
-        toggle.props('no-caps dense unelevated aria-label="Look"').classes("look")
+        _look(mode, look if look in LOOKS else "auto")
+    return ui.element("div").classes("content").props('id="content" tabindex="-1"')
 
-    def changed() -> None:
-        mode.set_value(LOOKS[toggle.value])
+
+def _look(mode: ui.dark_mode, look: str) -> None:
+    """Build the button that goes from the look of the system to light and to dark; the browser keeps it."""
+    names = list(LOOKS)
+
+    def pressed() -> None:
+        nonlocal look
+        look = names[(names.index(look) + 1) % len(names)]
+        mode.set_value(LOOKS[look])
+        made.set_text(f"Look: {look}")
         kept = "path=/; max-age=31536000; samesite=strict"
-        ui.run_javascript(f"document.cookie = 'tribofmu-look={toggle.value}; {kept}'")
+        ui.run_javascript(f"document.cookie = 'tribofmu-look={look}; {kept}'")
 
-    toggle.on_value_change(changed)
-    return ui.element("main").props('id="content" tabindex="-1"')
+    made = button(f"Look: {look}", pressed, "plain")
 
 
 def page_head(title: str, lead: str = "") -> None:

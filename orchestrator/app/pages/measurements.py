@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from friction_models.common.markup import bullets, table
 from .. import commands, history
 from ..project import name_of
 from .frame import page_head
-from .parts import empty, heading, say, words
+from .parts import button, empty, heading, say, words
 from .view import View
 
 #: Largest file that is taken [byte].
@@ -49,8 +50,7 @@ async def show(view: View) -> None:
             if name == story.data:
                 say("This is the data set in hand.", "soft")
             else:
-                use = ui.button("Use it", on_click=lambda n=name: view.choose(n, story.rounds[0].model))
-                use.props("no-caps outline")
+                button("Use it", partial(view.choose, name, story.rounds[0].model))
             ui.link("Explore", f"/explore?data={name}").classes("button")
     _bring(view)
 
@@ -58,6 +58,7 @@ async def show(view: View) -> None:
 def _look(path: Path) -> dict[str, Any] | str:
     """Return what is in a data set, or in one sentence why it cannot be read."""
     from friction_models.loads import LOAD_NAMES, DataSet, not_measured
+    from friction_models.loads.contract import with_unit
 
     try:
         found = DataSet.load(path)
@@ -68,7 +69,7 @@ def _look(path: Path) -> dict[str, Any] | str:
         ("tests", points["test_id"].nunique()),
         ("points", len(points)),
         *(
-            (n, f"{points[n].min():.4g} to {points[n].max():.4g}")
+            (with_unit(n) if n in LOAD_NAMES else n, f"{points[n].min():.4g} to {points[n].max():.4g}")
             for n in (*LOAD_NAMES, "mu")
             if n in points.columns
         ),
@@ -109,7 +110,7 @@ def _bring(view: View) -> None:
             on_rejected=lambda: ui.notify("This file is too large or of another kind.", type="negative"),
             label="Drop a file here, or press +",
         )
-        upload.props(f'accept="{",".join(_SUFFIXES)}" flat bordered').classes("upload")
+        upload.props(f'color=dark accept="{",".join(_SUFFIXES)}" flat bordered').classes("upload")
 
 
 async def _keep(view: View, event: events.UploadEventArguments) -> str:

@@ -13,7 +13,20 @@ from ...report.reading import ReadPage
 from .. import commands
 from ..history import ACCEPTED, TAKEN_BACK, Story
 from .frame import page_head
-from .parts import action, badge, choice, download, empty, heading, parts, picture, say, section, words
+from .parts import (
+    action,
+    badge,
+    button,
+    choice,
+    download,
+    empty,
+    heading,
+    parts,
+    picture,
+    say,
+    section,
+    words,
+)
 from .view import View
 
 _NEXT = "<h3>What to test next</h3>"
@@ -96,7 +109,7 @@ def _verdict(view: View, story: Story, answer: dict[str, Any], page: ReadPage) -
             ]
             figure = next((f for f in shown if f is not None), None)
             if figure is not None:
-                picture(figure)
+                picture(figure, narrow=True)
 
 
 def _offers(view: View, story: Story, answer: dict[str, Any], named: list[str]) -> None:
@@ -128,13 +141,9 @@ def _candidate(view: View, story: Story) -> None:
             history = page.section("history")
             parts(history.parts if history else [])
         with ui.element("div").classes("buttons action"):
-            accept = ui.button(
-                "Accept",
-                on_click=lambda: view.note(ACCEPTED, model=story.candidate and story.candidate.model),
-            )
-            accept.props("no-caps unelevated").classes("first")
-            back = ui.button("Take back", on_click=lambda: view.note(TAKEN_BACK))
-            back.props("no-caps outline")
+            model = story.candidate.model
+            button("Accept", lambda: view.note(ACCEPTED, model=model), "first")
+            button("Take back", lambda: view.note(TAKEN_BACK))
         say("Accepting asks the next question of the better model. Taking back deletes nothing.", "soft")
         residual = page.section("residual") if page is not None else None
         if residual is not None:
@@ -149,12 +158,11 @@ async def _rounds(view: View, story: Story, answer: dict[str, Any]) -> None:
         heading("The rounds so far")
         figure = await asyncio.to_thread(_staircase, view, story.model, answer)
         if figure is not None:
-            picture(figure)
+            picture(figure, narrow=True)
         with ui.element("div").classes("buttons action"):
             ui.link("Take it away as an FMU", "/fmu").classes("button first")
             if story.candidate is None:
-                back = ui.button("Take back the last one", on_click=lambda: view.note(TAKEN_BACK))
-                back.props("no-caps outline")
+                button("Take back the last one", lambda: view.note(TAKEN_BACK))
 
 
 def _staircase(view: View, model: str, answer: dict[str, Any]) -> Any:

@@ -31,22 +31,23 @@ def heading(text: str, level: int = 2) -> None:
         ui.html(escape(text), sanitize=False, tag="span")
 
 
-def picture(figure: ReadFigure) -> None:
-    """Show a figure of a report."""
-    drawing(figure.data, figure.layout, figure.description)
+def picture(figure: ReadFigure, narrow: bool = False) -> None:
+    """Show a figure of a report; a `narrow` one fits a phone, others are moved sideways there."""
+    drawing(figure.data, figure.layout, figure.description).classes("narrow" if narrow else "")
     if figure.caption:
         words(figure.caption, "caption")
 
 
-def drawing(data: list[Any], layout: dict[str, Any], description: str) -> Any:
+def drawing(data: list[Any], layout: dict[str, Any], description: str) -> ui.element:
     """Show a figure as plotly takes it; `description` is what a screen reader says."""
-    with (
-        ui.element("div").classes("plot").props(f'role="img" aria-label="{escape(description)}" tabindex="0"')
-    ):
+    frame = ui.element("div").classes("plot")
+    frame.props(f'role="img" aria-label="{escape(description)}" tabindex="0"')
+    with frame:
         height = layout.get("height") or 330
         config = {"displayModeBar": False, "responsive": True}
         plot = ui.plotly({"data": data, "layout": {**layout, "autosize": True}, "config": config})
-        return plot.style(f"width: 100%; height: {int(height)}px")
+        plot.style(f"width: 100%; height: {int(height)}px")
+    return frame
 
 
 def section(found: ReadSection | None, title: str = "") -> None:
@@ -73,26 +74,25 @@ def badge(page: ReadPage) -> None:
         ui.label("synthetic data").classes("badge")
 
 
-def action(view: View, command: Command, label: str, first: bool = False, after: str = "") -> ui.button:
-    """Show a button with the command line behind it; `after`: the page to go to when it is started."""
+def button(label: str, pressed: Callable[[], Any], kind: str = "") -> ui.button:
+    """Show a button in our own colours; `kind`: ``first`` for the step that comes next, ``plain`` for a quiet one."""
+    made = ui.button(label, on_click=pressed, color=None).props("no-caps unelevated")
+    return made.classes(f"press {kind}".strip())
 
-    def start() -> None:
-        view.run(command)
-        if after:
-            ui.navigate.to(after)
 
+def action(view: View, command: Command, label: str, first: bool = False) -> ui.button:
+    """Show a button with the command line behind it."""
     with ui.element("div").classes("action"):
-        button = ui.button(label, on_click=start).props("no-caps unelevated" if first else "no-caps outline")
-        button.classes("first" if first else "")
+        made = button(label, lambda: view.run(command), "first" if first else "")
         line(command)
-    return button
+    return made
 
 
 def line(command: Command) -> None:
     """Show a command line, to be copied."""
     with ui.element("div").classes("line"):
-        ui.html(escape(command.line), sanitize=False, tag="code")
-        copy = ui.button(icon="content_copy", on_click=lambda: ui.clipboard.write(command.line))
+        ui.html(escape(command.line), sanitize=False, tag="code").props('tabindex="0"')
+        copy = ui.button(icon="content_copy", color=None, on_click=lambda: ui.clipboard.write(command.line))
         copy.props('flat dense round size=sm aria-label="Copy the command line"')
 
 

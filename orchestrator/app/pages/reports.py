@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from typing import Any
 
 from nicegui import ui
 
@@ -51,15 +52,21 @@ async def show(view: View) -> None:
             str(line.get("command") or line.get("model") or line.get("file") or ""),
             _outcome(line),
         )
-        for line in lines[::-1][:_LINES]
+        for line in _told(lines)[::-1][:_LINES]
     ]
     words(table(["time (UTC)", "what", "command", "outcome"], rows))
     if len(lines) > _LINES:
         say(f"The last {_LINES} of {len(lines)} lines; all are in history.jsonl.", "soft")
 
 
+def _told(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the lines without the starts of commands whose end is there, too."""
+    ended = {line.get("job") for line in lines if line["event"] == history.ENDED}
+    return [line for line in lines if line["event"] != history.STARTED or line.get("job") not in ended]
+
+
 def _outcome(line: dict[str, object]) -> str:
     if line["event"] != history.ENDED:
-        return ""
+        return "running, or broken off" if line["event"] == history.STARTED else ""
     said = {"0": "done", "2": "refused", "130": "cancelled"}.get(str(line.get("code")), "failed")
     return f"{said} in {line['seconds']} s" if "seconds" in line else said

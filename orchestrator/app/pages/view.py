@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,11 +26,14 @@ class View:
     project, worker
     query : mapping
         What stands behind the question mark of the address.
+    started : callable
+        Shows at once that a command was started.
     """
 
     project: Project
     worker: Worker
     query: Mapping[str, str]
+    started: Callable[[], None]
 
     def lines(self) -> list[dict[str, Any]]:
         """Return the history."""
@@ -51,7 +54,9 @@ class View:
         if not any(line["event"] == history.CHOSEN for line in self.lines()):
             story = self.story()
             self.choose(story.data, story.rounds[0].model)
-        return self.worker.start(command)
+        job = self.worker.start(command)
+        self.started()
+        return job
 
     def choose(self, data: str, model: str) -> None:
         """Begin the loop with a data set and a model; what was made before stays in its folders."""

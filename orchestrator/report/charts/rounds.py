@@ -44,6 +44,6 @@ def rounds_chart(history: Sequence[Mapping[str, Any]], floor: float | None = Non
         )  # fmt: skip
     chart.dress(280, y="RMS error of mu", from_zero=True, margin_t=26)
     chart.figure.update_xaxes(
-        tickvals=places, ticktext=[escape(n) for n in names], range=[-0.3, max(places) + 0.6]
+        zeroline=False, tickvals=places, ticktext=[escape(n) for n in names], range=[-0.3, max(places) + 0.6]
     )
     return chart
