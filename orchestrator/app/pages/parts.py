@@ -41,7 +41,7 @@ def picture(figure: ReadFigure, narrow: bool = False) -> None:
 def drawing(data: list[Any], layout: dict[str, Any], description: str) -> ui.element:
     """Show a figure as plotly takes it; `description` is what a screen reader says."""
     frame = ui.element("div").classes("plot")
-    frame.props(f'role="img" aria-label="{escape(description)}" tabindex="0"')
+    frame.props.update({"role": "img", "aria-label": description, "tabindex": "0"})
     with frame:
         height = layout.get("height") or 330
         config = {"displayModeBar": False, "responsive": True}
@@ -107,8 +107,7 @@ def empty(title: str, text: str, link: tuple[str, str] | None = None) -> None:
 
 def download(path: str, label: str) -> None:
     """Show a link that keeps a file of the project."""
-    target = ui.link(label, address(path)).classes("button download")
-    target.props(f'download aria-label="{escape(label)}"')
+    ui.link(label, address(path)).classes("button").props("download")
 
 
 def choice(
