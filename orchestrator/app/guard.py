@@ -19,6 +19,7 @@ from http.cookies import CookieError, SimpleCookie
 from typing import Any, TypeAlias
 from urllib.parse import parse_qs, quote
 
+from friction_models.common.errors import shown
 from friction_models.common.markup import document, escape
 
 Scope: TypeAlias = MutableMapping[str, Any]
@@ -152,7 +153,16 @@ class Guard:
         if not self.access.right(_cookie(headers.all("cookie"), self.access.cookie)):
             await self._stranger(scope, send)
             return
-        await self.app(scope, self._bounded(scope, headers, receive), _with_headers(send))
+        announced = headers.one("content-length")
+        if announced.isdigit() and int(announced[:20]) > self.largest:
+            await _refuse(
+                scope,
+                send,
+                413,
+                f"{shown(announced, 20)} byte are too many; at most {self.largest} are taken.",
+            )
+            return
+        await self.app(scope, self._bounded(scope, receive), _with_headers(send))
 
     async def _let_in(self, scope: Scope, headers: _Headers, receive: Receive, send: Send) -> bool:
         """Give the cookie to whoever has the token or the password; say whether the request was answered."""
@@ -193,17 +203,14 @@ class Guard:
         )
         await _refuse(scope, send, 401, said)
 
-    def _bounded(self, scope: Scope, headers: _Headers, receive: Receive) -> Receive:
-        """Return `receive` that ends a request which sends too much."""
+    def _bounded(self, scope: Scope, receive: Receive) -> Receive:
+        """Return `receive` that ends a request which sends too much, whatever it announced."""
         if scope["type"] != "http":
             return receive
-        announced = headers.one("content-length")
         got = 0
 
         async def bounded() -> Message:
             nonlocal got
-            if announced.isdigit() and int(announced) > self.largest:
-                return {"type": "http.disconnect"}
             message = await receive()
             got += len(message.get("body", b""))
             return {"type": "http.disconnect"} if got > self.largest else message

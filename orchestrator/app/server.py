@@ -91,6 +91,8 @@ def _listen(host: str, port: int | None) -> socket.socket:
                     f"--host {host} --port {number}: {error.strerror}; allowed: a free port"
                 ) from None
             continue
+        # Who comes before the server is ready waits, and is not turned away.
+        listening.listen(128)
         return listening
     raise AssertionError("the last port either is bound or raises")
 

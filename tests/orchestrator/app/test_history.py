@@ -18,7 +18,9 @@ def test_lines_are_kept_and_broken_ones_left_out(tmp_path: Path) -> None:
     history.add(file, CHOSEN, data="data/sct", model="linear")
     history.add(file, ENDED, code=0, command="tribofmu pack é")
     with file.open("a") as stream:
-        stream.write('[]\n"x"\n{"no": "event"}\n{"event": 3}\n' + "[" * 20_000 + '\n{"event": "started", "comm')
+        stream.write(
+            '[]\n"x"\n{"no": "event"}\n{"event": 3}\n' + "[" * 20_000 + '\n{"event": "started", "comm'
+        )
     assert [line["event"] for line in history.read(file)] == [CHOSEN, ENDED]
     assert history.read(tmp_path / "none.jsonl") == []
     assert all(json.loads(x)["time"].endswith("+00:00") for x in file.read_text().splitlines()[:2])

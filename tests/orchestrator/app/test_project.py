@@ -84,7 +84,9 @@ def test_paths_inside_are_given(example: Project) -> None:
     assert example.inside("short/sct").is_dir()
 
 
-def test_names_that_a_command_would_take_for_an_option_or_that_lead_out_are_not_listed(example: Project) -> None:
+def test_names_that_a_command_would_take_for_an_option_or_that_lead_out_are_not_listed(
+    example: Project,
+) -> None:
     for name in ("--force", "a b", "good"):
         folder = example.root / "models" / name
         folder.mkdir()

@@ -50,7 +50,9 @@ def test_a_command_writes_its_files_and_the_history_holds_the_line(worker: Worke
     assert "written: fmus/constant" in (example.root / WORK / "00001.log").read_text()
 
 
-def test_a_refused_command_says_why_and_what_it_was_to_leave_is_not_recorded(worker: Worker, example: Project) -> None:
+def test_a_refused_command_says_why_and_what_it_was_to_leave_is_not_recorded(
+    worker: Worker, example: Project
+) -> None:
     job = worker.start(Command("Check", ("check", "fmus/none.fmu"), {"round": {"model": "m"}}))
     wait(lambda: job.ended)
     assert job.state == FAILED
