@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 from typing import Any
 
+from .project import name_of
+
 #: Families that a model can start from without being trained before.
 FAMILIES = ("linear", "polynomial", "power_law", "constant")
 
@@ -34,6 +36,20 @@ class Command:
     def line(self) -> str:
         """The line as one types it in the project folder."""
         return shlex.join(["tribofmu", *self.arguments])
+
+
+def effect_names(found: object) -> list[str]:
+    """Return the names of effects in a list from a file: texts that the command line takes for names.
+
+    Examples
+    --------
+    >>> effect_names(["stribeck", "factor:batch", "--force", 3, "a\\nb", ""])
+    ['stribeck', 'factor:batch']
+    """
+    names = found if isinstance(found, list) else []
+    return [
+        n for n in names if isinstance(n, str) and n.isprintable() and n[:1] not in {"", "-"} and len(n) < 200
+    ]
 
 
 def short(name: str) -> str:
@@ -74,9 +90,15 @@ def diagnose(data: str, model: str) -> Command:
 
 
 def refine(data: str, model: str, effects: Sequence[str]) -> Command:
-    """Add effects to a model."""
-    names = "-".join(e.replace(":", "-") for e in effects)
-    out = f"models/{short(model)}-{names}"
+    """Add effects to a model.
+
+    Examples
+    --------
+    >>> refine("data/sct", "linear", ["factor:batch"]).arguments[-3]
+    'models/linear-factor-batch'
+    """
+    added = "-".join(name_of(effect) for effect in effects)
+    out = f"models/{name_of(f'{short(model)}-{added}')}"
     page = f"reports/refined-{short(data)}-{short(out)}.html"
     arguments = ("refine", "--data", data, "--model", model, "--add", *effects, "-o", out, "--report", page)
     return Command(

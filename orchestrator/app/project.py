@@ -156,7 +156,7 @@ def name_of(text: str) -> str:
     ('mu-2-.csv', 'unnamed')
     """
     last = re.split(r"[/\\]", text)[-1]
-    return re.sub(r"[^A-Za-z0-9._-]+", "-", last).strip(".-_ ")[:80] or "unnamed"
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", last)[:80].strip(".-_ ") or "unnamed"
 
 
 def _plain_title(name: str) -> str:

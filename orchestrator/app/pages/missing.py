@@ -11,6 +11,7 @@ from friction_models.common.files import read_json
 
 from ...report.reading import ReadPage
 from .. import commands
+from ..commands import effect_names
 from ..history import ACCEPTED, TAKEN_BACK, Story
 from .frame import page_head
 from .parts import (
@@ -95,7 +96,7 @@ def _choices(view: View, story: Story) -> None:
 
 def _verdict(view: View, story: Story, answer: dict[str, Any], page: ReadPage) -> None:
     verdict = page.section("verdict")
-    named = [str(e) for e in answer.get("effects", [])]
+    named = effect_names(answer.get("effects"))
     with ui.element("div").classes("beside"):
         with ui.element("div"):
             for part in verdict.parts if verdict else []:
@@ -118,8 +119,9 @@ def _offers(view: View, story: Story, answer: dict[str, Any], named: list[str]) 
         action(
             view, commands.refine(story.data, story.model, named), f"Add {' and '.join(named)}", first=True
         )
-    rivals = [str(e) for e in answer.get("confusion_set", []) if e not in named]
-    ranking = [str(r.get("effect", "")) for r in answer.get("ranking", []) if isinstance(r, dict)]
+    rivals = [e for e in effect_names(answer.get("confusion_set")) if e not in named]
+    ranked = answer.get("ranking")
+    ranking = effect_names([r.get("effect") for r in ranked or [] if isinstance(r, dict)])
     others = list(dict.fromkeys([*rivals, *(e for e in ranking if e not in named)]))[:_OFFERED]
     if rivals:
         say(f"These data cannot tell it from: {', '.join(rivals)}.")

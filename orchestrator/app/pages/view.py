@@ -8,7 +8,7 @@ from typing import Any
 
 from ...report.reading import ReadPage, read_page
 from .. import history
-from ..commands import Command
+from ..commands import FAMILIES, Command
 from ..history import Round, Story
 from ..project import HISTORY, Project
 from ..worker import Job, Worker
@@ -40,13 +40,15 @@ class View:
         return history.read(self.project.root / HISTORY)
 
     def story(self) -> Story:
-        """Return where the loop stands; the first data set and a plain model where nothing was chosen."""
+        """Return where the loop stands; the first data set and a plain model where nothing, or nothing of this project, was chosen."""
         story = Story.of(self.lines())
-        if not story.rounds:
-            sets = self.project.data_sets()
-            story.data = self.project.relative(sets[0]) if sets else ""
-            first = Round(FIRST_MODEL)
-            story.rounds = [first]
+        sets = [self.project.relative(p) for p in self.project.data_sets()]
+        models = {self.project.relative(p) for p in self.project.models()} | {*FAMILIES}
+        # The history is a file like any other: what it names goes into command lines.
+        if story.data not in sets or any(r.model not in models for r in story.rounds):
+            return Story(sets[0] if sets else "", [Round(FIRST_MODEL)])
+        if story.candidate is not None and story.candidate.model not in models:
+            story.candidate = None
         return story
 
     def run(self, command: Command) -> Job:
