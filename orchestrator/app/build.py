@@ -36,6 +36,7 @@ def build(project: Project, worker: Worker) -> FastAPI:
         title="tribofmu workbench",
         favicon=ICON,
         dark=None,
+        language="en-GB",
         tailwind=False,
         show_welcome_message=False,
         reconnect_timeout=10.0,

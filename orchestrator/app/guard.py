@@ -162,7 +162,13 @@ class Guard:
                 f"{shown(announced, 20)} byte are too many; at most {self.largest} are taken.",
             )
             return
-        await self.app(scope, self._bounded(scope, receive), _with_headers(send))
+        bounded = _Bounded(receive, self.largest)
+        try:
+            await self.app(scope, bounded if scope["type"] == "http" else receive, _with_headers(send))
+        except RuntimeError as error:
+            # What the framework says when the browser left before the page was ready.
+            if not (bounded.over and "No response returned" in str(error)):
+                raise
 
     async def _let_in(self, scope: Scope, headers: _Headers, receive: Receive, send: Send) -> bool:
         """Give the cookie to whoever has the token or the password; say whether the request was answered."""
@@ -203,19 +209,19 @@ class Guard:
         )
         await _refuse(scope, send, 401, said)
 
-    def _bounded(self, scope: Scope, receive: Receive) -> Receive:
-        """Return `receive` that ends a request which sends too much, whatever it announced."""
-        if scope["type"] != "http":
-            return receive
-        got = 0
 
-        async def bounded() -> Message:
-            nonlocal got
-            message = await receive()
-            got += len(message.get("body", b""))
-            return {"type": "http.disconnect"} if got > self.largest else message
+class _Bounded:
+    """Receives a request, and ends it where it sends too much, whatever it announced."""
 
-        return bounded
+    def __init__(self, receive: Receive, largest: int) -> None:
+        self.receive, self.left = receive, largest
+        self.over = False
+
+    async def __call__(self) -> Message:
+        message = await self.receive()
+        self.left -= len(message.get("body", b""))
+        self.over = self.left < 0 or message["type"] == "http.disconnect"
+        return {"type": "http.disconnect"} if self.over else message
 
 
 class _Headers:

@@ -120,7 +120,7 @@ def _run(project: Project, access: Access, listening: socket.socket, host: str, 
     server = uvicorn.Server(
         uvicorn.Config(
             guarded, log_level="warning", access_log=False, ws_max_size=20_000_000, timeout_graceful_shutdown=2,
-            server_header=False, date_header=False,
+            server_header=False, date_header=False, proxy_headers=False,
         )
     )  # fmt: skip
     if browser:

@@ -45,7 +45,7 @@ async def show(view: View) -> None:
                 continue
             if looked["synthetic"]:
                 ui.label("synthetic data").classes("badge")
-            words(table(["", ""], looked["rows"], narrow=True))
+            words(table(["quantity", "found"], looked["rows"], narrow=True))
             words(bullets(looked["notes"]))
             if name == story.data:
                 say("This is the data set in hand.", "soft")
@@ -108,9 +108,12 @@ def _bring(view: View) -> None:
             auto_upload=True,
             max_file_size=LARGEST,
             on_rejected=lambda: ui.notify("This file is too large or of another kind.", type="negative"),
-            label="Drop a file here, or press +",
+            label="Drop a file here",
         )
-        upload.props(f'color=dark accept="{",".join(_SUFFIXES)}" flat bordered').classes("upload")
+        upload.props(f'accept="{",".join(_SUFFIXES)}" flat bordered').classes("upload")
+        # The button of the uploader has no name for a screen reader.
+        choose = button("Choose a file", lambda: None)
+        choose.on("click", js_handler=f"() => getElement({upload.id}).$refs.qRef.pickFiles()")
 
 
 async def _keep(view: View, event: events.UploadEventArguments) -> str:

@@ -18,9 +18,11 @@ from orchestrator.cli.main import run
 
 from .conftest import Served
 
+pytest.importorskip("nicegui", reason="the extra [app] is not installed")
 sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium (Debian package chromium)")
+PATHS = ("", "compare", "fmu", "explore", "measurements", "reports")
 #: Longest wait for anything [ms]: far longer than it takes.
 PATIENCE = 90_000
 
@@ -52,6 +54,12 @@ class Watched:
         if not url.startswith(own):
             self.wrong.append(f"asked for {url}")
 
+    def visit(self, path: str) -> None:
+        """Go to a page and wait until its charts are drawn."""
+        self.page.goto(f"{self.own}/{path}")
+        self.page.locator(".content h1").wait_for()
+        self.page.wait_for_timeout(500)
+
     def press(self, role: str, name: str) -> None:
         """Click on what has that name."""
         self.page.get_by_role(role, name=name, exact=True).first.click()
@@ -71,6 +79,7 @@ def browser() -> Iterator[Any]:
         made.close()
 
 
+@pytest.mark.slow
 def test_from_the_example_to_the_fmu_in_six_clicks(browser: Any, server: Served, tmp_path: Path) -> None:
     tab = Watched(browser, server)
     tab.press("button", "Ask what is missing")
@@ -123,14 +132,40 @@ def _every_page(tab: Watched) -> None:
     """Open all pages, wide and as on a phone: nothing complains, nothing sticks out at the side."""
     for width in (1366, 390):
         tab.page.set_viewport_size({"width": width, "height": 768})
-        for path in ("", "compare", "fmu", "explore", "measurements", "reports"):
-            tab.page.goto(f"{tab.own}/{path}")
-            tab.page.locator(".content h1").wait_for()
-            tab.page.wait_for_timeout(400)
+        for path in PATHS:
+            tab.visit(path)
             assert tab.page.evaluate("document.documentElement.scrollWidth") <= width, path
     # By keyboard alone: the first stop leads past the pages to the content.
     tab.page.keyboard.press("Tab")
     assert tab.page.evaluate("document.activeElement.className") == "skip"
+    assert tab.wrong == []
+
+
+@pytest.mark.slow
+def test_no_page_is_hard_to_read_or_to_reach(browser: Any, server: Served) -> None:
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed").Axe()
+    tab = Watched(browser, server)
+    for look in ("light", "dark"):
+        tab.context.add_cookies([{"name": "tribofmu-look", "value": look, "url": tab.own}])
+        for path in PATHS:
+            tab.visit(path)
+            found = axe.run(tab.page).response["violations"]
+            serious = [
+                (v["id"], v["nodes"][0]["html"]) for v in found if v["impact"] in {"serious", "critical"}
+            ]
+            assert serious == [], (look, path)
+
+
+def test_a_file_is_brought_through_the_page(browser: Any, server: Served, tmp_path: Path) -> None:
+    file = tmp_path / "own tests.csv"
+    file.write_text("test_id,v_rel,mu\n" + "".join(f"t{k},{10 + k},0.0{5 + k}\n" for k in range(4)))
+    tab = Watched(browser, server)
+    tab.visit("measurements")
+    with tab.page.expect_file_chooser() as chooser:
+        tab.press("button", "Choose a file")
+    chooser.value.set_files(file)
+    tab.page.get_by_role("heading", name="own-tests").wait_for()
+    assert (server.root / "data/own-tests.csv").read_bytes() == file.read_bytes()
     assert tab.wrong == []
 
 
