@@ -19,7 +19,7 @@ _LOCK = threading.Lock()
 _LARGEST = 50_000_000
 
 
-def add(file: Path, event: str, **content: Any) -> None:
+def add(file: Path, event: str, /, **content: Any) -> None:
     """Append a line."""
     line = {"time": datetime.now(UTC).isoformat(timespec="seconds"), "event": event, **content}
     data = (json.dumps(line, ensure_ascii=False) + "\n").encode()

@@ -100,8 +100,8 @@ def _bring(view: View) -> None:
                 except InputError as error:
                     say(str(error), "problem")
                 else:
-                    say(f"{name} is in the project.")
-                    view.note(history.BROUGHT, file=name)
+                    ui.notify(f"{name} is in the project.", type="positive")
+                    view.note(history.BROUGHT, data=name)
 
         upload = ui.upload(
             on_upload=taken,

@@ -49,7 +49,7 @@ async def show(view: View) -> None:
         (
             str(line.get("time", ""))[:19].replace("T", " "),
             line["event"],
-            str(line.get("command") or line.get("model") or line.get("file") or ""),
+            str(line.get("command") or line.get("model") or line.get("data") or ""),
             _outcome(line),
         )
         for line in _told(lines)[::-1][:_LINES]

@@ -24,7 +24,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium (Debian package chromium)")
 PATHS = ("", "compare", "fmu", "explore", "measurements", "reports")
 #: Longest wait for anything [ms]: far longer than it takes.
-PATIENCE = 90_000
+PATIENCE = 60_000
 
 
 class Watched:
@@ -37,6 +37,7 @@ class Watched:
         self.clicks = 0
         self.wrong: list[str] = []
         self.open(f"{self.own}/?token={server.token}")
+        self.page.locator(".content h1").wait_for()  # the page that gives the cookie leads on by itself
 
     def open(self, address: str) -> None:
         """Open an address in a new tab."""

@@ -296,10 +296,16 @@ def test_files_are_brought_bounded_and_whole_or_not_at_all(example: Project) -> 
             upload = next(iter(user.find(ui.upload).elements))
             await upload.handle_uploads([file(name, text)])
             await user.should_see(said, retries=20)
+            # The page shows the new data set before the next file comes.
+            for _ in range(100):
+                if "\nevil\n" in shown(user):
+                    break
+                await asyncio.sleep(0.1)
 
     look(example, test)
     assert sorted(p.name for p in (example.root / "data").iterdir()) == ["evil.csv", "sct"]
     assert not (example.root.parent / "evil.csv").exists()
+    assert [e["data"] for e in history.read(example.root / HISTORY)] == ["data/evil.csv"]
 
 
 @pytest.fixture(autouse=True)
