@@ -9,7 +9,7 @@ from importlib.resources import files
 from typing import Any
 
 from fastapi import Request
-from nicegui import ui
+from nicegui import background_tasks, ui
 
 from friction_models.common import InputError
 from friction_models.common.errors import shown
@@ -33,6 +33,8 @@ PAGES = (
 LOOKS = {"auto": None, "light": False, "dark": True}
 #: How often a page looks whether something changed [s].
 TICK = 0.15
+#: How long the answer of the server waits for what the page shows [s].
+AT_ONCE = 1.0
 
 
 class Workbench:
@@ -73,13 +75,15 @@ class Workbench:
                     empty("This cannot be shown", said, ("Reports and history", "/reports"))
 
         seen = await asyncio.to_thread(self._state)
-        await fill()
+        # What takes long to read comes when it is ready; the page itself does not wait for it.
+        first = background_tasks.create(fill(), name=f"page {path}")
+        await asyncio.wait({first}, timeout=AT_ONCE)
 
         async def tick() -> None:
             nonlocal seen
             strip.show()
             now = await asyncio.to_thread(self._state)
-            if now != seen:
+            if now != seen and first.done():
                 seen = now
                 await fill()
 

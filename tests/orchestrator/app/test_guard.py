@@ -12,6 +12,8 @@ from typing import Any
 
 import pytest
 
+from orchestrator.cli.main import run
+
 from .conftest import Served, served
 
 SOCKET = "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
@@ -284,6 +286,15 @@ def test_beyond_this_machine_a_password_is_demanded(tmp_path: Path, password: st
         command, capture_output=True, text=True, env={"TRIBOFMU_APP_PASSWORD": password}, timeout=60
     )
     assert done.returncode == 2 and "TRIBOFMU_APP_PASSWORD" in done.stderr and "encrypted" in done.stderr
+    assert not (tmp_path / "new").exists()
+
+
+def test_without_the_extra_one_sentence_names_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert run(["app", str(tmp_path / "new")]) == 2
+    assert "pip install 'tribofmu[app]'" in capsys.readouterr().err
     assert not (tmp_path / "new").exists()
 
 
