@@ -148,7 +148,7 @@ class _Reader(HTMLParser):
             self._open.append("badge")
         elif tag in _KEPT and not (tag == "p" and kind == "kicker"):
             shown = "".join(f' {k}="{escape(v or "")}"' for k, v in attrs if k in _ATTRIBUTES)
-            self._write(f"<{tag}{shown}>")
+            self._mark(f"<{tag}{shown}>")
             if tag not in _EMPTY:
                 self._open.append(tag)
 
@@ -170,7 +170,7 @@ class _Reader(HTMLParser):
             self.flush()
         elif self._open and self._open[-1] == tag:
             self._open.pop()
-            self._write(f"</{tag}>")
+            self._mark(f"</{tag}>")
 
     def handle_data(self, data: str) -> None:
         if self._into == "script":
@@ -178,10 +178,13 @@ class _Reader(HTMLParser):
         elif not self._dropping:
             self._write(data if self._into in {"title", "heading"} else escape(data))
 
+    def _mark(self, markup: str) -> None:
+        if self._into not in {"title", "heading"}:  # which are plain text
+            self._write(markup)
+
     def _write(self, text: str) -> None:
         if self._into is not None:
-            if self._into not in {"title", "heading"} or not text.startswith("<"):
-                self._caught.append(text)
+            self._caught.append(text)
         elif self._figure is None:
             self._out.append(text)
 
