@@ -51,7 +51,7 @@ async def show(view: View) -> None:
         )
         place.clear()
         with place:
-            picture(figure)
+            picture(figure, narrow=True)
 
     async def changed(name: str, value: object) -> None:
         chosen[name] = str(value or "")

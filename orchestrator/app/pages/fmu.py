@@ -86,7 +86,7 @@ def _checked(job: Job) -> None:
     failed = [x for x in job.lines if x.strip().startswith("failed")]
     if job.state == DONE:
         passed = sum(x.strip().startswith("passed") for x in job.lines)
-        say(f"The check passed: {passed} points, none failed.")
+        say(f"It passed all {passed} checks.")
     else:
         say(f"The check failed: {'; '.join(failed) or job.problem()}", "problem")
     with ui.expansion("What was checked").classes("other"):

@@ -105,12 +105,13 @@ def _verdict(view: View, story: Story, answer: dict[str, Any], page: ReadPage) -
             if story.candidate is None:
                 _offers(view, story, answer, named)
         with ui.element("div"):
-            shown = [
-                s.figure() for s in (page.section("response"), page.section("residual")) if s is not None
-            ]
-            figure = next((f for f in shown if f is not None), None)
-            if figure is not None:
+            response, residual = page.section("response"), page.section("residual")
+            if response is not None and (figure := response.figure()) is not None:
                 picture(figure, narrow=True)
+            elif residual is not None and (figure := residual.figure()) is not None:
+                picture(figure)
+                # Once is enough: what is left of the section are the maps.
+                residual.parts.remove(figure)
 
 
 def _offers(view: View, story: Story, answer: dict[str, Any], named: list[str]) -> None:
