@@ -6,6 +6,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c const
 STAMP := $(VENV)/.installed
 # Tests need more: their own tools, and the simulators of others in which our FMUs must run.
 TESTING := $(VENV)/.installed-testing
+WORKBENCH := $(VENV)/.installed-app
 
 # The rooms of `make test-ROOM`: about a minute each, without the tests that are marked as slow.
 ROOM.models := tests/friction_models tests/contract --ignore=tests/friction_models/discovery --ignore=tests/contract/test_fmus.py
@@ -16,6 +17,7 @@ ROOM.fmus := tests/fmus tests/contract/test_fmus.py --ignore=tests/fmus/fuzz
 ROOM.cosim := tests/orchestrator/cosim
 ROOM.studies := tests/orchestrator/studies
 ROOM.reports := tests/orchestrator/reports
+ROOM.app := tests/orchestrator/app
 ROOM.cli := tests/orchestrator/cli
 ROOM.acceptance := tests/acceptance
 ROOM.interop := tests/interop
@@ -26,7 +28,7 @@ ROOMS := $(patsubst ROOM.%,%,$(filter ROOM.%,$(.VARIABLES)))
 # `make test-forming MARKED=` runs the slow tests, too.
 MARKED ?= not slow
 
-.PHONY: install demo test $(addprefix test-,$(ROOMS)) lint bench bench-literature bench-measured interop verify clean
+.PHONY: install demo app test $(addprefix test-,$(ROOMS)) lint bench bench-literature bench-measured interop verify clean
 install: $(TESTING)
 
 $(STAMP): pyproject.toml constraints.txt
@@ -34,14 +36,22 @@ $(STAMP): pyproject.toml constraints.txt
 	$(PIP) -e '.[cross,train-networks]'
 	touch $@
 
+$(WORKBENCH): $(STAMP)
+	$(PIP) -e '.[cross,train-networks,app]'
+	touch $@
+
 $(TESTING): $(STAMP)
-	$(PIP) -e '.[cross,train-networks,daq,dev,interop,cluster]'
+	$(PIP) -e '.[cross,train-networks,daq,dev,interop,cluster,app]'
 	# Only to compare our reader of catman files with; what it depends on stays away.
 	$(PIP) --no-deps --target build/apread apread==1.1.3 || echo "apread is not to be had: one test skips"
 	touch $@
 
 demo: $(STAMP)
 	$(BIN)/tribofmu demo -o build/demo
+
+# The workbench in the browser, on a small example project.
+app: $(WORKBENCH)
+	$(BIN)/tribofmu app build/example --example
 
 # Two processes with one thread each: threads of both that wait for each other take many times as long.
 PYTEST := OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadscope

@@ -19,6 +19,7 @@ from .commands import (
     simulating,
     studying,
     verifying,
+    workbench,
 )
 from .common.files_named import Commands
 
@@ -65,5 +66,6 @@ for module in (
     attributing,
     verifying,
     studying,
+    workbench,
 ):
     app.add_typer(module.app)

@@ -34,6 +34,7 @@ COMMANDS = [
     "diagnose",
     "refine",
     "report",
+    "app",
 ]
 Check = Callable[..., str]
 
@@ -100,7 +101,7 @@ def test_help_has_an_example(command: str, capsys: pytest.CaptureFixture[str]) -
 def test_help_loads_nothing_heavy() -> None:
     code = (
         "import sys; from orchestrator.cli.main import run; run(['--help']);"
-        "heavy = {'numpy', 'pandas', 'torch', 'sklearn', 'xarray', 'plotly', 'numba', 'fmpy', 'onnxruntime'};"
+        "heavy = {'nicegui', 'numpy', 'pandas', 'torch', 'sklearn', 'xarray', 'plotly', 'numba', 'fmpy', 'onnxruntime'};"
         "print(sorted(heavy & set(sys.modules)), file=sys.stderr)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -1,0 +1,17 @@
+"""Charts of the reports as the pages take them."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from ..report.reading import ReadFigure
+
+if TYPE_CHECKING:
+    from ..report.parts.chart import Chart
+
+
+def as_read(name: str, chart: Chart, caption: str, description: str) -> ReadFigure:
+    """Return a chart as one that was read from a report; arrays become typed ones, as in a report."""
+    content = json.loads(chart.figure.to_json())
+    return ReadFigure(name, content["data"], content["layout"], caption, description)

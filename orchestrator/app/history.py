@@ -1,0 +1,124 @@
+"""The history of a project: one line of JSON for each thing that happened; nothing is ever taken out of it."""
+
+from __future__ import annotations
+
+import json
+import os
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+#: What a line of the history is about.
+STARTED, ENDED, BROUGHT = "started", "ended", "brought"
+CHOSEN, ACCEPTED, TAKEN_BACK = "chosen", "accepted", "taken back"
+_LOCK = threading.Lock()
+#: Largest history that is read [byte].
+_LARGEST = 50_000_000
+
+
+def add(file: Path, event: str, /, **content: Any) -> None:
+    """Append a line."""
+    line = {"time": datetime.now(UTC).isoformat(timespec="seconds"), "event": event, **content}
+    data = (json.dumps(line, ensure_ascii=False) + "\n").encode()
+    with _LOCK:
+        handle = os.open(file, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
+        try:
+            os.write(handle, data)
+        finally:
+            os.close(handle)
+
+
+def read(file: Path) -> list[dict[str, Any]]:
+    """Return the lines that can be read; a line that broke off with the machine is left out."""
+    try:
+        if file.stat().st_size > _LARGEST:
+            return []
+        text = file.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return []
+    found = []
+    for line in text.splitlines():
+        try:
+            entry = json.loads(line)
+        except (ValueError, RecursionError):
+            continue
+        if isinstance(entry, dict) and isinstance(entry.get("event"), str):
+            found.append(entry)
+    return found
+
+
+@dataclass
+class Round:
+    """A model of the story: `model` is a folder or the name of a family, `added` what it has more than the one before."""
+
+    model: str
+    added: list[str] = field(default_factory=list)
+    report: str = ""
+
+
+@dataclass
+class Story:
+    """Where the loop stands.
+
+    Attributes
+    ----------
+    data : str
+        The data set in hand; empty before one is chosen.
+    rounds : list of Round
+        The model at the start and every addition that was accepted.
+    candidate : Round or None
+        An addition that was computed and neither accepted nor taken back.
+    """
+
+    data: str = ""
+    rounds: list[Round] = field(default_factory=list)
+    candidate: Round | None = None
+
+    @property
+    def model(self) -> str:
+        """The model in hand; empty before one is chosen."""
+        return self.rounds[-1].model if self.rounds else ""
+
+    @classmethod
+    def of(cls, lines: list[dict[str, Any]]) -> Story:
+        """Return where the loop stands after these lines.
+
+        Examples
+        --------
+        >>> refined = {"event": "ended", "code": 0, "round": {"model": "models/b", "added": ["stribeck"]}}
+        >>> lines = [{"event": "chosen", "data": "data/sct", "model": "linear"}, refined]
+        >>> Story.of(lines).model, Story.of(lines).candidate.model
+        ('linear', 'models/b')
+        >>> Story.of([*lines, {"event": "accepted"}]).model
+        'models/b'
+        >>> Story.of([*lines, {"event": "accepted"}, {"event": "taken back"}]).model
+        'linear'
+        """
+        story = cls()
+        for line in lines:
+            event = line["event"]
+            if event == CHOSEN:
+                story = cls(str(line.get("data", "")), [Round(str(line.get("model", "")))])
+            elif event == ENDED and line.get("code") == 0 and isinstance(line.get("round"), Mapping):
+                story.candidate = _round(line["round"])
+            elif event == ACCEPTED and story.candidate is not None:
+                story.rounds.append(story.candidate)
+                story.candidate = None
+            elif event == TAKEN_BACK:
+                if story.candidate is not None:
+                    story.candidate = None
+                elif len(story.rounds) > 1:
+                    story.rounds.pop()
+        return story
+
+
+def _round(entry: Mapping[str, Any]) -> Round:
+    added = entry.get("added")
+    return Round(
+        str(entry.get("model", "")),
+        [str(a) for a in added] if isinstance(added, list) else [],
+        str(entry.get("report", "")),
+    )

@@ -1,0 +1,89 @@
+"""Compare: the models and FMUs of the project on one data set."""
+
+from __future__ import annotations
+
+import asyncio
+
+from nicegui import ui
+
+from .. import commands
+from .frame import page_head
+from .parts import action, badge, choice, empty, line, section, words
+from .parts import button as press
+from .view import View
+
+#: Constant coefficients of friction that stand beside models: the usual ones of the literature.
+CONSTANTS = ("0.04", "0.08")
+
+
+async def show(view: View) -> None:
+    """Show the page."""
+    project = view.project
+    own = [project.relative(p) for p in (*project.models(), *project.fmus())]
+    page_head(
+        "Compare models",
+        "Errors with intervals, measured against predicted, test by test - on the tests that were held out, where there are some.",
+    )
+    if not project.data_sets():
+        empty(
+            "There are no measurements yet",
+            "Models are compared on measured friction.",
+            ("Bring measurements", "/measurements"),
+        )
+        return
+    story = view.story()
+    if not own:
+        empty(
+            "There is no model to compare yet",
+            "Train one here, or add an effect to one under What is missing. FMUs of others belong into the folder fmus.",
+            ("What is missing", "/"),
+        )
+    _train(view, story.data)
+    if own:
+        _ask(view, own, story.data)
+    page = await asyncio.to_thread(view.page, f"reports/comparison-{commands.short(story.data)}.html")
+    if page is None:
+        return
+    with ui.element("section"):
+        words(f"<h2>{page.title}</h2><p>{page.lead}</p>")
+        badge(page)
+    for found in page.sections:
+        section(found)
+
+
+def _ask(view: View, own: list[str], data: str) -> None:
+    """Show the choice of models and the button, whose command line follows the choice."""
+    names = {name: name.removeprefix("models/") for name in own} | {c: f"constant {c}" for c in CONSTANTS}
+    chosen = [*([m for m in own if m.startswith("models/")] or own)[-3:], CONSTANTS[1]]
+
+    @ui.refreshable
+    def button() -> None:
+        if not chosen:
+            ui.label("Choose at least one model.").classes("soft")
+            return
+        command = commands.compare(data, chosen)
+        with ui.element("div").classes("action"):
+            press(f"Compare {len(chosen)}", lambda: view.run(command), "first")
+            line(command)
+
+    def changed(value: list[str]) -> None:
+        chosen[:] = value
+        button.refresh()
+
+    with ui.element("div").classes("choices"):
+        choice("Models", names, list(chosen), changed, multiple=True).props("use-chips").style(
+            "min-width: 320px"
+        )
+    button()
+
+
+def _train(view: View, data: str) -> None:
+    missing = [
+        f for f in ("linear", "polynomial", "power_law") if not (view.project.root / "models" / f).exists()
+    ]
+    if not missing:
+        return
+    with ui.expansion("Train a model").classes("other"):
+        for family in missing:
+            command = commands.train(data, family)
+            action(view, command, command.title)

@@ -1,0 +1,210 @@
+"""What is around every page: names of the pages, the look, the commands at work."""
+
+from __future__ import annotations
+
+import asyncio
+import importlib
+import logging
+from importlib.resources import files
+from typing import Any
+
+from fastapi import Request
+from nicegui import background_tasks, ui
+
+from friction_models.common import InputError
+from friction_models.common.errors import shown
+from friction_models.common.markup import escape
+
+from .. import history
+from ..project import HISTORY, Project
+from ..worker import CANCELLED, FAILED, RUNNING, Job, Worker
+from .parts import button, empty, heading, say
+from .view import View
+
+#: Address, name and module of each page.
+PAGES = (
+    ("/", "What is missing", "missing"),
+    ("/compare", "Compare", "compare"),
+    ("/fmu", "FMU", "fmu"),
+    ("/explore", "Explore", "explore"),
+    ("/measurements", "Measurements", "measurements"),
+    ("/reports", "Reports", "reports"),
+)
+LOOKS = {"auto": None, "light": False, "dark": True}
+#: How often a page looks whether something changed [s].
+TICK = 0.15
+#: How long the answer of the server waits for what the page shows [s].
+AT_ONCE = 1.0
+
+
+class Workbench:
+    """The pages of a project."""
+
+    def __init__(self, project: Project, worker: Worker) -> None:
+        self.project, self.worker = project, worker
+        self.style = files("orchestrator.app").joinpath("style.css").read_text(encoding="utf-8")
+
+    async def root(self, request: Request) -> None:
+        """Build the page of an address."""
+        path = request.url.path.rstrip("/") or "/"
+        found = next((p for p in PAGES if p[0] == path), None)
+        ui.add_head_html(f"<style>{self.style}</style>")
+        ui.page_title(f"{found[1] if found else 'No such page'} - {self.project.title}")
+        look = request.cookies.get("tribofmu-look", "auto")
+        mode = ui.dark_mode(LOOKS.get(look))
+        content = _head(self.project, path, mode, look)
+        strip = Strip(self.worker)
+        view = View(self.project, self.worker, dict(request.query_params), strip.show)
+
+        async def fill() -> None:
+            content.clear()
+            with content:
+                if found is None:
+                    empty("No such page", f"There is nothing at {path}.", ("What is missing", "/"))
+                    return
+                show = importlib.import_module(f".{found[2]}", __package__).show
+                try:
+                    await show(view)
+                except InputError as error:
+                    empty("This cannot be shown", str(error), ("Reports and history", "/reports"))
+                except Exception as error:
+                    # A file that nobody foresaw must not leave half a page: the rest of the workbench goes on.
+                    logging.getLogger("tribofmu.app").exception("page %s", path)
+                    content.clear()
+                    said = f"{type(error).__name__}: {shown(error)}"
+                    empty("This cannot be shown", said, ("Reports and history", "/reports"))
+
+        seen = await asyncio.to_thread(self._state)
+        # What takes long to read comes when it is ready; the page itself does not wait for it.
+        first = background_tasks.create(fill(), name=f"page {path}")
+        await asyncio.wait({first}, timeout=AT_ONCE)
+
+        async def tick() -> None:
+            nonlocal seen
+            strip.show()
+            now = await asyncio.to_thread(self._state)
+            if now != seen and first.done():
+                seen = now
+                await fill()
+
+        ui.timer(TICK, tick)
+
+    def _state(self) -> tuple[int, int]:
+        """Return what a page depends on: the commands that ended, and what was decided."""
+        file = self.project.root / HISTORY
+        size = file.stat().st_size if file.is_file() else 0
+        if size != self._seen[0]:
+            count = sum(line["event"] != history.STARTED for line in history.read(file))
+            self._seen = (size, count)
+        return self._seen[1], sum(j.ended for j in self.worker.jobs)
+
+    _seen = (-1, 0)
+
+
+class Strip:
+    """The commands at work, at the foot of every page."""
+
+    def __init__(self, worker: Worker) -> None:
+        self.worker = worker
+        self.seen: tuple[Any, ...] = ()
+        self.dismissed = max((j.number for j in worker.jobs if j.ended), default=0)
+        self.bar = ui.element("div").classes("strip").props('role="status" aria-live="polite"')
+        self.time: ui.label | None = None
+        self.show()
+
+    def show(self) -> None:
+        """Bring it up to date."""
+        current = self.worker.current()
+        last = max(
+            (j for j in self.worker.jobs if j.state in {FAILED, CANCELLED} and j.number > self.dismissed),
+            key=lambda j: j.number,
+            default=None,
+        )
+        if not current and last is None:
+            if self.seen:
+                self.bar.clear()
+            self.seen = ()
+            self.bar.set_visibility(False)
+            return
+        self.bar.set_visibility(True)
+        seen = tuple((j.number, j.state, j.saying, j.progress) for j in (*current, *([last] if last else [])))
+        if seen != self.seen:
+            self.seen = seen
+            self.bar.clear()
+            with self.bar:
+                if current:
+                    self._current(current)
+                elif last is not None:
+                    self._failed(last)
+        elif self.time is not None and current:
+            self.time.set_text(_time(current[0]))
+
+    def _current(self, current: list[Job]) -> None:
+        job = current[0]
+        with ui.element("div").classes("job"):
+            ui.html(f"<strong>{escape(job.command.title)}</strong>", sanitize=False, tag="span")
+            self.time = ui.label(_time(job)).classes("soft")
+            button("Cancel", lambda: self.worker.cancel(job), "plain")
+        share = job.progress
+        bar = ui.linear_progress(value=share or 0.0, show_value=False, color=None).props(
+            'aria-label="Progress"'
+        )
+        if share is None:
+            bar.props("indeterminate")
+        more = f" ({len(current) - 1} more waiting)" if len(current) > 1 else ""
+        ui.label(f"{job.saying or job.command.line}{more}").classes("soft saying")
+
+    def _failed(self, job: Job) -> None:
+        with ui.element("div").classes("job"):
+            said = "was cancelled; nothing half-written is left" if job.state == CANCELLED else job.problem()
+            ui.html(
+                f"<strong>{escape(job.command.title)}</strong>: {escape(said)}", sanitize=False, tag="span"
+            ).classes("soft" if job.state == CANCELLED else "problem")
+            button("Close", lambda: self._dismiss(job), "plain")
+
+    def _dismiss(self, job: Job) -> None:
+        self.dismissed = job.number
+        self.show()
+
+
+def _time(job: Job) -> str:
+    if job.state != RUNNING:
+        return "waiting"
+    left = job.left()
+    return f"{job.elapsed():.0f} s" + ("" if left is None else f", about {max(1.0, left):.0f} s left")
+
+
+def _head(project: Project, path: str, mode: ui.dark_mode, look: str) -> ui.element:
+    """Build name, pages and look; return the element for the content."""
+    ui.html('<a class="skip" href="#content">Skip to the content</a>', sanitize=False)
+    with ui.element("header").classes("top"), ui.element("div").classes("bar"):
+        ui.link(project.title, "/").classes("title")
+        with ui.element("nav").props('aria-label="Pages"'):
+            for target, name, _ in PAGES:
+                link = ui.link(name, target)
+                if target == path:
+                    link.classes("here").props('aria-current="page"')
+        _look(mode, look if look in LOOKS else "auto")
+    return ui.element("div").classes("content").props('id="content" tabindex="-1"')
+
+
+def _look(mode: ui.dark_mode, look: str) -> None:
+    """Build the button that goes from the look of the system to light and to dark; the browser keeps it."""
+    names = list(LOOKS)
+
+    def pressed() -> None:
+        nonlocal look
+        look = names[(names.index(look) + 1) % len(names)]
+        mode.set_value(LOOKS[look])
+        made.set_text(f"Look: {look}")
+        kept = "path=/; max-age=31536000; samesite=strict"
+        ui.run_javascript(f"document.cookie = 'tribofmu-look={look}; {kept}'")
+
+    made = button(f"Look: {look}", pressed, "plain")
+
+
+def page_head(title: str, lead: str = "") -> None:
+    """Show the headline of a page and what it is for."""
+    heading(title, 1)
+    if lead:
+        say(lead, "lead")

@@ -1,0 +1,204 @@
+"""What a model is missing: the verdict beside a picture, what may be added, before and after, the story so far."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+from nicegui import ui
+
+from friction_models.common.files import read_json
+
+from ...report.reading import ReadPage
+from .. import commands
+from ..commands import effect_names
+from ..history import ACCEPTED, TAKEN_BACK, Story
+from .frame import page_head
+from .parts import (
+    action,
+    badge,
+    button,
+    choice,
+    download,
+    empty,
+    heading,
+    parts,
+    picture,
+    say,
+    section,
+    words,
+)
+from .view import View
+
+_NEXT = "<h3>What to test next</h3>"
+#: Most effects that are offered beside those named.
+_OFFERED = 8
+
+
+async def show(view: View) -> None:
+    """Show the page."""
+    if not view.project.data_sets():
+        page_head("What is missing")
+        empty(
+            "There are no measurements yet",
+            "Put a data set into the folder data of the project, or bring a file of points: the diagnosis compares a "
+            "friction model with what was measured.",
+            ("Bring measurements", "/measurements"),
+        )
+        return
+    story = view.story()
+    answer, page = await asyncio.to_thread(_answer, view, story)
+    if page is None:
+        page_head(
+            f"What is the {commands.short(story.model)} model missing?",
+            "Every physical effect of the catalogue is tried on what the model leaves of the measured friction. The answer "
+            "says which effect is missing, that nothing is, or that these tests cannot tell.",
+        )
+        _choices(view, story)
+        action(view, commands.diagnose(story.data, story.model), "Ask what is missing", first=True)
+        _candidate(view, story)
+        await _rounds(view, story, answer)
+        return
+    page_head(page.title)
+    words(f"<p>{page.lead}</p>", "lead")
+    badge(page)
+    _verdict(view, story, answer, page)
+    _candidate(view, story)
+    await _rounds(view, story, answer)
+    section(page.section("budget"))
+    section(page.section("evidence"), "What speaks for each effect")
+    _next_tests(view, story, page)
+    for name in ("residual", "response", "tests"):
+        section(page.section(name))
+    heading("Another question")
+    _choices(view, story)
+    action(view, commands.diagnose(story.data, story.model), "Ask again")
+
+
+def _answer(view: View, story: Story) -> tuple[dict[str, Any], ReadPage | None]:
+    """Return what `diagnose` wrote about the model in hand: its JSON and its page."""
+    file, page, _ = commands.diagnosis_files(story.data, story.model)
+    path = view.project.inside(file)
+    return (read_json(path) if path.is_file() else {}), view.page(page)
+
+
+def _choices(view: View, story: Story) -> None:
+    project = view.project
+    sets = {project.relative(p): commands.short(project.relative(p)) for p in project.data_sets()}
+    models = {name: f"{name} (fitted when asked)" for name in commands.FAMILIES}
+    models |= {project.relative(p): p.name for p in project.models()}
+    models.setdefault(story.model, story.model)
+    sets.setdefault(story.data, story.data)
+    with ui.element("div").classes("choices"):
+        choice("Measurements", sets, story.data, lambda value: view.choose(value, story.model))
+        choice("Model", models, story.model, lambda value: view.choose(story.data, value))
+
+
+def _verdict(view: View, story: Story, answer: dict[str, Any], page: ReadPage) -> None:
+    verdict = page.section("verdict")
+    named = effect_names(answer.get("effects"))
+    with ui.element("div").classes("beside"):
+        with ui.element("div"):
+            for part in verdict.parts if verdict else []:
+                if isinstance(part, str):
+                    words(part.partition(_NEXT)[0])
+            if story.candidate is None:
+                _offers(view, story, answer, named)
+        with ui.element("div"):
+            response, residual = page.section("response"), page.section("residual")
+            if response is not None and (figure := response.figure()) is not None:
+                picture(figure, narrow=True)
+            elif residual is not None and (figure := residual.figure()) is not None:
+                picture(figure)
+                # Once is enough: what is left of the section are the maps.
+                residual.parts.remove(figure)
+
+
+def _offers(view: View, story: Story, answer: dict[str, Any], named: list[str]) -> None:
+    """Show what may be added: what is named, and on request anything else that was tried."""
+    if named:
+        action(
+            view, commands.refine(story.data, story.model, named), f"Add {' and '.join(named)}", first=True
+        )
+    rivals = [e for e in effect_names(answer.get("confusion_set")) if e not in named]
+    ranked = answer.get("ranking")
+    ranking = effect_names([r.get("effect") for r in ranked or [] if isinstance(r, dict)])
+    others = list(dict.fromkeys([*rivals, *(e for e in ranking if e not in named)]))[:_OFFERED]
+    if rivals:
+        say(f"These data cannot tell it from: {', '.join(rivals)}.")
+    if not others:
+        return
+    with ui.expansion("Add another effect").classes("other"):
+        for effect in others:
+            action(view, commands.refine(story.data, story.model, [effect]), f"Add {effect}")
+
+
+def _candidate(view: View, story: Story) -> None:
+    """Show an addition before and after, to be accepted or taken back."""
+    if story.candidate is None:
+        return
+    page = view.page(story.candidate.report) if story.candidate.report else None
+    with ui.element("section").classes("panel"):
+        heading(f"Before and after: {' and '.join(story.candidate.added)} added")
+        if page is not None:
+            history = page.section("history")
+            parts(history.parts if history else [])
+        with ui.element("div").classes("buttons action"):
+            model = story.candidate.model
+            button("Accept", lambda: view.note(ACCEPTED, model=model), "first")
+            button("Take back", lambda: view.note(TAKEN_BACK))
+        say("Accepting asks the next question of the better model. Taking back deletes nothing.", "soft")
+        residual = page.section("residual") if page is not None else None
+        if residual is not None:
+            parts(residual.parts)
+
+
+async def _rounds(view: View, story: Story, answer: dict[str, Any]) -> None:
+    """Show the additions that were accepted as a staircase, and the way on."""
+    if len(story.rounds) < 2:
+        return
+    with ui.element("section").classes("panel"):
+        heading("The rounds so far")
+        figure = await asyncio.to_thread(_staircase, view, story.model, answer)
+        if figure is not None:
+            picture(figure, narrow=True)
+        with ui.element("div").classes("buttons action"):
+            ui.link("Take it away as an FMU", "/fmu").classes("button first")
+            if story.candidate is None:
+                button("Take back the last one", lambda: view.note(TAKEN_BACK))
+
+
+def _staircase(view: View, model: str, answer: dict[str, Any]) -> Any:
+    """Return the figure of the errors of all rounds of a model, which its card keeps."""
+    from ...report.charts.rounds import rounds_chart
+    from ..figures import as_read
+
+    card = read_json(view.project.inside(f"{model}/card.json"))
+    history = card.get("model", {}).get("learned", {}).get("error_history", [])
+    if not history:
+        return None
+    floor = answer.get("noise_floor", {}).get("total")
+    chart = rounds_chart(history, floor if isinstance(floor, float) else None)
+    by = ", ".join(dict.fromkeys(str(entry["judged_by"]) for entry in history))
+    return as_read(
+        "rounds",
+        chart,
+        f"RMS error of mu on tests that the fit did not see ({by}), after each round.",
+        "Error after each round, falling as a staircase.",
+    )
+
+
+def _next_tests(view: View, story: Story, page: ReadPage) -> None:
+    verdict = page.section("verdict")
+    told = [
+        p.partition(_NEXT)[2] for p in (verdict.parts if verdict else []) if isinstance(p, str) and _NEXT in p
+    ]
+    if not told:
+        return
+    with ui.element("section"):
+        heading("What to test next")
+        for part in told:
+            words(part)
+        plan = commands.diagnosis_files(story.data, story.model)[2]
+        if view.project.inside(plan).is_file():
+            download(plan, "Download the plan (CSV)")

@@ -1,0 +1,119 @@
+"""What pages are built of: sections, figures of reports, command lines with their button, empty states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from nicegui import ui
+
+from friction_models.common.markup import escape
+
+from ...report.reading import Part, ReadFigure, ReadPage, ReadSection
+from ..commands import Command
+from ..serving import address
+from .view import View
+
+
+def words(text: str, kind: str = "") -> ui.html:
+    """Show HTML that was written by `markup` or by `reading`; the browser sanitizes it once more."""
+    return ui.html(text, sanitize=True).classes(kind)
+
+
+def say(text: str, kind: str = "") -> ui.html:
+    """Show plain text as a paragraph."""
+    return words(f"<p>{escape(text)}</p>", kind)
+
+
+def heading(text: str, level: int = 2) -> None:
+    """Show a heading."""
+    with ui.element(f"h{level}"):
+        ui.html(escape(text), sanitize=False, tag="span")
+
+
+def picture(figure: ReadFigure, narrow: bool = False) -> None:
+    """Show a figure of a report; a `narrow` one fits a phone, others are moved sideways there."""
+    drawing(figure.data, figure.layout, figure.description).classes("narrow" if narrow else "")
+    if figure.caption:
+        words(figure.caption, "caption")
+
+
+def drawing(data: list[Any], layout: dict[str, Any], description: str) -> ui.element:
+    """Show a figure as plotly takes it; `description` is what a screen reader says."""
+    frame = ui.element("div").classes("plot")
+    frame.props.update({"role": "img", "aria-label": description, "tabindex": "0"})
+    with frame:
+        height = layout.get("height") or 330
+        config = {"displayModeBar": False, "responsive": True}
+        plot = ui.plotly({"data": data, "layout": {**layout, "autosize": True}, "config": config})
+        plot.style(f"width: 100%; height: {int(height)}px")
+    return frame
+
+
+def section(found: ReadSection | None, title: str = "") -> None:
+    """Show a section of a report, if there is one."""
+    if found is None or not found.parts:
+        return
+    with ui.element("section"):
+        heading(title or found.heading)
+        parts(found.parts)
+
+
+def parts(found: Iterable[Part]) -> None:
+    """Show parts of a section."""
+    for part in found:
+        if isinstance(part, ReadFigure):
+            picture(part)
+        else:
+            words(part)
+
+
+def badge(page: ReadPage) -> None:
+    """Say that the numbers of a report are no measurements."""
+    if page.synthetic:
+        ui.label("synthetic data").classes("badge")
+
+
+def button(label: str, pressed: Callable[[], Any], kind: str = "") -> ui.button:
+    """Show a button in our own colours; `kind`: ``first`` for the step that comes next, ``plain`` for a quiet one."""
+    made = ui.button(label, on_click=pressed, color=None).props("no-caps unelevated")
+    return made.classes(f"press {kind}".strip())
+
+
+def action(view: View, command: Command, label: str, first: bool = False) -> ui.button:
+    """Show a button with the command line behind it."""
+    with ui.element("div").classes("action"):
+        made = button(label, lambda: view.run(command), "first" if first else "")
+        line(command)
+    return made
+
+
+def line(command: Command) -> None:
+    """Show a command line, to be copied."""
+    with ui.element("div").classes("line"):
+        ui.html(escape(command.line), sanitize=False, tag="code").props('tabindex="0"')
+        copy = ui.button(icon="content_copy", color=None, on_click=lambda: ui.clipboard.write(command.line))
+        copy.props('flat dense round size=sm aria-label="Copy the command line"')
+
+
+def empty(title: str, text: str, link: tuple[str, str] | None = None) -> None:
+    """Say what is missing and what to do next."""
+    with ui.element("div").classes("empty"):
+        heading(title)
+        say(text)
+        if link is not None:
+            ui.link(link[0], link[1]).classes("button")
+
+
+def download(path: str, label: str) -> None:
+    """Show a link that keeps a file of the project."""
+    ui.link(label, address(path)).classes("button").props("download")
+
+
+def choice(
+    label: str, options: dict[str, str] | list[str], value: Any, changed: Callable[[Any], Any], **more: Any
+) -> ui.select:
+    """Show a field to choose from."""
+    field = ui.select(options, value=value, label=label, on_change=lambda e: changed(e.value), **more)
+    field.props("outlined dense options-dense").classes("choice")
+    return field

@@ -1,0 +1,72 @@
+"""Reports: the pages that commands wrote, and the story of the project line by line."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+from nicegui import ui
+
+from friction_models.common.markup import table
+
+from .. import history
+from ..serving import address
+from .frame import page_head
+from .parts import download, empty, heading, say, words
+from .view import View
+
+#: Most lines of the history that are shown.
+_LINES = 100
+
+
+async def show(view: View) -> None:
+    """Show the page."""
+    page_head(
+        "Reports and history",
+        "Each report is one file that works offline. The history holds every command; pasted into a shell in the project "
+        "folder, in this order, they give the same files.",
+    )
+    reports = await asyncio.to_thread(view.project.reports)
+    lines = await asyncio.to_thread(view.lines)
+    if not reports:
+        empty(
+            "There is no report yet",
+            "Diagnosing, adding and comparing write one each.",
+            ("What is missing", "/"),
+        )
+    for path in reports:
+        name = view.project.relative(path)
+        with ui.element("div").classes("buttons"):
+            target = ui.link(path.stem.replace("-", " "), address(name, read=True), new_tab=True).classes(
+                "button"
+            )
+            target.props('rel="noopener"')
+            download(name, "Download")
+    if not lines:
+        return
+    heading("History")
+    rows = [
+        (
+            str(line.get("time", ""))[:19].replace("T", " "),
+            line["event"],
+            str(line.get("command") or line.get("model") or line.get("data") or ""),
+            _outcome(line),
+        )
+        for line in _told(lines)[::-1][:_LINES]
+    ]
+    words(table(["time (UTC)", "what", "command", "outcome"], rows))
+    if len(lines) > _LINES:
+        say(f"The last {_LINES} of {len(lines)} lines; all are in history.jsonl.", "soft")
+
+
+def _told(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the lines without the starts of commands whose end is there, too."""
+    ended = {line.get("job") for line in lines if line["event"] == history.ENDED}
+    return [line for line in lines if line["event"] != history.STARTED or line.get("job") not in ended]
+
+
+def _outcome(line: dict[str, object]) -> str:
+    if line["event"] != history.ENDED:
+        return "running, or broken off" if line["event"] == history.STARTED else ""
+    said = {"0": "done", "2": "refused", "130": "cancelled"}.get(str(line.get("code")), "failed")
+    return f"{said} in {line['seconds']} s" if "seconds" in line else said

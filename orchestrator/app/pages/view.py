@@ -1,0 +1,75 @@
+"""What a page is given: the project, the commands at work, where the loop stands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ...report.reading import ReadPage, read_page
+from .. import history
+from ..commands import FAMILIES, Command
+from ..history import Round, Story
+from ..project import HISTORY, Project
+from ..worker import Job, Worker
+
+#: The model with which the loop begins where none is chosen.
+FIRST_MODEL = "linear"
+
+
+@dataclass
+class View:
+    """A page in one browser tab.
+
+    Attributes
+    ----------
+    project, worker
+    query : mapping
+        What stands behind the question mark of the address.
+    started : callable
+        Shows at once that a command was started.
+    """
+
+    project: Project
+    worker: Worker
+    query: Mapping[str, str]
+    started: Callable[[], None]
+
+    def lines(self) -> list[dict[str, Any]]:
+        """Return the history."""
+        return history.read(self.project.root / HISTORY)
+
+    def story(self) -> Story:
+        """Return where the loop stands; the first data set and a plain model where nothing, or nothing of this project, was chosen."""
+        story = Story.of(self.lines())
+        sets = [self.project.relative(p) for p in self.project.data_sets()]
+        models = {self.project.relative(p) for p in self.project.models()} | {*FAMILIES}
+        # The history is a file like any other: what it names goes into command lines.
+        if story.data not in sets or any(r.model not in models for r in story.rounds):
+            return Story(sets[0] if sets else "", [Round(FIRST_MODEL)])
+        if story.candidate is not None and story.candidate.model not in models:
+            story.candidate = None
+        return story
+
+    def run(self, command: Command) -> Job:
+        """Start a command."""
+        if not any(line["event"] == history.CHOSEN for line in self.lines()):
+            story = self.story()
+            self.choose(story.data, story.rounds[0].model)
+        job = self.worker.start(command)
+        self.started()
+        return job
+
+    def choose(self, data: str, model: str) -> None:
+        """Begin the loop with a data set and a model; what was made before stays in its folders."""
+        self.note(history.CHOSEN, data=data, model=model)
+
+    def note(self, event: str, **content: Any) -> None:
+        """Write a decision into the history."""
+        history.add(self.project.root / HISTORY, event, **content)
+        self.worker.changes += 1
+
+    def page(self, path: str) -> ReadPage | None:
+        """Return the report at a path of the project, taken apart; None where there is none."""
+        file = self.project.inside(path)
+        return read_page(file) if file.is_file() else None

@@ -1,0 +1,139 @@
+"""The server of the workbench: opens the project, listens, guards, and opens the browser."""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+import threading
+import webbrowser
+from pathlib import Path
+
+from friction_models.common import InputError
+from friction_models.common.locks import locked
+
+from .guard import LOOPBACK, Access, Guard, machine_names
+from .project import WORK, Project
+
+#: The first port that is tried, and how many behind it.
+PORT, PORTS = 8420, 50
+PASSWORD = "TRIBOFMU_APP_PASSWORD"
+SHORTEST = 12
+
+
+def serve(
+    folder: Path,
+    port: int | None = None,
+    host: str = "127.0.0.1",
+    browser: bool = True,
+    example: bool = False,
+) -> None:
+    """Serve the workbench of a project until it is interrupted.
+
+    Raises
+    ------
+    InputError
+        NiceGUI is missing; no project folder; a port that is taken; a host beyond loopback without a password.
+    """
+    require_nicegui()
+    password = _password(host)
+    project = Project.open(folder, example)
+    with locked(
+        project.root / WORK / "lock",
+        f"{folder}: another workbench has this project open; allowed: one at a time",
+    ):
+        listening = _listen(host, port)
+        access = Access(
+            listening.getsockname()[1], password=password, names=machine_names() if password else ()
+        )
+        _run(project, access, listening, host, browser)
+
+
+def require_nicegui() -> None:
+    """Raise the sentence that names the extra where NiceGUI is not installed."""
+    from importlib.util import find_spec
+
+    if find_spec("nicegui") is None:
+        raise InputError("app: needs NiceGUI, which is not installed; pip install 'tribofmu[app]' brings it")
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only this machine can reach a server that listens there."""
+    return host in {"127.0.0.1", "localhost", "::1"}
+
+
+def _password(host: str) -> str:
+    if is_loopback(host):
+        return ""
+    found = os.environ.get(PASSWORD, "")
+    if len(found) < SHORTEST:
+        raise InputError(
+            f"--host {host}: everybody who reaches this machine could use the workbench, run its commands and read the project, "
+            f"and nothing is encrypted on the way; allowed: with a password of at least {SHORTEST} characters in the environment "
+            f"variable {PASSWORD}, in a network that you trust; or 127.0.0.1"
+        )
+    return found
+
+
+def _listen(host: str, port: int | None) -> socket.socket:
+    tried = [port] if port is not None else [*range(PORT, PORT + PORTS), 0]
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    for number in tried:
+        listening = socket.socket(family, socket.SOCK_STREAM)
+        if sys.platform != "win32":
+            listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listening.bind((host, number))
+        except OSError as error:
+            listening.close()
+            if number == tried[-1]:
+                raise InputError(
+                    f"--host {host} --port {number}: {error.strerror}; allowed: a free port"
+                ) from None
+            continue
+        # Who comes before the server is ready waits, and is not turned away.
+        listening.listen(128)
+        return listening
+    raise AssertionError("the last port either is bound or raises")
+
+
+def _run(project: Project, access: Access, listening: socket.socket, host: str, browser: bool) -> None:
+    import uvicorn
+
+    from .build import build
+    from .worker import Worker
+
+    worker = Worker(project)
+    guarded = Guard(build(project, worker), access)
+    name = LOOPBACK[0] if is_loopback(host) and ":" not in host else f"[{host}]" if ":" in host else host
+    if name == "0.0.0.0":
+        name = machine_names()[0]
+    address = f"http://{name}:{access.port}/"
+    shown = address if access.password else f"{address}?token={access.token}"
+    print(f"workbench of {project.root}\nopen {shown}\nCtrl-C ends it", flush=True)
+    if access.password:
+        print(
+            "note: others on the network reach it with the password; nothing is encrypted",
+            file=sys.stderr,
+            flush=True,
+        )
+    server = uvicorn.Server(
+        uvicorn.Config(
+            guarded, log_level="warning", access_log=False, ws_max_size=20_000_000, timeout_graceful_shutdown=2,
+            server_header=False, date_header=False, proxy_headers=False,
+        )
+    )  # fmt: skip
+    if browser:
+        threading.Timer(0.4, _open, (shown,)).start()
+    try:
+        server.run(sockets=[listening])
+    finally:
+        worker.close()
+
+
+def _open(address: str) -> None:
+    """Open the browser; without one the printed address is enough."""
+    try:
+        webbrowser.open(address)
+    except (webbrowser.Error, OSError):
+        print("note: no browser could be opened", file=sys.stderr)

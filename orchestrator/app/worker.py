@@ -1,0 +1,266 @@
+"""Commands at work: processes beside the server, one at a time; they know nothing of the pages that watch them."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from dataclasses import dataclass, field
+from statistics import median
+from typing import IO
+
+from friction_models.common.child_processes import python_command
+from friction_models.common.errors import shown
+
+from . import history
+from .commands import Command
+from .project import HISTORY, WORK, Project
+
+#: Lines of a job that a page can show, and longest of them.
+LINES, LONGEST = 400, 400
+#: Largest log [byte].
+LARGEST_LOG = 4_000_000
+#: How long a cancelled command may tidy up before it is killed [s].
+GRACE = 8.0
+#: ``twin: 12/81 twin of test sct012``, as commands write where no terminal is.
+_PROGRESS = re.compile(r"[^:]{1,60}: (\d{1,9})/(\d{1,9})(?: (.*))?$")
+WAITING, RUNNING, DONE, FAILED, CANCELLED = "waiting", "running", "done", "failed", "cancelled"
+
+
+@dataclass
+class Job:
+    """A command that waits, runs or has ended.
+
+    Attributes
+    ----------
+    number : int
+    command : Command
+    state : str
+    progress : float or None
+        0 to 1, where the command says so.
+    saying : str
+        The last thing that it said.
+    """
+
+    number: int
+    command: Command
+    state: str = WAITING
+    progress: float | None = None
+    saying: str = ""
+    began: float = 0.0
+    seconds: float = 0.0
+    expected: float | None = None
+    lines: deque[str] = field(default_factory=lambda: deque(maxlen=LINES))
+
+    @property
+    def ended(self) -> bool:
+        """Whether it will not change any more."""
+        return self.state in {DONE, FAILED, CANCELLED}
+
+    def elapsed(self) -> float:
+        """Return how long it has run [s]."""
+        return time.monotonic() - self.began if self.state == RUNNING else self.seconds
+
+    def left(self) -> float | None:
+        """Return about how long it still takes [s]; None where nothing is known."""
+        if self.state != RUNNING:
+            return None
+        if self.progress:
+            return self.elapsed() * (1.0 - self.progress) / self.progress
+        return None if self.expected is None else max(0.0, self.expected - self.elapsed())
+
+    def problem(self) -> str:
+        """Return why it failed, in the sentence of the command."""
+        said = [line for line in self.lines if line.startswith("tribofmu: ")]
+        return said[-1].removeprefix("tribofmu: ").removeprefix("error: ") if said else self.saying
+
+
+class Worker:
+    """Runs the commands of a project, first come first served.
+
+    Attributes
+    ----------
+    changes : int
+        Rises with everything that a page might show: whoever sees another number looks again.
+    """
+
+    def __init__(self, project: Project) -> None:
+        self.project = project
+        self.jobs: list[Job] = []
+        self.changes = 0
+        self._numbers = itertools.count(1 + len(list((project.root / WORK).glob("*.log"))))
+        self._wake = threading.Condition()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._closing = False
+        self._thread = threading.Thread(target=self._work, daemon=True, name="commands")
+        self._thread.start()
+
+    def start(self, command: Command) -> Job:
+        """Put a command in the queue; the same one that waits or runs is not started twice."""
+        with self._wake:
+            for job in self.jobs:
+                if job.command.arguments == command.arguments and not job.ended:
+                    return job
+            job = Job(next(self._numbers), command)
+            self.jobs = [*[j for j in self.jobs if not j.ended][-20:], *self._ended(), job]
+            self.changes += 1
+            self._wake.notify()
+        return job
+
+    def _ended(self) -> list[Job]:
+        return [j for j in self.jobs if j.ended][-20:]
+
+    def current(self) -> list[Job]:
+        """Return what runs or waits, in this order."""
+        return sorted((j for j in self.jobs if not j.ended), key=lambda j: j.number)
+
+    def last(self, arguments: tuple[str, ...] | None = None, name: str = "") -> Job | None:
+        """Return the last job, of a command line or of a command on request."""
+        for job in sorted(self.jobs, key=lambda j: -j.number):
+            if (arguments is None or job.command.arguments == arguments) and name in (
+                "",
+                job.command.arguments[0],
+            ):
+                return job
+        return None
+
+    def cancel(self, job: Job) -> None:
+        """End a job; what it had not finished leaves no file."""
+        with self._wake:
+            running, process = job.state == RUNNING, self._process
+            if not job.ended:
+                job.state = CANCELLED
+                job.seconds = time.monotonic() - job.began if running else 0.0
+                self.changes += 1
+        if running and process is not None:
+            threading.Thread(target=_end, args=(process,), daemon=True).start()
+
+    def close(self) -> None:
+        """End everything."""
+        with self._wake:
+            self._closing = True
+            self._wake.notify()
+        for job in self.current():
+            self.cancel(job)
+        self._thread.join(GRACE + 2.0)
+
+    def _work(self) -> None:
+        while True:
+            with self._wake:
+                while not self._closing and not any(j.state == WAITING for j in self.jobs):
+                    self._wake.wait()
+                if self._closing:
+                    return
+                job = next(j for j in self.current() if j.state == WAITING)
+                job.state, job.began = RUNNING, time.monotonic()
+                self.changes += 1
+            try:
+                self._run(job)
+            except OSError as error:
+                self._finish(job, 1, f"tribofmu: error: {error}")
+
+    def _run(self, job: Job) -> None:
+        file = self.project.root / HISTORY
+        job.expected = expected_seconds(history.read(file), job.command.arguments[0])
+        history.add(file, history.STARTED, job=job.number, command=job.command.line)
+        # The lock keeps a cancel from coming between the start and the place where it finds the process.
+        with self._wake:
+            if job.state != RUNNING:
+                history.add(file, history.ENDED, job=job.number, command=job.command.line, code=130)
+                return
+            process = self._process = subprocess.Popen(
+                python_command("orchestrator.cli", *job.command.arguments),
+                cwd=self.project.root,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                env={**os.environ, "PYTHONUNBUFFERED": "1", "COLUMNS": "120", "NO_COLOR": "1"},
+                start_new_session=True,
+            )
+        log = self.project.root / WORK / f"{job.number:05d}.log"
+        with log.open("wb") as kept:
+            kept.write(f"$ {job.command.line}\n".encode())
+            assert process.stdout is not None
+            self._listen(job, process.stdout, kept)
+        self._finish(job, process.wait())
+
+    def _listen(self, job: Job, said: IO[bytes], kept: IO[bytes]) -> None:
+        written = 0
+        # A line without end is cut: what a command says of foreign files may be of any length.
+        while raw := said.readline(100_000):
+            if written < LARGEST_LOG:
+                written += kept.write(raw)
+                kept.flush()
+            line = shown_line(raw)
+            job.lines.append(line)
+            found = _PROGRESS.match(line)
+            if found:
+                done, total, what = int(found[1]), int(found[2]), found[3]
+                job.progress = min(1.0, done / total) if total else None
+                job.saying = what or job.saying
+            elif line.strip():
+                job.saying = line.strip()
+            self.changes += 1
+
+    def _finish(self, job: Job, code: int, said: str = "") -> None:
+        if said:
+            job.lines.append(shown(said))
+        seconds = time.monotonic() - job.began
+        with self._wake:
+            cancelled = job.state == CANCELLED
+            code = 130 if cancelled else code
+            more = job.command.more if code == 0 else {}
+            history.add(
+                self.project.root / HISTORY, history.ENDED, job=job.number, command=job.command.line,
+                code=code, seconds=round(seconds, 2), **more,
+            )  # fmt: skip
+            job.seconds, self._process = seconds, None
+            job.state = CANCELLED if cancelled else DONE if code == 0 else FAILED
+            self.changes += 1
+
+
+def shown_line(raw: bytes) -> str:
+    """Return a line of output as a page may show it: bounded, without control characters."""
+    text = raw.decode("utf-8", errors="replace").rstrip()
+    return "".join(c if c.isprintable() else " " for c in text)[:LONGEST]
+
+
+def expected_seconds(lines: list[dict[str, object]], name: str) -> float | None:
+    """Return how long a command took the last times in this project [s].
+
+    Examples
+    --------
+    >>> entry = {"event": "ended", "code": 0, "command": "tribofmu pack m -o m.fmu"}
+    >>> expected_seconds([{**entry, "seconds": s} for s in (2.0, 3.0, 9.0)], "pack")
+    3.0
+    """
+    took = [
+        float(str(line["seconds"]))
+        for line in lines
+        if line["event"] == history.ENDED
+        and line.get("code") == 0
+        and isinstance(line.get("seconds"), int | float)
+        and str(line.get("command", "")).startswith(f"tribofmu {name} ")
+    ]
+    return median(took[-5:]) if took else None
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """Interrupt a process as Ctrl-C does; kill it and all it started when it does not end."""
+    if sys.platform == "win32":
+        process.terminate()
+        return
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGINT)
+    try:
+        process.wait(GRACE)
+    except subprocess.TimeoutExpired:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)

@@ -1,0 +1,57 @@
+"""Projects of the workbench for the tests, and a served one."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from orchestrator.app.project import Project
+
+
+class Served(NamedTuple):
+    """A workbench that listens, and its project."""
+
+    port: int
+    token: str
+    root: Path
+
+
+@pytest.fixture
+def example(tmp_path: Path) -> Project:
+    """A fresh copy of the example."""
+    return Project.open(tmp_path / "project", example=True)
+
+
+def served(folder: Path, *options: str, **environment: str) -> Iterator[Served]:
+    """Serve a copy of the example in a process of its own, on a free port."""
+    pytest.importorskip("nicegui", reason="the extra [app] is not installed")
+    command = [sys.executable, "-c", "from orchestrator.cli import main; main()", "app", str(folder)]
+    with subprocess.Popen(
+        [*command, "--example", "--no-browser", *options],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "OMP_NUM_THREADS": "1", **environment},
+    ) as process:
+        try:
+            assert process.stdout is not None
+            lines = [process.stdout.readline() for _ in range(3)]
+            found = re.search(r"http://[^:]+:(\d+)/(?:\?token=(\S+))?", "".join(lines))
+            assert found is not None, lines
+            yield Served(int(found[1]), found[2] or "", folder.resolve())
+        finally:
+            process.send_signal(signal.SIGINT)
+            process.wait(20)
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """The example, served on this machine only."""
+    yield from served(tmp_path_factory.mktemp("served") / "project")

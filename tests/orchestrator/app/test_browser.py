@@ -1,0 +1,183 @@
+"""The whole loop in a real browser, from the example to the FMU, with nothing but the page."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from orchestrator.app import history
+from orchestrator.app.project import HISTORY, Project
+from orchestrator.cli.main import run
+
+from .conftest import Served
+
+pytest.importorskip("nicegui", reason="the extra [app] is not installed")
+sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium (Debian package chromium)")
+PATHS = ("", "compare", "fmu", "explore", "measurements", "reports")
+#: Longest wait for anything [ms]: far longer than it takes.
+PATIENCE = 60_000
+
+
+class Watched:
+    """A page in Chromium that counts clicks and notes every complaint and every request that leaves the server."""
+
+    def __init__(self, browser: Any, server: Served) -> None:
+        self.own = f"http://127.0.0.1:{server.port}"
+        self.context = browser.new_context(viewport={"width": 1366, "height": 768})
+        self.context.set_default_timeout(PATIENCE)
+        self.clicks = 0
+        self.wrong: list[str] = []
+        self.open(f"{self.own}/?token={server.token}")
+        self.page.locator(".content h1").wait_for()  # the page that gives the cookie leads on by itself
+
+    def open(self, address: str) -> None:
+        """Open an address in a new tab."""
+        self.page = self.context.new_page()
+        self.page.on(
+            "console", lambda m: self.wrong.append(m.text) if m.type in {"error", "warning"} else None
+        )
+        self.page.on("pageerror", lambda error: self.wrong.append(str(error)))
+        self.page.on("request", lambda request: self._asked(request.url))
+        self.page.on("websocket", lambda line: self._asked(line.url))
+        self.page.goto(address)
+
+    def _asked(self, url: str) -> None:
+        own = (f"{self.own}/", f"{self.own.replace('http', 'ws')}/", "data:", f"blob:{self.own}/")
+        if not url.startswith(own):
+            self.wrong.append(f"asked for {url}")
+
+    def visit(self, path: str) -> None:
+        """Go to a page and wait until its charts are drawn."""
+        self.page.goto(f"{self.own}/{path}")
+        self.page.locator(".content h1").wait_for()
+        self.page.wait_for_timeout(500)
+
+    def press(self, role: str, name: str) -> None:
+        """Click on what has that name."""
+        self.page.get_by_role(role, name=name, exact=True).first.click()
+        self.clicks += 1
+
+    def see(self, text: str) -> None:
+        """Wait for a text."""
+        self.page.get_by_text(text).first.wait_for()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """Headless Chromium."""
+    with sync_api.sync_playwright() as play:
+        made = play.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield made
+        made.close()
+
+
+@pytest.mark.slow
+def test_from_the_example_to_the_fmu_in_six_clicks(browser: Any, server: Served, tmp_path: Path) -> None:
+    tab = Watched(browser, server)
+    tab.press("button", "Ask what is missing")
+    tab.see("Cancel")
+    # The command goes on without the tab.
+    tab.page.close()
+    tab.open(tab.own)
+    tab.see("linear: Stribeck effect is missing")
+    tab.press("button", "Add stribeck")
+    tab.see("Before and after: stribeck added")
+    assert "fell by" in tab.page.locator(".panel .card .fell").first.inner_text()
+    tab.press("button", "Accept")
+    tab.see("The rounds so far")
+    tab.page.locator(".panel .textpoint").first.wait_for()
+    steps = tab.page.locator(".panel .textpoint").all_text_contents()
+    assert len(steps) == 2 and float(steps[1]) < 0.75 * float(steps[0])
+    tab.press("link", "Take it away as an FMU")
+    tab.press("button", "Pack as FMU")
+    tab.see("linear-stribeck.fmu")
+    with tab.page.expect_download() as kept:
+        tab.press("link", "Download")
+    assert tab.clicks <= 6
+    fmu = tmp_path / "kept.fmu"
+    kept.value.save_as(fmu)
+    with zipfile.ZipFile(fmu) as archive:
+        assert "modelDescription.xml" in archive.namelist()
+    assert tab.wrong == []
+    _same_in_a_shell(server.root, fmu, tmp_path)
+    _every_page(tab)
+
+
+def _same_in_a_shell(root: Path, fmu: Path, place: Path) -> None:
+    """Run the lines of the history again elsewhere, and compare all files that they name."""
+    again = Project.open(place / "again", example=True).root
+    lines = [e["command"] for e in history.read(root / HISTORY) if e["event"] == "ended"]
+    assert [line.split()[1] for line in lines] == ["diagnose", "refine", "pack"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(again)
+        for line in lines:
+            assert run(shlex.split(line)[1:]) == 0
+    folders = ("reports", "models", "fmus")
+    made = {p.relative_to(root) for f in folders for p in (root / f).rglob("*") if p.is_file()}
+    assert len(made) > 7
+    assert {p.relative_to(again) for f in folders for p in (again / f).rglob("*") if p.is_file()} == made
+    assert [p for p in sorted(made) if (root / p).read_bytes() != (again / p).read_bytes()] == []
+    assert fmu.read_bytes() == (again / "fmus/linear-stribeck.fmu").read_bytes()
+
+
+def _every_page(tab: Watched) -> None:
+    """Open all pages, wide and as on a phone: nothing complains, nothing sticks out at the side."""
+    for width in (1366, 390):
+        tab.page.set_viewport_size({"width": width, "height": 768})
+        for path in PATHS:
+            tab.visit(path)
+            assert tab.page.evaluate("document.documentElement.scrollWidth") <= width, path
+    # By keyboard alone: the first stop leads past the pages to the content.
+    tab.page.keyboard.press("Tab")
+    assert tab.page.evaluate("document.activeElement.className") == "skip"
+    assert tab.wrong == []
+
+
+@pytest.mark.slow
+def test_no_page_is_hard_to_read_or_to_reach(browser: Any, server: Served) -> None:
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed").Axe()
+    tab = Watched(browser, server)
+    for look in ("light", "dark"):
+        tab.context.add_cookies([{"name": "tribofmu-look", "value": look, "url": tab.own}])
+        for path in PATHS:
+            tab.visit(path)
+            found = axe.run(tab.page).response["violations"]
+            serious = [
+                (v["id"], v["nodes"][0]["html"]) for v in found if v["impact"] in {"serious", "critical"}
+            ]
+            assert serious == [], (look, path)
+
+
+def test_a_file_is_brought_through_the_page(browser: Any, server: Served, tmp_path: Path) -> None:
+    file = tmp_path / "own tests.csv"
+    file.write_text("test_id,v_rel,mu\n" + "".join(f"t{k},{10 + k},0.0{5 + k}\n" for k in range(4)))
+    tab = Watched(browser, server)
+    tab.visit("measurements")
+    with tab.page.expect_file_chooser() as chooser:
+        tab.press("button", "Choose a file")
+    chooser.value.set_files(file)
+    tab.page.get_by_role("heading", name="own-tests").wait_for()
+    assert (server.root / "data/own-tests.csv").read_bytes() == file.read_bytes()
+    assert tab.wrong == []
+
+
+def test_a_report_opened_as_a_page_draws_and_reaches_nothing(browser: Any, server: Served) -> None:
+    (server.root / "reports/curious.html").write_text(
+        "<p id=said>nothing</p><script>let said = document.getElementById('said');"
+        "try { said.textContent = document.cookie || 'empty' } catch (e) { said.textContent = 'no cookie' }"
+        "fetch('/files/project.yaml').then(() => said.textContent += ', but files').catch(() => said.textContent += ', no files')"
+        "</script>"
+    )
+    tab = Watched(browser, server)
+    tab.page.goto(f"{tab.own}/page/reports/curious.html")
+    tab.page.get_by_text(re.compile("files")).wait_for()
+    assert tab.page.locator("#said").inner_text() == "no cookie, no files"

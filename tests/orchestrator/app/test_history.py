@@ -1,0 +1,59 @@
+"""The history: what it makes of broken lines, and where the loop stands after it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from orchestrator.app import history
+from orchestrator.app.history import ACCEPTED, CHOSEN, ENDED, TAKEN_BACK, Story
+
+
+def refined(model: str, code: int = 0) -> dict[str, object]:
+    return {"event": ENDED, "code": code, "round": {"model": model, "added": ["stribeck"]}}
+
+
+def test_lines_are_kept_and_broken_ones_left_out(tmp_path: Path) -> None:
+    file = tmp_path / "history.jsonl"
+    history.add(file, CHOSEN, data="data/sct", model="linear")
+    history.add(file, ENDED, code=0, command="tribofmu pack é")
+    with file.open("a") as stream:
+        stream.write(
+            '[]\n"x"\n{"no": "event"}\n{"event": 3}\n' + "[" * 20_000 + '\n{"event": "started", "comm'
+        )
+    assert [line["event"] for line in history.read(file)] == [CHOSEN, ENDED]
+    assert history.read(tmp_path / "none.jsonl") == []
+    assert all(json.loads(x)["time"].endswith("+00:00") for x in file.read_text().splitlines()[:2])
+
+
+def test_an_addition_counts_when_it_is_accepted_and_can_be_taken_back() -> None:
+    chosen = {"event": CHOSEN, "data": "data/sct", "model": "linear"}
+    lines: list[dict[str, object]] = [chosen, refined("models/a"), {"event": ACCEPTED}, refined("models/b")]
+    story = Story.of(lines)
+    assert story.model == "models/a" and story.candidate is not None and story.candidate.model == "models/b"
+    dismissed = Story.of([*lines, {"event": TAKEN_BACK}])
+    assert dismissed.model == "models/a" and dismissed.candidate is None
+    undone = Story.of([*lines, {"event": ACCEPTED}, {"event": TAKEN_BACK}, {"event": TAKEN_BACK}])
+    assert undone.model == "linear" and len(undone.rounds) == 1
+    assert Story.of([*lines, chosen]).rounds[0].model == "linear"
+
+
+def test_the_model_at_the_start_cannot_be_taken_back_and_failed_commands_change_nothing() -> None:
+    lines: list[dict[str, object]] = [
+        {"event": CHOSEN, "data": "d", "model": "linear"},
+        {"event": TAKEN_BACK},
+        {"event": ACCEPTED},
+        refined("models/a", code=2),
+    ]
+    story = Story.of(lines)
+    assert story.model == "linear" and story.candidate is None
+
+
+def test_wrong_kinds_of_values_do_no_harm() -> None:
+    lines: list[dict[str, object]] = [
+        {"event": CHOSEN, "data": 3, "model": None},
+        {"event": ENDED, "code": 0, "round": {"added": "stribeck"}},
+        {"event": ENDED, "code": 0, "round": "models/a"},
+    ]
+    story = Story.of(lines)
+    assert story.data == "3" and story.candidate is not None and story.candidate.added == []

@@ -1,0 +1,316 @@
+"""The pages in NiceGUI's simulated browser: empty projects, the loop with prepared answers, hostile files."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("nicegui", reason="the extra [app] is not installed")
+
+from nicegui import ui
+from nicegui.testing import User
+from nicegui.testing.user_simulation import user_simulation
+
+from orchestrator.app import commands, history
+from orchestrator.app.history import ACCEPTED, CHOSEN, ENDED
+from orchestrator.app.pages.frame import PAGES, Workbench
+from orchestrator.app.project import HISTORY, Project
+from orchestrator.app.worker import Worker
+from orchestrator.cli.main import run
+
+
+class Idle(Worker):
+    """A worker whose commands wait for ever: what is asked is tested elsewhere by what it writes."""
+
+    def _work(self) -> None:
+        return
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The example after asking and adding, by the command lines that the buttons show."""
+    project = Project.open(tmp_path_factory.mktemp("finished") / "project", example=True)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(project.root)
+        assert run(commands.diagnose("data/sct", "linear").arguments) == 0
+        assert run(commands.refine("data/sct", "linear", ["stribeck"]).arguments) == 0
+        assert run(commands.compare("data/sct", ["models/linear-stribeck", "0.08"]).arguments) == 0
+    return project.root
+
+
+@pytest.fixture
+def loop(finished: Path, tmp_path: Path) -> Project:
+    """A copy of it."""
+    import shutil
+
+    shutil.copytree(finished, tmp_path / "loop")
+    return Project.open(tmp_path / "loop")
+
+
+@asynccontextmanager
+async def opened(project: Project) -> AsyncIterator[tuple[User, Worker]]:
+    worker = Idle(project)
+    async with user_simulation(root=Workbench(project, worker).root) as user:
+        yield user, worker
+
+
+def look(project: Project, test: Callable[[User, Worker], Awaitable[None]]) -> None:
+    async def whole() -> None:
+        async with opened(project) as (user, worker):
+            await test(user, worker)
+
+    asyncio.run(whole())
+
+
+def shown(user: User) -> str:
+    """Return all texts of the page, also those of HTML."""
+    assert user.client is not None
+    elements = user.client.elements.values()
+    return "\n".join(str(getattr(e, "content", "") or getattr(e, "text", "") or "") for e in elements)
+
+
+def figures(user: User) -> list[Any]:
+    assert user.client is not None
+    return [e.figure for e in user.client.elements.values() if isinstance(e, ui.plotly)]
+
+
+def waiting(worker: Worker) -> list[str]:
+    return [job.command.line for job in worker.current()]
+
+
+def test_every_page_of_an_empty_project_says_what_to_do_next(tmp_path: Path) -> None:
+    project = Project.open(tmp_path / "new")
+
+    async def test(user: User, worker: Worker) -> None:
+        for path, _, _ in PAGES:
+            await user.open(path)
+            said = shown(user)
+            assert "cannot be shown" not in said
+            assert "yet" in said and "<h1" not in said
+        await user.open("/nowhere")
+        await user.should_see("No such page")
+
+    look(project, test)
+
+
+def test_asking_starts_the_command_that_is_shown(example: Project) -> None:
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/")
+        line = commands.diagnose("data/sct", "linear").line
+        await user.should_see(line)
+        user.find("Ask what is missing").click()
+        await user.should_see("Cancel")
+        assert waiting(worker) == [line]
+        user.find("Ask what is missing").click()
+        assert waiting(worker) == [line]
+        user.find("Cancel").click()
+        await user.should_see("was cancelled")
+
+    look(example, test)
+    assert history.read(example.root / HISTORY)[0]["event"] == CHOSEN
+
+
+def test_the_answer_beside_its_picture_and_the_effect_to_add(loop: Project) -> None:
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/")
+        said = shown(user)
+        assert "linear: Stribeck effect is missing" in said
+        assert "What to test next" in said and said.count("What to test next") == 1
+        assert "synthetic data" in said
+        # Effect, budget, ranking, residuals, their map, response, worst tests.
+        assert len(figures(user)) == 7
+        user.find("Add stribeck").click()
+        assert waiting(worker) == [commands.refine("data/sct", "linear", ["stribeck"]).line]
+
+    look(loop, test)
+
+
+def test_before_and_after_then_accepted_then_taken_back(loop: Project) -> None:
+    file = loop.root / HISTORY
+    history.add(file, CHOSEN, data="data/sct", model="linear")
+    history.add(file, ENDED, job=1, code=0, **commands.refine("data/sct", "linear", ["stribeck"]).more)
+
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/")
+        await user.should_see("Before and after: stribeck added")
+        card = json.loads((loop.root / "models/linear-stribeck/card.json").read_text())
+        (only,) = card["model"]["learned"]["error_history"]
+        for errors in (only["before"], only["after"]):
+            assert f"{errors['rmse']:.4f}" in shown(user)
+        user.find("Accept").click()
+        await user.should_see("The rounds so far", retries=30)
+        steps = [f for f in figures(user) if f["layout"]["yaxis"]["title"]["text"] == "RMS error of mu"]
+        assert steps[0]["data"][0]["y"] == pytest.approx([only["before"]["rmse"], only["after"]["rmse"]])
+        assert only["after"]["rmse"] < only["before"]["rmse"]
+        await user.should_see("What is the linear-stribeck model missing?")
+        user.find("Take back the last one").click()
+        await user.should_see("linear: Stribeck effect is missing", retries=30)
+        assert (loop.root / "models/linear-stribeck").is_dir()
+
+    look(loop, test)
+
+
+def test_the_model_is_packed_with_the_chosen_options(loop: Project) -> None:
+    file = loop.root / HISTORY
+    history.add(file, CHOSEN, data="data/sct", model="linear")
+    history.add(file, ENDED, job=1, code=0, **commands.refine("data/sct", "linear", ["stribeck"]).more)
+    history.add(file, ACCEPTED)
+
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/fmu")
+        next(iter(user.find(ui.number).elements)).set_value(80)
+        expected = "tribofmu pack models/linear-stribeck --nodes 80 -o fmus/linear-stribeck-80.fmu"
+        await user.should_see(expected)
+        user.find("Pack as FMU").click()
+        assert waiting(worker) == [expected]
+
+    look(loop, test)
+
+
+def test_a_comparison_and_the_measurements(loop: Project) -> None:
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/compare")
+        said = shown(user)
+        assert "Errors on tests" in said and "Measured against predicted" in said
+        assert len(figures(user)) == 3
+        user.find("Compare 2").click()
+        assert waiting(worker) == [commands.compare("data/sct", ["models/linear-stribeck", "0.08"]).line]
+        await user.open("/measurements")
+        assert "81 train, 30 test" in shown(user) and "sigma_n [MPa]" in shown(user)
+        await user.open("/reports")
+        await user.should_see("refined sct linear stribeck")
+
+    look(loop, test)
+
+
+def test_any_quantity_over_any_other_coloured_by_any(example: Project) -> None:
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/explore")
+        (cloud,) = figures(user)
+        assert set(cloud["data"][0]["x"]) == {"dtype", "bdata"}
+        assert cloud["layout"]["xaxis"]["title"]["text"] == "sd [mm]"
+        for field, value in (("Across", "sigma_n"), ("Colour", "batch")):
+            select = next(s for s in user.find(ui.select).elements if s.props["label"] == field)
+            select.set_value(value)
+            await asyncio.sleep(0.5)
+        (cloud,) = figures(user)
+        assert cloud["layout"]["xaxis"]["title"]["text"] == "sigma_n [MPa]"
+        assert {trace["name"] for trace in cloud["data"]} >= {"A", "B"}
+
+    look(example, test)
+
+
+HOSTILE = "<img src=x onerror=alert(1)>"
+
+
+def test_what_comes_from_files_stays_text(loop: Project) -> None:
+    (loop.root / "project.yaml").write_text(f"format: 1\ntitle: '{HOSTILE}'\n")
+    page = loop.root / "reports/diagnosis-sct-linear.html"
+    text = page.read_text()
+    text = text.replace("<h1>", f"<h1>{HOSTILE}").replace(
+        '<section id="budget"', f'{HOSTILE}<section id="budget"'
+    )
+    page.write_text(text.replace("<table>", "<table onclick=alert(1)><script>alert(1)</script>"))
+    answer = loop.root / "reports/diagnosis-sct-linear.json"
+    content = json.loads(answer.read_text())
+    content |= {
+        "effects": ["--force", HOSTILE],
+        "confusion_set": ["../../x"],
+        "ranking": [3, {"effect": None}],
+    }
+    answer.write_text(json.dumps(content))
+    history.add(loop.root / HISTORY, ENDED, command=HOSTILE, code=0)
+
+    async def test(user: User, worker: Worker) -> None:
+        for path, _, _ in PAGES:
+            await user.open(path)
+            assert user.client is not None
+            for element in user.client.elements.values():
+                if isinstance(element, ui.html):
+                    assert "<img" not in element.content and "<script" not in element.content
+                    assert "onclick" not in element.content
+        await user.open("/")
+        await user.should_not_see("--add --force")
+        user.find("Add ../../x").click()
+        assert "-o models/linear-x " in waiting(worker)[0]
+
+    look(Project.open(loop.root), test)
+
+
+@pytest.mark.parametrize(
+    "line", [{"data": "../..", "model": "linear"}, {"data": "data/sct", "model": "-o"}, {"data": 1}]
+)
+def test_a_history_of_others_names_nothing_outside(example: Project, line: dict[str, object]) -> None:
+    history.add(example.root / HISTORY, CHOSEN, **line)
+
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/")
+        await user.should_see(commands.diagnose("data/sct", "linear").line)
+
+    look(example, test)
+
+
+@pytest.mark.parametrize(
+    ("file", "text"),
+    [
+        ("reports/diagnosis-sct-linear.html", "no page"),
+        ("reports/diagnosis-sct-linear.json", "{"),
+        ("data/sct/points.csv", "test_id,mu\na,x\n"),
+        ("data/sct/dataset.json", "[" * 5000),
+    ],
+)
+def test_a_damaged_file_is_a_sentence_on_its_page(loop: Project, file: str, text: str) -> None:
+    (loop.root / file).write_text(text)
+
+    async def test(user: User, worker: Worker) -> None:
+        for path, _, _ in PAGES:
+            await user.open(path)
+        await user.open("/measurements" if file.startswith("data") else "/")
+        assert Path(file).name in shown(user) or "cannot be shown" in shown(user)
+
+    look(loop, test)
+
+
+def test_files_are_brought_bounded_and_whole_or_not_at_all(example: Project) -> None:
+    from nicegui.elements.upload_files import SmallFileUpload
+
+    def file(name: str, text: str) -> SmallFileUpload:
+        return SmallFileUpload(name, "text/csv", text.encode())
+
+    good = "test_id,v_rel,mu\n" + "".join(f"t{k},{10 + k},0.0{5 + k}\n" for k in range(4))
+
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/measurements")
+        for name, text, said in (
+            ("../../evil.csv", good, "data/evil.csv is in the project"),
+            ("evil.csv", good, "is in the project already"),
+            ("bad.csv", "a,b\n1,2\n", "bad.csv"),
+            ("script.html", "x", "allowed: .csv, .parquet"),
+        ):
+            upload = next(iter(user.find(ui.upload).elements))
+            await upload.handle_uploads([file(name, text)])
+            await user.should_see(said, retries=20)
+            # The page shows the new data set before the next file comes.
+            for _ in range(100):
+                if "\nevil\n" in shown(user):
+                    break
+                await asyncio.sleep(0.1)
+
+    look(example, test)
+    assert sorted(p.name for p in (example.root / "data").iterdir()) == ["evil.csv", "sct"]
+    assert not (example.root.parent / "evil.csv").exists()
+    assert [e["data"] for e in history.read(example.root / HISTORY)] == ["data/evil.csv"]
+
+
+@pytest.fixture(autouse=True)
+def storage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Nothing is stored where the tests run."""
+    monkeypatch.chdir(tmp_path)
+    yield
+    assert not (tmp_path / ".nicegui").exists()
