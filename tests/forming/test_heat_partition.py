@@ -21,5 +21,5 @@ def test_the_workpiece_takes_its_share_of_the_friction_work(share: float) -> Non
 
 
 def test_a_share_lies_between_nothing_and_all() -> None:
-    with pytest.raises(InputError, match="friction_heat_share = 1.2 *; allowed: 0 to 1"):
+    with pytest.raises(InputError, match=r"friction_heat_share = 1\.2 *; allowed: 0 to 1"):
         Upsetting(friction_heat_share=1.2)
