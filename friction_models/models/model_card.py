@@ -181,11 +181,11 @@ def card_text(card: ModelCard) -> str:
                 f"| {split} | {e['mae']:.5f} | {e['rmse']:.5f} | {e['bias']:+.5f} | {worst} "
                 f"| {e['points']:g} | {e.get('tests', '')} |"
             )
-        known = {split: e for split, e in card["errors"].items() if e.get("rms_from_loads") is not None}
-        lines += [""] if known else []
-        lines += [
-            f"- {split}: {loads_sentence(e['rms_from_loads'], e['rmse'])}" for split, e in known.items()
+        parts = [(split, e.get("rms_from_loads"), e["rmse"]) for split, e in card["errors"].items()]
+        said = [
+            f"- {split}: {loads_sentence(a, b)}" for split, a, b in parts if a is not None and b is not None
         ]
+        lines += ["", *said] if said else []
         lines += [
             "",
             "`train` is the error on the data the model was fitted to; judge a model by tests held out.",
