@@ -50,7 +50,8 @@ ASSUMPTIONS = (
     "material files, with their dependence on temperature (half or twice the coefficient: up to +4.0 or -2.4 % "
     "of the rise; heat data of 20 degC: up to +3.6 %)",
     "fresh plate enters at the temperature measured before sliding; the punch stays at tool temperature",
-    "the specimen starts to slide at one uniform temperature, that of its contact after upsetting",
+    "the specimen starts with the heat of upsetting, evenly spread: the work of the punch less what is elastic, times the "
+    "share that becomes heat; it conducts for as long as that heat has been there on average, then for the wait",
     "friction while upsetting is a parameter of the twin, as no sensor sees it (0.03 more or less: up to 2.8 % of "
     "sigma_n, 5 % of psi where the bore is not filled and the contact not measured)",
     "the flow curve is that of the material file (2 % more flow stress: up to 1.9 % of sigma_n where the bore is "
