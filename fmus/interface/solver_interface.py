@@ -59,7 +59,8 @@ class _Computed(TypedDict):
 class SolverInterface:
     """A solver as an FMU.
 
-    Outputs, inputs and parameters are numbered in this order, as `fmus.slaves.core.Solver` keeps them, then the flags.
+    Outputs, inputs, parameters, flags and further outputs are numbered in this order: what came later is numbered last, so
+    that the numbers of the others stay.
 
     Attributes
     ----------
@@ -71,6 +72,8 @@ class SolverInterface:
         Name to unit and value.
     flags : sequence of str
         Boolean outputs.
+    further : sequence of Variable
+        Outputs that are numbered after all others.
     meanings : mapping of str to str
         What the parameters are.
     fixed : dict
@@ -96,6 +99,7 @@ class SolverInterface:
     parameters: Mapping[str, tuple[str, float]]
     experiment: tuple[float, float]
     flags: Sequence[str] = ()
+    further: Sequence[Variable] = ()
     meanings: Mapping[str, str] = field(default_factory=dict)
     fixed: SolverFacts = field(default_factory=SolverFacts)
 
@@ -107,10 +111,10 @@ class SolverInterface:
             "depends": (),
             "initial_depends": tuple(self.parameters),
         }
-        outputs = [
-            replace(s, causality="output", start=None, lower=None, upper=None, **computed)
-            for s in self.outputs
-        ]
+        outputs, further = (
+            [replace(s, causality="output", start=None, lower=None, upper=None, **computed) for s in signals]
+            for signals in (self.outputs, self.further)
+        )
         inputs = [replace(s, causality="input") for s in self.inputs]
         parameters = [
             Variable(
@@ -130,17 +134,20 @@ class SolverInterface:
             Variable(name, 0, "output", "discrete", type="Boolean", description=meaning, **computed)
             for name in self.flags
         ]
-        found = [*outputs, *inputs, *parameters, *flags]
+        found = [*outputs, *inputs, *parameters, *flags, *further]
         return [replace(v, reference=i) for i, v in enumerate(found)]
 
     def config(self) -> SolverConfig:
-        """Return what the solver is made from."""
+        """Return what the solver is made from; it keeps the further outputs behind the others."""
         reals = [v for v in self.variables() if v.type == "Real"]
+        head, last = len(self.outputs), len(reals) - len(self.further)
+        reals = [*reals[:head], *reals[last:], *reals[head:last]]
         return {
             **self.fixed,
             "names": [v.name for v in reals],
-            "first_input": len(self.outputs),
-            "first_parameter": len(self.outputs) + len(self.inputs),
+            "further": len(self.further),
+            "first_input": head + len(self.further),
+            "first_parameter": head + len(self.further) + len(self.inputs),
             "start": [float(v.start or 0.0) for v in reals],
             "flags": len(self.flags),
         }

@@ -24,6 +24,19 @@ static fmi2Status unknown(tf_front *f, const char *type, unsigned vr) {
 /* A variable, so that compilers do not warn of the comparison where there are none. */
 static unsigned flag_count(void) { return TF_FLAGS; }
 
+/* Value references: outputs, inputs, parameters, flags, further outputs. The values keep the further outputs behind the
+ * others; TF_REALS is no place. */
+static unsigned further_count(void) { return TF_FURTHER; }
+static unsigned first_flag(void) { return TF_REALS - further_count(); }
+
+static unsigned place(fmi2ValueReference vr) {
+    const unsigned head = TF_FIRST_INPUT - further_count(), after = first_flag() + flag_count();
+    if (vr < head) return vr;
+    if (vr < first_flag()) return vr + further_count();
+    if (vr >= after && vr - after < further_count()) return head + (vr - after);
+    return TF_REALS;
+}
+
 static void reset_data(tf_front *f) {
     memset(&f->data, 0, sizeof f->data);
     memcpy(f->data.values, tf_start, sizeof tf_start);
@@ -179,12 +192,13 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
     tf_front *f = (tf_front *)c;
     if (!f) return fmi2Error;
     for (size_t k = 0; k < n; ++k) {
-        if (vr[k] >= TF_REALS) return unknown(f, "Real", vr[k]);
-        if (vr[k] < TF_FIRST_INPUT) {
+        const unsigned at = place(vr[k]);
+        if (at >= TF_REALS) return unknown(f, "Real", vr[k]);
+        if (at < TF_FIRST_INPUT) {
             const fmi2Status status = tf_ensure_started(f);
             if (status != fmi2OK) return status;
         }
-        value[k] = f->data.values[vr[k]];
+        value[k] = f->data.values[at];
     }
     return fmi2OK;
 }
@@ -194,18 +208,20 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
     tf_front *f = (tf_front *)c;
     if (!f) return fmi2Error;
     for (size_t k = 0; k < n; ++k) {
-        if (vr[k] >= TF_REALS) return unknown(f, "Real", vr[k]);
+        const unsigned at = place(vr[k]);
+        if (at >= TF_REALS) return unknown(f, "Real", vr[k]);
         if (!isfinite(value[k]))
-            return tf_say(f, fmi2Error, "%s = %s is not a finite number", tf_names[vr[k]],
+            return tf_say(f, fmi2Error, "%s = %s is not a finite number", tf_names[at],
                           isnan(value[k]) ? "nan" : value[k] > 0.0 ? "inf" : "-inf");
-        if (vr[k] < TF_FIRST_INPUT)
-            return tf_say(f, fmi2Error, "%s is an output and cannot be set", tf_names[vr[k]]);
-        if (vr[k] >= TF_FIRST_PARAMETER && f->data.initialized)
-            return tf_say(f, fmi2Error, "parameter %s cannot be set after initialization", tf_names[vr[k]]);
+        if (at < TF_FIRST_INPUT)
+            return tf_say(f, fmi2Error, "%s is an output and cannot be set", tf_names[at]);
+        if (at >= TF_FIRST_PARAMETER && f->data.initialized)
+            return tf_say(f, fmi2Error, "parameter %s cannot be set after initialization", tf_names[at]);
     }
     for (size_t k = 0; k < n; ++k) {
-        f->data.values[vr[k]] = value[k];
-        if (vr[k] >= TF_FIRST_PARAMETER) f->data.running = 0;
+        const unsigned at = place(vr[k]);
+        f->data.values[at] = value[k];
+        if (at >= TF_FIRST_PARAMETER) f->data.running = 0;
     }
     return fmi2OK;
 }
@@ -214,8 +230,8 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
     tf_front *f = (tf_front *)c;
     const fmi2Status status = !f ? fmi2Error : n ? tf_ensure_started(f) : fmi2OK;
     for (size_t k = 0; status == fmi2OK && k < n; ++k) {
-        if (vr[k] < TF_REALS || vr[k] - TF_REALS >= flag_count()) return unknown(f, "Boolean", vr[k]);
-        value[k] = f->data.flags[vr[k] - TF_REALS] ? fmi2True : fmi2False;
+        if (vr[k] < first_flag() || vr[k] - first_flag() >= flag_count()) return unknown(f, "Boolean", vr[k]);
+        value[k] = f->data.flags[vr[k] - first_flag()] ? fmi2True : fmi2False;
     }
     return status;
 }

@@ -50,7 +50,7 @@ def guarded(method: Callable[..., Any]) -> Callable[..., Any]:
 
 
 class SolverSlave(Fmi2Slave):
-    """Slave around a `Solver`; value references are the places in the solver's array, then those of its flags.
+    """Slave around a `Solver`; value references are numbered as `fmus.interface.solver_interface` says.
 
     The file `interface.json` beside the script names the variables and holds their start values.
     What is allowed when, and the messages, are those of the native front (`fmus/native/front_fmi2.c`).
@@ -99,7 +99,7 @@ class SolverSlave(Fmi2Slave):
 
     @guarded
     def get_real(self, vrs: list[int]) -> list[float]:
-        index = np.array(vrs, dtype=np.int64)
+        index = self.solver.places(vrs)
         if not self.running and (index < self.solver.first_input).any():
             self.ensure_started()
         result: list[float] = self.solver.values[index].tolist()
@@ -107,16 +107,16 @@ class SolverSlave(Fmi2Slave):
 
     @guarded
     def set_real(self, vrs: list[int], values: list[float]) -> None:
-        index, given, solver = np.array(vrs, dtype=np.int64), np.array(values), self.solver
+        index, given, solver = self.solver.places(vrs), np.array(values), self.solver
         if not np.isfinite(given).all():
             k = int(np.argmin(np.isfinite(given)))
-            raise ValueError(f"{solver.names[vrs[k]]} = {values[k]} is not a finite number")
+            raise ValueError(f"{solver.names[index[k]]} = {values[k]} is not a finite number")
         if (index < solver.first_input).any():
-            name = solver.names[vrs[int(np.argmax(index < solver.first_input))]]
+            name = solver.names[index[int(np.argmax(index < solver.first_input))]]
             raise ValueError(f"{name} is an output and cannot be set")
         if (index >= solver.first_parameter).any():
             if self.initialized:
-                name = solver.names[vrs[int(np.argmax(index >= solver.first_parameter))]]
+                name = solver.names[index[int(np.argmax(index >= solver.first_parameter))]]
                 raise ValueError(f"parameter {name} cannot be set after initialization")
             self.running = False
         solver.values[index] = given
@@ -124,10 +124,7 @@ class SolverSlave(Fmi2Slave):
     @guarded
     def get_boolean(self, vrs: list[int]) -> list[bool]:
         self.ensure_started()
-        index = np.array(vrs, dtype=np.int64) - len(self.solver.values)
-        if (index < 0).any():
-            raise ValueError(f"{self.solver.names[min(vrs)]} is no Boolean variable")
-        result: list[bool] = self.solver.flags[index].tolist()
+        result: list[bool] = self.solver.flags[self.solver.flag_places(vrs)].tolist()
         return result
 
     @guarded

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple, TypedDict
 
 import numpy as np
@@ -40,6 +40,8 @@ class SolverConfig(SolverFacts):
     start: list[float]
     first_input: int
     first_parameter: int
+    #: How many of the outputs before the first input are numbered after all other variables.
+    further: int
     #: Number of Boolean outputs.
     flags: int
 
@@ -79,6 +81,7 @@ class Solver(ABC):
         self.names = config["names"]
         self.first_input = config["first_input"]
         self.first_parameter = config["first_parameter"]
+        self.further = config.get("further", 0)
         self.values: FloatArray = np.array(config["start"], dtype=np.float64)
         self.flags = np.zeros(config["flags"], dtype=bool)
         self.started: FloatArray = np.empty(0)
@@ -90,6 +93,32 @@ class Solver(ABC):
     @abstractmethod
     def advance(self, elapsed: float, step: float) -> None:
         """Advance from `elapsed` [s] since the start by `step` [s] and publish; raise to refuse the step."""
+
+    def places(self, references: Sequence[int]) -> npt.NDArray[np.int64]:
+        """Return where the Real variables of some value references are in `values`.
+
+        Raises ValueError: there is none.
+        """
+        wanted = np.array(references, dtype=np.int64)
+        head, last = self.first_input - self.further, len(self.values) - self.further
+        after = last + len(self.flags)
+        known = (wanted >= 0) & (wanted < last) | (after <= wanted) & (wanted < after + self.further)
+        if not known.all():
+            raise ValueError(f"there is no Real variable with value reference {wanted[~known][0]}")
+        shift = np.where(wanted < head, 0, np.where(wanted < last, self.further, head - after))
+        return np.asarray(wanted + shift)
+
+    def flag_places(self, references: Sequence[int]) -> npt.NDArray[np.int64]:
+        """Return where the Boolean variables of some value references are in `flags`.
+
+        Raises ValueError: there is none.
+        """
+        wanted = np.array(references, dtype=np.int64)
+        place = wanted - (len(self.values) - self.further)
+        known = (place >= 0) & (place < len(self.flags))
+        if not known.all():
+            raise ValueError(f"there is no Boolean variable with value reference {wanted[~known][0]}")
+        return np.asarray(place)
 
     def parameters(self) -> dict[str, float]:
         """Return the parameters by name."""

@@ -23,7 +23,7 @@ SHORTEST = 1e-4
 
 
 class FormingSolver(Solver):
-    """Outputs: five loads of n markers, stroke, force, work, max_tau_over_k, active; input: mu of n markers."""
+    """Outputs: five loads of n markers, stroke, force, work, max_tau_over_k, r and z of the markers, active; input: mu."""
 
     snapshot_classes = (
         State,
@@ -73,4 +73,5 @@ class FormingSolver(Solver):
         loads[:, 2] = np.where(active, loads[:, 2], 0.0)
         self.values[: 5 * n] = loads.T.ravel()
         self.values[5 * n : 5 * n + 4] = process.stroke, process.force, process.work, process.max_tau_over_k
+        self.values[5 * n + 4 : 7 * n + 4] = process.marker_position.T.ravel()
         self.flags[:] = active

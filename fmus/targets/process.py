@@ -66,7 +66,8 @@ def front_model(solver: str, config: SolverConfig) -> str:
 
     Examples
     --------
-    >>> config = {"names": ["mu", "speed"], "start": [0.1, 20.0], "first_input": 0, "first_parameter": 1, "flags": 0}
+    >>> config = {"names": ["mu", "speed"], "start": [0.1, 20.0], "first_input": 0, "first_parameter": 1, "further": 0,
+    ...           "flags": 0}
     >>> "#define TF_REALS 2" in front_model("forming", config)
     True
     """
@@ -81,6 +82,7 @@ def front_model(solver: str, config: SolverConfig) -> str:
         f"#define TF_FIRST_INPUT {config['first_input']}",
         f"#define TF_FIRST_PARAMETER {config['first_parameter']}",
         f"#define TF_FLAGS {config['flags']}",
+        f"#define TF_FURTHER {config['further']}",
         f'#define TF_SOLVER "{solver}"',
         f'#define TF_PACKED_BY "{packed_by}"',
         "static const char *const tf_names[TF_REALS] = {",

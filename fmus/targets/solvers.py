@@ -6,6 +6,7 @@ import inspect
 import json
 import os
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,23 @@ class {name}SlaveFmu(Fmi2Slave):
 
 #: Units as the processes write them in messages, where FMI has another name for them.
 _FMI_UNITS = {"degrees": "deg", "": "1"}
+#: What the loads of the forming FMUs are, more closely than for any friction model.
+_FORMING_WORDS = {
+    "v_rel": "sliding speed of the workpiece against the tool along the surface: a magnitude, never negative",
+    "T": "contact temperature, mean of both surfaces; kept from the last contact where there is none",
+    "sigma_n": "contact normal pressure, positive in compression; 0 where there is no contact",
+    "sd": "distance that the material point has slid, the integral of v_rel",
+    "psi": "surface expansion: area of the rings beside the marker over that area in the undeformed billet",
+}
+#: Where the markers of each process lie, in their order.
+_SURFACES = {
+    "fre": "on the billet's surface from the axis at its lower end over the side, which the die works on, to the upper end",
+    "bce": "on the billet's surface from the axis at its lower end over the side to the axis under the punch, densest there",
+    "upsetting": "on the billet's surface from the axis at its lower face over the side to the axis at its upper face",
+    "ring": "on the whole outline of the ring, from the bore at its lower face counter-clockwise back to there",
+}
+#: Numbers of the processes that are fixed in an FMU: another parameter would renumber the flags behind the parameters.
+_FIXED = ("friction_heat_share",)
 #: Travel in the default experiment [mm], where the process reaches it.
 _STROKE = 20.0
 
@@ -116,16 +134,25 @@ def pack_forming(
         )
     n = made.n_points
     known = _parameters(solver)
-    numbers = {name: p.default for name, p in known.items() if name in made.units} | {
-        name: value for name, value in kwargs.items() if name in made.units
+    told = [name for name in made.units if name not in _FIXED]
+    numbers = {name: p.default for name, p in known.items() if name in told} | {
+        name: value for name, value in kwargs.items() if name in told
     }
     meanings = _meanings(solver)
-    outputs = [indexed(q, n, i) for q in LOADS for i in range(n)]
+    words = _FORMING_WORDS
+    surface = _SURFACES[process]
+    outputs = [replace(indexed(q, n, i), description=words[q.name]) for q in LOADS for i in range(n)]
     outputs += [
         signal("stroke", "mm", "travel of the punch"),
-        signal("force", "kN", "punch force"),
+        signal("force", "kN", f"punch force of {made.name}, positive against the motion of the punch"),
         signal("work", "J", "work of the punch"),
-        signal("max_tau_over_k", "1", "highest friction stress over shear yield stress"),
+        signal("max_tau_over_k", "1", "highest friction stress over shear yield stress at a node in contact"),
+    ]
+    places = {"r": "radius", "z": "height along the axis"}
+    further = [
+        signal(name if n == 1 else f"{name}[{i + 1}]", "mm", f"{what} of the marker; markers lie {surface}")
+        for name, what in places.items()
+        for i in range(n)
     ]
     fixed = {k: v for k, v in kwargs.items() if k not in numbers and k != "material"} | {"n_points": n}
     if fixed.get("tool_material") is not None:  # its data, not its name: the FMU goes where the file is not
@@ -143,6 +170,7 @@ def pack_forming(
         meanings={name: meanings.get(name, "") for name in numbers},
         experiment=(communication_step / made.speed, stroke / made.speed),
         flags=[f"active[{i + 1}]" for i in range(n)],
+        further=further,
         fixed={
             "process": process,
             "fixed": fixed,

@@ -136,9 +136,12 @@ class ForwardRodExtrusion(Extrusion):
         htc: float = 35.0,
         T_ambient: float = 20.0,
         h_ambient: float = 10.0,
+        friction_heat_share: float = 0.5,
         ejector_diameter: float | None = None,
     ) -> None:
-        thermal = ThermalConditions(T_billet, T_tool, tool_heating, tool_material, htc, T_ambient, h_ambient)
+        thermal = ThermalConditions(
+            T_billet, T_tool, tool_heating, tool_material, htc, T_ambient, h_ambient, friction_heat_share
+        )
         super().__init__(speed, material, n_points, thermal)
         self._number("diameter", diameter, 2.0, 200.0, "mm")
         self._number("exit_diameter", exit_diameter, 0.2 * diameter, 0.97 * diameter, "mm")

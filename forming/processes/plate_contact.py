@@ -54,18 +54,20 @@ def _edge(surface: FloatArray, table: FloatArray, bore: float) -> tuple[float, f
     """Return the radius at which the surface leaves the plate [mm], at most `bore`, and its index coordinate.
 
     The contact lies between the last node that touches and the first that does not. The gap of the first two
-    free nodes, extrapolated to zero, tells where, so that the area grows smoothly with the force.
+    free nodes over the length of the surface, extrapolated to zero, tells where, so that the area grows smoothly with
+    the force. Over the radius it would not: where the side stands up, along a bore, the radius hardly changes.
     """
     on = table[:, PRESSURE] > 0.0
     last = int(np.flatnonzero(on)[np.argmax(surface[on, 0])])
     at = float(surface[last, 0])
     if last + 2 >= len(surface):
         return min(at, bore), float(last)
-    (near, far), (gap, wider) = surface[last + 1 : last + 3, 0], table[last + 1 : last + 3, GAP]
-    if not (wider > gap > 0.0 and near > at):
+    gap, wider = table[last + 1 : last + 3, GAP]
+    near, far = np.hypot(*np.diff(surface[last : last + 3], axis=0).T)
+    if not (wider > gap > 0.0 and surface[last + 1, 0] > at):
         return min(at, bore), float(last)
-    edge = float(np.clip(near - gap * (far - near) / (wider - gap), at, near))
-    return min(edge, bore), last + (edge - at) / (near - at)
+    share = 1.0 - float(np.clip(gap * far / (wider - gap) / near, 0.0, 1.0))
+    return min(at + share * float(surface[last + 1, 0] - at), bore), last + share
 
 
 def plate_contact(

@@ -47,6 +47,8 @@ class StepwiseProcess(ABC):
     T_ambient, h_ambient : float
         Temperature [degC] and heat transfer coefficient [W/(m2 K)] of the air around free surfaces, which also
         radiate; 0 insulates them.
+    friction_heat_share : float
+        Share of the friction heat that is released on the side of the workpiece; the rest on that of the tool.
 
     Attributes
     ----------

@@ -20,6 +20,7 @@ RANGES = {
     "htc": (0.01, 1000.0, "kW/(m2 K)"),
     "T_ambient": (-50.0, 700.0, "degC"),
     "h_ambient": (0.0, 10_000.0, "W/(m2 K)"),
+    "friction_heat_share": (0.0, 1.0, ""),
 }
 
 
@@ -46,6 +47,7 @@ class ThermalConditions:
     htc: float = 35.0
     T_ambient: float = 20.0
     h_ambient: float = 10.0
+    friction_heat_share: float = 0.5
 
     def resolved(self, process: str) -> ThermalConditions:
         """Return the conditions with a checked switch and with the material itself instead of its name.
@@ -66,6 +68,6 @@ class ThermalConditions:
         if simulation.heat is not None:
             air = Environment(float(self.T_ambient), float(self.h_ambient) * 1e-3)
             simulation.heat = HeatExchange(
-                float(self.htc), simulation.heat.friction_share, air if self.h_ambient > 0.0 else None
+                float(self.htc), float(self.friction_heat_share), air if self.h_ambient > 0.0 else None
             )
         return simulation

@@ -86,8 +86,11 @@ class Upsetting(FormingProcess):
         htc: float = 35.0,
         T_ambient: float = 20.0,
         h_ambient: float = 10.0,
+        friction_heat_share: float = 0.5,
     ) -> None:
-        thermal = ThermalConditions(T_billet, T_tool, tool_heating, tool_material, htc, T_ambient, h_ambient)
+        thermal = ThermalConditions(
+            T_billet, T_tool, tool_heating, tool_material, htc, T_ambient, h_ambient, friction_heat_share
+        )
         super().__init__(speed, material, n_points, thermal)
         self._number("diameter", diameter, 1.0, 300.0, "mm")
         self._number("height", height, 0.1 * diameter, 2.5 * diameter, "mm")
@@ -161,6 +164,7 @@ class UpsettingOptions(TypedDict, total=False):
     htc: float
     T_ambient: float
     h_ambient: float
+    friction_heat_share: float
 
 
 class RingCompression(Upsetting):

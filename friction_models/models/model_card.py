@@ -17,6 +17,7 @@ import numpy.typing as npt
 from ..common.json_values import JsonObject
 from ..loads import LOADS, FloatArray
 from .intervals import SD_OFFSET, SIGMA_OFFSET, V_OFFSET, IntervalNumbers
+from .load_uncertainty import loads_sentence
 from .measures import Measures
 
 PACKAGES = ("numpy", "scikit-learn", "torch", "onnx")
@@ -180,6 +181,11 @@ def card_text(card: ModelCard) -> str:
                 f"| {split} | {e['mae']:.5f} | {e['rmse']:.5f} | {e['bias']:+.5f} | {worst} "
                 f"| {e['points']:g} | {e.get('tests', '')} |"
             )
+        parts = [(split, e.get("rms_from_loads"), e["rmse"]) for split, e in card["errors"].items()]
+        said = [
+            f"- {split}: {loads_sentence(a, b)}" for split, a, b in parts if a is not None and b is not None
+        ]
+        lines += ["", *said] if said else []
         lines += [
             "",
             "`train` is the error on the data the model was fitted to; judge a model by tests held out.",

@@ -12,6 +12,7 @@ import pandas as pd
 from ..common import InputError
 from ..loads import MEASURED_MU, DataSet, FloatArray, TriboLoads, check_column, missing_column
 from ..models.domain import known_domain
+from ..models.load_uncertainty import load_uncertainty, loads_sentence
 from ..models.measures import Measures, error_measures, range_warning
 
 if TYPE_CHECKING:
@@ -38,7 +39,8 @@ class Evaluation:
         Name of the model.
     overall : dict
         Measures over all points (`error_measures`), `outside_domain` (share of points outside the trained
-        domain; None for a model that has none or does not say) and `tests_within_accuracy` (share of tests with an MAE below 0.01).
+        domain; None for a model that has none or does not say) and `tests_within_accuracy` (share of tests with an MAE below 0.01);
+        `rms_from_loads` (RMSE that the stated uncertainties of the loads alone would make) where the data state any.
     roles : dict of dict
         The same by role (``train``, ``test``); empty where no role is recorded.
     per_test : pandas.DataFrame
@@ -95,6 +97,9 @@ class Evaluation:
             lines.append(
                 f"  {row['test_id']:17s} {row['role'] or '':8s}{row['mae']:9.5f}{row['bias']:+10.5f}"
             )
+        from_loads = self.overall.get("rms_from_loads")
+        if from_loads is not None:
+            lines += ["", loads_sentence(from_loads, self.overall["rmse"] or 0.0)]
         lines += ["", self.warning] if self.warning else []
         return "\n".join(lines) + "\n"
 
@@ -149,13 +154,18 @@ def evaluate(
     domain = known_domain(model)
     outside = None if domain is None else ~domain.without(loads.absent).contains(loads.as_array())
     table = _per_test(mu, predicted, outside, ids, _roles(tests))
+    uncertain = load_uncertainty(model, data, tests)
 
     def measures(own: npt.NDArray[np.bool_]) -> Measures:
         mae = table.loc[table["test_id"].isin(ids[own]), "mae"].to_numpy()
-        return error_measures(mu[own], predicted[own], ids[own]) | {
-            "outside_domain": None if outside is None else float(np.mean(outside[own])),
-            "tests_within_accuracy": float(np.mean(mae < TRIBOMETER_ACCURACY)),
-        }
+        return (
+            error_measures(mu[own], predicted[own], ids[own])
+            | {
+                "outside_domain": None if outside is None else float(np.mean(outside[own])),
+                "tests_within_accuracy": float(np.mean(mae < TRIBOMETER_ACCURACY)),
+            }
+            | ({} if uncertain is None else {"rms_from_loads": uncertain.rms_of(own)})
+        )
 
     roles = {
         role: measures(np.isin(ids, table.loc[table["role"] == role, "test_id"].to_numpy().astype(str)))

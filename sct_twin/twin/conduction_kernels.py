@@ -12,8 +12,7 @@ from numba import njit
 
 from friction_models.loads import FloatArray
 
-#: Lowest temperature [degC] and step [K] of the tables of conductivity, capacity and enthalpy.
-TABLE_START, TABLE_STEP = -273.0, 1.0
+from .thermal_settings import TABLE_START, TABLE_STEP
 
 
 @njit(cache=True)
@@ -151,6 +150,7 @@ def sweep_depth(
     c_s: FloatArray,
     dt: float,
     heat_transfer: float,
+    friction_heat_share: float,
     punch_temperature: float,
 ) -> None:
     """Conduct implicitly through punch - specimen - interface - plate, column by column.
@@ -170,8 +170,8 @@ def sweep_depth(
             last_value = 0.0
             if part > 0.0:
                 column_s, ks, cs = specimen[i, j], k_s[i, j], c_s[i, j]
-                r_p = 0.5 * plate_layers[0] / k_p[i, j, 0] + 0.5 / heat_transfer
-                r_s = 0.5 * specimen_layers[0] / ks[0] + 0.5 / heat_transfer
+                r_p = 0.5 * plate_layers[0] / k_p[i, j, 0] + friction_heat_share / heat_transfer
+                r_s = 0.5 * specimen_layers[0] / ks[0] + (1.0 - friction_heat_share) / heat_transfer
                 bridge = 1.0 / (r_p + r_s)
                 to_plate = heat[i, j] * r_s * bridge
                 top = 1.0 / (1.0 / heat_transfer + 0.5 * specimen_layers[n_s - 1] / ks[n_s - 1])
@@ -224,13 +224,14 @@ def interface_means(
     specimen_layer: float,
     plate_table: FloatArray,
     specimen_table: FloatArray,
-    half_contact: float,
+    to_plate_side: float,
+    to_specimen_side: float,
 ) -> tuple[float, float, float]:
     """Return area means of plate and specimen surface temperature, and the largest mean of both.
 
     `offset` (-0.5 to 0.5 cells) is how far the plate has moved since its lattice was in place; the
-    plate is read in between its cells. `*_layer` are the layers at the interface [mm], `half_contact`
-    the thermal resistance of half the contact.
+    plate is read in between its cells. `*_layer` are the layers at the interface [mm], `to_*_side` the
+    thermal resistances of the film between where friction heat is released and each body.
     """
     nx, ny, _ = plate.shape
     mean_p = mean_s = 0.0
@@ -247,7 +248,7 @@ def interface_means(
             cell_s = specimen[i, j, 0]
             half_p = 0.5 * plate_layer / _look_up(plate_table, cell_p)[0]
             half_s = 0.5 * specimen_layer / _look_up(specimen_table, cell_s)[0]
-            r_p, r_s = half_p + half_contact, half_s + half_contact
+            r_p, r_s = half_p + to_plate_side, half_s + to_specimen_side
             to_plate = (heat[i, j] * r_s + cell_s - cell_p) / (r_p + r_s)
             surface_p = cell_p + to_plate * half_p
             surface_s = cell_s + (heat[i, j] - to_plate) * half_s

@@ -32,7 +32,8 @@ class ContactTemperature(NamedTuple):
     `mean` is the mean of both surfaces, `film` that of the middle of the film between them. All friction heat q
     is released there, and each half of the film has the resistance 1 / (2 h). With what flows into both
     bodies, 2 h (film - plate) + 2 h (film - specimen) = q, it follows that film = mean + q / (4 h). Heat that is
-    released evenly through the film would lift its middle by half as much.
+    released evenly through the film would lift its middle by half as much. With another `friction_heat_share` it is the
+    place in the film where the heat is released.
     """
 
     mean: float
@@ -164,6 +165,7 @@ class SlidingContact:
             c_s,
             dt,
             s.heat_transfer,
+            s.friction_heat_share,
             self.punch_temperature,
         )
         for (field, _, body), (_, c, before) in zip(bodies, found):
@@ -172,7 +174,7 @@ class SlidingContact:
         self.contact = self._measure(power)
 
     def _measure(self, power: float) -> ContactTemperature:
-        s = self.settings
+        s, share = self.settings, self.settings.friction_heat_share
         plate, specimen, top = interface_means(
             self._plate,
             self._specimen,
@@ -183,10 +185,12 @@ class SlidingContact:
             self._specimen_layers[0],
             s.plate.table,
             s.specimen.table,
-            0.5 / s.heat_transfer,
+            share / s.heat_transfer,
+            (1.0 - share) / s.heat_transfer,
         )
         mean = 0.5 * (plate + specimen)
-        film = mean + power / self._area / (4.0 * s.heat_transfer)
+        drop = share * (1.0 - share) * power / self._area / s.heat_transfer
+        film = (1.0 - share) * plate + share * specimen + drop
         return ContactTemperature(mean, top, plate, specimen, film)
 
 

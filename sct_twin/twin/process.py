@@ -150,7 +150,7 @@ class SctProcess:
         self._T_upset = T_tool = float(T_tool)
         T0 = T_tool if T_specimen is None else float(T_specimen)
         case = UpsettingCase(self.punch, run_force(self.F_max), mesh_size, steel, upsetting_mu, T0, T_tool)
-        self._upsetting = UpsettingRun(known_upset(case, "SCT process"), T_tool)
+        self._upsetting = UpsettingRun(known_upset(case, "SCT process"), case)
         contact = self._contact_under(self.F_max, T_tool)
         self._now = ProcessSnapshot(0.0, 0.0, 0.0, 0.0, T_tool, 0.0, T_tool, *contact)
 

@@ -33,7 +33,7 @@ EXTRA_UNITS = {
 #: `sct_twin.twin.error_study.check` computes those of the campaign at hand.
 ASSUMPTIONS = (
     "contact pressure and surface expansion keep their shape from the end of upsetting on while the specimen "
-    "slides (heating evenly instead changes T by up to 1.6 % of its rise, T_max by 11 %); area and "
+    "slides (heating evenly instead changes T by up to 1.3 % of its rise, T_max by 6 %); area and "
     "expansion belong to the highest force so far (where the force exceeds that of upsetting by more than 2 % "
     "they grow with it, the heated circle does not); shear by friction does not redistribute the pressure "
     "(column sigma_n_shear of the tests: by which share sigma_n may be lower for that, by von "
@@ -47,13 +47,14 @@ ASSUMPTIONS = (
     "all friction work (measured F_r times distance) becomes heat at the interface; the sides of specimen and "
     "plate lose none (at most 2 % of the work in tests of 11 s, less in faster ones)",
     "one interface heat transfer coefficient for sliding and rest; heat data of plate and specimen by the "
-    "material files, with their dependence on temperature (half or twice the coefficient: up to +4.0 or -2.4 % "
-    "of the rise; heat data of 20 degC: up to +3.6 %)",
+    "material files, with their dependence on temperature (half or twice the coefficient: up to +12 or -7 % "
+    "of the rise; heat data of 20 degC: up to +3.9 %)",
     "fresh plate enters at the temperature measured before sliding; the punch stays at tool temperature",
-    "the specimen starts to slide at one uniform temperature, that of its contact after upsetting",
-    "friction while upsetting is a parameter of the twin, as no sensor sees it (0.03 more or less: up to 2.8 % of "
-    "sigma_n, 5 % of psi where the bore is not filled and the contact not measured)",
-    "the flow curve is that of the material file (2 % more flow stress: up to 1.9 % of sigma_n where the bore is "
+    "the specimen starts with the heat of upsetting, evenly spread: the work of the punch less what is elastic, times the "
+    "share that becomes heat; it conducts for as long as that heat has been there on average, then for the wait",
+    "friction while upsetting is a parameter of the twin, as no sensor sees it (0.03 more or less: up to 3.0 % of "
+    "sigma_n, 6 % of psi where the bore is not filled and the contact not measured)",
+    "the flow curve is that of the material file (2 % more flow stress: up to 1.4 % of sigma_n where the bore is "
     "not filled and the contact not measured)",
     "where the diameter of the contact was measured after the test (column contact_diameter) and the bore is not "
     "filled, sigma_n is the force over that area, and what differs in flow stress and friction while upsetting is "

@@ -14,10 +14,8 @@ from forming.materials.materials import Material, load
 from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
-from .conduction_kernels import TABLE_START, TABLE_STEP
-
-#: Highest temperature of the tables that the kernels read [degC].
-_TABLE_END = 1600.0
+#: Lowest and highest temperature [degC] and step [K] of the tables of conductivity, capacity and enthalpy that the kernels read.
+TABLE_START, TABLE_STEP, _TABLE_END = -273.0, 1.0, 1600.0
 
 
 @dataclass(frozen=True)
@@ -120,6 +118,9 @@ class ThermalSettings:
     depth: float = 12.0
     #: Interface heat transfer coefficient [N/(mm s K)]; 35 is 35 000 W/(m2 K).
     heat_transfer: float = 35.0
+    #: Share of the friction heat that is released on the specimen's side of the film: it then has that part of the
+    #: film's resistance to the plate, and the rest to the specimen. 0.5 is the middle.
+    friction_heat_share: float = 0.5
     #: Heat data; those of the material files of 1.2379 and 16MnCr5 by default.
     plate: ThermalBody = field(default_factory=lambda: _shipped("1.2379"))
     specimen: ThermalBody = field(default_factory=lambda: _shipped("16MnCr5"))
@@ -131,6 +132,7 @@ class ThermalSettings:
             ("growth", 1.001, 3.0),
             ("depth", 1.0, 200.0),
             ("heat_transfer", 1e-9, 1e6),
+            ("friction_heat_share", 0.0, 1.0),
         ):
             value = getattr(self, name)
             if not (math.isfinite(value) and low <= value <= high):

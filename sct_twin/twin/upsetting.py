@@ -17,6 +17,8 @@ from friction_models.loads import FloatArray
 
 from ..records.record import SctRecord
 from .contact_temperature import SlidingContact, ThermalSettings
+from .sliding import rest
+from .upsetting_heat import heat_of_upsetting
 
 #: Punch speed [mm/s] where nothing else is measured.
 SPEED = 10.0
@@ -57,15 +59,16 @@ class ContactState:
     height: float
     #: Area-weighted mean of the local surface expansion dA/dA0.
     psi: float
-    #: Temperature of the specimen near the contact [degC].
+    #: Temperature of the specimen with all heat of upsetting in it [degC], and how long that has been there on average [s].
     T_specimen: float
+    age: float
     #: Contact pressure [MPa] over r / radius, shape (m,).
     radius_fraction: FloatArray
     pressure: FloatArray
 
     @classmethod
-    def from_result(cls, result: UpsettingResult, force: float, T_tool: float) -> ContactState:
-        """Read an upsetting run at a force.
+    def from_result(cls, result: UpsettingResult, force: float, case: UpsettingCase) -> ContactState:
+        """Read an upsetting run, that of a case, at a force.
 
         The contact of a mesh grows node by node; area and the other figures are therefore taken from a
         locally linear fit over forces within some 10 % instead of from the nearest increment.
@@ -74,14 +77,15 @@ class ContactState:
         weights = _weights(result.force, force)
         profile = np.maximum(weights @ result.sigma_n / weights.sum(), 0.0)
         fraction = np.asarray(result.radius_fraction)
+        heat = heat_of_upsetting(result, force, case.punch, case.material, case.T0)
         return cls(
             force=float(force),
             area=area,
             radius=float(np.sqrt(area / np.pi)),
             height=local_fit(result.force, result.height, force),
             psi=local_fit(result.force, result.psi_mean, force),
-            # The run reports the mean of workpiece and tool surface; tools stay at their temperature there.
-            T_specimen=2.0 * local_fit(result.force, result.T_contact, force) - T_tool,
+            T_specimen=heat.temperature,
+            age=heat.age,
             radius_fraction=fraction,
             pressure=profile * (force / area) / float(ring_shares(fraction) @ profile),
         )
@@ -93,9 +97,9 @@ class ContactState:
     def sliding(
         self, speed: float, T_plate: float, T_tool: float, settings: ThermalSettings, uniform: bool = False
     ) -> SlidingContact:
-        """Return the thermal model of the sliding phase in its start state; `uniform`: evenly heated."""
+        """Return the thermal model after upsetting, at the start of the wait; `uniform`: evenly heated."""
         profile = np.ones_like(self.pressure) if uniform else self.pressure
-        return SlidingContact(
+        contact = SlidingContact(
             self.radius,
             self.height,
             speed=speed,
@@ -105,6 +109,8 @@ class ContactState:
             pressure=lambda r: np.interp(r / self.radius, self.radius_fraction, profile),
             settings=settings,
         )
+        rest(contact, self.age)
+        return contact
 
 
 def geometry(record: SctRecord) -> PunchGeometry:
@@ -129,8 +135,8 @@ class UpsettingRun:
 
     #: The run.
     result: UpsettingResult
-    #: Temperature of the tools in it [degC].
-    T_tool: float
+    #: What was upset.
+    case: UpsettingCase
     #: Flow stress of the specimen over that of the run: the contact under a force F is that of the run under
     #: F / `flow_stress`, with its pressure in proportion.
     flow_stress: float = 1.0
@@ -139,7 +145,7 @@ class UpsettingRun:
 
     def at(self, force: float) -> ContactState:
         """Return the contact under a force [N]."""
-        state = ContactState.from_result(self.result, force / self.flow_stress, self.T_tool)
+        state = ContactState.from_result(self.result, force / self.flow_stress, self.case)
         return replace(
             state,
             force=float(force),
@@ -204,13 +210,14 @@ def upset_specimen(
 
     force = run_force(max(reached, highest))
     usual = UpsettingCase(punch, force, mesh_size, material, mu, T_specimen, T_tool)
-    result = known_upset(usual, where)
+    result, case = known_upset(usual, where), usual
     stroke = float(result.height[0] - local_fit(result.force, result.height, reached))
     factor = stroke / max(float(t[-1] - t[0]), 1e-3) / SPEED
     if not 0.5 < factor < 2.0:
         speed = SPEED * 2.0 ** float(np.clip(round(math.log2(max(factor, 1e-3))), -6, 6))
-        result = known_upset(replace(usual, speed=speed), where)
-    return UpsettingRun(result, T_tool)
+        case = replace(usual, speed=speed)
+        result = known_upset(case, where)
+    return UpsettingRun(result, case)
 
 
 def known_upset(case: UpsettingCase, where: str) -> UpsettingResult:

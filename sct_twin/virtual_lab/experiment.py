@@ -12,7 +12,7 @@ import pandas as pd
 from friction_models.loads import FloatArray
 
 from ..signals.filters import integral
-from ..twin.upsetting import ContactState
+from .contact.contact_state import LabContact
 from .heating import LEAST_MU_WITH_SCATTER, Sliding, heat
 from .law import LawInput, TrueLaw
 from .plans import PlanRow
@@ -113,6 +113,7 @@ def run_test(
     }
     loading = _loading(table, force, T_tool, flow_stress, rig)
     state = table.state(force, T_tool, flow_stress)
+    rise = table.rise(loading, T_tool, flow_stress)
     distance = float(row["sd_set"])
     # How long the rig records after the load is off [s].
     unloaded = max(told.zero_reading, instruments.unloaded_after)
@@ -148,7 +149,7 @@ def run_test(
     if instruments.stiffness > 0.0:
         static += instruments.static / (1.0 + (plate_sd / instruments.static_length) ** 2)
     sliding = Sliding(F_n[begin:end], plate_v, plate_sd, scatter, static)
-    T, work, slip = heat(state, law, context, rig, T_tool, float(row["t_wait"]), sliding)
+    T, work, slip = heat(state, law, context, rig, T_tool, rise, float(row["t_wait"]), sliding)
     sigma_n = state.sigma_n(sliding.F_n)
     psi = np.full(len(plate_sd), state.psi)
     law_mu = law.mu(LawInput(plate_v, T, sigma_n, plate_sd, psi, work, context, slip))
@@ -230,7 +231,7 @@ def _motion(
 def _follow(
     command: FloatArray,
     force: float,
-    state: ContactState,
+    state: LabContact,
     law: TrueLaw,
     context: Mapping[str, float],
     T_tool: float,

@@ -17,7 +17,7 @@ from friction_models.common import InputError, write_json
 from friction_models.common.files import read_json
 from friction_models.loads import FloatArray
 
-from ..twin.contact_temperature import ThermalBody, ThermalSettings
+from .heat.bodies import LabHeat
 from .hidden import HIDDEN, HiddenEffect, LawInput, hidden_names
 from .lubricants import lubricant_named
 from .rig.specimen import Rig
@@ -206,6 +206,4 @@ def load_truth(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str
 
 def rig_from(content: Mapping[str, Any]) -> Rig:
     """Return the rig that `truth.json` describes."""
-    thermal = content["thermal"]
-    bodies = {name: ThermalBody(**thermal[name]) for name in ("plate", "specimen")}
-    return Rig(**{**content, "thermal": ThermalSettings(**{**thermal, **bodies})})
+    return Rig(**{**content, "thermal": LabHeat.from_dict(content["thermal"])})

@@ -7,24 +7,22 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from forming.processes.specimen_upsetting import UpsettingResult
 from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError, atomic_path
 from friction_models.common.cached_results import cache_folder, code_digest, fingerprint, is_kept, keep
 from friction_models.common.pool import map_unordered
 
-from ..twin.upsetting import UpsettingCase, robust_upset
+from .contact.specimen_run import SpecimenRun, Upsetting, upset_specimen
 from .plans import SIGMA_LEVELS
 from .rig.specimen import DIAMETER, HEIGHT, STEPS, TABLE_MU, TEMPERATURES, Rig, SpecimenTable
 
 #: Specimens are upset beyond the largest force, for those that are softer.
 FORCE_MARGIN = 1.2
 #: Packages whose sources decide an upsetting run.
-SOLVER = ("forming.fe", "forming.materials", "forming.processes", "forming.tools")
+SOLVER = ("forming.fe", "forming.materials", "forming.tools", "sct_twin.virtual_lab.contact")
 
 
 def specimen_tables(
@@ -49,7 +47,7 @@ def specimen_tables(
             size = DIAMETER + change.get("diameter", 0.0), HEIGHT + change.get("height", 0.0)
             punch = PunchGeometry(*size, bore_diameter=bore, tip_diameter=tip or None)
             items.append((punch, T, TABLE_MU + change.get("mu", 0.0), force, rig, cache))
-    runs: dict[int, UpsettingResult] = {}
+    runs: dict[int, SpecimenRun] = {}
     for index, run in map_unordered(compute_run, items, jobs):
         runs[index] = run
         tick(len(runs), len(items))
@@ -63,24 +61,22 @@ def specimen_tables(
 
 def compute_run(
     punch: PunchGeometry, T_tool: float, mu: float, force: float, rig: Rig, cache: str | None
-) -> UpsettingResult:
+) -> SpecimenRun:
     """Return one upsetting run up to `force` [N] with friction `mu`, from the cache where it is known."""
-    case = UpsettingCase(punch, force, rig.mesh_size, rig.material, mu, T_tool, T_tool, rig.ram_speed)
+    case = Upsetting(punch, force, rig.mesh_size, rig.material, mu, T_tool, T_tool, rig.ram_speed)
     key = fingerprint(case, solver_fingerprint())
-    names = [f.name for f in fields(UpsettingResult)]
+    names = [f.name for f in fields(SpecimenRun)]
     file: Path | None = None
     with contextlib.suppress(OSError):  # no folder to keep runs in costs time, nothing else
         file = (Path(cache) if cache else cache_folder()) / f"upsetting-{key[:24]}.npz"
         if is_kept(file, key):
             with np.load(file, allow_pickle=False) as stored:
-                values: dict[str, Any] = {name: stored[name] for name in names}
-            values |= {name: str(values[name]) for name in ("status", "message")}
-            return UpsettingResult(**values)
-    run = robust_upset(case, "virtual laboratory: ")
+                return SpecimenRun(**{name: stored[name] for name in names})
+    run = upset_specimen(case)
     if file is not None:
         with contextlib.suppress(OSError, InputError):
             with atomic_path(file) as temporary, temporary.open("wb") as stream:
-                np.savez(stream, **{n: np.asarray(getattr(run, n)) for n in names})  # type: ignore[arg-type]
+                np.savez(stream, **{n: getattr(run, n) for n in names})
             keep(file, key)
     return run
 

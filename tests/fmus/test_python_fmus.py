@@ -71,6 +71,24 @@ def test_solver_fmus_are_valid_and_publish_without_direct_dependence(forming: Pa
     assert len([v.name for v in fmu.resolve("mu")]) == len([v.name for v in fmu.resolve("active")]) == N
 
 
+def test_places_of_the_markers_are_numbered_after_all_that_was_there_before(forming: Path) -> None:
+    variables = UnpackedFmu.of(forming).raw.modelVariables
+    assert [v.valueReference for v in variables] == list(range(len(variables)))
+    # Five loads and mu at the markers, four numbers of the punch, the parameters, a flag a marker, as ever.
+    assert [v.name for v in variables[5 * N : 5 * N + 5]] == [
+        "stroke",
+        "force",
+        "work",
+        "max_tau_over_k",
+        "mu[1]",
+    ]
+    names = [v.name for v in variables[-3 * N :]]
+    assert names == [f"{name}[{i + 1}]" for name in ("active", "r", "z") for i in range(N)]
+    assert {v.unit for v in variables[-2 * N :]} == {"mm"}
+    assert "magnitude, never negative" in variables[0].description
+    assert all(v.description for v in variables)
+
+
 def test_forming_fmu_is_the_solver(forming: Path) -> None:
     from forming.processes.forward_rod_extrusion import ForwardRodExtrusion
 
@@ -90,6 +108,8 @@ def test_forming_fmu_is_the_solver(forming: Path) -> None:
             assert fmu.get_real(force) == pytest.approx(
                 [process.force, process.stroke, process.work], rel=1e-9
             )
+        places = [fmu.get_real([v.name for v in unpacked.resolve(n)]) for n in ("r", "z")]
+        np.testing.assert_allclose(np.array(places).T, process.marker_position, atol=1e-9)
         active = process.active
         assert 0 < active.sum() < N
         loads = np.array([fmu.get_real([v.name for v in unpacked.resolve(n)]) for n in LOAD_NAMES]).T

@@ -21,12 +21,12 @@ from sct_twin.twin.upsetting import UpsettingCase, UpsettingRun, known_upset, ru
 Maker = Callable[..., SctRecord]
 #: A tip that has folded down in part: the area grows about as fast as the force.
 PUNCH = PunchGeometry(bore_diameter=20.0, tip_diameter=8.944)
-FORCE, MESH = 157e3, 0.9
+FORCE, MESH = 157e3, 0.7
 
 
 def upset_to(force: float, material: Material, T: float = 20.0) -> UpsettingRun:
     case = UpsettingCase(PUNCH, run_force(force), MESH, material, 0.07, T, T)
-    return UpsettingRun(known_upset(case, "test"), T)
+    return UpsettingRun(known_upset(case, "test"), case)
 
 
 def of_the_table(force: float) -> UpsettingRun:
@@ -126,7 +126,9 @@ def test_pressure_of_a_test_is_force_over_the_measured_area(record_maker: Maker)
     assert 1.02 < float(result.summary["flow_stress_ratio"]) < 1.08
     assert result.columns["sigma_n"] * area == pytest.approx(result.columns["F_n"], rel=1e-3)
     assert (result.columns["psi"] < without.columns["psi"]).all()
-    assert (result.columns["T"][1:] > without.columns["T"][1:]).all()
+    # It was upset less, so that it starts colder; then the heat on a smaller area counts.
+    later = result.columns["sd"] > 6.0
+    assert (result.columns["T"] > without.columns["T"])[later].all()
 
 
 def test_area_of_a_contact_that_hardly_grows_is_the_measured_one(record_maker: Maker) -> None:

@@ -17,7 +17,7 @@ def state() -> ContactState:
     """The contact under 250 kN without friction, 700 MPa (0.005 + phi)^0.15."""
     steel = PowerLaw(K=700.0, n=0.15, prestrain=0.005)
     case = UpsettingCase(PunchGeometry(), run_force(FORCE), 0.7, steel, 0.0, 20.0, 20.0)
-    return ContactState.from_result(known_upset(case, "test"), FORCE, 20.0)
+    return ContactState.from_result(known_upset(case, "test"), FORCE, case)
 
 
 def test_expansion_without_friction_is_that_of_the_area(state: ContactState) -> None:

@@ -29,7 +29,8 @@ def test_loads_of_a_test_that_is_driven_from_outside(process: SctProcess) -> Non
     assert loads.sd == pytest.approx(20.0)
     assert loads.v_rel == 200.0
     assert loads.sigma_n == pytest.approx(330e3 / (np.pi / 4 * 15.51**2), rel=0.01)
-    assert 1.04 < loads.psi < 1.07
+    # A filled bore has the area ratio (15.51 / 15)^2; the mean by area now is a little more where psi varies.
+    assert 1.069 < loads.psi < 1.074
     assert 200.0 < loads.T < process.T_max
     process.restore(start)
 

@@ -343,4 +343,6 @@ def test_a_plain_rig_has_no_flaws_of_a_real_one() -> None:
     changed = {name for name in plain if plain[name] != real_one[name]}
     assert all(plain[name] == 0.0 for name in changed) and "stiffness" in changed
     assert not Rig().scattered and Rig.realistic().scattered
-    assert Rig().thermal != ThermalSettings()
+    heat = ThermalSettings()
+    assert Rig().thermal.heat_transfer != heat.heat_transfer
+    assert asdict(Rig().thermal.plate) != asdict(heat.plate)

@@ -10,16 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from forming.processes.specimen_upsetting import UpsettingResult
 from forming.tools.punch_geometry import PunchGeometry
-from sct_twin.twin.upsetting import UpsettingCase
 from sct_twin.virtual_lab import specimen_runs
+from sct_twin.virtual_lab.contact.specimen_run import SpecimenRun, Upsetting
 from sct_twin.virtual_lab.rig.specimen import Rig
 
 PUNCH = PunchGeometry(15.0, 15.0, bore_diameter=20.0)
 
 
-def run(cache: Path | None, force: float = 2e4) -> UpsettingResult:
+def run(cache: Path | None, force: float = 2e4) -> SpecimenRun:
     return specimen_runs.compute_run(PUNCH, 20.0, 0.07, force, Rig(mesh_size=3.0), cache and str(cache))
 
 
@@ -27,13 +26,13 @@ def run(cache: Path | None, force: float = 2e4) -> UpsettingResult:
 def computed(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """The forces of the upsettings that were computed, not read."""
     forces: list[float] = []
-    real: Callable[..., Any] = specimen_runs.robust_upset
+    real: Callable[..., Any] = specimen_runs.upset_specimen
 
-    def noted(case: UpsettingCase, *rest: Any) -> Any:
+    def noted(case: Upsetting, *rest: Any) -> Any:
         forces.append(case.force)
         return real(case, *rest)
 
-    monkeypatch.setattr(specimen_runs, "robust_upset", noted)
+    monkeypatch.setattr(specimen_runs, "upset_specimen", noted)
     return forces
 
 

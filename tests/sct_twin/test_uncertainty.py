@@ -90,7 +90,10 @@ def test_flow_stress_and_friction_while_upsetting(record_maker: Maker) -> None:
     for name in ("sigma_n", "psi"):
         change = np.abs(harder[name] - base[name])
         assert stated[f"u_{name}"] == pytest.approx(change, rel=0.25), name
-    assert stated["u_T"][5:] == pytest.approx(np.abs(harder["T"] - base["T"])[5:], rel=0.3)
+    # At first less: what has been upset less starts colder, which the uncertainty does not count.
+    change = np.abs(harder["T"] - base["T"])
+    assert (stated["u_T"] > 0.8 * change).all()
+    assert stated["u_T"][15:] == pytest.approx(change[15:], rel=0.3)
     rough = columns(plain(upsetting_mu=0.09), test)
     stated = columns(plain(uncertainty=only(upsetting_mu=0.02)), test)
     # The change is half a percent here, and the area moves by jumps of the mesh of a tenth of that.
@@ -179,12 +182,14 @@ def test_a_tool_material_has_no_flow_stress_to_change() -> None:
         Material().hardened(1.02)
 
 
-def test_film_temperature_is_that_of_a_meshed_film() -> None:
-    """One dimension, heat in the middle of a film of 0.02 mm with the conductance h: a grid of the test's own."""
+@pytest.mark.parametrize("share", [0.5, 0.2])
+def test_film_temperature_is_that_of_a_meshed_film(share: float) -> None:
+    """One dimension, heat within a film of 0.02 mm with the conductance h: a grid of the test's own."""
     h, k_p, k_s, c, q = 20.0, 20.0, 40.0, 3.6, 3000.0
     steps = np.diff(np.linspace(0.0, 1.0, 201) ** 2 * 0.05)
     grid = ThermalSettings(cells=4, surface_layer=0.01, growth=1.15, depth=25.0, heat_transfer=h)
     settings = replace(grid, plate=ThermalBody(k_p, c), specimen=ThermalBody(k_s, c))
+    settings = replace(settings, friction_heat_share=share)
     cold = {"plate_temperature": 0.0, "specimen_temperature": 0.0, "punch_temperature": 0.0}
     contact = SlidingContact(9.0, 25.0, settings=settings, band=True, margin=0.0, **cold)
     for dt in steps:
@@ -199,7 +204,7 @@ def test_film_temperature_is_that_of_a_meshed_film() -> None:
     room = cells(c * solid, 1e-4 * 0.02 / m, c * solid)
     between = 1.0 / (half[1:] + half[:-1])
     source = np.zeros(len(room))
-    source[n + m // 2] = q
+    source[n + int(share * m)] = q
     T = np.zeros(len(room))
     for dt in steps:
         diagonal = room / dt + np.append(between, 0.0) + np.append(0.0, between)
@@ -209,11 +214,13 @@ def test_film_temperature_is_that_of_a_meshed_film() -> None:
     specimen = T[n + m] + (T[n + m - 1] - T[n + m]) * between[n + m - 1] * half[n + m]
     seen = contact.contact
     assert seen.mean == pytest.approx(0.5 * (plate + specimen), rel=0.01)
-    # The heat is released within the middle cell, not in its middle: up to 1 / 41 less.
-    assert seen.film - seen.mean == pytest.approx(T[n + m // 2] - 0.5 * (plate + specimen), rel=0.03)
-    assert seen.film - seen.mean == pytest.approx(q / (4.0 * h))
+    # The heat is released within a cell of the film, not at its edge or middle: up to 1 / 41 less.
+    assert seen.film - seen.mean == pytest.approx(T[n + int(share * m)] - 0.5 * (plate + specimen), rel=0.03)
+    if share == 0.5:
+        assert seen.film - seen.mean == pytest.approx(q / (4.0 * h))
     contact.advance(1e-9, 0.0, 0.0)
-    assert contact.contact.film == contact.contact.mean
+    without = contact.contact
+    assert without.film == pytest.approx((1.0 - share) * without.plate + share * without.specimen, abs=1e-9)
 
 
 def test_film_temperature_of_a_test(record_maker: Maker) -> None:

@@ -6,30 +6,20 @@ force and temperature; results are kept in a cache folder, keyed by everything t
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from forming.materials.materials import HenselSpittel, steel_16MnCr5
-from forming.processes.specimen_upsetting import UpsettingResult
 from friction_models.loads import FloatArray
 
-from ...twin.contact_temperature import ThermalBody, ThermalSettings
-from ...twin.upsetting import ContactState
+from ...twin.thermal_settings import ThermalSettings
+from ..contact.contact_state import LabContact, contact_under
+from ..contact.specimen_run import SpecimenRun
+from ..heat.bodies import LabHeat
 from .instruments import Instruments
-
-#: Thermal grid and heat data that hold in the laboratory: other values, and another dependence on temperature.
-FINE = ThermalSettings(
-    cells=36,
-    surface_layer=0.035,
-    growth=1.2,
-    depth=14.0,
-    heat_transfer=33.0,
-    plate=ThermalBody(((20.0, 20.4), (200.0, 21.3), (400.0, 23.4)), ((20.0, 3.50), (400.0, 3.64))),
-    specimen=ThermalBody(((20.0, 41.2), (300.0, 40.2)), ((20.0, 3.70), (400.0, 3.84))),
-)
 
 
 @dataclass(frozen=True)
@@ -54,8 +44,8 @@ class Rig:
         Elastic give of the machine [mm/N].
     diameter_scatter, height_scatter : float
         Standard deviations of the specimens [mm].
-    thermal : ThermalSettings
-        Finer grid, other conductivities, capacities and interface heat transfer.
+    thermal : LabHeat
+        Conductivities, capacities and heat transfer of the film.
 
     Examples
     --------
@@ -74,7 +64,7 @@ class Rig:
     compliance: float = 1.2e-6
     diameter_scatter: float = 0.0
     height_scatter: float = 0.0
-    thermal: ThermalSettings = field(default_factory=lambda: FINE)
+    thermal: LabHeat = field(default_factory=LabHeat)
 
     @classmethod
     def realistic(cls) -> Rig:
@@ -98,6 +88,8 @@ def virtual_steel(flow_stress: float, flow_exponent: float) -> HenselSpittel:
     return replace(nominal, A=nominal.A * flow_stress, m2=nominal.m2 * flow_exponent, name="16MnCr5, virtual")
 
 
+#: How heat is conducted in the laboratory.
+HEAT_SOLVER = "Duhamel superposition on a half space (plate), eigenfunctions of a cylinder (specimen)"
 #: Tool temperatures at which upsetting is computed [degC].
 TEMPERATURES = (20.0, 300.0)
 #: Specimen as it should be [mm].
@@ -112,7 +104,7 @@ STEPS = {"diameter": -0.4, "height": -0.8, "mu": 0.04}
 class _Part(NamedTuple):
     """A run, its tool temperature [degC], its weight in a specimen, and run force over specimen force."""
 
-    run: UpsettingResult
+    run: SpecimenRun
     level: float
     weight: float
     scale: float
@@ -123,11 +115,11 @@ class SpecimenTable:
     """Upsetting of one specimen shape, at the two tool temperatures of `TEMPERATURES`."""
 
     #: At the two temperatures.
-    runs: tuple[UpsettingResult, UpsettingResult]
+    runs: tuple[SpecimenRun, SpecimenRun]
     #: Temperature coefficient of the flow stress [1/K].
     m1: float
     #: At the first temperature, with one thing changed by its step of `STEPS`.
-    changed: Mapping[str, UpsettingResult] = field(default_factory=dict)
+    changed: Mapping[str, SpecimenRun] = field(default_factory=dict)
     #: How this specimen deviates in the same things.
     deviations: Mapping[str, float] = field(default_factory=dict)
 
@@ -152,31 +144,38 @@ class SpecimenTable:
 
     def stroke(self, force: FloatArray, T_tool: float, flow_stress: float) -> FloatArray:
         """Return the loss of height [mm] at forces [N]."""
+        return self._from_zero(lambda run: HEIGHT - run.height, force, T_tool, flow_stress)
+
+    def rise(self, force: FloatArray, T_tool: float, flow_stress: float) -> FloatArray:
+        """Return how far the heat of upsetting to forces [N] would warm the specimen, had it lost none [K]."""
+        return self._from_zero(lambda run: run.rise, force, T_tool, flow_stress)
+
+    def _from_zero(
+        self, read: Callable[[SpecimenRun], FloatArray], force: FloatArray, T_tool: float, flow_stress: float
+    ) -> FloatArray:
+        """Return something of the runs that rises from 0 with the force, at forces [N]."""
         total = np.zeros(len(force))
         for run, _, weight, scale in self._parts(T_tool, flow_stress):
-            known = np.maximum.accumulate(run.force)
-            total += weight * np.interp(force * scale, known, run.height[0] - run.height)
+            total += weight * np.interp(force * scale, np.append(0.0, run.force), np.append(0.0, read(run)))
         return np.asarray(np.maximum.accumulate(np.maximum(total, 0.0)))
 
-    def state(self, force: float, T_tool: float, flow_stress: float) -> ContactState:
+    def state(self, force: float, T_tool: float, flow_stress: float) -> LabContact:
         """Return the contact at the end of upsetting to a force [N]."""
         parts = [
-            (ContactState.from_result(run, min(force * scale, float(run.force.max())), level), level, weight)
-            for run, level, weight, scale in self._parts(T_tool, flow_stress)
+            (contact_under(run, force * scale), weight)
+            for run, _, weight, scale in self._parts(T_tool, flow_stress)
         ]
 
         def blend(name: str) -> Any:
-            return sum(weight * getattr(state, name) for state, _, weight in parts)
+            return sum(weight * getattr(contact, name) for contact, weight in parts)
 
         area = float(blend("area"))
-        return ContactState(
+        return LabContact(
             force=force,
             area=area,
             radius=float(np.sqrt(area / np.pi)),
             height=float(blend("height")),
             psi=float(blend("psi")),
-            T_specimen=T_tool + sum(weight * (state.T_specimen - level) for state, level, weight in parts),
-            radius_fraction=parts[0][0].radius_fraction,
             pressure=blend("pressure"),
         )
 
@@ -198,5 +197,6 @@ def perturbations(rig: Rig, instruments: Instruments) -> dict[str, object]:
         "ram_speed_mm_s": rig.ram_speed,
         "compliance_mm_per_N": rig.compliance,
         "thermal": {name: {"laboratory": here[name], "twin": usual[name]} for name in here},
+        "heat_solver": {"laboratory": HEAT_SOLVER, "twin": "implicit, in cells"},
         "sensors": asdict(instruments),
     }

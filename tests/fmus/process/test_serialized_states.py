@@ -89,6 +89,7 @@ def test_fmus_of_other_content_refuse_each_other() -> None:
         "names": [],
         "first_input": 0,
         "first_parameter": 0,
+        "further": 0,
         "start": [],
         "flags": 0,
         "T_specimen": None,

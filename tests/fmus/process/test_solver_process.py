@@ -165,6 +165,7 @@ def test_compiles_without_warnings_for_all_systems_and_again_to_the_same_bytes(t
         "names": ["x", "u", "p"],
         "first_input": 1,
         "first_parameter": 2,
+        "further": 0,
         "start": [0.0] * 3,
         "flags": 0,
     }

@@ -1,0 +1,123 @@
+"""What uncertain loads do to a friction model: the standard uncertainty of mu that comes from those of the loads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from ..common import InputError
+from ..loads import LOADS, DataSet, FloatArray
+
+#: Columns that hold the standard uncertainty of a load, by the load.
+UNCERTAIN = {"sigma_n": "u_sigma_n", "psi": "u_psi", "T": "u_T"}
+_UPPER = {q.name: q.upper for q in LOADS}
+
+
+class FramePredictor(Protocol):
+    """Anything that predicts mu for a table of points."""
+
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray: ...
+
+
+@dataclass(frozen=True)
+class LoadUncertainty:
+    """Standard uncertainty of a model's mu through the loads.
+
+    Attributes
+    ----------
+    points : ndarray, shape (n,)
+        Of every point, loads added as squares.
+    tests : pandas.Series
+        Of the mean of every test, by `test_id`. The errors of a load are common to the points of a test, so that they do
+        not average out.
+    by_load : dict of str to float
+        Root mean square over the points, of each uncertain load by itself.
+    """
+
+    points: FloatArray
+    tests: pd.Series[float]
+    by_load: Mapping[str, float]
+
+    @property
+    def rms(self) -> float:
+        """Root mean square over the points: what uncertain loads alone would make of the error of a true model."""
+        return self.rms_of(np.full(len(self.points), True))
+
+    def rms_of(self, some: npt.NDArray[np.bool_]) -> float:
+        """Return the root mean square over some of the points, shape (n,)."""
+        return float(np.sqrt(np.mean(self.points[some] ** 2)))
+
+
+def load_uncertainty(
+    model: FramePredictor, data: pd.DataFrame | DataSet, tests: pd.DataFrame | None = None
+) -> LoadUncertainty | None:
+    """Return the uncertainty of mu that the stated uncertainties of the loads give a model, to first order.
+
+    Each load is raised by its uncertainty at all points of all tests, one load after the other; the change of mu is what an
+    error of that size does. Loads count as independent of each other. None where the data state no uncertainty.
+
+    Parameters
+    ----------
+    model : FramePredictor
+        A fitted friction model, or anything with `predict_frame`.
+    data : pandas.DataFrame or DataSet
+        Points with one or more of the columns `u_sigma_n` [MPa], `u_psi` [1], `u_T` [K], as the twin writes them; without
+        `test_id` all points count as one test.
+    tests : pandas.DataFrame, optional
+        One row a test, for models that read metadata.
+
+    Raises
+    ------
+    InputError
+        An uncertainty that is negative or not finite.
+
+    Examples
+    --------
+    >>> class Falling:
+    ...     def predict_frame(self, data, tests=None):
+    ...         return 0.1 - 1e-5 * data["sigma_n"].to_numpy()
+    >>> points = pd.DataFrame({"test_id": ["a", "b"], "sigma_n": [1000.0, 2000.0], "u_sigma_n": [10.0, 40.0]})
+    >>> load_uncertainty(Falling(), points).tests.round(6).to_dict()
+    {'a': 0.0001, 'b': 0.0004}
+    """
+    if isinstance(data, DataSet):
+        tests = data.tests if tests is None else tests
+        data = data.points
+    stated = {load: name for load, name in UNCERTAIN.items() if load in data.columns and name in data.columns}
+    if not stated or data.empty:
+        return None
+    ids = data["test_id"].astype(str) if "test_id" in data.columns else pd.Series("all", index=data.index)
+    usual = np.asarray(model.predict_frame(data, tests), dtype=np.float64)
+    points, means, by_load = np.zeros(len(data)), pd.Series(0.0, index=ids.unique()), {}
+    for load, name in stated.items():
+        u = data[name].to_numpy(dtype=np.float64)
+        wrong = ~(np.isfinite(u) & (u >= 0.0))
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            raise InputError(f"column '{name}', row {row}: {u[row]}; allowed: finite numbers from 0 on")
+        raised = np.minimum(data[load].to_numpy(dtype=np.float64) + u, _UPPER[load])
+        change = np.asarray(model.predict_frame(data.assign(**{load: raised}), tests)) - usual
+        points += change**2
+        means += pd.Series(change, index=ids.to_numpy()).groupby(level=0).mean().reindex(means.index) ** 2
+        by_load[load] = float(np.sqrt(np.mean(change**2)))
+    return LoadUncertainty(np.sqrt(points), means.pow(0.5).rename_axis("test_id"), by_load)
+
+
+def loads_sentence(from_loads: float, rmse: float) -> str:
+    """Return what uncertain loads can explain of a root mean square error, in one sentence.
+
+    Examples
+    --------
+    >>> loads_sentence(0.001, 0.002)
+    'Uncertain loads (u_sigma_n, u_psi, u_T) alone would give an RMSE of 0.00100: 25% of the mean square error.'
+    """
+    share = 1.0 if rmse <= from_loads else (from_loads / rmse) ** 2
+    return (
+        f"Uncertain loads (u_sigma_n, u_psi, u_T) alone would give an RMSE of {from_loads:.5f}: "
+        f"{share:.0%} of the mean square error."
+    )

@@ -1,0 +1,1 @@
+"""Upsetting in the virtual laboratory: its own material rings, contact edge and pressure on a run of the solver."""
