@@ -154,10 +154,11 @@ class BackwardCupExtrusion(Extrusion):
         """Put the billet into the container, the punch on top of it."""
         radius, height = self.container_radius, self.billet_length
         wall = radius - self.punch.radius
-        finest = min(self.mesh_size, wall / 5.0, max(0.57 * self.mesh_size, 0.35 * self.punch.edge_radius))
+        edge = self.punch.edge_radius
+        finest = self.coarsening * min(self.mesh_size, wall / 5.0, max(0.57 * self.mesh_size, 0.35 * edge))
         # The surface is a polygon: small sides on the rounding, of which the force ripples with their square.
         share = min(self.punch.edge_radius / (FINE_RADIUS * radius), wall / (FINE_WALL * radius))
-        on_edge = min(ROUNDED * finest, self.mesh_size * max(FINEST, ROUNDED * share))
+        on_edge = min(ROUNDED * finest, self.coarsening * self.mesh_size * max(FINEST, ROUNDED * share))
 
         def size(stroke: float) -> _CupSize:
             return _CupSize(finest, height - stroke, self.punch, wall, on_edge)

@@ -199,7 +199,7 @@ class ForwardRodExtrusion(Extrusion):
             ),
             flat_punch(top, self.speed, self.T_tool),
         ]
-        base = min(self.mesh_size, die.exit_radius / 7.0)
+        base = self.coarsening * min(self.mesh_size, die.exit_radius / 7.0)
         size = _DieSize(
             self._size_on(die.edge_radius, base), self._size_on(die.entry_radius, base), base, die, cone_end
         )
@@ -231,7 +231,7 @@ class ForwardRodExtrusion(Extrusion):
         """
         container = self.die.container_radius
         share = min(radius / (FINE_RADIUS * container), (1.0 - self.die.exit_radius / container) / FINE_STEP)
-        return min(ROUNDED * base, self.mesh_size * max(FINEST, ROUNDED * share))
+        return min(ROUNDED * base, self.coarsening * self.mesh_size * max(FINEST, ROUNDED * share))
 
     def ejection_stage(self, how: str, number: int, state: State) -> Stage | None:
         """Withdraw the punch; then the pin pushes rod and head back up, until the head is out of the container."""
