@@ -9,8 +9,9 @@ import numpy as np
 from forming.fe.body import Body
 from forming.fe.heat.surface_layer import SurfaceLayer
 from forming.fe.heat.tool_field import ToolField, ToolSteel
-from forming.fe.markers import SurfaceLoads, SurfaceMarkers
+from forming.fe.markers import SurfaceMarkers
 from forming.fe.state import Energy, OldMesh, Record, State
+from forming.fe.surface_loads import SurfaceLoads
 from forming.fe.tooling import Tool
 from forming.materials.materials import material_from_dict
 from forming.processes.names import PROCESSES

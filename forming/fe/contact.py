@@ -162,6 +162,7 @@ def add_contact(
     active: IntArray,
     releases: IntArray,
     may_change: bool,
+    held: FloatArray,
 ) -> int:
     """Add the contact forces of one tool and their tangent; update the active set where allowed.
 
@@ -173,6 +174,7 @@ def add_contact(
       it [mm].
     - `force`, shape (n_dof,): contact forces on the nodes per radian are subtracted from it.
     - `table`, shape (n, 7): written: pressure, shear, slip velocity, gap, normal.
+    - `held`, shape (n,): friction limits that do not follow the pressure [MPa]; below 0: it does.
     - returns: number of changes in the active set.
     """
     diagonal = 2 * ((band.shape[1] - 1) // 3)
@@ -207,7 +209,9 @@ def add_contact(
         limit = mu[i] * max(pressure, 0.0)
         coupling = 0.0
         speed = np.sqrt(slip * slip + slip_scale * slip_scale)
-        if limit > shear_yield[i]:
+        if held[i] >= 0.0:
+            limit = held[i]
+        elif limit > shear_yield[i]:
             limit = shear_yield[i]
         elif pressure > 0.0:
             coupling = -mu[i] * (slip / speed) * penalty

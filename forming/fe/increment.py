@@ -15,6 +15,8 @@ from .tooling import Tool
 
 #: An increment does not end with a node that the tool pulls at harder than this [MPa].
 MOST_TENSION = 100.0
+#: Iteration from which an increment that has failed twice keeps its friction limits.
+HOLD_LIMITS = 6
 
 
 @dataclass(frozen=True)
@@ -42,13 +44,17 @@ class Attempt:
     light_pressure: float = 300.0
     early_changes: tuple[int, ...] = ()
     max_changes: int = 3
+    #: From this iteration on the friction limits keep the pressures of it. Where a steep friction sticks, the limit
+    #: rises from 0 to k within a hundredth of a micrometre of the gap, and Newton's method steps over it to and fro.
+    hold_limits: int = 1000
 
     @classmethod
     def number(cls, failures: int) -> Attempt:
         """Return the choice after so many failures in a row."""
+        hold = HOLD_LIMITS if failures > 0 else cls.hold_limits
         if failures % 2:
-            return cls(separation=1e-4, light_pressure=600.0)
-        return cls(early_changes=(2, 5), max_changes=5) if failures > 0 else cls()
+            return cls(separation=1e-4, light_pressure=600.0, hold_limits=hold)
+        return cls(early_changes=(2, 5), max_changes=5, hold_limits=hold) if failures > 0 else cls()
 
 
 @dataclass
@@ -133,6 +139,7 @@ def solve_increment(
         start_active(
             body.x, du, chain, tool.segments, tool.offset, move, tool.reach, light, attempt.separation, on
         )
+    held = [np.full(n_s, -1.0) for _ in tools]
     forces = np.zeros((len(tools), 2))
     residual_norm = previous_norm = np.inf
     correction: FloatArray | None = None
@@ -165,6 +172,10 @@ def solve_increment(
         rounds += may_change
         secant = 1.0 if iteration < 1 else (0.0 if iteration < 8 else 0.5)
         changes = 0
+        if iteration == attempt.hold_limits:
+            for limits, table, most in zip(held, tables, most_shear):
+                touches = table[:, PRESSURE] > 0.0
+                limits[touches] = np.minimum(mu * table[:, PRESSURE], most)[touches]
         for k, tool in enumerate(tools):
             before = contact.reshape(-1, 2).sum(axis=0)
             changes += add_contact(
@@ -188,6 +199,7 @@ def solve_increment(
                 active[k],
                 releases[k],
                 may_change,
+                held[k],
             )
             forces[k] = (contact.reshape(-1, 2).sum(axis=0) - before) * 2.0 * np.pi
         pulled = any(float(table[:, PRESSURE].min()) < -MOST_TENSION for table in tables)

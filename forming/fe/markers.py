@@ -1,30 +1,16 @@
-"""Loads on the workpiece surface, and material markers on it: the same material points through every remeshing."""
+"""Material markers on the workpiece surface: the same material points through every remeshing."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from .contact import FACING, NORMAL_R, PRESSURE, SHEAR, SLIP
 from .mesh.polyline import CORNER, arc_length, turns
-from .mesh.shape import FloatArray, IntArray
-from .tooling import Tool
+from .mesh.shape import FloatArray
+from .surface_loads import SurfaceLoads
 
 #: Turns of the undeformed surface beyond this angle are corners of the billet: it consists of straight lines.
 EDGE = np.radians(10.0)
-
-
-@dataclass
-class SurfaceLoads:
-    """Contact quantities at the surface nodes, the tools joined; each of shape (n_s,)."""
-
-    pressure: FloatArray
-    shear: FloatArray
-    slip: FloatArray
-    tool_T: FloatArray
-    active: npt.NDArray[np.bool_]
 
 
 class SurfaceMarkers:
@@ -111,20 +97,23 @@ class SurfaceMarkers:
         """Take over the state at the end of an increment `dt` [s]; `T` are the temperatures of the surface nodes.
 
         Markers in contact get new loads; the others keep v_rel, sigma_n and T of their last contact. The
-        contact temperature is the mean of workpiece and tool surface.
+        contact temperature is the mean of workpiece and tool surface. The tool is that which the edge of the surface
+        with the marker faces; a marker at a node sees that which presses harder of its two.
         """
         k, u = _edges(self.track)
-        w0, w1 = (1.0 - u) * loads.active[k], u * loads.active[k + 1]
-        weight = w0 + w1
-        pressure = (1.0 - u) * loads.pressure[k] + u * loads.pressure[k + 1]
+        k, u = _beside(k, u, loads)
+        tool = loads.faced[k]
+        first, second = (np.where(tool >= 0, loads.pressures[tool, node], 0.0) for node in (k, k + 1))
+        w0, w1 = (1.0 - u) * (first > 0.0), u * (second > 0.0)
+        weight, pressure = w0 + w1, (1.0 - u) * first + u * second
         touches = (weight >= 0.5) & (pressure > 0.0)
         self.psi = self._expansion(surface, loads.active)[self._own]
         self.active = touches[self._own]
         on = self.active
         at = self._own[on]
         slip, tool_T = (
-            (w0[at] * f[k[at]] + w1[at] * f[k[at] + 1]) / weight[at]
-            for f in (np.abs(loads.slip), loads.tool_T)
+            (w0[at] * f[tool[at], k[at]] + w1[at] * f[tool[at], k[at] + 1]) / weight[at]
+            for f in (np.abs(loads.slips), loads.temperatures)
         )
         self.v_rel[on] = slip
         self.sigma_n[on] = pressure[at]
@@ -174,6 +163,23 @@ def _edges(index: FloatArray) -> tuple[npt.NDArray[np.int64], FloatArray]:
     return k, index - k
 
 
+def _beside(
+    k: npt.NDArray[np.int64], u: FloatArray, loads: SurfaceLoads
+) -> tuple[npt.NDArray[np.int64], FloatArray]:
+    """Return edge and place on it of points; one at a node goes to the edge whose tool presses harder there."""
+    k, u = k.copy(), u.copy()
+    for start, other, place in ((True, -1, 1.0), (False, 1, 0.0)):
+        at = np.flatnonzero((u < 1e-6) & (k > 0) if start else (u > 1.0 - 1e-6) & (k < len(loads.faced) - 1))
+        node = k[at] if start else k[at] + 1
+        own, next_to = loads.faced[k[at]], loads.faced[k[at] + other]
+        harder = np.where(next_to >= 0, loads.pressures[next_to, node], 0.0) > np.where(
+            own >= 0, loads.pressures[own, node], 0.0
+        )
+        u[at[harder]] = place
+        k[at[harder]] += other
+    return k, u
+
+
 def _area_below(surface: FloatArray, index: FloatArray) -> FloatArray:
     """Return the surface area from the start of the chain to points at index coordinates [mm2]."""
     r = surface[:, 0]
@@ -203,57 +209,3 @@ def _smooth(x: FloatArray, y: FloatArray, broken: npt.NDArray[np.bool_], at: Flo
     u = (at - x[k]) / h[k]
     bend = u * (1.0 - u) * ((1.0 - u) * (first[k] - secant[k]) - u * (last[k] - secant[k]))
     return y[k] + h[k] * (u * secant[k] + bend)
-
-
-#: Least share of a nodal area that a contact is taken to have, where its force becomes a traction.
-LEAST_SHARE = 0.25
-
-
-def bore_pressure(table: FloatArray, weights: FloatArray, spread: float = 0.0) -> float:
-    """Return the mean contact pressure of a tool over its contact area seen in radial direction [MPa].
-
-    A short contact is carried by the tool around it: the force counts over an area of at least `spread`.
-    """
-    area = np.where(table[:, PRESSURE] > 0.0, np.abs(table[:, NORMAL_R]) * weights, 0.0)
-    total = max(float(area.sum()), spread)
-    return float(area @ table[:, PRESSURE]) / total if total > 0.0 else 0.0
-
-
-def along_contact(values: FloatArray, weights: FloatArray, tool: IntArray) -> FloatArray:
-    """Return values of the surface nodes averaged with their neighbours under the same tool (1 : 2 : 1, by area).
-
-    Node-wise contact pressures alternate from node to node by some percent around the traction that they
-    stand for; the average takes that away and keeps the resultant force to 0.1 %.
-
-    - `tool`, shape (n,): which tool the node touches; -1: none.
-    """
-    joined = ((tool[1:] == tool[:-1]) & (tool[1:] >= 0)).astype(np.float64)
-    sums = []
-    for quantity in (values * weights, weights):
-        flow = 0.25 * joined * np.diff(quantity)
-        sums.append(quantity + np.append(flow, 0.0) - np.append(0.0, flow))
-    return np.where(tool >= 0, sums[0] / np.maximum(sums[1], 1e-300), values)
-
-
-def surface_loads(
-    surface: FloatArray, tables: list[FloatArray], tools: list[Tool], weights: FloatArray
-) -> SurfaceLoads:
-    """Join the contact tables: at each node the tool that presses hardest counts.
-
-    Nodal forces become tractions over the part of the nodal areas `weights` that faces the tool; at the edge of a
-    contact the rest belongs to the free side. The pressure is averaged along the contact.
-    """
-    pressures = np.array([table[:, PRESSURE] for table in tables])
-    hardest = pressures.argmax(axis=0)
-    nodes = np.arange(pressures.shape[1])
-    joined = np.array(tables)[hardest, nodes]
-    temperatures = np.array([tool.surface_temperature(surface) for tool in tools])
-    share = np.maximum(joined[:, FACING], LEAST_SHARE)
-    pressure = np.maximum(joined[:, PRESSURE], 0.0) / share
-    return SurfaceLoads(
-        pressure=along_contact(pressure, weights * share, np.where(pressure > 0.0, hardest, -1)),
-        shear=joined[:, SHEAR] / share,
-        slip=joined[:, SLIP],
-        tool_T=temperatures[hardest, nodes],
-        active=joined[:, PRESSURE] > 0.0,
-    )

@@ -13,12 +13,13 @@ from .body import Body, WorkpieceMaterial
 from .contact import SHEAR, SLIP
 from .heat_exchange import HeatExchange, exchange_heat
 from .increment import Attempt, Settings, Step, StepError, Workspace, solve_increment
-from .markers import SurfaceLoads, SurfaceMarkers, bore_pressure, surface_loads
+from .markers import SurfaceMarkers
 from .mesh.mesh_kernels import qualities
 from .mesh.polyline import SizeField, first_crossing
 from .mesh.shape import FloatArray, gauss_volumes
 from .remesh import remesh
 from .state import SCALES, Loading, OldMesh, Record, RemeshPolicy, State, StepControl
+from .surface_loads import SurfaceLoads, bore_pressure, surface_loads
 from .tooling import Tool
 
 #: Share of the missing expansion that a tool makes up for in one increment. The workpiece pushes back up to

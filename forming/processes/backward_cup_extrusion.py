@@ -20,8 +20,8 @@ from .base import Extrusion
 from .thermal_conditions import TOOLS, ThermalConditions
 
 #: Elements on the rounding of the punch are smaller than elsewhere below this radius of it and below this wall of the
-#: cup, both as shares of the container's radius; and their smallest size as a share of `mesh_size`.
-FINE_RADIUS, FINE_WALL, FINEST = 0.28, 0.3, 0.375
+#: cup, both as shares of the container's radius; their usual and their smallest size as shares of the others and of `mesh_size`.
+FINE_RADIUS, FINE_WALL, ROUNDED, FINEST = 0.28, 0.3, 0.7, 0.3
 
 
 @dataclass(frozen=True)
@@ -157,10 +157,11 @@ class BackwardCupExtrusion(Extrusion):
         """Put the billet into the container, the punch on top of it."""
         radius, height = self.container_radius, self.billet_length
         wall = radius - self.punch.radius
-        finest = min(self.mesh_size, wall / 5.0, max(0.57 * self.mesh_size, 0.35 * self.punch.edge_radius))
+        edge = self.punch.edge_radius
+        finest = self.coarsening * min(self.mesh_size, wall / 5.0, max(0.57 * self.mesh_size, 0.35 * edge))
         # The surface is a polygon: small sides on the rounding, of which the force ripples with their square.
         share = min(self.punch.edge_radius / (FINE_RADIUS * radius), wall / (FINE_WALL * radius))
-        on_edge = min(finest, self.mesh_size * max(FINEST, share))
+        on_edge = min(ROUNDED * finest, self.coarsening * self.mesh_size * max(FINEST, ROUNDED * share))
 
         def size(stroke: float) -> _CupSize:
             return _CupSize(finest, height - stroke, self.punch, wall, on_edge)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from friction_models.common import InputError
 from friction_models.common.ranges import check_range
 
 from ..results.field_recorder import recorder_for
+from ..results.local_errors import COARSER, local_errors
 from ..results.result import FormingResult
 from ..tools.elasticity import UNITS, ElasticTools
 from .ejection import Ejection, ejection_choice
@@ -32,6 +35,7 @@ class FormingProcess(StepwiseProcess):
         communication_step: float = 0.1,
         snapshots: int | Sequence[float] | None = None,
         eject: bool | str = False,
+        with_errors: bool = False,
     ) -> FormingResult:
         """Form a fresh billet by `stroke` [mm].
 
@@ -49,6 +53,9 @@ class FormingProcess(StepwiseProcess):
         eject : bool or str
             After the stroke, withdraw the punch and get the product off the tools: True, or one of `ejections`.
             `result.ejection` holds what it took; a stroke that stops is not followed by it.
+        with_errors : bool
+            Run once more with larger elements, in about half the time, and state in ``result.contact.errors`` how far the
+            loads at the markers may be off because of the mesh. A callable friction is asked by both runs.
 
         Raises
         ------
@@ -83,6 +90,8 @@ class FormingProcess(StepwiseProcess):
         if callable(friction):
             late = lag_warnings(stroke / steps, self.name)
             self.result = replace(self.result, warnings=(*self.result.warnings, *late))
+        if with_errors and self.result.status == "ok":
+            self.result = self._with_errors(self.result, friction, stroke, communication_step)
         if how is not None and self.result.status == "ok":
             ejection = Ejection(self, how)
             try:
@@ -90,6 +99,24 @@ class FormingProcess(StepwiseProcess):
             finally:
                 self.result = replace(self.result, ejection=ejection.result())
         return self.result
+
+    def _with_errors(
+        self, result: FormingResult, friction: Friction, stroke: float, communication_step: float
+    ) -> FormingResult:
+        """Return the result with the errors of its local loads, or with a sentence why they are not known."""
+        other = copy.copy(self)
+        other.coarsening = COARSER * self.coarsening
+        try:
+            coarse = other.run(friction, stroke, communication_step=communication_step)
+            reason = coarse.message if coarse.status != "ok" else ""
+        except InputError as error:
+            reason = str(error)
+        if reason:
+            note = f"{self.name}: errors of the loads are not known; the run with larger elements: {reason}"
+            return replace(result, warnings=(*result.warnings, note))
+        fine = result.contact
+        errors = local_errors(fine.loads, fine.active, coarse.contact.loads, coarse.contact.active)
+        return replace(result, contact=replace(fine, errors=errors))
 
 
 class Extrusion(FormingProcess):

@@ -24,6 +24,7 @@ class RunOptions(TypedDict, total=False):
     communication_step: float
     snapshots: int | Sequence[float] | None
     eject: bool | str
+    with_errors: bool
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class FormingTask:
     stroke : float
         [mm].
     options : mapping
-        Further arguments of `FormingProcess.run`: `communication_step`, `snapshots`, `eject`.
+        Further arguments of `FormingProcess.run`: `communication_step`, `snapshots`, `eject`, `with_errors`.
     name : str
         Folder of the result, where results are kept; by default the number of the task.
 

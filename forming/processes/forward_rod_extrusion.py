@@ -24,8 +24,10 @@ from .thermal_conditions import TOOLS, ThermalConditions
 CLEARANCE = 0.05
 
 #: Elements on a rounding are smaller than elsewhere below this radius of it and below this reduction of the radius, both
-#: as shares of the container's radius; and their smallest size as a share of `mesh_size`.
-FINE_RADIUS, FINE_STEP, FINEST = 0.2, 0.16, 0.375
+#: as shares of the container's radius; their usual and their smallest size as shares of `mesh_size`.
+FINE_RADIUS, FINE_STEP, ROUNDED, FINEST = 0.2, 0.16, 0.7, 0.3
+#: Largest sliding in one increment, in elements: a node that turns onto the land in longer straight steps is pushed against it.
+SLIDING = 0.2
 
 
 @dataclass(frozen=True)
@@ -200,7 +202,7 @@ class ForwardRodExtrusion(Extrusion):
             ),
             flat_punch(top, self.speed, self.T_tool),
         ]
-        base = min(self.mesh_size, die.exit_radius / 7.0)
+        base = self.coarsening * min(self.mesh_size, die.exit_radius / 7.0)
         size = _DieSize(
             self._size_on(die.edge_radius, base), self._size_on(die.entry_radius, base), base, die, cone_end
         )
@@ -211,7 +213,7 @@ class ForwardRodExtrusion(Extrusion):
         outline = np.array([[0.0, bottom], [radius, bottom], [radius, top], [0.0, top]])
         body = body_within(outline, size, tools, self.T_billet)
         body.velocity[:, 1] = -self.speed
-        control = StepControl(slip=0.5 * base)
+        control = StepControl(slip=SLIDING * base)
         arc = self._marker_arc(radius)
         simulation = Simulation(
             body,
@@ -228,11 +230,11 @@ class ForwardRodExtrusion(Extrusion):
         """Return the element size on a rounding of the die [mm].
 
         The surface is a polygon, whose sides cut off h^2 / (8 R) of a rounding: as nodes pass, the bore seems to change
-        by that, and the force with it, the more so the less the diameter is reduced.
+        by that, and the force with it, the more so the less the diameter is reduced. Peaks of the pressure are there, too.
         """
         container = self.die.container_radius
         share = min(radius / (FINE_RADIUS * container), (1.0 - self.die.exit_radius / container) / FINE_STEP)
-        return min(base, self.mesh_size * max(FINEST, share))
+        return min(ROUNDED * base, self.coarsening * self.mesh_size * max(FINEST, ROUNDED * share))
 
     def ejection_stage(self, how: str, number: int, state: State) -> Stage | None:
         """Withdraw the punch; then the pin pushes rod and head back up, until the head is out of the container."""

@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from ..fe.contact import FACING, GAP, PRESSURE
-from ..fe.markers import LEAST_SHARE
 from ..fe.mesh.shape import FloatArray
 from ..fe.simulation import Simulation
+from ..fe.surface_loads import LEAST_SHARE
 from ..tools.punch_geometry import PunchGeometry
 
 

@@ -66,6 +66,8 @@ class StepwiseProcess(ABC):
     name: str
     #: Ways to get the product off the tools; the first is the usual one.
     ejections: tuple[str, ...] = ()
+    #: Elements are so many times as large as the parameters say; see `forming.results.local_errors`.
+    coarsening = 1.0
     _simulation: Simulation | None = None
 
     def __init__(

@@ -119,7 +119,9 @@ class Upsetting(FormingProcess):
 
     def _build(self) -> Simulation:
         inner, outer, height = 0.5 * self.bore_diameter, 0.5 * self.diameter, self.height
-        n_r, n_z = (max(4, round(length / self.mesh_size)) for length in (outer - inner, height))
+        n_r, n_z = (
+            max(4, round(length / (self.coarsening * self.mesh_size))) for length in (outer - inner, height)
+        )
         mesh = grid_mesh(np.linspace(inner, outer, n_r + 1), np.linspace(0.0, height, n_z + 1))
         chain = np.append(mesh.loop, mesh.loop[0]) if inner else mesh.loop[: 2 * n_r + n_z + 1]
         body = Body.at_rest(mesh.x, mesh.quads, np.ascontiguousarray(chain), self.T_billet)
@@ -137,14 +139,16 @@ class Upsetting(FormingProcess):
             np.linspace(0.0, float(lengths.sum()), self.n_points),
             size=(lambda stroke: self._size) if self.remeshing else None,
             settings=Settings(penalty=2e5, shear_cap=self.shear_factor),
-            control=StepControl(first=0.005 * height, largest=0.0125 * height, slip=self.mesh_size),
+            control=StepControl(
+                first=0.005 * height, largest=0.0125 * height, slip=self.coarsening * self.mesh_size
+            ),
             policy=RemeshPolicy(every=1_000_000, quality=0.25, strain=math.inf),
             isothermal=self.isothermal,
         )
         return self.thermal.apply(simulation)
 
     def _size(self, points: FloatArray) -> FloatArray:
-        return np.full(len(points), self.mesh_size)
+        return np.full(len(points), self.coarsening * self.mesh_size)
 
 
 class UpsettingOptions(TypedDict, total=False):

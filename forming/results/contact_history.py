@@ -31,6 +31,9 @@ class ContactHistory:
         r, z [mm].
     tau_over_k : ndarray, shape (n, n_points)
         Friction stress over shear yield stress k = kf / sqrt(3) at the end of the step; 0 out of contact.
+    errors : ndarray, shape (n, n_points, 5), or None
+        How far the loads may be off because of the mesh, in their units: about nine of ten are closer to those of a
+        much finer mesh. None: the run was not asked for it.
 
     Examples
     --------
@@ -56,12 +59,15 @@ class ContactHistory:
     mu: FloatArray
     position: FloatArray
     tau_over_k: FloatArray
+    errors: FloatArray | None = None
 
     def to_frame(self) -> pd.DataFrame:
         """Return one row for each marker in contact at each step."""
         step, point = np.nonzero(self.active)
         columns: dict[str, npt.ArrayLike] = {"stroke": self.stroke[step], "point": point}
         columns |= {name: self.loads[step, point, k] for k, name in enumerate(LOAD_NAMES)}
+        if self.errors is not None:
+            columns |= {f"{name}_error": self.errors[step, point, k] for k, name in enumerate(LOAD_NAMES)}
         columns |= {"mu": self.mu[step, point], "tau_over_k": self.tau_over_k[step, point]}
         columns |= {"r": self.position[step, point, 0], "z": self.position[step, point, 1]}
         return pd.DataFrame(columns)

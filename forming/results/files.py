@@ -17,7 +17,7 @@ from friction_models.loads import LOADS
 from .contact_history import ContactHistory
 from .ejection_result import load_ejection
 from .fields import FieldHistory
-from .result import CURVES, FormingResult
+from .result import CURVES, ERROR, FormingResult
 
 #: Most entries of an array that is read back: 1e4 steps of 1e3 markers and five loads.
 _MOST = 50_000_000
@@ -73,6 +73,10 @@ def _read_contact(path: Path) -> ContactHistory:
         if sum(v.size for v in data.data_vars.values()) > _MOST:
             raise ValueError("the contact history is too large")
         loads = [np.asarray(data[q.name].values, dtype=np.float64) for q in LOADS]
+        stated = [q.name + ERROR for q in LOADS]
+        errors = None
+        if all(name in data for name in stated):
+            errors = np.stack([np.asarray(data[name].values, dtype=np.float64) for name in stated], axis=2)
         return ContactHistory(
             stroke=np.asarray(data["stroke"].values, dtype=np.float64),
             loads=np.stack(loads, axis=2),
@@ -80,4 +84,5 @@ def _read_contact(path: Path) -> ContactHistory:
             mu=np.asarray(data["mu"].values, dtype=np.float64),
             position=np.stack([np.asarray(data[axis].values) for axis in "rz"], axis=2),
             tau_over_k=np.asarray(data["tau_over_k"].values, dtype=np.float64),
+            errors=errors,
         )

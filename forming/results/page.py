@@ -14,8 +14,10 @@ from friction_models.loads.contract import with_unit
 
 from ..fe.mesh.shape import FloatArray
 from .animation import animation
+from .contact_history import ContactHistory
 from .drawing import FONT, INK, SOFT, number, ticks
 from .ejection_result import EjectionResult
+from .local_errors import summary
 from .record import FormingRecord
 
 _STYLE = f"""
@@ -122,7 +124,27 @@ def _contact(result: FormingRecord) -> str:
         charts.append(chart("stroke [mm]", label, contact.stroke[steps], middle, (low, high)))
     return (
         "<h2>Loads in the contact</h2>\n<p>Median (line) and 5 to 95 % range (band) over the markers that touch "
-        f'a tool.</p>\n<div class="charts">{"".join(charts)}</div>'
+        f'a tool.</p>\n<div class="charts">{"".join(charts)}</div>{_errors(contact)}'
+    )
+
+
+def _errors(contact: ContactHistory) -> str:
+    """How far the loads may be off, where the run has said it."""
+    if contact.errors is None:
+        return ""
+    rows = [
+        (
+            with_unit(name),
+            number(float(f"{middle:.3g}")),
+            number(float(f"{usual:.2g}")),
+            number(float(f"{high:.2g}")),
+        )
+        for name, middle, usual, high in summary(contact.loads, contact.active, contact.errors)
+    ]
+    headings = ["load", "median", "stated error, median", "stated error, 90 % of the markers below"]
+    return (
+        "\n<p>How far the loads may be off because of the mesh, from a second run with larger elements; about "
+        f"nine of ten markers are closer to a much finer mesh.</p>\n{table(headings, rows)}"
     )
 
 

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 #: Attributes of a result with one entry a communication step, and their units.
 CURVES = {"stroke": "mm", "force": "kN", "work": "J", "compression": "mm", "expansion": "mm"}
+#: What the names of stated errors end with.
+ERROR = "_error"
 
 
 @dataclass(frozen=True)
@@ -117,6 +119,11 @@ def contact_dataset(contact: ContactHistory) -> xarray.Dataset:
     import xarray
 
     columns = [(q.name, contact.loads[:, :, k], q.unit, q.meaning) for k, q in enumerate(LOADS)]
+    if contact.errors is not None:
+        columns += [
+            (f"{q.name}{ERROR}", contact.errors[:, :, k], q.unit, f"stated error of {q.name}")
+            for k, q in enumerate(LOADS)
+        ]
     columns += [
         ("mu", contact.mu, "1", MU.meaning),
         ("tau_over_k", contact.tau_over_k, "1", "friction stress over shear yield stress"),

@@ -10,9 +10,9 @@ import numpy.typing as npt
 from friction_models.common import unknown_name
 
 from ..fe.body import nodal_shear_yield
-from ..fe.markers import surface_loads
 from ..fe.mesh.shape import FloatArray, gauss_volumes
 from ..fe.simulation import Simulation
+from ..fe.surface_loads import surface_loads
 from ..fe.tooling import polylines
 
 Floats = npt.NDArray[np.float32]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import contact_heating, extrusion, heat, ring, upsetting
+from . import contact_heating, extrusion, heat, local_loads, ring, upsetting
 from .case import VERDICTS, Case, CaseResult, Outcome, Row, Unfinished, Verdict
 
 #: All cases of this package.
@@ -12,6 +12,7 @@ CASES: tuple[Case, ...] = (
     *extrusion.CASES,
     *heat.CASES,
     *contact_heating.CASES,
+    *local_loads.CASES,
 )
 
 __all__ = ["CASES", "VERDICTS", "Case", "CaseResult", "Outcome", "Row", "Unfinished", "Verdict"]

@@ -10,7 +10,7 @@ from .case import VERDICTS, CaseResult, Row
 
 COLUMNS = ("case", "quantity", "reference", "ours", "deviation", "tolerance", "verdict")
 #: Words for the documentation.
-ORDER = ("Upsetting", "Ring compression", "Extrusion", "Heat")
+ORDER = ("Upsetting", "Ring compression", "Extrusion", "Local loads", "Heat")
 
 
 def cells(row: Row) -> tuple[str, ...]:

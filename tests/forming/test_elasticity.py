@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
-from forming.fe.markers import bore_pressure
+from forming.fe.surface_loads import bore_pressure
 from forming.tools.elasticity import ElasticTools, bore_flexibility
 from friction_models.common import InputError
 

@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forming import ForwardRodExtrusion
-from forming.fe.markers import along_contact
 from forming.fe.mesh.mesher import MeshError
 from forming.tools.extrusion_die import ExtrusionDie
 from friction_models.common import InputError
@@ -292,17 +291,6 @@ def test_force_ripple_of_contact_nodes(reference):
         assert largest < raw_largest
     short = ForwardRodExtrusion(**COARSE).run(0.05, 0.3)
     assert short.force_ripple() == (0.0, 0.0)
-
-
-def test_pressure_along_the_contact_is_averaged_without_loss():
-    weights = np.array([1.0, 2.0, 2.0, 2.0, 2.0, 1.0, 1.0])
-    tool = np.array([0, 0, 0, 0, 1, 1, -1])
-    zigzag = np.array([110.0, 90.0, 110.0, 90.0, 50.0, 70.0, 0.0])
-    averaged = along_contact(zigzag, weights, tool)
-    assert averaged[1:3] == pytest.approx([100.0, 100.0], abs=5.0)
-    assert averaged[4:6].min() > 50.0 and averaged[4:6].max() < 70.0 and averaged[6] == 0.0
-    assert along_contact(np.full(7, 80.0), weights, tool) == pytest.approx(80.0)
-    assert averaged @ weights == pytest.approx(zigzag @ weights, rel=0.02)
 
 
 def test_friction_that_fails_midway_leaves_the_result_so_far():

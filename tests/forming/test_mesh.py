@@ -9,13 +9,14 @@ from hypothesis import strategies as st
 
 from forming import ForwardRodExtrusion
 from forming.fe.contact import FACING
-from forming.fe.markers import SurfaceLoads, SurfaceMarkers, surface_loads
+from forming.fe.markers import SurfaceMarkers
 from forming.fe.mesh.mesh_kernels import qualities
 from forming.fe.mesh.mesher import grid_mesh, quad_mesh
 from forming.fe.mesh.polyline import arc_length, enclosed_volume
 from forming.fe.mesh.shape import gauss_volumes
 from forming.fe.mesh.transfer import transfer
 from forming.fe.remesh import mesh_inside, resample_surface
+from forming.fe.surface_loads import surface_loads
 from forming.fe.tooling import plate
 from forming.processes.upsetting import Upsetting
 
@@ -155,7 +156,7 @@ def test_markers_follow_a_remeshing_and_measure_expansion():
     assert markers.points(surface.points) == pytest.approx(before, abs=0.02)
     stretched = surface.points * np.array([2.0, 0.25])
     n = len(stretched)
-    loads = SurfaceLoads(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n, dtype=bool))
+    loads = surface_loads(stretched, [np.zeros((n, 7))], [plate()], np.ones(n))
     markers.update(stretched, np.full(n, 20.0), loads, 0.1)
     points = markers.points(surface.points)
     faces = (points[:, 0] < 7.0) & (markers.psi > 0)

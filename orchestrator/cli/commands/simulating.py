@@ -33,6 +33,13 @@ def simulate(
             help="Keep the fields of the forming process each so many mm of stroke, for `report` and ParaView."
         ),
     ] = None,
+    local_errors: Annotated[
+        bool,
+        typer.Option(
+            "--local-errors",
+            help="Run once more with larger elements and state how far the loads at the contact points may be off.",
+        ),
+    ] = False,
     press: Annotated[
         Path | None, typer.Option(help="Compare with this measured force-stroke curve (CSV).")
     ] = None,
@@ -49,6 +56,10 @@ def simulate(
     master = Master(description, mode=mode)
     if measured is not None:
         force_labels([item.label for item in master.wiring.recorded], description.name)
+    if local_errors:  # imported here, like the fields: the solver takes half a second
+        from ...cosim.local_errors import forming_with_elements, state_local_errors
+
+        forming_with_elements(master)
     for text in master.warnings:
         note(text)
     snapshots: int | None = None
@@ -67,6 +78,9 @@ def simulate(
     )
     if run.message:
         say(run.message)
+    if local_errors and not run.message:
+        with keeping(), progress(f"{description.name}, larger elements") as tick:
+            say(state_local_errors(run, master, share(tick, description.steps, "steps")))
     if snapshots is not None:
         say(
             f"{snapshots} snapshots of the fields in {out / 'fields'}"

@@ -1,0 +1,124 @@
+"""Local loads at the markers: how they converge with the element size, and their error at the default mesh."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from friction_models.loads import LOAD_NAMES
+
+from ..fe.mesh.shape import FloatArray
+from ..processes.backward_cup_extrusion import BackwardCupExtrusion
+from ..processes.base import FormingProcess
+from ..processes.forward_rod_extrusion import ForwardRodExtrusion
+from ..processes.upsetting import RingCompression
+from .case import Case, Outcome, Row, finished
+
+GROUP = "Local loads"
+MU = 0.08
+#: Element sizes over that of the default mesh.
+SCALES = (2.0, 1.0, 0.5)
+#: Allowed difference of v_rel, T, sigma_n, sd, psi from the run with the smallest elements [%]: root of the mean square over
+#: that of the load; for T over that of the rise.
+TOLERANCES = (5.0, 3.0, 4.0, 4.0, 2.0)
+#: Share of the stroke after which markers count: before it the contact builds up.
+SETTLED = 0.2
+
+
+def differences(
+    contacts: list[tuple[FloatArray, npt.NDArray[np.bool_]]], T_start: float, first: int
+) -> FloatArray:
+    """Return the difference of each run from the last one, shape (n_runs - 1, 5) [%].
+
+    - `contacts`: loads, shape (n, n_points, 5), and markers in contact, shape (n, n_points), of each run.
+    - `first`: step from which on they count.
+    """
+    start = np.array([0.0, T_start, 0.0, 0.0, 0.0])
+    loads, active = contacts[-1]
+    found = []
+    for other, touching in contacts[:-1]:
+        on = active & touching
+        on[:first] = False
+        off, size = (other - loads)[on], (loads - start)[on]
+        found.append(100.0 * np.sqrt((off**2).mean(axis=0) / (size**2).mean(axis=0)))
+    return np.array(found)
+
+
+def order(coarse: float, usual: float) -> float:
+    """Return the order p of an error C h^p from the differences of runs with 2 h and h from one with h / 2.
+
+    (4^p - 1) / (2^p - 1) = 2^p + 1 is their quotient; NaN where they hardly fall: runs that differ
+    by chance, at contacts that end within an element.
+    """
+    quotient = coarse / usual if usual > 0.0 else math.nan
+    return math.log2(quotient - 1.0) if quotient > 2.0 else math.nan
+
+
+def _converge(name: str, build: Callable[[float], FormingProcess], size: float, stroke: float) -> Outcome:
+    contacts = []
+    for scale in SCALES:
+        process = build(scale * size)
+        result = finished(process, process.run(MU, stroke))
+        contacts.append((result.contact.loads, result.contact.active))
+    found = differences(contacts, process.T_billet, int(SETTLED * len(contacts[-1][0])))
+    source = f"elements of {SCALES[-1] * size:g} mm"
+    rows, lines = [], []
+    for k, (load, allowed) in enumerate(zip(LOAD_NAMES, TOLERANCES)):
+        coarse, usual = found[:, k]
+        what = f"{name}: {load} at the markers, elements of {size:g} mm, rms"
+        rows.append(Row(what, "%", 0.0, source, float(usual), allowed, absolute=True))
+        p = order(coarse, usual)
+        # The run with h / 2 is itself off by 2^-p of the error of the one with h.
+        whole = usual * 2.0**p / (2.0**p - 1.0) if p > 0.0 else math.nan
+        lines.append(f"| {name}, {load} | {coarse:.2f} | {usual:.2f} | {_shown(p)} | {_shown(whole)} |")
+    head = "| load | 2 h, % | h, % | order | error at h, % |\n| --- | ---: | ---: | ---: | ---: |"
+    words = (
+        f"Markers of the {name}, elements of {2.0 * size:g} and {size:g} mm against {SCALES[-1] * size:g} mm, root of the "
+        "mean square over that of the load (T: of the rise). Order and error at h follow from both, where they fall."
+    )
+    return Outcome(rows, "\n".join([words, "", head, *lines]))
+
+
+def _shown(value: float) -> str:
+    return "-" if math.isnan(value) else f"{value:.2f}"
+
+
+def rod_loads() -> Outcome:
+    """Forward rod extrusion with elements of 0.8, 0.4 and 0.2 mm."""
+    return _converge("rod", lambda h: ForwardRodExtrusion(mesh_size=h), 0.4, 8.0)
+
+
+def cup_loads() -> Outcome:
+    """Backward cup extrusion with elements of 0.7, 0.35 and 0.175 mm."""
+    return _converge("cup", lambda h: BackwardCupExtrusion(mesh_size=h), 0.35, 6.0)
+
+
+def ring_loads() -> Outcome:
+    """Ring compression with elements of a sixth, a twelfth and a 24th of what is thinner, wall or height."""
+    usual = RingCompression().mesh_size
+    return _converge("ring", lambda h: RingCompression(mesh_size=h), usual, 0.25 * RingCompression().height)
+
+
+CASES = tuple(
+    Case(f"{name}-local-loads", GROUP, title, compute, fast=False)
+    for name, title, compute in (
+        (
+            "fre",
+            "Forward rod extrusion 20 to 14.14 mm, 90 degrees, mu 0.08, 8 mm stroke, with tool heat.",
+            rod_loads,
+        ),
+        (
+            "bce",
+            "Backward cup extrusion, billet 20 x 20 mm, punch 14.14 mm, mu 0.08, 6 mm, with tool heat.",
+            cup_loads,
+        ),
+        (
+            "ring",
+            "Ring compression of the default ring to three quarters of its height, mu 0.08.",
+            ring_loads,
+        ),
+    )
+)

@@ -1,0 +1,90 @@
+"""How far the loads of a co-simulated forming process may be off: the system once more with larger elements."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from fmus.runtime.errors import SimulationError
+from forming.results.local_errors import COARSER, local_errors, summary
+from friction_models.common import InputError, atomic_path
+from friction_models.loads import LOAD_NAMES, LOADS
+from friction_models.loads.contract import with_unit
+
+from .master import Master
+from .run_folders import Run
+from .system import System
+
+#: In a run folder: stated errors of the loads, one variable a load.
+FILE = "local_errors.nc"
+
+
+def forming_with_elements(master: Master) -> tuple[str, float]:
+    """Return the component that computes the loads and has elements, and their size [mm].
+
+    Raises
+    ------
+    InputError
+        No such component, or more than one; the run does not record its loads.
+    """
+    recorded = {item.label for item in master.wiring.recorded}
+    found = [
+        (name, float(size.start))
+        for name, description in master.wiring.descriptions.items()
+        for size in description.raw.modelVariables
+        if size.name == "mesh_size"
+        and size.start is not None
+        and {*LOAD_NAMES, "active"} <= description.arrays.keys()
+    ]
+    if len(found) != 1:
+        raise InputError(
+            f"{master.system.source}: {len(found)} components with mesh_size, active and the five loads; "
+            "allowed with --local-errors: one forming process of this version"
+        )
+    name, size = found[0]
+    missing = [label for label in (f"{name}.{n}" for n in (*LOAD_NAMES, "active")) if label not in recorded]
+    if missing:
+        raise InputError(f"{master.system.source}: record leaves out {missing[0]}; --local-errors needs it")
+    own = master.system.components[name].start.get("mesh_size")
+    return name, size if own is None else float(own)  # type: ignore[arg-type]
+
+
+def state_local_errors(run: Run, master: Master, progress: Callable[[float], None] | None = None) -> str:
+    """Run the system of `master` with larger elements, write the stated errors into the folder of `run`; return a table."""
+    import xarray
+
+    name, size = forming_with_elements(master)
+    other: System = master.system.model_copy(deep=True)
+    other.components[name].start["mesh_size"] = COARSER * size
+    try:
+        with tempfile.TemporaryDirectory(prefix="tribofmu-") as place:
+            coarse = Master(other, mode=master.mode, tolerance=master.tolerance).run(
+                Path(place) / "run", progress
+            )
+    except SimulationError as error:
+        return f"errors of the loads are not known: with elements of {COARSER * size:g} mm {error}"
+    # The first row is the start, before any contact.
+    (loads, active), (coarse_loads, coarse_active) = (
+        (np.stack([r[f"{name}.{n}"][1:] for n in LOAD_NAMES], axis=2), r[f"{name}.active"][1:] > 0.5)
+        for r in (run, coarse)
+    )
+    errors = local_errors(loads, active, coarse_loads, coarse_active)
+    data = xarray.Dataset(
+        {q.name: (("time", "point"), errors[:, :, k], {"units": q.unit}) for k, q in enumerate(LOADS)},
+        coords={"time": ("time", run.time[1:], {"units": "s"})},
+        attrs={"component": name, "mesh_size": size, "compared_with": COARSER * size},
+    )
+    with atomic_path(run.folder / FILE) as path:
+        data.to_netcdf(path, engine="netcdf4")
+    lines = [
+        f"stated errors of the loads of {name} (elements of {size:g} mm against {COARSER * size:g} mm): median, "
+        "and below which 9 of 10 are"
+    ]
+    lines += [
+        f"  {with_unit(load):14s} {usual:10.3g} {high:10.3g}   (median of the load {middle:.3g})"
+        for load, middle, usual, high in summary(loads, active, errors)
+    ]
+    return "\n".join(lines)

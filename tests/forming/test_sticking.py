@@ -1,0 +1,43 @@
+"""Friction that sticks: a run goes on where the friction stress has reached shear yield."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from forming import BackwardCupExtrusion
+from forming.fe.contact import FACING, SHEAR, add_contact
+from forming.fe.increment import Attempt
+
+
+def shear_at(gap, held):
+    """Friction stress of a node that slides fast along a plate, mu = 10, k = 300 MPa, 1e5 MPa/mm."""
+    plate = np.array([[0.0, -1.0, 0.0, 90.0, 0.0, 0.0, 0.0, 0.0]])
+    x = np.array([[1.0, gap], [2.0, 5.0]])
+    du = np.array([[1.0, 0.0], [1.0, 0.0]])
+    table, mu, still = np.zeros((2, FACING + 1)), np.full(2, 10.0), np.zeros(2)
+    on, released = np.array([1, 0]), np.zeros(2, dtype=np.int64)
+    add_contact(
+        x, du, np.array([0, 1]), np.ones(2), plate, still, still, 1.0, mu, np.full(2, 300.0), 1e5, 1e-6, 1.0,
+        0.0, np.zeros((4, 10)), np.zeros(4), table, on, released, False, np.full(2, held),
+    )  # fmt: skip
+    return abs(table[0, SHEAR])
+
+
+def test_a_held_limit_does_not_follow_the_pressure():
+    """mu p = 1e6 gap below k: 100 MPa at 0.1 um; capped at 300; held, it is what it was."""
+    assert shear_at(-1e-4, -1.0) == pytest.approx(100.0)
+    assert shear_at(-2e-3, -1.0) == pytest.approx(300.0)
+    assert shear_at(-1e-4, 250.0) == shear_at(-2e-3, 250.0) == pytest.approx(250.0)
+    assert Attempt.number(0).hold_limits > 30 > Attempt.number(1).hold_limits
+
+
+def test_a_cup_goes_on_where_it_sticks_to_its_tools():
+    """mu = 10: the limit k acts nearly everywhere; the wall of the cup sticks to the container (stopped at 7.5 mm before)."""
+    process = BackwardCupExtrusion(mesh_size=0.7, n_points=40)
+    result = process.run(10.0, 8.0)
+    assert result.status == "ok", result.message
+    assert 0.99 < result.max_tau_over_k < 1.03
+    assert abs(result.energy_balance) < 3.5e-3 and abs(result.volume_change) < 1e-3
+    # Rubbing at shear yield along the container takes much more than Coulomb friction.
+    assert result.force[-1] > 1.3 * process.run(0.1, 8.0).force[-1]

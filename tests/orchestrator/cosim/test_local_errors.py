@@ -1,0 +1,58 @@
+"""`simulate --local-errors`: what the second run with larger elements says, in the run folder and on the terminal."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray
+from typer.testing import CliRunner
+
+from fmus import pack_forming
+from forming import ForwardRodExtrusion
+from forming.results.local_errors import COARSER, local_errors
+from friction_models.common import InputError
+from orchestrator.cli.app import app
+from orchestrator.cosim.local_errors import FILE
+from orchestrator.cosim.run_folders import Run
+
+SIZE, N = 0.6, 30
+
+
+@pytest.fixture(scope="module")
+def system(tmp_path_factory):
+    place = tmp_path_factory.mktemp("errors")
+    pack_forming(place / "forming.fmu", n_points=N, mesh_size=SIZE)
+    for name, more in (("fre", ""), ("few", "record: [forming.force, forming.sigma_n]\n")):
+        (place / f"{name}.yaml").write_text(
+            f"name: {name}\ncommunication_step: 0.05\nstop_time: 0.2\n{more}"
+            "components:\n  forming: {fmu: forming.fmu, start: {mu: 0.08}}\n"
+        )
+    return place
+
+
+def test_the_errors_are_those_of_two_runs_of_the_process(system, tmp_path):
+    done = CliRunner().invoke(
+        app, ["simulate", str(system / "fre.yaml"), "-o", str(tmp_path / "run"), "--local-errors"]
+    )
+    assert done.exit_code == 0, done.output
+    assert f"elements of {SIZE:g} mm against {COARSER * SIZE:g} mm" in done.output
+    run = Run.load(tmp_path / "run")
+    with xarray.open_dataset(run.folder / FILE, engine="netcdf4", decode_times=False) as data:
+        stated = np.stack([data[name].values for name in ("v_rel", "T", "sigma_n", "sd", "psi")], axis=2)
+    loads, active = [], []
+    for size in (SIZE, COARSER * SIZE):
+        process = ForwardRodExtrusion(n_points=N, mesh_size=size)
+        contact = process.run(0.08, 1.0, communication_step=0.25).contact
+        loads.append(contact.loads)
+        active.append(contact.active)
+    expected = local_errors(loads[0], active[0], loads[1], active[1])
+    assert stated.shape == expected.shape and expected[active[0]].max() > 1.0
+    assert stated == pytest.approx(expected, rel=0.05, abs=1e-6)
+
+
+def test_a_run_that_leaves_the_loads_out_is_refused_before_it_starts(system, tmp_path):
+    done = CliRunner().invoke(
+        app, ["simulate", str(system / "few.yaml"), "-o", str(tmp_path / "run"), "--local-errors"]
+    )
+    assert isinstance(done.exception, InputError) and not (tmp_path / "run").exists()
+    assert "record leaves out forming.v_rel" in str(done.exception)
