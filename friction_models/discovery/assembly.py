@@ -16,9 +16,9 @@ from ..estimation.search.unseen_loads import EITHER, doubts
 from ..loads import LOAD_NAMES, FloatArray
 from .budget_numbers import budget_numbers
 from .confidence import LIMITS, confidence, grounds
-from .confirmation import NAMED, Confirmation
+from .confirmation import EXPLAINED, NAMED, Confirmation
 from .diagnosis import Diagnosis
-from .findings import FittedEffect, ParameterValue, TestGroups
+from .findings import ErrorBudget, FittedEffect, ParameterValue, TestGroups
 from .further_tests.next_tests import propose
 from .identifiability import limits
 from .level_offset import LevelOffset, level_of
@@ -76,6 +76,11 @@ def _confidence(
     return min(sure, EITHER) if any(unsure) else sure
 
 
+def _level_matters(budget: ErrorBudget) -> bool:
+    """Return whether more is missing than an answer that explains may leave."""
+    return budget["missing"] ** 2 > EXPLAINED * (budget["missing"] ** 2 + budget["explained"] ** 2)
+
+
 def _blurred(campaign: Campaign, found: SearchRound) -> bool:
     """Return whether the noise hides everything."""
     return found.floor.total > BLURRED * float(np.mean(campaign.mu))
@@ -100,6 +105,13 @@ def assemble(
         verdict = "unknown_structure"
     # residual of the model as users have it: refitted by ordinary least squares, or fixed
     usual = found.y if base.fixed else found.beyond_base(found.y)
+    alone = evidence.structure.rms if evidence.unexplained else 0.0
+    floor, budget = budget_numbers(campaign, found, judged.confirmed, level, usual, alone)
+    if level.off and verdict in {"explained", "ambiguous"} and _level_matters(budget):
+        judged.confirmed = replace(judged.confirmed, verdict="partly_explained")
+        verdict = "partly_explained"
+    # the table after the names is that of the model as it is: its level stays wrong
+    after = fitted.residual + (level.value if level.off else 0.0) if named else None
     most, doubted = doubts(campaign, verdict, chosen if named else [])
     rests_on = grounds(found, evidence, judged.confirmed, len(campaign.tests))
     factor = unrecorded_factor(campaign, fitted.residual if named else base_residual(campaign, found))
@@ -113,7 +125,7 @@ def assemble(
             "were tested, in a way that is not named here"
         )
     if level.off:
-        where += [level.entry(campaign)] if verdict == "unknown_structure" else []
+        where += [level.entry(campaign)] if verdict in {"unknown_structure", "partly_explained"} else []
         warnings.append(level.text(f"the {base.name} model"))
     if _blurred(campaign, found):
         warnings.append(
@@ -141,11 +153,9 @@ def assemble(
     proposals, inseparable = propose(campaign, found, rivals, mu, base, doubt)
     if named and (len(confusion) > 1 or not proposals):
         warnings += inseparable
-    missing_alone = evidence.structure.rms if evidence.unexplained else 0.0
     close = None
     if judged.confirmed.within_resolution and judged.confirmed.shares is not None:
         close = float(np.sqrt(judged.confirmed.shares.base)) / float(np.mean(np.abs(campaign.mu)))
-    floor, budget = budget_numbers(campaign, found, judged.confirmed, level, usual, missing_alone)
     return Diagnosis(
         verdict=verdict,
         sentence=sentence(verdict, base, evidence, chosen, confusion, sure, campaign, where, factor, close),
@@ -170,11 +180,11 @@ def assemble(
         next_tests=proposals,
         warnings=warnings,
         model=base.name,
-        bias=binned_bias(campaign, usual, fitted.residual if names else None),
+        bias=binned_bias(campaign, usual, after),
         parameters={term.name: _parameters(term) for term in fitted.terms},
         named={term.name: term.effect for term in fitted.terms},
         threshold=float(np.quantile(found.null, 1.0 - LEVEL)),
-        averages=averages(campaign, usual, fitted.residual if names else usual, fitted.terms),
+        averages=averages(campaign, usual, usual if after is None else after, fitted.terms),
     )
 
 

@@ -62,6 +62,8 @@ def budget_numbers(
     total = float(np.sqrt(left))
     low, high = floor["interval"]
     floor = {**floor, "interval": [min(low, total), max(high, total)], "total": total}
+    # the parts were estimated beside the first effect, and may hold what further names or the reference explain
+    floor["test"], floor["drift"] = min(floor["test"], total), min(floor["drift"], total)
     explained = max(whole - left - missing, 0.0)
     return floor, {"floor": total, "explained": float(np.sqrt(explained)), "missing": float(np.sqrt(missing))}
 

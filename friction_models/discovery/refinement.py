@@ -24,6 +24,8 @@ from .unseen_tests import folds_of_tests, names_of, predicted_unseen
 
 #: An addition is refused when the held-out error rises by more than this, and clearly so (paired over tests).
 WORSE = 1.01
+#: An error that does not fall below this share of the earlier one is said to be no better.
+BETTER = 0.995
 
 
 class Addition(TypedDict):
@@ -165,7 +167,7 @@ def history_text(history: Sequence[Mapping[str, Any]]) -> str:
         lines.append(
             f"  {k}  + {' + '.join(entry['added']):<24} RMSE {before['rmse']:.5f} -> {after['rmse']:.5f}   "
             f"MAE {before['mae']:.5f} -> {after['mae']:.5f}   ({entry['judged_by']})"
-            + ("" if after["rmse"] < before["rmse"] else "  NO BETTER")
+            + ("" if after["rmse"] < BETTER * before["rmse"] else "  NO BETTER")
         )
         faults = entry.get("corrects_data", [])
         if faults:

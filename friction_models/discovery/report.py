@@ -61,7 +61,7 @@ def _budget(d: Findings) -> list[str]:
         f"  noise floor   {budget['floor']:.5f}   (95 %: {low:.5f} to {high:.5f}; test scatter {floor['test']:.5f}, "
         f"drift {floor['drift']:.5f}, sensor {floor['sensor']:.5f})",
     ]
-    if source := floor_source(floor):
+    if source := floor_source(floor, d.effects):
         lines.append(f"                ({source})")
     if d.effects:
         lines.append(f"  explained     {budget['explained']:.5f}   by {' and '.join(d.effects)}")
@@ -128,7 +128,7 @@ def _cell(value: float) -> str:
 def _evidence(d: Findings) -> list[str]:
     needed = f"; {d.threshold:.1f} needed" if math.isfinite(d.threshold) else ""
     lines = [
-        f"Ranked evidence (gain: drop of the whitened squared error less 2 per parameter{needed}; p: family-wise)",
+        f"Ranked evidence, each effect alone beside the model (gain: drop of the whitened squared error less 2 per parameter{needed}; p: family-wise)",
         "(evidence: the gain where the form of the effect may be somewhat wrong)",
         *(
             f"  {r['effect']:<22} evidence {r['evidence']:9.1f}   gain {r['gain']:9.1f}   p {p_text(r['p_value'])}"

@@ -26,8 +26,8 @@ def p_text(value: float | None) -> str:
     return "< 0.001" if value < 0.001 else f"{value:.3f}"
 
 
-def floor_source(floor: NoiseFloorNumbers) -> str:
-    """Return what identifies a noise floor, in words; an empty text for files that do not say it.
+def floor_source(floor: NoiseFloorNumbers, named: Sequence[str] = ()) -> str:
+    """Return what identifies a noise floor, in words, beside the effects that are named; empty for files that do not say it.
 
     Examples
     --------
@@ -39,12 +39,33 @@ def floor_source(floor: NoiseFloorNumbers) -> str:
         scatter = f"{repeats['tests']} tests at {repeats['settings']} repeated settings scatter by {repeats['scatter']:.5f}"
         if floor.get("source") == "repeats":
             return f"from repeats: {scatter}"
+    beside = f" with {' and '.join(named)}" if named else ""
     said = {
         "reference": "what flexible curves over loads and metadata do not predict of unseen tests",
-        "model": "no flexible curve predicts unseen tests better than the model",
+        "model": f"no flexible curve predicts unseen tests better than the model{beside}",
         "unknown": "cannot be known from so few tests",
     }.get(floor.get("source", ""), "")
     return f"{said}; {scatter}" if repeats is not None else said
+
+
+def alternatives(names: Sequence[str], confusion: Sequence[str]) -> list[list[str]]:
+    """Return each effect that is named with what the data cannot tell from it, the name first.
+
+    In `confusion` stand the first name and its rivals, then each further name that has rivals, before them.
+
+    Examples
+    --------
+    >>> alternatives(["work_exhaustion", "stribeck"], ["work_exhaustion", "stribeck", "hersey"])
+    [['work_exhaustion'], ['stribeck', 'hersey']]
+    """
+    groups = {name: [name] for name in names}
+    own = next(iter(groups))
+    for name in confusion:
+        if name in groups:
+            own = name
+        else:
+            groups[own].append(name)
+    return list(groups.values())
 
 
 def sentence(
@@ -85,11 +106,15 @@ def sentence(
         )
     if verdict == "ambiguous":
         known = {f.name: f.prepared.candidate.effect.label for f in evidence.found.ranking}
-        rivals = ", ".join(known.get(name, name) for name in confusion)
-        return (
-            f"an effect is missing from {model}, but these data cannot tell {rivals} apart; {labels} "
-            f"{'fits' if len(effects) == 1 else 'fit'} best: {what} {sure}."
-        )
+        if len(effects) == 1:
+            rivals = ", ".join(known.get(name, name) for name in confusion)
+            return f"an effect is missing from {model}, but these data cannot tell {rivals} apart; {labels} fits best: {what} {sure}."
+        groups = alternatives([f.name for f in chosen], confusion)
+        parts = [
+            known.get(g[0], g[0]) if len(g) == 1 else f"one of {', '.join(known.get(n, n) for n in g)}"
+            for g in groups
+        ]
+        return f"{' and '.join(parts)} are missing from {model}; {labels} fit best: {what} {sure}."
     if verdict == "data_problem" and not chosen:
         return (
             f"{100 * campaign.spikes:.0f} % of the points lie far off their neighbours: the records have to be repaired "

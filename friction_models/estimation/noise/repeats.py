@@ -21,6 +21,8 @@ AS_SET = 0.01
 SAME_TEMPERATURE = 1.5
 #: Fewest differences between repeats from which a scatter is estimated.
 LEAST_FREEDOM = 3
+#: With fewer than this of the same metadata, tests at the same loads count as repeats whatever their metadata.
+ENOUGH_FREEDOM = 8
 #: Fewest settings, and draws, for the question whether settings differ by more than repeats do.
 LEAST_SETTINGS, DRAWS = 3, 999
 
@@ -82,6 +84,11 @@ def repeats_of(campaign: Campaign, residual: FloatArray, seed: int = 0) -> Repea
     """
     groups = same_settings(campaign)
     freedom = sum(len(g) - 1 for g in groups)
+    if (
+        freedom < ENOUGH_FREEDOM
+    ):  # on other days or of other batches: what no name describes of them is scatter
+        groups = same_settings(campaign, metadata=False)
+        freedom = sum(len(g) - 1 for g in groups)
     if freedom < LEAST_FREEDOM:
         return None
     level = campaign.of_tests(residual)
@@ -96,11 +103,11 @@ def repeats_of(campaign: Campaign, residual: FloatArray, seed: int = 0) -> Repea
     )
 
 
-def same_settings(campaign: Campaign) -> list[Indexes]:
-    """Return groups of tests with the same mean loads and the same levels of metadata, at least two in each."""
+def same_settings(campaign: Campaign, metadata: bool = True) -> list[Indexes]:
+    """Return groups of tests with the same mean loads and, with `metadata`, the same levels of it, at least two in each."""
     columns = [_setting(campaign, n) for n in LOAD_NAMES if n not in campaign.absent and campaign.varies(n)]
     tests = len(campaign.tests)
-    for name in sorted(campaign.system):
+    for name in sorted(campaign.system) if metadata else ():
         values = campaign.of_tests(campaign.average(campaign.system[name][:, 0]))
         if is_text(campaign.loads, name):
             columns.append(values / 1e-9)  # another level is another setting

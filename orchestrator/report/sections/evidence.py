@@ -59,7 +59,7 @@ def budget_html(found: DiagnosisNumbers) -> str:
     """Return the error budget with the noise floor in words."""
     noise, named = found["noise_floor"], found["effects"]
     low, high = noise.get("interval") or (None, None)
-    source = floor_source(noise)
+    source = floor_source(noise, named)
     interval = f" (95 % interval {low:.4f} to {high:.4f})" if low is not None and high is not None else ""
     floor, explained, missing = (found["error_budget"][k] or 0.0 for k in ("floor", "explained", "missing"))
     chart = figure(

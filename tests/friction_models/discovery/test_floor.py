@@ -9,7 +9,7 @@ from sklearn.ensemble import RandomForestRegressor
 
 from friction_models.discovery import diagnose
 from friction_models.estimation.campaign.binning import prepare
-from friction_models.estimation.noise.repeats import Repeats, repeats_of
+from friction_models.estimation.noise.repeats import Repeats, repeats_of, same_settings
 from friction_models.loads import LOAD_NAMES
 
 POINTS = 24
@@ -78,7 +78,7 @@ def test_tests_of_other_batches_are_no_repeats() -> None:
     names = data["test_id"].unique()
     batches = pd.DataFrame({"test_id": names, "batch": [f"lot {n[-1]}" for n in names]})
     campaign = prepare(data, batches)
-    assert repeats_of(campaign, campaign.average(campaign.mu)) is None
+    assert len(same_settings(campaign)) == 0 and len(same_settings(campaign, metadata=False)) == 8
 
 
 def test_the_answer_says_what_identifies_its_floor() -> None:
@@ -142,3 +142,30 @@ def test_the_budget_of_a_model_with_a_wrong_level_adds_up(offset: float) -> None
     assert budget["missing"] == pytest.approx(0.02, abs=0.002) and budget["floor"] < 0.005
     side = "above" if offset > 0 else "below"
     assert any(f"{side} the measurements everywhere" in w for w in found.warnings)
+
+
+def test_a_law_that_differs_from_batch_to_batch_is_no_noise() -> None:
+    loads = repeated(11, settings=48, each=1)
+    names = loads["test_id"].unique()
+    lots = np.where(np.arange(len(names)) % 2, "lot A", "lot B")
+    tests = pd.DataFrame({"test_id": names, "lot": lots, "heat": np.repeat([f"h{k}" for k in range(8)], 6)})
+    sign = loads["test_id"].map(dict(zip(names, np.where(lots == "lot A", 1.0, -1.0), strict=True)))
+    found = diagnose(measured(loads, 0.1 + 0.008 * sign * (loads["T"] - 130.0) / 60.0, 11), tests)
+    assert found.verdict == "unknown_structure" and set(found.where[0]["variables"]) == {"T", "lot"}
+    assert found.noise_floor["total"] < 0.005 and "T" in found.report() and "lot" in found.sentence
+    assert diagnose(measured(loads, 0.1, 11), tests).verdict == "nothing_missing"
+
+
+def test_an_effect_beside_a_wrong_level_does_not_explain_the_level() -> None:
+    loads = repeated(12, settings=20, each=1)
+    law = 0.1 - 0.03 / (1.0 + np.exp(-(loads["T"] - 140.0) / 20.0))
+
+    class TooLow:
+        def predict(self, loads: np.ndarray) -> np.ndarray:
+            return np.full(len(loads), 0.045)
+
+    found = diagnose(measured(loads, law, 12), model=TooLow())
+    assert found.verdict == "partly_explained" and found.effects == ["thermal_softening"]
+    assert found.where[-1]["shape"].startswith("constant offset +0.0")
+    left = np.average(found.averages["after"], weights=found.averages["points"])
+    assert left == pytest.approx(found.error_budget["missing"], abs=0.003) and left > 0.015
