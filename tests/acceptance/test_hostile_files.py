@@ -38,6 +38,8 @@ NO_FILES = {
     *("study forming-error.scheduler", "study lag.out", "study lag.model", "study lag.process", "study lag.scheduler"),
     *("study extrapolation.out", "study extrapolation.model", "study extrapolation.process"),
     "study extrapolation.scheduler",
+    # tests/orchestrator/app attacks the project folder
+    *("app.folder", "app.host"),
 }  # fmt: skip
 #: Beside the sentence: progress before it, and the numbered list of a system with several mistakes.
 ALLOWED_LINES = re.compile(r"\w+: \d+/\d+ |  \d+\. ")

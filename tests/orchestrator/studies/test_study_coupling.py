@@ -236,7 +236,7 @@ def test_area_of_a_marker_gives_the_friction_work_of_the_solver() -> None:
     level = Level("bce", 50.0, 50.0, 0.0)
     areas = reference_areas(level)
     process = BackwardCupExtrusion(**level.numbers)
-    mu, steps, step = np.full(process.n_points, 0.08), 10, 0.1
+    mu, steps, step = np.full(process.n_points, 0.08), 20, 0.05
     process.start(0.08)
     # Bottom, side and face of the billet, all around.
     radius, length = process.marker_position[:, 0].max(), np.ptp(process.marker_position[:, 1])
