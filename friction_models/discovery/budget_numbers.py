@@ -38,7 +38,7 @@ def budget_numbers(
     floor = found.floor.to_dict()
     whole = _mean_square(campaign, residual)
     # a model that is not refitted may be off by a level or a shift, which is no part of what unseen tests divide
-    beside = min(_mean_square(campaign, _without_shift(campaign, found)), whole)
+    beside = min(_mean_square(campaign, found.beyond_base(found.y)), whole)
     shares = confirmed.shares
     if shares is None:
         left = min(floor["total"] ** 2, beside)
@@ -53,7 +53,7 @@ def budget_numbers(
         floor["source"] = "reference" if shares.by_reference else "model"
     if confirmed.repeats is not None:
         floor["repeats"] = confirmed.repeats.to_dict()
-        if confirmed.lacks_fit or confirmed.repeats.agrees_with(float(np.sqrt(left))):
+        if confirmed.repeats.lacks_fit or confirmed.repeats.agrees_with(float(np.sqrt(left))):
             floor["source"], floor["interval"] = "repeats", list(confirmed.repeats.interval)
     if level.off:
         missing += min(level.value**2, whole - left - missing)
@@ -66,13 +66,6 @@ def budget_numbers(
     floor["test"], floor["drift"] = min(floor["test"], total), min(floor["drift"], total)
     explained = max(whole - left - missing, 0.0)
     return floor, {"floor": total, "explained": float(np.sqrt(explained)), "missing": float(np.sqrt(missing))}
-
-
-def _without_shift(campaign: Campaign, found: SearchRound) -> FloatArray:
-    """Return what is left in the bins beside the base with its free coefficients, shape (m,)."""
-    root = np.sqrt(campaign.count)
-    b = np.linalg.lstsq(root[:, None] * found.columns, root * found.y, rcond=1e-9)[0]
-    return np.asarray(found.y - found.columns @ b)
 
 
 def _mean_square(campaign: Campaign, values: FloatArray) -> float:

@@ -48,9 +48,7 @@ WORTH = 0.25
 #: Rivals that are tried in place of an effect that does not help.
 RIVALS = 4
 
-#: Repeats show that something is missing if settings differ by more than they do with less than this probability by chance.
-LACK_OF_FIT = 0.01
-#: Then this share of the squared error must lie between the settings for the verdict to say so.
+#: Where settings differ by more than their repeats do, this share of the squared error must lie between the settings for the verdict to say so.
 BEYOND_REPEATS = 0.25
 
 #: Searches for further effects beside those given; the best first.
@@ -93,7 +91,7 @@ class Confirmation:
     @property
     def lacks_fit(self) -> bool:
         """Whether settings differ by more than their repeats do, beside the model and what is named."""
-        return self.repeats is not None and self.repeats.p_value < LACK_OF_FIT
+        return self.repeats is not None and self.repeats.lacks_fit
 
 
 class Confirm:
@@ -152,7 +150,7 @@ class Confirm:
             verdict = "ambiguous"
         where = self._places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
         repeats = repeats_of(self.campaign, self._straight_residual(kept), self.unseen.seed)
-        if repeats is not None and repeats.p_value < LACK_OF_FIT:
+        if repeats is not None and repeats.lacks_fit:
             shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=_squares(repeats))
             verdict = _beyond_repeats(verdict, shares)
         return Confirmation(verdict, kept, shares, self._certain(kept), where, rivals, repeats)

@@ -16,6 +16,11 @@ def curve(values: FloatArray, knots: int) -> FloatArray:
     return np.column_stack(columns)
 
 
+def products(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the products of all columns of two blocks, shape (m, columns of a times columns of b)."""
+    return (a[:, :, None] * b[:, None, :]).reshape(len(a), -1)
+
+
 def transformed(campaign: Campaign, name: str) -> FloatArray:
     """Return bin means of a load on the scale on which its curve is drawn."""
     return on_scale(

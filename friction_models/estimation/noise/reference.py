@@ -19,7 +19,7 @@ from scipy.optimize import minimize
 
 from ...loads import LOAD_NAMES, FloatArray
 from ..campaign.binning import Campaign
-from ..campaign.curves import transformed
+from ..campaign.curves import products, transformed
 from ..campaign.metadata import MOST_LEVELS, is_text
 from .noise_floor import Layout, NoiseFloor, Whitener
 
@@ -259,16 +259,11 @@ def _curves(campaign: Campaign) -> tuple[list[str], list[Curves]]:
         columns.append(block)
     found = [Curves((k,), c) for k, c in enumerate(columns)]
     leading = [_leading(c) for c in columns]
-    found += [Curves((a, b), _products(leading[a], leading[b])) for a, b in combinations(range(mains), 2)]
+    found += [Curves((a, b), products(leading[a], leading[b])) for a, b in combinations(range(mains), 2)]
     for b in sorted(levels_of, key=lambda k: levels_of[k])[:METADATA_IN_PRODUCTS]:
         few = leading[b][:, :WITH_METADATA]
-        found += [Curves((a, b), _products(leading[a][:, :WITH_METADATA], few)) for a in range(mains)]
+        found += [Curves((a, b), products(leading[a][:, :WITH_METADATA], few)) for a in range(mains)]
     return names, found
-
-
-def _products(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return the products of all columns of two blocks, shape (m, columns of a times columns of b)."""
-    return (a[:, :, None] * b[:, None, :]).reshape(len(a), -1)
 
 
 def _smooth(values: FloatArray, places: int, reach: float) -> FloatArray:

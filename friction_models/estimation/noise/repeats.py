@@ -25,6 +25,8 @@ LEAST_FREEDOM = 3
 ENOUGH_FREEDOM = 8
 #: Fewest settings, and draws, for the question whether settings differ by more than repeats do.
 LEAST_SETTINGS, DRAWS = 3, 999
+#: With less than this probability by chance they do.
+LACK_OF_FIT = 0.01
 
 Indexes = npt.NDArray[np.intp]
 
@@ -50,6 +52,11 @@ class Repeats:
     scatter: float
     interval: tuple[float, float]
     p_value: float
+
+    @property
+    def lacks_fit(self) -> bool:
+        """Whether settings differ by more than their repeats do."""
+        return self.p_value < LACK_OF_FIT
 
     def agrees_with(self, scatter: float) -> bool:
         """Return whether another estimate of the scatter lies in the interval."""

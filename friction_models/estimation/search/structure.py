@@ -16,7 +16,7 @@ from scipy.stats import chi2
 
 from ...loads import LOAD_NAMES, FloatArray
 from ..campaign.binning import Campaign
-from ..campaign.curves import curve, spline_columns, transformed
+from ..campaign.curves import curve, products, spline_columns, transformed
 from ..campaign.metadata import is_text
 from .scan import Fit, Projector
 from .search_round import SearchRound
@@ -192,16 +192,14 @@ def places_of(
     for n in names:
         add((n,), curves[n])
     for a, b in combinations(names, 2):
-        products = [curves[a][:, [i]] * curves[b][:, [j]] for i in range(3) for j in range(3)]
-        add((a, b), np.column_stack([curves[a], curves[b], *products]))
+        add((a, b), np.column_stack([curves[a], curves[b], products(curves[a][:, :3], curves[b][:, :3])]))
         alone = max(shares[(a,)][0], shares[(b,)][0], 0.0)
         if shares[(a, b)][0] < alone + INTERACTION:
             del shares[(a, b)]
     for n, columns in own.items():
         add((n,), columns)
         for a in names:
-            both = (curves[a][:, :3, None] * columns[:, None, :3]).reshape(len(columns), -1)
-            add((a, n), np.column_stack([curves[a], columns, both]))
+            add((a, n), np.column_stack([curves[a], columns, products(curves[a][:, :3], columns[:, :3])]))
             if shares[(a, n)][0] < max(shares[(a,)][0], shares[(n,)][0]) + INTERACTION:
                 del shares[(a, n)]
     best = sorted(shares, key=lambda key: -shares[key][0])

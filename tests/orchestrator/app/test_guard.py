@@ -16,6 +16,8 @@ from orchestrator.cli.main import run
 
 from .conftest import Served, served
 
+#: The command in a process of its own.
+APP = (sys.executable, "-c", "from orchestrator.cli import main; main()", "app")
 SOCKET = "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
 UPGRADE = {
     "Connection": "Upgrade",
@@ -273,17 +275,12 @@ def test_beyond_this_machine_the_password_opens(shared: Served) -> None:
 @pytest.mark.parametrize("password", ["", "short"])
 def test_beyond_this_machine_a_password_is_demanded(tmp_path: Path, password: str) -> None:
     pytest.importorskip("nicegui", reason="the extra [app] is not installed")
-    command = [
-        sys.executable,
-        "-c",
-        "from orchestrator.cli import main; main()",
-        "app",
-        str(tmp_path / "new"),
-        "--host",
-        "0.0.0.0",
-    ]
     done = subprocess.run(
-        command, capture_output=True, text=True, env={"TRIBOFMU_APP_PASSWORD": password}, timeout=60
+        [*APP, str(tmp_path / "new"), "--host", "0.0.0.0"],
+        capture_output=True,
+        text=True,
+        env={"TRIBOFMU_APP_PASSWORD": password},
+        timeout=60,
     )
     assert done.returncode == 2 and "TRIBOFMU_APP_PASSWORD" in done.stderr and "encrypted" in done.stderr
     assert not (tmp_path / "new").exists()
@@ -299,28 +296,18 @@ def test_without_the_extra_one_sentence_names_it(
 
 
 def test_two_workbenches_do_not_share_a_project(server: Served) -> None:
-    command = [
-        sys.executable,
-        "-c",
-        "from orchestrator.cli import main; main()",
-        "app",
-        str(server.root),
-        "--no-browser",
-    ]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        [*APP, str(server.root), "--no-browser"], capture_output=True, text=True, timeout=60
+    )
     assert done.returncode == 2 and "another workbench" in done.stderr
 
 
 def test_a_port_that_is_taken_is_a_sentence(server: Served, tmp_path: Path) -> None:
-    command = [
-        sys.executable,
-        "-c",
-        "from orchestrator.cli import main; main()",
-        "app",
-        str(tmp_path / "new"),
-    ]
     done = subprocess.run(
-        [*command, "--no-browser", "--port", str(server.port)], capture_output=True, text=True, timeout=60
+        [*APP, str(tmp_path / "new"), "--no-browser", "--port", str(server.port)],
+        capture_output=True,
+        text=True,
+        timeout=60,
     )
     assert (
         done.returncode == 2 and f"--port {server.port}" in done.stderr and len(done.stderr.splitlines()) == 1
