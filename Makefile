@@ -28,7 +28,7 @@ ROOMS := $(patsubst ROOM.%,%,$(filter ROOM.%,$(.VARIABLES)))
 # `make test-forming MARKED=` runs the slow tests, too.
 MARKED ?= not slow
 
-.PHONY: install demo app test $(addprefix test-,$(ROOMS)) lint bench bench-literature bench-measured interop verify clean
+.PHONY: install demo app monkey test $(addprefix test-,$(ROOMS)) lint bench bench-literature bench-measured interop verify clean
 install: $(TESTING)
 
 $(STAMP): pyproject.toml constraints.txt
@@ -52,6 +52,10 @@ demo: $(STAMP)
 # The workbench in the browser, on a small example project.
 app: $(WORKBENCH)
 	$(BIN)/tribofmu app build/example --example
+
+# Random actions at the workbench: 1000 in the simulated browser, 60 in Chromium.
+monkey: $(TESTING)
+	TRIBOFMU_MONKEY=1000 TRIBOFMU_MONKEY_CLICKS=60 $(BIN)/python -m pytest tests/orchestrator/app/test_monkey.py
 
 # Two processes with one thread each: threads of both that wait for each other take many times as long.
 PYTEST := OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadscope

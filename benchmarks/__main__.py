@@ -22,6 +22,7 @@ from . import (
     coupling,
     discovery,
     fmu_cost,
+    forming_speed,
     forming_sweep,
     formulas,
     kernels,
@@ -44,6 +45,7 @@ PARTS: dict[str, Callable[[Path], Section]] = {
     "confidence": prior.measure,
     "formulas": formulas.measure,
     "attribution": attribution.measure,
+    "forming-speed": forming_speed.measure,
     "forming-sweep": forming_sweep.measure,
     "studies": studies.measure,
 }

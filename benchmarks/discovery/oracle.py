@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import norm
 
-from friction_models.discovery.verdict import LEVEL
+from friction_models.discovery.judge.verdict import LEVEL
 from friction_models.effects import CATALOGUE
 
 from .form_sets import SETS

@@ -13,7 +13,7 @@ from .study import answers, fitted, measure
 
 
 def main() -> None:
-    """Run what is missing; print the weights for `friction_models.discovery.confidence`, and the table of the campaigns that judge."""
+    """Run what is missing; print the weights for `friction_models.discovery.judge.confidence`, and the table of the campaigns that judge."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.prior", description=__doc__)
     parser.add_argument("-o", "--out", type=Path, default=Path("build/benchmarks"))
     parser.add_argument("--campaigns", type=int, default=400, help="campaigns that the weights are fitted to")

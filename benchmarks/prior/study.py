@@ -12,7 +12,7 @@ from sklearn.linear_model import LogisticRegression
 
 from friction_models.common import write_json
 from friction_models.discovery import diagnose
-from friction_models.discovery.confidence import WEIGHTS, confidence
+from friction_models.discovery.judge.confidence import WEIGHTS, confidence
 
 from ..common import Section, Table, section
 from ..data import sources

@@ -118,6 +118,8 @@ def pack_forming(
     """
     from forming.materials.materials import as_material
     from forming.processes.names import PROCESSES
+    from forming.processes.parameters import constructor_parameters
+    from forming.processes.parameters import meanings as meanings_of
 
     if process not in PROCESSES:
         raise unknown_name("forming process", process, PROCESSES)
@@ -133,12 +135,12 @@ def pack_forming(
             f"allowed: 0 < communication_step <= stroke <= {made.max_stroke:.3f} mm"
         )
     n = made.n_points
-    known = _parameters(solver)
+    known = constructor_parameters(solver)
     told = [name for name in made.units if name not in _FIXED]
     numbers = {name: p.default for name, p in known.items() if name in told} | {
         name: value for name, value in kwargs.items() if name in told
     }
-    meanings = _meanings(solver)
+    meanings = meanings_of(solver)
     words = _FORMING_WORDS
     surface = _SURFACES[process]
     outputs = [replace(indexed(q, n, i), description=words[q.name]) for q in LOADS for i in range(n)]
@@ -220,6 +222,8 @@ def pack_twin(
     ['F_n', 'v_slide', 'T_tool', 'mu']
     """
     from forming.materials.materials import as_material
+    from forming.processes.parameters import constructor_parameters
+    from forming.processes.parameters import meanings as meanings_of
     from forming.tools.punch_geometry import PunchGeometry
     from sct_twin.twin.process import SctProcess
 
@@ -236,7 +240,7 @@ def pack_twin(
         "t_wait": "s",
     }
     _check_names(SctProcess, kwargs, "twin", without=("thermal",))
-    known = _parameters(SctProcess)
+    known = constructor_parameters(SctProcess)
     values = {name: kwargs.get(name, known[name].default) for name in (*units, "T_tool", "T_specimen")}
     for name, value in values.items():
         if not isinstance(value, (int, float)) and not (name == "T_specimen" and value is None):
@@ -267,7 +271,7 @@ def pack_twin(
             indexed(MU, 1, 0),
         ],
         parameters={n: (u, float(values[n])) for n, u in units.items()},
-        meanings=_meanings(SctProcess),
+        meanings=meanings_of(SctProcess),
         experiment=(communication_step, duration),
         fixed={
             "material": as_material(kwargs.get("material")).to_dict(),
@@ -275,35 +279,6 @@ def pack_twin(
         },
     )
     return write_solver_fmu(path, interface, target, platforms, python)
-
-
-def _parameters(solver: Any) -> dict[str, inspect.Parameter]:
-    """Return the parameters of a constructor, with those of the class above where it passes them on."""
-    found: dict[str, inspect.Parameter] = {}
-    for kind in solver.__mro__:
-        if "__init__" not in vars(kind):
-            continue
-        own = inspect.signature(kind).parameters
-        passes_on = [p for p in own.values() if p.kind is p.VAR_KEYWORD]
-        found = found | {name: p for name, p in own.items() if name not in found and p not in passes_on}
-        if not passes_on:
-            break
-    return found
-
-
-def _meanings(solver: Any) -> dict[str, str]:
-    """Return what the class documentation (numpydoc) says of each parameter, in one line."""
-    found: dict[str, str] = {}
-    for kind in solver.__mro__:
-        text = inspect.cleandoc(vars(kind).get("__doc__") or "").partition("Parameters\n-")[2]
-        names: list[str] = []
-        for line in text.partition("\n\n")[0].splitlines()[1:]:
-            if not line.startswith(" "):
-                names = [name.strip() for name in line.partition(" : ")[0].split(",")]
-                names = [name for name in names if name not in found]
-            for name in names if line.startswith(" ") else ():
-                found[name] = f"{found.get(name, '')} {line.strip()}".strip()
-    return found
 
 
 def _check_names(
@@ -314,7 +289,9 @@ def _check_names(
     beside: Sequence[str] = (),
 ) -> None:
     """Refuse unknown parameters of `what`; options of the packing itself (`beside`) are allowed names, too."""
-    allowed = [p for p in _parameters(solver) if p not in without]
+    from forming.processes.parameters import constructor_parameters
+
+    allowed = [p for p in constructor_parameters(solver) if p not in without]
     for name in names:
         if name not in allowed:
             raise unknown_name(f"parameter of the {what}", name, [*beside, *allowed])

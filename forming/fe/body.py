@@ -67,27 +67,45 @@ class Body:
         """Nodes on the axis of rotation."""
         return np.flatnonzero(self.x[:, 0] < 1e-9)
 
-    @property
-    def half_bandwidth(self) -> int:
-        """Largest distance between two node numbers of one element."""
-        return int((self.quads.max(axis=1) - self.quads.min(axis=1)).max())
-
     def volume(self) -> float:
         """Return the volume as it is [mm3]."""
         return float(gauss_volumes(self.x, self.quads).sum())
 
     def unloaded_volume(self, bulk_modulus: float) -> float:
         """Return the volume without elastic compression [mm3]: what plastic flow must preserve."""
-        mean = self.stress[:, :, :3].mean(axis=2)
-        return float((gauss_volumes(self.x, self.quads) * np.exp(-mean / bulk_modulus)).sum())
+        return float(_unloaded_volume(self.x, self.quads, self.stress, bulk_modulus))
 
     def elastic_energy(self, shear_modulus: float, bulk_modulus: float) -> float:
         """Return the elastic energy stored [N mm]."""
-        mean = self.stress[:, :, :3].mean(axis=2)
-        deviator = self.stress[:, :, :3] - mean[:, :, None]
-        s2 = (deviator**2).sum(axis=2) + 2.0 * self.stress[:, :, 3] ** 2
-        density = mean**2 / (2.0 * bulk_modulus) + s2 / (4.0 * shear_modulus)
-        return float((gauss_volumes(self.x, self.quads) * density).sum())
+        return float(_elastic_energy(self.x, self.quads, self.stress, shear_modulus, bulk_modulus))
+
+
+@njit(cache=True)
+def _unloaded_volume(x: FloatArray, quads: IntArray, stress: FloatArray, bulk_modulus: float) -> float:
+    volumes = gauss_volumes(x, quads)
+    total = 0.0
+    for e in range(quads.shape[0]):
+        for g in range(4):
+            mean = (stress[e, g, 0] + stress[e, g, 1] + stress[e, g, 2]) / 3.0
+            total += volumes[e, g] * np.exp(-mean / bulk_modulus)
+    return total
+
+
+@njit(cache=True)
+def _elastic_energy(
+    x: FloatArray, quads: IntArray, stress: FloatArray, shear_modulus: float, bulk_modulus: float
+) -> float:
+    volumes = gauss_volumes(x, quads)
+    total = 0.0
+    for e in range(quads.shape[0]):
+        for g in range(4):
+            mean = (stress[e, g, 0] + stress[e, g, 1] + stress[e, g, 2]) / 3.0
+            s2 = 2.0 * stress[e, g, 3] ** 2
+            for i in range(3):
+                s2 += (stress[e, g, i] - mean) ** 2
+            density = mean * mean / (2.0 * bulk_modulus) + s2 / (4.0 * shear_modulus)
+            total += volumes[e, g] * density
+    return total
 
 
 @njit(cache=True)

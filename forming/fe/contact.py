@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .mesh.shape import FloatArray, IntArray
+from .mesh.shape import FloatArray, IntArray, surface_weights
 
 # Columns of the contact table of one tool, one row a surface node. Pressure and shear stand for nodal forces over the
 # whole area of the node, of which only a share faces the tool.
@@ -156,8 +156,9 @@ def add_contact(
     slip_scale: float,
     dt: float,
     secant: float,
-    band: FloatArray,
+    blocks: FloatArray,
     force: FloatArray,
+    on_tool: FloatArray,
     table: FloatArray,
     active: IntArray,
     releases: IntArray,
@@ -170,14 +171,15 @@ def add_contact(
     in 0..1 blends the secant modulus into the friction tangent, for the first iterations. The pressure
     dependence of friction makes the tangent unsymmetric.
 
+    - `blocks`, shape (n, 4), added to: tangent of each node: rr, zz, half the sum of rz and zr, half their difference.
     - `offset`, `move`, shape (2,): position of the tool at the end of the increment, and its displacement in
       it [mm].
     - `force`, shape (n_dof,): contact forces on the nodes per radian are subtracted from it.
+    - `on_tool`, shape (2,): force on the tool [N], added to.
     - `table`, shape (n, 7): written: pressure, shear, slip velocity, gap, normal.
     - `held`, shape (n,): friction limits that do not follow the pressure [MPa]; below 0: it does.
     - returns: number of changes in the active set.
     """
-    diagonal = 2 * ((band.shape[1] - 1) // 3)
     changes = 0
     for i in range(chain.shape[0]):
         n = chain[i]
@@ -221,24 +223,102 @@ def add_contact(
         table[i, SHEAR] = shear
         table[i, SLIP] = slip
         row = 2 * n
-        force[row] -= (pressure * nr + shear * tr) * w
-        force[row + 1] -= (pressure * nz + shear * tz) * w
-        band[row, diagonal] += w * (penalty * nr * nr + tangent * tr * tr + coupling * tr * nr)
-        band[row + 1, diagonal] += w * (penalty * nz * nz + tangent * tz * tz + coupling * tz * nz)
-        band[row, diagonal + 1] += w * (penalty * nr * nz + tangent * tr * tz + coupling * tz * nr)
-        band[row + 1, diagonal - 1] += w * (penalty * nr * nz + tangent * tr * tz + coupling * tr * nz)
+        on_r = (pressure * nr + shear * tr) * w
+        on_z = (pressure * nz + shear * tz) * w
+        force[row] -= on_r
+        force[row + 1] -= on_z
+        on_tool[0] -= 2.0 * np.pi * on_r
+        on_tool[1] -= 2.0 * np.pi * on_z
+        blocks[i, 0] += w * (penalty * nr * nr + tangent * tr * tr + coupling * tr * nr)
+        blocks[i, 1] += w * (penalty * nz * nz + tangent * tz * tz + coupling * tz * nz)
+        blocks[i, 2] += w * (penalty * nr * nz + tangent * tr * tz + 0.5 * coupling * (tr * nz + tz * nr))
+        blocks[i, 3] += w * 0.5 * coupling * (tr * nz - tz * nr)
     return changes
 
 
 @njit(cache=True)
-def hold_fixed(band: FloatArray, residual: FloatArray, fixed: IntArray) -> None:
+def add_contacts(
+    x0: FloatArray,
+    du: FloatArray,
+    chain: IntArray,
+    weights: FloatArray,
+    segments: FloatArray,
+    first: IntArray,
+    offsets: FloatArray,
+    moves: FloatArray,
+    reaches: FloatArray,
+    mu: FloatArray,
+    shear_yields: FloatArray,
+    penalty: float,
+    slip_scale: float,
+    dt: float,
+    secant: float,
+    blocks: FloatArray,
+    force: FloatArray,
+    forces: FloatArray,
+    tables: FloatArray,
+    active: IntArray,
+    releases: IntArray,
+    may_change: bool,
+    held: FloatArray,
+) -> tuple[int, float]:
+    """Do `add_contact` for all tools, whose values stand one behind the other.
+
+    - `weights`, shape (n,), `blocks`, shape (n, 4), `forces`, shape (n_tools, 2): written.
+    - `segments`: those of tool k are rows ``first[k]`` to ``first[k + 1]``.
+    - returns: number of changes in the active sets, and the lowest pressure [MPa].
+    """
+    surface_weights(x0 + du, chain, weights)
+    blocks[:] = 0.0
+    forces[:] = 0.0
+    changes = 0
+    for k in range(forces.shape[0]):
+        changes += add_contact(
+            x0,
+            du,
+            chain,
+            weights,
+            segments[first[k] : first[k + 1]],
+            offsets[k],
+            moves[k],
+            reaches[k],
+            mu,
+            shear_yields[k],
+            penalty,
+            slip_scale,
+            dt,
+            secant,
+            blocks,
+            force,
+            forces[k],
+            tables[k],
+            active[k],
+            releases[k],
+            may_change,
+            held[k],
+        )
+    return changes, tables[:, :, PRESSURE].min()
+
+
+@njit(cache=True)
+def add_blocks(chain: IntArray, blocks: FloatArray, band: FloatArray, skew: FloatArray) -> None:
+    """Add the tangent of the contact to the lower triangle `band`, its skew part to `skew`, shape (n_nodes,)."""
+    for i in range(chain.shape[0]):
+        row = 2 * chain[i]
+        band[row, 0] += blocks[i, 0]
+        band[row + 1, 0] += blocks[i, 1]
+        band[row, 1] += blocks[i, 2]
+        skew[chain[i]] += blocks[i, 3]
+
+
+@njit(cache=True)
+def hold_fixed(band: FloatArray, skew: FloatArray, fixed: IntArray) -> None:
     """Keep the displacement of fixed degrees of freedom: clear their rows and columns."""
-    bandwidth = (band.shape[1] - 1) // 3
-    n = band.shape[0]
-    for q in range(fixed.shape[0]):
-        d = fixed[q]
-        for i in range(max(0, d - bandwidth), min(n, d + bandwidth + 1)):
-            band[d, 2 * bandwidth + i - d] = 0.0
-            band[i, 2 * bandwidth + d - i] = 0.0
-        band[d, 2 * bandwidth] = 1e6
-        residual[d] = 0.0
+    width = band.shape[1]
+    for d in fixed:
+        for k in range(1, width):
+            band[d, k] = 0.0
+            if d >= k:
+                band[d - k, k] = 0.0
+        band[d, 0] = 1e6
+        skew[d // 2] = 0.0

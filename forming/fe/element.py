@@ -17,20 +17,35 @@ from numba import njit
 from .flow import elastic_moduli, flow_stress
 from .mesh.shape import N_GAUSS, FloatArray, IntArray, gradients
 
+#: Columns of the moduli of a Gauss point, by which the tangent follows from the last evaluation of the stress: 2 G of the
+#: deviator after the return, the modulus along the flow direction, and this direction (rr, zz, tt, rz). Then the trial stress,
+#: and how the plastic strain rises with it; 0: no plastic flow.
+MODULI = 8
+#: Newton's method for the plastic strain ends at this excess over the flow stress; the last correction is linear, which leaves
+#: its square.
+SETTLED = 1e-5
+
 
 @njit(cache=True)
-def radial_return(q: float, strain: float, T: float, dt: float, m: FloatArray) -> tuple[float, float, float]:
+def radial_return(
+    q: float, strain: float, T: float, dt: float, m: FloatArray, guess: float = 0.0
+) -> tuple[float, float, float]:
     """Return plastic strain increment, flow stress and hardening slope for a trial equivalent stress `q`.
 
-    Newton's method inside a bisection bracket: the law is steep near zero strain.
+    Newton's method inside a bisection bracket: the law is steep near zero strain. It starts at the increment `guess`, if that
+    is plastic.
     """
     g3 = 3.0 * elastic_moduli(m)[0]
-    y, _, _ = flow_stress(strain, 0.0, T, m)
-    if q <= y:
-        return 0.0, y, 0.0
     low = 0.0
     high = q / g3
-    dp = max(0.95 * (q - y) / g3, 1e-12)
+    dp = guess
+    yields = False
+    if not 0.0 < guess < high:
+        y, _, _ = flow_stress(strain, 0.0, T, m)
+        if q <= y:
+            return 0.0, y, 0.0
+        yields = True
+        dp = max(0.95 * (q - y) / g3, 1e-12)
     slope = 0.0
     for _ in range(40):
         y, by_strain, by_rate = flow_stress(strain + dp, dp / dt, T, m)
@@ -40,17 +55,24 @@ def radial_return(q: float, strain: float, T: float, dt: float, m: FloatArray) -
             low = dp
         else:
             high = dp
-        if abs(excess) < 1e-8 * y:
-            break
         trial = dp + excess / (g3 + slope)
+        if abs(excess) < SETTLED * y and trial > 0.0:
+            y += slope * (trial - dp)
+            dp = trial
+            break
         if trial <= low or trial >= high:
+            if low == 0.0 and not yields:
+                y, _, _ = flow_stress(strain, 0.0, T, m)
+                if q <= y:
+                    return 0.0, y, 0.0
+                yields = True
             trial = 0.5 * (low + high)
         dp = trial
     return dp, y, slope
 
 
 @njit(cache=True)
-def assemble(
+def internal_forces(
     x0: FloatArray,
     du: FloatArray,
     quads: IntArray,
@@ -59,20 +81,19 @@ def assemble(
     T: FloatArray,
     dt: float,
     m: FloatArray,
-    band: FloatArray,
     force: FloatArray,
     stress1: FloatArray,
     strain1: FloatArray,
     work: FloatArray,
+    moduli: FloatArray,
 ) -> int:
-    """Assemble internal forces and tangent for the displacement increment `du` from the configuration `x0`.
+    """Add up the internal forces for the displacement increment `du` from the configuration `x0`.
 
-    - `band`, shape (n_dof, 3 b + 1): column-wise LAPACK band storage, added to: entry (i, j) stands at
-      ``band[j, 2 b + i - j]``.
     - `force`, shape (n_dof,): internal nodal forces per radian, added to.
     - `stress1`, `strain1`, `work`, shape (n_e, 4, 4), (n_e, 4), (n_e, 4): written: stress and plastic strain
       at the end of the increment, and the plastic work in it [N/mm2], with the mean of the stresses at both
-      ends.
+      ends. The search for the plastic strain starts from what `strain1` and `moduli` hold.
+    - `moduli`, shape (n_e, 4, MODULI): written, for `add_stiffness`.
     - returns: number of Gauss points with a non-positive Jacobian (the step is too large).
     """
     xm = np.empty((4, 2))
@@ -83,29 +104,24 @@ def assemble(
     r_mid = np.empty(4)
     r_end = np.empty(4)
     w_end = np.empty(4)
-    b_bar = np.empty((4, 8))
-    db = np.empty((4, 8))
-    d = np.empty((4, 4))
-    ke = np.empty((8, 8))
-    fe = np.empty(8)
-    b_volume = np.empty(8)
-    n = np.empty(4)
-    s = np.empty(4)
-    old = np.empty(4)
+    fe = np.empty((4, 2))
+    b_volume = np.empty((4, 2))
+    Te = np.empty(4)
     shear, bulk = elastic_moduli(m)
-    diagonal = 2 * ((band.shape[1] - 1) // 3)
     inverted = 0
     for e in range(quads.shape[0]):
         for a in range(4):
             node = quads[e, a]
+            Te[a] = T[node]
             for c in range(2):
                 ue[a, c] = du[node, c]
                 xm[a, c] = x0[node, c] + 0.5 * du[node, c]
                 x1[a, c] = x0[node, c] + du[node, c]
+                b_volume[a, c] = 0.0
+                fe[a, c] = 0.0
         v_mid = 0.0
         v_end = 0.0
         dilatation = 0.0
-        b_volume[:] = 0.0
         for g in range(4):
             w, r, det = gradients(xm, g, dn_mid[g])
             r_mid[g] = r
@@ -121,29 +137,27 @@ def assemble(
             if not det > 0.0:
                 inverted += 1
             for a in range(4):
-                b_volume[2 * a] += w * (dn_end[g, a, 0] + N_GAUSS[g, a] / r)
-                b_volume[2 * a + 1] += w * dn_end[g, a, 1]
+                b_volume[a, 0] += w * (dn_end[g, a, 0] + N_GAUSS[g, a] / r)
+                b_volume[a, 1] += w * dn_end[g, a, 1]
         dilatation /= v_mid
-        for k in range(8):
-            b_volume[k] /= v_end
-        ke[:] = 0.0
-        fe[:] = 0.0
+        pressure_force = 0.0
         for g in range(4):
             e_rr = 0.0
             e_zz = 0.0
             e_tt = 0.0
-            g_rz = 0.0
-            spin = 0.0
+            u_rz = 0.0
+            u_zr = 0.0
             temperature = 0.0
             for a in range(4):
                 e_rr += dn_mid[g, a, 0] * ue[a, 0]
                 e_zz += dn_mid[g, a, 1] * ue[a, 1]
-                e_tt += N_GAUSS[g, a] * ue[a, 0] / r_mid[g]
-                g_rz += dn_mid[g, a, 1] * ue[a, 0] + dn_mid[g, a, 0] * ue[a, 1]
-                spin += 0.5 * (dn_mid[g, a, 1] * ue[a, 0] - dn_mid[g, a, 0] * ue[a, 1])
-                temperature += N_GAUSS[g, a] * T[quads[e, a]]
+                e_tt += N_GAUSS[g, a] * ue[a, 0]
+                u_rz += dn_mid[g, a, 1] * ue[a, 0]
+                u_zr += dn_mid[g, a, 0] * ue[a, 1]
+                temperature += N_GAUSS[g, a] * Te[a]
+            e_tt /= r_mid[g]
             mean = (e_rr + e_zz + e_tt) / 3.0
-            half = 0.5 * spin
+            half = 0.25 * (u_rz - u_zr)
             cos = (1.0 - half * half) / (1.0 + half * half)
             sin = 2.0 * half / (1.0 + half * half)
             s_rr = stress0[e, g, 0]
@@ -152,83 +166,130 @@ def assemble(
             s_rz = stress0[e, g, 3]
             pressure = (s_rr + s_zz + s_tt) / 3.0
             shift = 2.0 * cos * sin * s_rz
-            old[0] = cos * cos * s_rr + sin * sin * s_zz + shift - pressure
-            old[1] = sin * sin * s_rr + cos * cos * s_zz - shift - pressure
-            old[2] = s_tt - pressure
-            old[3] = (cos * cos - sin * sin) * s_rz - cos * sin * (s_rr - s_zz)
-            s[0] = old[0] + 2.0 * shear * (e_rr - mean)
-            s[1] = old[1] + 2.0 * shear * (e_zz - mean)
-            s[2] = old[2] + 2.0 * shear * (e_tt - mean)
-            s[3] = old[3] + shear * g_rz
+            old_rr = cos * cos * s_rr + sin * sin * s_zz + shift - pressure
+            old_zz = sin * sin * s_rr + cos * cos * s_zz - shift - pressure
+            old_tt = s_tt - pressure
+            old_rz = (cos * cos - sin * sin) * s_rz - cos * sin * (s_rr - s_zz)
+            s_rr = old_rr + 2.0 * shear * (e_rr - mean)
+            s_zz = old_zz + 2.0 * shear * (e_zz - mean)
+            s_tt = old_tt + 2.0 * shear * (e_tt - mean)
+            s_rz = old_rz + shear * (u_rz + u_zr)
             pressure += bulk * dilatation
-            q = np.sqrt(1.5 * (s[0] ** 2 + s[1] ** 2 + s[2] ** 2 + 2.0 * s[3] ** 2))
-            dp, y, slope = radial_return(q, strain0[e, g], temperature, dt, m)
-            a1 = 2.0 * shear
-            a2 = 0.0
+            q = np.sqrt(1.5 * (s_rr * s_rr + s_zz * s_zz + s_tt * s_tt + 2.0 * s_rz * s_rz))
+            guess = strain1[e, g] - strain0[e, g] + (q - moduli[e, g, 6]) * moduli[e, g, 7]
+            dp, y, slope = radial_return(q, strain0[e, g], temperature, dt, m, guess)
+            moduli[e, g, 6] = q
+            moduli[e, g, 7] = 0.0
+            moduli[e, g, 0] = 2.0 * shear
+            moduli[e, g, 1] = 0.0
             work[e, g] = 0.0
             if dp > 0.0:
                 # The stress before, along the plastic strain of this increment.
-                before = 1.5 * (old[0] * s[0] + old[1] * s[1] + old[2] * s[2] + 2.0 * old[3] * s[3]) / q
+                before = 1.5 * (old_rr * s_rr + old_zz * s_zz + old_tt * s_tt + 2.0 * old_rz * s_rz) / q
                 work[e, g] = 0.5 * dp * (before + y)
                 keep = 1.0 - 3.0 * shear * dp / q
-                a1 = 2.0 * shear * keep
-                a2 = 6.0 * shear * shear * (dp / q - 1.0 / (3.0 * shear + slope))
                 norm = q * np.sqrt(2.0 / 3.0)
-                for i in range(4):
-                    n[i] = s[i] / norm
-                    s[i] *= keep
+                moduli[e, g, 0] = 2.0 * shear * keep
+                moduli[e, g, 1] = 6.0 * shear * shear * (dp / q - 1.0 / (3.0 * shear + slope))
+                moduli[e, g, 7] = 1.0 / (3.0 * shear + slope)
+                moduli[e, g, 2] = s_rr / norm
+                moduli[e, g, 3] = s_zz / norm
+                moduli[e, g, 4] = s_tt / norm
+                moduli[e, g, 5] = s_rz / norm
+                s_rr *= keep
+                s_zz *= keep
+                s_tt *= keep
+                s_rz *= keep
             strain1[e, g] = strain0[e, g] + dp
-            for i in range(3):
-                stress1[e, g, i] = s[i] + pressure
-            stress1[e, g, 3] = s[3]
+            stress1[e, g, 0] = s_rr + pressure
+            stress1[e, g, 1] = s_zz + pressure
+            stress1[e, g, 2] = s_tt + pressure
+            stress1[e, g, 3] = s_rz
+            # The averaged volumetric part of B meets the pressure alone, its deviatoric part the deviator.
             w = w_end[g]
+            pressure_force += w * pressure
+            hoop = s_tt / r_end[g]
             for a in range(4):
                 b1 = dn_end[g, a, 0]
                 b2 = dn_end[g, a, 1]
-                b3 = N_GAUSS[g, a] / r_end[g]
-                v = (b_volume[2 * a] - (b1 + b3)) / 3.0
-                b_bar[0, 2 * a] = b1 + v
-                b_bar[1, 2 * a] = v
-                b_bar[2, 2 * a] = b3 + v
-                b_bar[3, 2 * a] = b2
-                v = (b_volume[2 * a + 1] - b2) / 3.0
-                b_bar[0, 2 * a + 1] = v
-                b_bar[1, 2 * a + 1] = b2 + v
-                b_bar[2, 2 * a + 1] = v
-                b_bar[3, 2 * a + 1] = b1
+                fe[a, 0] += w * (s_rr * b1 + s_rz * b2 + hoop * N_GAUSS[g, a])
+                fe[a, 1] += w * (s_zz * b2 + s_rz * b1)
+        pressure_force /= v_end
+        for a in range(4):
+            row = 2 * quads[e, a]
+            force[row] += fe[a, 0] + pressure_force * b_volume[a, 0]
+            force[row + 1] += fe[a, 1] + pressure_force * b_volume[a, 1]
+    return inverted
+
+
+@njit(cache=True)
+def add_stiffness(
+    x0: FloatArray, du: FloatArray, quads: IntArray, moduli: FloatArray, m: FloatArray, band: FloatArray
+) -> None:
+    """Add the consistent tangent of `internal_forces` after its last evaluation, which is symmetric.
+
+    - `band`, shape (n_dof, b + 1): lower triangle, added to: entry (i, j), i >= j, stands at ``band[j, i - j]``.
+    """
+    x1 = np.empty((4, 2))
+    dn = np.empty((4, 2))
+    ke = np.empty((8, 8))
+    rows = np.zeros((4, 8))
+    trace = np.empty(8)
+    along = np.empty(8)
+    b_volume = np.empty(8)
+    place = np.empty(8, np.int64)
+    bulk = elastic_moduli(m)[1]
+    for e in range(quads.shape[0]):
+        for a in range(4):
+            node = quads[e, a]
+            for c in range(2):
+                x1[a, c] = x0[node, c] + du[node, c]
+                place[2 * a + c] = 2 * node + c
+        ke[:] = 0.0
+        b_volume[:] = 0.0
+        v_end = 0.0
+        for g in range(4):
+            w, r, _ = gradients(x1, g, dn)
+            v_end += w
+            # dev(B)' I dev(B) = B' I B - tr(B)' tr(B) / 3; the averaged trace enters once for the element.
+            for a in range(4):
+                b3 = N_GAUSS[g, a] / r
+                rows[0, 2 * a] = dn[a, 0]
+                rows[1, 2 * a + 1] = dn[a, 1]
+                rows[2, 2 * a] = b3
+                rows[3, 2 * a] = dn[a, 1]
+                rows[3, 2 * a + 1] = dn[a, 0]
+                trace[2 * a] = dn[a, 0] + b3
+                trace[2 * a + 1] = dn[a, 1]
+            n_rr = moduli[e, g, 2]
+            n_zz = moduli[e, g, 3]
+            n_tt = moduli[e, g, 4]
+            n_rz = moduli[e, g, 5]
+            a1 = w * moduli[e, g, 0]
+            a2 = w * moduli[e, g, 1]
             for k in range(8):
-                for i in range(4):
-                    fe[k] += w * b_bar[i, k] * stress1[e, g, i]
-            d[:] = 0.0
-            for i in range(3):
-                for j in range(3):
-                    d[i, j] = bulk - a1 / 3.0
-                d[i, i] += a1
-            d[3, 3] = 0.5 * a1
-            if a2 != 0.0:
-                for i in range(4):
-                    for j in range(4):
-                        d[i, j] += a2 * n[i] * n[j]
+                b_volume[k] += w * trace[k]
+                along[k] = n_rr * rows[0, k] + n_zz * rows[1, k] + n_tt * rows[2, k] + n_rz * rows[3, k]
             for k in range(8):
-                for i in range(4):
-                    db[i, k] = w * (
-                        d[i, 0] * b_bar[0, k]
-                        + d[i, 1] * b_bar[1, k]
-                        + d[i, 2] * b_bar[2, k]
-                        + d[i, 3] * b_bar[3, k]
-                    )
-            for k in range(8):
-                for j in range(k + 1):
+                c0 = a1 * rows[0, k]
+                c1 = a1 * rows[1, k]
+                c2 = a1 * rows[2, k]
+                c3 = 0.5 * a1 * rows[3, k]
+                c4 = -a1 / 3.0 * trace[k]
+                c5 = a2 * along[k]
+                # What stands right of the lower triangle is not read: the loop is as long as vectors are wide.
+                for j in range(4 if k < 4 else 8):
                     ke[k, j] += (
-                        b_bar[0, k] * db[0, j]
-                        + b_bar[1, k] * db[1, j]
-                        + b_bar[2, k] * db[2, j]
-                        + b_bar[3, k] * db[3, j]
+                        c0 * rows[0, j]
+                        + c1 * rows[1, j]
+                        + c2 * rows[2, j]
+                        + c3 * rows[3, j]
+                        + c4 * trace[j]
+                        + c5 * along[j]
                     )
         for k in range(8):
-            row = 2 * quads[e, k // 2] + k % 2
-            force[row] += fe[k]
-            for j in range(8):
-                column = 2 * quads[e, j // 2] + j % 2
-                band[column, diagonal + row - column] += ke[k, j] if j <= k else ke[j, k]
-    return inverted
+            volumetric = bulk / v_end * b_volume[k]
+            row = place[k]
+            for j in range(k + 1):
+                first = min(row, place[j])
+                band[first, max(row, place[j]) - first] += ke[k, j] + volumetric * b_volume[j]

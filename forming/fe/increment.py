@@ -5,18 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg.lapack import dgbsv
 
 from .body import Body, nodal_shear_yield
-from .contact import FACING, PRESSURE, add_contact, facing_shares, hold_fixed, start_active
-from .element import assemble
-from .mesh.shape import FloatArray, IntArray, surface_weights
+from .contact import FACING, PRESSURE, add_blocks, add_contacts, facing_shares, hold_fixed, start_active
+from .element import MODULI, add_stiffness, internal_forces
+from .linear_solver import LinearSolver
+from .mesh.shape import FloatArray, IntArray, half_bandwidth
 from .tooling import Tool
 
 #: An increment does not end with a node that the tool pulls at harder than this [MPa].
 MOST_TENSION = 100.0
 #: Iteration from which an increment that has failed twice keeps its friction limits.
 HOLD_LIMITS = 6
+#: The factors of the last tangent serve again below this residual, as long as it falls by at least this factor, or by as much as
+#: is left to do.
+REUSE, SLOWEST = 1e-2, 0.3
 
 
 @dataclass(frozen=True)
@@ -26,7 +29,7 @@ class Settings:
     #: Contact stiffness [MPa/mm].
     penalty: float = 1e5
     #: Norm of the residual over that of the contact forces.
-    tolerance: float = 1e-4
+    tolerance: float = 2e-4
     #: Then the increment has failed.
     max_iterations: int = 30
     #: v0 of the friction law as a share of the tool speed.
@@ -78,26 +81,12 @@ class StepError(Exception):
 
 
 class Workspace:
-    """Band matrix of one mesh, allocated once and refilled."""
+    """Tangent of one mesh, allocated once and refilled."""
 
     def __init__(self, body: Body) -> None:
-        self.half = 2 * body.half_bandwidth + 1
-        self.band = np.zeros((2 * len(body.x), 3 * self.half + 1))
+        self.solver = LinearSolver(len(body.x), 2 * half_bandwidth(body.quads) + 1)
         self.fixed: IntArray = 2 * body.axis
-
-    def clear(self) -> None:
-        """Zero what is assembled; the fill-in rows belong to LAPACK."""
-        self.band[:, self.half :] = 0.0
-
-    def solve(self, residual: FloatArray) -> FloatArray:
-        """Return the solution of band * d = residual; both are overwritten.
-
-        Raises StepError: the matrix is singular.
-        """
-        _, _, d, info = dgbsv(self.half, self.half, self.band.T, residual, overwrite_ab=1, overwrite_b=1)
-        if info != 0:
-            raise StepError("the tangent matrix is singular")
-        return d
+        self.moduli = np.zeros((len(body.quads), 4, MODULI))
 
 
 def solve_increment(
@@ -122,33 +111,53 @@ def solve_increment(
     chain = body.chain
     n_s = len(chain)
     du = body.velocity * (dt * share)
-    stress, strain = np.empty_like(body.stress), np.empty_like(body.strain)
+    # The search for the plastic strain starts from that of the last rate.
+    space.moduli[:] = 0.0
+    stress, strain = np.empty_like(body.stress), body.strain + body.rate * dt
     work = np.empty_like(body.strain)
     weights = np.zeros(n_s)
     shear_yield = nodal_shear_yield(body.quads, body.strain, body.rate, body.T, material)[chain]
-    tables = [np.zeros((n_s, 7)) for _ in tools]
-    for tool, table in zip(tools, tables):
-        table[:, FACING] = facing_shares(body.x, chain, tool.segments, tool.offset)
-    most_shear = [settings.shear_cap * shear_yield * table[:, FACING] for table in tables]
-    slip_scale = settings.slip_regularisation * max(tool.speed for tool in tools)
-    active = [np.zeros(n_s, dtype=np.int64) for _ in tools]
-    releases = [np.zeros(n_s, dtype=np.int64) for _ in tools]
-    moves = moves or [tool.velocity * dt for tool in tools]
+    n_tools = len(tools)
+    travel = np.array(moves or [tool.velocity * dt for tool in tools])
+    offsets = np.array([tool.offset for tool in tools])
+    segments = np.concatenate([tool.segments for tool in tools])
+    first = np.cumsum([0, *(len(tool.segments) for tool in tools)])
+    reaches = np.array([tool.reach for tool in tools])
+    tables, held = np.zeros((n_tools, n_s, 7)), np.full((n_tools, n_s), -1.0)
+    active, releases = np.zeros((2, n_tools, n_s), dtype=np.int64)
     light = attempt.light_pressure / settings.penalty
-    for tool, move, on in zip(tools, moves, active):
+    for k, tool in enumerate(tools):
+        tables[k, :, FACING] = facing_shares(body.x, chain, tool.segments, tool.offset)
         start_active(
-            body.x, du, chain, tool.segments, tool.offset, move, tool.reach, light, attempt.separation, on
+            body.x,
+            du,
+            chain,
+            tool.segments,
+            tool.offset,
+            travel[k],
+            tool.reach,
+            light,
+            attempt.separation,
+            active[k],
         )
-    held = [np.full(n_s, -1.0) for _ in tools]
-    forces = np.zeros((len(tools), 2))
+    most_shear = settings.shear_cap * shear_yield * tables[:, :, FACING]
+    slip_scale = settings.slip_regularisation * max(tool.speed for tool in tools)
+    forces = np.zeros((n_tools, 2))
     residual_norm = previous_norm = np.inf
     correction: FloatArray | None = None
     halvings = rounds = 0
-    changed_before = pulled = False
+    changed_before = pulled = reused = factorised = False
+    secant = 1.0
+    blocks = np.empty((n_s, 4))
+
+    def tangent(band: FloatArray, skew: FloatArray) -> None:
+        add_stiffness(body.x, du, body.quads, space.moduli, material, band)
+        add_blocks(chain, blocks, band, skew)
+        hold_fixed(band, skew, space.fixed)
+
     for iteration in range(settings.max_iterations):
-        space.clear()
         inner, contact = np.zeros(du.size), np.zeros(du.size)
-        inverted = assemble(
+        inverted = internal_forces(
             body.x,
             du,
             body.quads,
@@ -157,54 +166,52 @@ def solve_increment(
             body.T,
             dt,
             material,
-            space.band,
             inner,
             stress,
             strain,
             work,
+            space.moduli,
         )
         if inverted:
             raise StepError(f"{inverted} Gauss points turned inside out in iteration {iteration}")
-        surface_weights(body.x + du, chain, weights)
         may_change = (rounds < attempt.max_changes or pulled) and (
             residual_norm < 1e-2 or iteration in attempt.early_changes
         )
         rounds += may_change
-        secant = 1.0 if iteration < 1 else (0.0 if iteration < 8 else 0.5)
-        changes = 0
+        secant_before, secant = secant, 1.0 if iteration < 1 else (0.0 if iteration < 8 else 0.5)
         if iteration == attempt.hold_limits:
-            for limits, table, most in zip(held, tables, most_shear):
-                touches = table[:, PRESSURE] > 0.0
-                limits[touches] = np.minimum(mu * table[:, PRESSURE], most)[touches]
-        for k, tool in enumerate(tools):
-            before = contact.reshape(-1, 2).sum(axis=0)
-            changes += add_contact(
-                body.x,
-                du,
-                chain,
-                weights,
-                tool.segments,
-                tool.offset + moves[k],
-                moves[k],
-                tool.reach,
-                mu,
-                most_shear[k],
-                settings.penalty,
-                slip_scale,
-                dt,
-                secant,
-                space.band,
-                contact,
-                tables[k],
-                active[k],
-                releases[k],
-                may_change,
-                held[k],
+            factorised = False
+            held = np.where(
+                tables[:, :, PRESSURE] > 0.0, np.minimum(mu * tables[:, :, PRESSURE], most_shear), held
             )
-            forces[k] = (contact.reshape(-1, 2).sum(axis=0) - before) * 2.0 * np.pi
-        pulled = any(float(table[:, PRESSURE].min()) < -MOST_TENSION for table in tables)
+        changes, lowest = add_contacts(
+            body.x,
+            du,
+            chain,
+            weights,
+            segments,
+            first,
+            offsets + travel,
+            travel,
+            reaches,
+            mu,
+            most_shear,
+            settings.penalty,
+            slip_scale,
+            dt,
+            secant,
+            blocks,
+            contact,
+            forces,
+            tables,
+            active,
+            releases,
+            may_change,
+            held,
+        )
+        pulled = lowest < -MOST_TENSION
         residual = -(inner + contact)
-        hold_fixed(space.band, residual, space.fixed)
+        residual[space.fixed] = 0.0
         residual_norm = float(np.sqrt((residual @ residual) / (contact @ contact + 1e-12)))
         if not np.isfinite(residual_norm):
             raise StepError(f"the residual is not finite in iteration {iteration}")
@@ -216,7 +223,7 @@ def solve_increment(
             and (may_change or rounds >= attempt.max_changes)
         ):
             return Step(
-                du, stress, strain, work, tables, forces, weights, shear_yield, iteration, residual_norm
+                du, stress, strain, work, list(tables), forces, weights, shear_yield, iteration, residual_norm
             )
         worse = residual_norm > (1.0 - 0.1 * 0.5**halvings) * previous_norm
         if (
@@ -227,13 +234,25 @@ def solve_increment(
             and halvings < 4
             and not may_change
             and not changed_before
+            and not reused
         ):
             correction = 0.5 * correction
             du = du - correction
             halvings += 1
             continue
+        reused = (
+            factorised
+            and residual_norm < REUSE
+            and residual_norm < max(SLOWEST, settings.tolerance / residual_norm) * previous_norm
+            and changes == 0
+            and secant == secant_before
+        )
         previous_norm, halvings, changed_before = residual_norm, 0, may_change
-        correction = space.solve(residual).reshape(-1, 2)
+        if not reused:
+            factorised = space.solver.factorise(tangent)
+            if not factorised:
+                raise StepError("the tangent matrix is singular")
+        correction = space.solver.solve(residual).reshape(-1, 2)
         du = du + correction
     worst = int(np.abs(inner + contact).argmax()) // 2
     r, z = (body.x + du)[worst]

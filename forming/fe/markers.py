@@ -6,11 +6,14 @@ import numpy as np
 import numpy.typing as npt
 
 from .mesh.polyline import CORNER, arc_length, turns
-from .mesh.shape import FloatArray
+from .mesh.shape import FloatArray, IntArray
 from .surface_loads import SurfaceLoads
 
 #: Turns of the undeformed surface beyond this angle are corners of the billet: it consists of straight lines.
 EDGE = np.radians(10.0)
+
+#: Pressure of the last node of a contact over that of the node before, where a straight fall to zero just reaches the next one.
+FALL = 0.41
 
 
 class SurfaceMarkers:
@@ -46,7 +49,6 @@ class SurfaceMarkers:
         self._cut_off = (inserted[1:] | inserted[:-1]) & (np.diff(points) < np.diff(lengths)[edges])
         #: Areas of the intervals at the start [mm2].
         self.start_areas = self.areas(surface)
-        self.reference_area = np.diff(_area_below(surface, self.position))
         self.start_arc = arc.copy()
         self.sd = np.zeros(n)
         self.psi = np.ones(n)
@@ -83,6 +85,18 @@ class SurfaceMarkers:
         """
         return np.diff(_area_below(surface, np.minimum(self.track, until)))
 
+    def start_shares(self) -> FloatArray:
+        """Return the undeformed area that each marker stands for, shape (n,) [mm2].
+
+        It reaches half way to the next marker on the same surface of the billet, and up to the corner where there is
+        none: what lies beyond a corner slides along another tool, or along none.
+        """
+        own = np.isin(np.arange(len(self.track)), self._own)
+        shares = np.zeros(len(self.track))
+        for side, other in ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1))):
+            shares[side] += np.where(own[other], 0.5, 1.0) * self.start_areas
+        return shares[self._own]
+
     def follow(self, before: FloatArray, after: FloatArray) -> None:
         """Follow the motion of the surface nodes in an increment, shapes (n_s, 2).
 
@@ -106,7 +120,7 @@ class SurfaceMarkers:
         first, second = (np.where(tool >= 0, loads.pressures[tool, node], 0.0) for node in (k, k + 1))
         w0, w1 = (1.0 - u) * (first > 0.0), u * (second > 0.0)
         weight, pressure = w0 + w1, (1.0 - u) * first + u * second
-        touches = (weight >= 0.5) & (pressure > 0.0)
+        touches = (weight >= 1.0 - _reach(k, tool, loads.pressures)) & (pressure > 0.0)
         self.psi = self._expansion(surface, loads.active)[self._own]
         self.active = touches[self._own]
         on = self.active
@@ -178,6 +192,25 @@ def _beside(
         u[at[harder]] = place
         k[at[harder]] += other
     return k, u
+
+
+def _reach(k: npt.NDArray[np.int64], tool: IntArray, pressures: FloatArray) -> FloatArray:
+    """Return how far a contact reaches into edges of which one node touches, as a share of them, shape (n,).
+
+    Where a pressure falls straight to zero within the edge, its last node carries (0.4 d + 0.6 d^2 - 0.2 d^3) / (1 + d)
+    of that before, d being the share: `FALL` d, up to `FALL`. Else a marker that rides along with the end of a light contact
+    would rub for a whole stroke, or not at all, as the mesh has it. A contact that ends abruptly reaches half of the edge.
+
+    - `k`, `tool`, shape (n,): edges, and the tools that they face.
+    """
+    # Beyond both ends of the surface stands nothing.
+    known = np.pad(pressures, ((0, 0), (2, 2)))
+    ends_here = known[tool, k + 2] > 0.0
+    last, before, first = (
+        np.where(ends_here, known[tool, k + 2 - i], known[tool, k + 3 + i]) for i in range(3)
+    )
+    falls = (first > before) & (last < FALL * before)
+    return np.where(falls, last / np.where(falls, FALL * before, 1.0), 0.5)
 
 
 def _area_below(surface: FloatArray, index: FloatArray) -> FloatArray:

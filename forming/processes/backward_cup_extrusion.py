@@ -22,6 +22,8 @@ from .thermal_conditions import TOOLS, ThermalConditions
 #: Elements on the rounding of the punch are smaller than elsewhere below this radius of it and below this wall of the
 #: cup, both as shares of the container's radius; their usual and their smallest size as shares of the others and of `mesh_size`.
 FINE_RADIUS, FINE_WALL, ROUNDED, FINEST = 0.28, 0.3, 0.7, 0.3
+#: Elements of the container's heat field at its bore, as a share of `mesh_size`.
+BORE = 1.5
 
 
 @dataclass(frozen=True)
@@ -244,7 +246,11 @@ class BackwardCupExtrusion(Extrusion):
         def even(points: FloatArray) -> FloatArray:
             return np.full(len(points), coarse)
 
-        container = ToolField.build([bore], back, even, self.T_tool)
+        def at_bore(points: FloatArray) -> FloatArray:
+            # The end of the contact runs up the bore: where it has just come, the bore is cold.
+            return np.minimum(coarse, BORE * self.mesh_size + 0.5 * (points[:, 0] - radius))
+
+        container = ToolField.build([bore], back, at_bore, self.T_tool)
         face = np.array([[radius, 0.0], [0.0, 0.0]])
         below = np.array([[0.0, 0.0], [0.0, -depth], [radius, -depth], [radius, 0.0]])
         return container, ToolField.build([face], below, even, self.T_tool)

@@ -54,8 +54,9 @@ class FormingProcess(StepwiseProcess):
             After the stroke, withdraw the punch and get the product off the tools: True, or one of `ejections`.
             `result.ejection` holds what it took; a stroke that stops is not followed by it.
         with_errors : bool
-            Run once more with larger elements, in about half the time, and state in ``result.contact.errors`` how far the
-            loads at the markers may be off because of the mesh. A callable friction is asked by both runs.
+            Run twice more with larger elements, which takes about as long again in all, and state in
+            ``result.contact.errors`` how far the loads at the markers may be off because of the mesh. A callable friction
+            is asked by all runs.
 
         Raises
         ------
@@ -104,19 +105,24 @@ class FormingProcess(StepwiseProcess):
         self, result: FormingResult, friction: Friction, stroke: float, communication_step: float
     ) -> FormingResult:
         """Return the result with the errors of its local loads, or with a sentence why they are not known."""
-        other = copy.copy(self)
-        other.coarsening = COARSER * self.coarsening
-        try:
-            coarse = other.run(friction, stroke, communication_step=communication_step)
-            reason = coarse.message if coarse.status != "ok" else ""
-        except InputError as error:
-            reason = str(error)
-        if reason:
-            note = f"{self.name}: errors of the loads are not known; the run with larger elements: {reason}"
+        coarse, reasons = {}, []
+        for coarser in COARSER:
+            other = copy.copy(self)
+            other.coarsening = coarser * self.coarsening
+            try:
+                found = other.run(friction, stroke, communication_step=communication_step)
+            except InputError as error:
+                reasons.append(str(error))
+                continue
+            if found.status == "ok":
+                coarse[coarser] = found.contact.loads, found.contact.active
+            else:
+                reasons.append(found.message)
+        if not coarse:
+            note = f"{self.name}: errors of the loads are not known; runs with larger elements: {'; '.join(reasons)}"
             return replace(result, warnings=(*result.warnings, note))
         fine = result.contact
-        errors = local_errors(fine.loads, fine.active, coarse.contact.loads, coarse.contact.active)
-        return replace(result, contact=replace(fine, errors=errors))
+        return replace(result, contact=replace(fine, errors=local_errors(fine.loads, fine.active, coarse)))
 
 
 class Extrusion(FormingProcess):
@@ -139,7 +145,9 @@ class Extrusion(FormingProcess):
     def _set_tools(self, elasticity: ElasticTools, ejector_diameter: float | None, opening: float) -> None:
         """Take the elastic tools and the ejector, by default 0.95 of the `opening` [mm] it stands in."""
         self.elasticity = elasticity
+        low, high = 0.2 * opening, 0.98 * opening
         self.units |= UNITS
+        self.ranges |= elasticity.ranges | {"ejector_diameter": (low, high)}
         if ejector_diameter is not None:
-            check_range(self.name, "ejector_diameter", ejector_diameter, 0.2 * opening, 0.98 * opening, "mm")
+            check_range(self.name, "ejector_diameter", ejector_diameter, low, high, "mm")
         self.ejector_diameter = 0.95 * opening if ejector_diameter is None else ejector_diameter

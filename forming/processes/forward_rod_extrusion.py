@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,19 +27,27 @@ CLEARANCE = 0.05
 #: Elements on a rounding are smaller than elsewhere below this radius of it and below this reduction of the radius, both
 #: as shares of the container's radius; their usual and their smallest size as shares of `mesh_size`.
 FINE_RADIUS, FINE_STEP, ROUNDED, FINEST = 0.2, 0.16, 0.7, 0.3
+#: Elements in the corner between punch and container, as a share of those in the die.
+IN_CORNER = 0.6
 #: Largest sliding in one increment, in elements: a node that turns onto the land in longer straight steps is pushed against it.
 SLIDING = 0.2
+#: Longest container [mm].
+LONGEST = 1000.0
 
 
 @dataclass(frozen=True)
 class _DieSize:
-    """Element size: fine along cone and land, finest on the roundings at both ends of the cone, coarse elsewhere."""
+    """Element size: fine along cone and land, finest on the roundings at both ends of the cone, coarse elsewhere.
+
+    Small again where punch and container meet, at height `top`: the pressure rises there within a millimetre.
+    """
 
     on_edge: float
     on_entry: float
     base: float
     die: ExtrusionDie
     cone_end_z: float
+    top: float = math.inf
 
     def __call__(self, points: FloatArray) -> FloatArray:
         die = self.die
@@ -61,6 +70,8 @@ class _DieSize:
         )
         largest = 2.25 * self.base
         rod = min(largest, max(die.exit_radius / 4.0, self.base))
+        corner = np.hypot(points[:, 0] - die.container_radius, points[:, 1] - self.top)
+        fine = np.minimum(fine, IN_CORNER * self.base + 0.3 * corner)
         return np.minimum(np.minimum(along, fine), np.where(points[:, 1] < die.land, rod, largest))
 
 
@@ -166,9 +177,9 @@ class ForwardRodExtrusion(Extrusion):
         self._cone_end = self.die.segments(1.0)[1]
         self._billet_bottom = self._first_touch()
         needed = self._billet_bottom + billet_length - self._cone_end
-        self.units["container_length"] = "mm"
+        self.units["container_length"], self.ranges["container_length"] = "mm", (needed, LONGEST)
         if container_length is not None:
-            self._number("container_length", container_length, needed, 1000.0, "mm")
+            self._number("container_length", container_length, needed, LONGEST, "mm")
         self.container_length = float(needed + 2.0 if container_length is None else container_length)
         self._check_stroke(billet_length)
 
@@ -211,7 +222,11 @@ class ForwardRodExtrusion(Extrusion):
             depth = 1.5 * die.container_radius
             tools[1].heat_field = block_field(die.container_radius, top, depth, size, self.T_tool)
         outline = np.array([[0.0, bottom], [radius, bottom], [radius, top], [0.0, top]])
-        body = body_within(outline, size, tools, self.T_billet)
+
+        def below_punch(travel: float) -> _DieSize:
+            return replace(size, top=top - travel)
+
+        body = body_within(outline, below_punch(0.0), tools, self.T_billet)
         body.velocity[:, 1] = -self.speed
         control = StepControl(slip=SLIDING * base)
         arc = self._marker_arc(radius)
@@ -220,7 +235,7 @@ class ForwardRodExtrusion(Extrusion):
             tools,
             self.material,
             arc,
-            size=lambda travel: size,
+            size=below_punch,
             control=control,
             compliance=self.elasticity.compliance,
         )

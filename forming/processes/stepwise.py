@@ -20,6 +20,9 @@ from ..tools.ejection_tools import Stage
 from .friction_input import Friction, checked_mu, start_mu
 from .thermal_conditions import RANGES, ThermalConditions
 
+#: How many markers there may be.
+FEWEST, MOST = 8, 2000
+
 
 class StepwiseProcess(ABC):
     """A forming process that a co-simulation drives step by step.
@@ -56,6 +59,8 @@ class StepwiseProcess(ABC):
         For messages.
     units : dict of str to str
         The parameters that are one number, and their units, in the order in which they were checked.
+    ranges : dict of str to (float, float)
+        What is allowed, given the other parameters.
 
     Raises
     ------
@@ -74,10 +79,12 @@ class StepwiseProcess(ABC):
         self, speed: float, material: MaterialSource, n_points: int, thermal: ThermalConditions
     ) -> None:
         self.units: dict[str, str] = {}
+        self.ranges: dict[str, tuple[float, float]] = {}
         self.speed = self._number("speed", speed, 0.01, 2000.0, "mm/s")
         for name, (low, high, unit) in RANGES.items():
             self._number(name, getattr(thermal, name), low, high, unit)
-        check_range(self.name, "n_points", n_points, 8, 2000, "")
+        self.ranges["n_points"] = FEWEST, MOST
+        check_range(self.name, "n_points", n_points, FEWEST, MOST, "")
         self.n_points = int(n_points)
         self.thermal = thermal.resolved(self.name)
         self.T_billet, self.T_tool = thermal.T_billet, thermal.T_tool
@@ -86,8 +93,8 @@ class StepwiseProcess(ABC):
         self.material.check_start(self.name, thermal.T_billet)
 
     def _number(self, name: str, value: float, low: float, high: float, unit: str) -> float:
-        """Return a parameter that is one number, checked, and remember its unit."""
-        self.units[name] = unit
+        """Return a parameter that is one number, checked, and remember its unit and range."""
+        self.units[name], self.ranges[name] = unit, (low, high)
         check_range(self.name, name, value, low, high, unit)
         return value
 

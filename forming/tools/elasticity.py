@@ -63,14 +63,18 @@ class ElasticTools:
     #: Young's modulus of the tools [GPa].
     tool_modulus: float = 210.0
 
-    def __post_init__(self) -> None:
-        ranges = {
+    @property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """What is allowed for the numbers, by name."""
+        return {
             "die_outer_diameter": (1.2 * self.diameter, 100.0 * self.diameter),
             "punch_length": (1.0, 2000.0),
             "press_stiffness": (10.0, 1e6),
             "tool_modulus": (50.0, 800.0),
         }
-        for name, (low, high) in ranges.items():
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in self.ranges.items():
             if (value := getattr(self, name)) is not None:
                 check_range(self.process, name, value, low, high, UNITS[name])
 

@@ -37,7 +37,7 @@ TOOL_K, TOOL_A = 20.0, 20.0 / (7700.0 * 460e-6)
 PARTS, SPACING, NEAR = 3, 0.2, 0.4
 #: Speeds [mm/s] with the strokes of rod and cup after which they are compared [mm]: as long as the layer is thin enough
 #: for half spaces. Speed and stroke without a closed form.
-STROKES = {100.0: (5.0, 3.0), 300.0: (8.0, 5.0), 1000.0: (8.0, 5.0)}
+STROKES = {100.0: (5.0, 3.0), 300.0: (8.0, 5.0), 1000.0: (8.0, 5.0), 2000.0: (8.0, 5.0)}
 SLOW, SLOW_STROKE = 5.0, 4.0
 SOURCE = "Duhamel: two half spaces over a film, driven by the run's pressure and speed"
 #: Allowed deviation of the mean rise [%].

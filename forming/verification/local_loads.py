@@ -14,6 +14,7 @@ from ..fe.mesh.shape import FloatArray
 from ..processes.backward_cup_extrusion import BackwardCupExtrusion
 from ..processes.base import FormingProcess
 from ..processes.forward_rod_extrusion import ForwardRodExtrusion
+from ..processes.specimen_upsetting import upset
 from ..processes.upsetting import RingCompression
 from .case import Case, Outcome, Row, finished
 
@@ -26,6 +27,10 @@ SCALES = (2.0, 1.0, 0.5)
 TOLERANCES = (5.0, 3.0, 4.0, 4.0, 2.0)
 #: Share of the stroke after which markers count: before it the contact builds up.
 SETTLED = 0.2
+#: The twin's specimen: its default element size [mm], and forces over which its contact is averaged [N]: single nodes
+#: that join the contact change its outermost ring.
+SPECIMEN, FORCES = 0.6, np.linspace(230e3, 250e3, 21)
+HEAD = "| load | 2 h, % | h, % | order | error at h, % |\n| --- | ---: | ---: | ---: | ---: |"
 
 
 def differences(
@@ -74,12 +79,11 @@ def _converge(name: str, build: Callable[[float], FormingProcess], size: float, 
         # The run with h / 2 is itself off by 2^-p of the error of the one with h.
         whole = usual * 2.0**p / (2.0**p - 1.0) if p > 0.0 else math.nan
         lines.append(f"| {name}, {load} | {coarse:.2f} | {usual:.2f} | {_shown(p)} | {_shown(whole)} |")
-    head = "| load | 2 h, % | h, % | order | error at h, % |\n| --- | ---: | ---: | ---: | ---: |"
     words = (
         f"Markers of the {name}, elements of {2.0 * size:g} and {size:g} mm against {SCALES[-1] * size:g} mm, root of the "
         "mean square over that of the load (T: of the rise). Order and error at h follow from both, where they fall."
     )
-    return Outcome(rows, "\n".join([words, "", head, *lines]))
+    return Outcome(rows, "\n".join([words, "", HEAD, *lines]))
 
 
 def _shown(value: float) -> str:
@@ -102,6 +106,49 @@ def ring_loads() -> Outcome:
     return _converge("ring", lambda h: RingCompression(mesh_size=h), usual, 0.25 * RingCompression().height)
 
 
+def specimen_loads() -> Outcome:
+    """Specimen of a sliding compression test on its plate, elements of 1.2, 0.6 and 0.3 mm, by radius.
+
+    Where the side folds onto the plate, in the outer tenth, a ring of the contact is hardly wider than an element.
+    """
+    runs = [upset(force=FORCES, mesh_size=scale * SPECIMEN, mu=0.1) for scale in SCALES]
+    fine = runs[-1]
+    inside = fine.radius_fraction <= 0.9
+    source = f"elements of {SCALES[-1] * SPECIMEN:g} mm"
+    rows, lines = [], []
+    for load, allowed in (("sigma_n", 4.0), ("psi", 2.0)):
+        known = getattr(fine, load).mean(axis=0)
+        for where, part in (("within 0.9 of the radius", inside), ("in the outer tenth", ~inside)):
+            weight, size = fine.radius_fraction[part], known[part]
+            coarse, usual = (
+                100.0
+                * math.sqrt(
+                    (weight * (getattr(r, load).mean(axis=0)[part] - size) ** 2).sum()
+                    / (weight * size**2).sum()
+                )
+                for r in runs[:-1]
+            )
+            p = order(coarse, usual)
+            whole = usual * 2.0**p / (2.0**p - 1.0) if p > 0.0 else math.nan
+            lines.append(f"| {load} {where} | {coarse:.2f} | {usual:.2f} | {_shown(p)} | {_shown(whole)} |")
+            if part is inside:
+                what = f"specimen: {load} {where}, elements of {SPECIMEN:g} mm, rms"
+                rows.append(Row(what, "%", 0.0, source, usual, allowed, absolute=True))
+    usual_run = runs[-2]
+    for what, unit, ours, reference, allowed in (
+        ("mean psi", "", usual_run.psi_mean, fine.psi_mean, 2.0),
+        ("contact radius", "mm", usual_run.contact_radius, fine.contact_radius, 1.0),
+    ):
+        name = f"specimen: {what}, elements of {SPECIMEN:g} mm"
+        rows.append(Row(name, unit, float(reference.mean()), source, float(ours.mean()), allowed))
+    words = (
+        f"Specimen on the plate, mean of {len(FORCES)} forces from {1e-3 * FORCES[0]:g} to {1e-3 * FORCES[-1]:g} kN, elements of "
+        f"{2.0 * SPECIMEN:g} and {SPECIMEN:g} mm against {SCALES[-1] * SPECIMEN:g} mm, root of the mean square by area over "
+        "that of the load."
+    )
+    return Outcome(rows, "\n".join([words, "", HEAD, *lines]))
+
+
 CASES = tuple(
     Case(f"{name}-local-loads", GROUP, title, compute, fast=False)
     for name, title, compute in (
@@ -119,6 +166,11 @@ CASES = tuple(
             "ring",
             "Ring compression of the default ring to three quarters of its height, mu 0.08.",
             ring_loads,
+        ),
+        (
+            "specimen",
+            "Specimen of a sliding compression test, 15 x 15 mm, free punch, mu 0.1.",
+            specimen_loads,
         ),
     )
 )

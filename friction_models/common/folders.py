@@ -187,12 +187,15 @@ MODEL = FolderKind(
     "a model", ("card.json", "model.onnx"), ("card.md", "parameters.npz"), says=("card.json", "format")
 )
 DATASET = FolderKind(
-    "a data set", ("points.csv", "dataset.json"), ("tests.csv",), says=("dataset.json", "units")
+    "a data set",
+    ("points.csv", "dataset.json"),
+    ("tests.csv", "earlier/tests-*.csv"),
+    says=("dataset.json", "units"),
 )
 CAMPAIGN = FolderKind(
     "a campaign",
     ("campaign.json", "raw", "tests.csv"),
-    ("quality.csv", "channels.yaml", "truth.json", "truth.npz"),
+    ("quality.csv", "channels.yaml", "truth.json", "truth.npz", "earlier/tests-*.csv"),
     _of_campaign,
     ("campaign.json", "format"),
 )

@@ -10,15 +10,15 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .answer.diagnosis import Diagnosis as Diagnosis
     from .comparison import Comparison as Comparison
     from .comparison import compare as compare
-    from .diagnosis import Diagnosis as Diagnosis
     from .diagnosis_steps import diagnose as diagnose
     from .refinement import refine as refine
 
 _EXPORTS = {
     "Comparison": "comparison",
-    "Diagnosis": "diagnosis",
+    "Diagnosis": "answer.diagnosis",
     "compare": "comparison",
     "diagnose": "diagnosis_steps",
     "refine": "refinement",

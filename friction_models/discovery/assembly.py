@@ -14,18 +14,19 @@ from ..estimation.search.search_round import SearchRound
 from ..estimation.search.structure import StructurePlace
 from ..estimation.search.unseen_loads import EITHER, doubts
 from ..loads import LOAD_NAMES, FloatArray
-from .budget_numbers import budget_numbers
-from .confidence import LIMITS, confidence, grounds
-from .confirmation import EXPLAINED, NAMED, Confirmation
-from .diagnosis import Diagnosis
-from .findings import ErrorBudget, FittedEffect, ParameterValue, TestGroups
+from .answer.budget_numbers import budget_numbers
+from .answer.diagnosis import Diagnosis
+from .answer.findings import ErrorBudget, FittedEffect, ParameterValue, TestGroups
+from .answer.summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
+from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
+from .answer.wording import sentence
 from .further_tests.next_tests import propose
-from .identifiability import limits
-from .level_offset import LevelOffset, level_of
-from .summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
-from .unseen_tests import UnseenTests
-from .verdict import LEVEL, Evidence
-from .wording import sentence
+from .judge.confidence import LIMITS, confidence, grounds
+from .judge.confirmation import EXPLAINED, NAMED, Confirmation
+from .judge.identifiability import limits, one_load
+from .judge.level_offset import LevelOffset, level_of
+from .judge.unseen_tests import UnseenTests
+from .judge.verdict import LEVEL, Evidence
 
 #: A noise floor above this share of mu hides everything else.
 BLURRED = 0.5
@@ -72,6 +73,8 @@ def _confidence(
         nothing and factor is not None,  # what sets the two groups apart is missing
         nothing and confirmed.lacks_fit,
         judged.knows_noise,
+        verdict in NAMED
+        and any(one_load(campaign, f.prepared.candidate.effect.driver) for f in judged.chosen),
     ]
     return min(sure, EITHER) if any(unsure) else sure
 
@@ -107,6 +110,9 @@ def assemble(
     usual = found.y if base.fixed else found.beyond_base(found.y)
     alone = evidence.structure.rms if evidence.unexplained else 0.0
     floor, budget = budget_numbers(campaign, found, judged.confirmed, level, usual, alone)
+    from_loads = floor_from_loads(*whole, fitted.terms, mu)
+    if from_loads is not None:
+        floor["from_loads"] = from_loads
     if level.off and verdict in {"explained", "ambiguous"} and _level_matters(budget):
         judged.confirmed = replace(judged.confirmed, verdict="partly_explained")
         verdict = "partly_explained"
@@ -118,6 +124,7 @@ def assemble(
     sure = min(_confidence(campaign, judged, level, rests_on, factor), most)
     where = _places(campaign, judged) if verdict in {"unknown_structure", "partly_explained"} else []
     warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
+    warnings += uncertain_drivers(whole[0], fitted.terms)
     if judged.confirmed.lacks_fit and (repeats := judged.confirmed.repeats) is not None:
         warnings.append(
             f"{repeats.tests} tests at {repeats.settings} repeated settings agree to {repeats.scatter:.4f}, but what the model leaves "

@@ -25,6 +25,7 @@ from ..estimation.campaign.own_heat import without_own_heat
 from ..estimation.noise.noise_floor import NoiseFloor, independent_columns
 from ..estimation.noise.odd_tests import odd_tests, without_tests
 from ..estimation.search.base_law import BaseLaw, base_law, polynomial_columns
+from ..estimation.search.between_tests import metadata_that_sets_tests_apart
 from ..estimation.search.candidates import Candidate, evaluate_all, spans_of
 from ..estimation.search.importance import LEAST_SHARE, error_share, weighted_rms
 from ..estimation.search.scan import Fit
@@ -37,13 +38,14 @@ from ..families.registry import make_model
 from ..loads import LOAD_NAMES, FloatArray, require_loads
 from ..models.base import FrictionModel
 from ..models.domain import Domain
+from .answer.diagnosis import Diagnosis
 from .assembly import Judged, assemble
-from .confirmation import MOST_NAMED, NAMED, Confirm, Confirmation
-from .diagnosis import Diagnosis
-from .identifiability import knows_the_noise
+from .judge.confirm import MOST_NAMED, Confirm
+from .judge.confirmation import NAMED, Confirmation
+from .judge.identifiability import knows_the_noise
+from .judge.unseen_tests import UnseenTests, refitted
+from .judge.verdict import LEVEL, SECOND_LEVEL, Evidence, decide, named_verdict
 from .offered_formulas import formulas_for
-from .unseen_tests import UnseenTests, refitted
-from .verdict import LEVEL, SECOND_LEVEL, Evidence, decide, named_verdict
 
 #: Averages that must be left beside the numbers of the base.
 SPARE = 3
@@ -223,11 +225,13 @@ def _search_twice(
     campaign: Campaign, base: BaseLaw, candidates: list[Candidate], seed: int, floor: NoiseFloor | None
 ) -> SearchRound:
     """Search, then once more with a floor that knows the winner: a sharp effect inflates the first floor."""
-    found = search(campaign, base, None, candidates, seed, floor)
+    apart = metadata_that_sets_tests_apart(campaign, base, candidates)
+    found = search(campaign, base, None, candidates, seed, floor, also_in_mean=apart)
     winner = found.winner
     if winner is None or found.p_value(winner) >= 0.2:
         return found
-    again = search(campaign, base, None, candidates, seed, found.floor, also_in_mean=_columns(winner))
+    beside = np.column_stack([apart, _columns(winner)])
+    again = search(campaign, base, None, candidates, seed, found.floor, also_in_mean=beside)
     again.least_p = found.p_value(winner)
     return again
 
@@ -315,7 +319,8 @@ def _further_effects(
     if not others:
         return []
     freed = np.column_stack([*(_columns(f) for f in known), spline_columns(campaign, first, FREED)])
-    again = search(campaign, base, freed, others, seed, found.floor)
+    apart = metadata_that_sets_tests_apart(campaign, base, others)
+    again = search(campaign, base, freed, others, seed, found.floor, also_in_mean=apart)
     # the gain counts what varies within tests many times over: the sizes are compared in mu
     size = sum(weighted_rms(found.change(f), campaign.count) ** 2 for f in known)
     kept = []

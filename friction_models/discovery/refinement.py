@@ -20,7 +20,7 @@ from ..families.registry import make_model
 from ..loads import FloatArray, TriboLoads
 from ..models.base import FrictionModel
 from ..models.measures import error_measures
-from .unseen_tests import folds_of_tests, names_of, predicted_unseen
+from .judge.unseen_tests import folds_of_tests, names_of, predicted_unseen
 
 #: An addition is refused when the held-out error rises by more than this, and clearly so (paired over tests).
 WORSE = 1.01

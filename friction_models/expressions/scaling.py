@@ -64,6 +64,28 @@ class Scaling:
         return cls(mean, scale)
 
 
+def centred(
+    columns: FloatArray, target: FloatArray, weights: FloatArray | None
+) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    """Return what plain least squares takes for weighted least squares with a constant: columns and target about their means.
+
+    Rows are multiplied by the roots of the weights. Behind them the weighted means of the columns, shape (k,), and of the target;
+    columns without weights count as standardised already.
+
+    Examples
+    --------
+    >>> columns, target, mean, level = centred(np.array([[0.0], [4.0]]), np.array([1.0, 5.0]), np.array([1.5, 0.5]))
+    >>> mean.tolist(), level
+    ([1.0], 2.0)
+    """
+    if weights is None:
+        level = float(np.mean(target))
+        return columns, target - level, np.zeros(columns.shape[1]), level
+    mean, level = np.average(columns, axis=0, weights=weights), float(np.average(target, weights=weights))
+    root = np.sqrt(weights)
+    return root[:, None] * (columns - mean), root * (target - level), mean, level
+
+
 def unresolved(standardised: FloatArray) -> FloatArray:
     """Return the directions along which standardised columns do not vary beyond rounding, shape (k, directions)."""
     sizes, directions = np.linalg.eigh(standardised.T @ standardised)

@@ -18,7 +18,7 @@ from ..loads import FloatArray, TriboLoads
 from ..loads.order import order_of_tests
 from ..loads.time_steps import rests, time_steps
 from ..models.base import FrictionModel, LoadsLike
-from ..models.law import Arrays, Groups, JsonObject, Learned, States, System
+from ..models.law import Arrays, Groups, JsonObject, Learned, States, System, Weights
 from ..models.tangent import MeasuredPoints, Tangent
 from ..models.variables import StateVariable, SystemVariable, as_numbers
 from .metadata import check_loads, levels_of, system_variables_of
@@ -75,6 +75,8 @@ class ComposedFriction(FrictionModel):
     """
 
     family: ClassVar[str] = "composed"
+    #: Errors of a twin are common to its tests: weights take the fast and hot ones away, by which effects are known.
+    honours_uncertain_loads: ClassVar[bool] = False
 
     def __init__(self, base: FrictionModel, effects: Sequence[str | Effect] = ()) -> None:
         self.base = base
@@ -90,7 +92,7 @@ class ComposedFriction(FrictionModel):
 
     # --- fit ------------------------------------------------------------------------------------------
 
-    def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> None:
+    def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups, sample_weight: Weights = None) -> None:
         self._check_base()
         self.effects_ = [make_effect(e) for e in self.effects]
         names = [e.name for e in self.effects_]
@@ -107,9 +109,12 @@ class ComposedFriction(FrictionModel):
         if rows is not None:
             loads, mu = loads.take(rows), mu[rows]
             groups = None if groups is None else groups[rows]
+            sample_weight = None if sample_weight is None else sample_weight[rows]
         self.levels_ = levels_of(loads, self.effects_)
         self.effects_ = [e.with_levels(self.levels_) for e in self.effects_]
-        fitted = fit_jointly(self.base, self.effects_, loads, mu, groups, self._metadata(loads))
+        fitted = fit_jointly(
+            self.base, self.effects_, loads, mu, groups, self._metadata(loads), sample_weight
+        )
         self.base_, self.shapes_, self.amplitudes_ = fitted.base, fitted.shapes, fitted.amplitudes
         self.noise_floor_ = fitted.noise_floor
         self.system_ = system_variables_of(loads, self._metadata(loads), self.exported, self.levels_)

@@ -12,7 +12,7 @@ from ..expressions.ops import LoadColumns, Ops, Value
 from ..expressions.parameters import check_number
 from ..loads import MU, FloatArray, TriboLoads
 from ..models.base import FrictionModel
-from ..models.law import Arrays, Groups, JsonObject, Learned, States, System
+from ..models.law import Arrays, Groups, JsonObject, Learned, States, System, Weights
 from ..models.tangent import MeasuredPoints, Tangent
 
 
@@ -45,8 +45,8 @@ class ConstantFriction(FrictionModel):
     def __init__(self, mu: float | None = None) -> None:
         self.mu = mu
 
-    def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> None:
-        self.mean_ = float(np.mean(mu)) if self.mu is None else self.value
+    def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups, sample_weight: Weights = None) -> None:
+        self.mean_ = float(np.average(mu, weights=sample_weight)) if self.mu is None else self.value
 
     @property
     def value(self) -> float:

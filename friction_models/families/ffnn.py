@@ -17,7 +17,7 @@ from ..expressions.scaling import Scaling
 from ..loads import LOAD_NAMES, FloatArray, TriboLoads
 from ..loads.splits import hold_out
 from ..models.base import FrictionModel, LoadsLike
-from ..models.law import Arrays, Groups, JsonObject, Learned, States, System
+from ..models.law import Arrays, Groups, JsonObject, Learned, States, System, Weights
 from .network import Lesson, Masks, TrainingOptions, train_networks
 
 ACTIVATIONS = ("tanh", "relu", "sigmoid")
@@ -119,10 +119,10 @@ class FeedForwardFriction(FrictionModel):
         widths = [check_integer(self.family, "hidden", w, 1, MAX_WIDTH) for w in self.hidden]
         return [len(LOAD_NAMES), *widths, 1]
 
-    def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> None:
-        _train_together([self], [(loads, mu, groups)])
+    def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups, sample_weight: Weights = None) -> None:
+        _train_together([self], [(loads, mu, groups, sample_weight)])
 
-    def _lesson(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> Lesson:
+    def _lesson(self, loads: TriboLoads, mu: FloatArray, groups: Groups, sample_weight: Weights) -> Lesson:
         """Return what the networks learn from; notes the scaling and the tests held out."""
         x = NumpyOps()
         features = x.concat(_inputs(x, LoadColumns.from_matrix(x, loads.as_array())))
@@ -132,7 +132,8 @@ class FeedForwardFriction(FrictionModel):
             [] if groups is None else sorted(set(groups[np.logical_or.reduce(held)].tolist()))
         )
         outputs = Scaling.of(mu[:, None]).apply(mu[:, None])
-        return Lesson(self.scaling_.apply(features), outputs, held, self.seed, self.weight_decay)
+        inputs = self.scaling_.apply(features)
+        return Lesson(inputs, outputs, held, self.seed, self.weight_decay, sample_weight)
 
     def _held_out(self, groups: Groups, points: int) -> Masks:
         """Return which points each network holds out."""
@@ -230,22 +231,23 @@ def fit_together(
     `data` has the arguments of `fit` (loads, mu, groups) of each model; what `fit` refuses is refused here, too.
     """
     checked = [model._checked(*own) for model, own in zip(models, data, strict=True)]
+    weights = [model._weights(*own, None) for model, own in zip(models, checked)]
     batches: dict[TrainingOptions, list[int]] = {}
     for number, model in enumerate(models):
         batches.setdefault(model._options, []).append(number)
     for batch in batches.values():
-        _train_together([models[k] for k in batch], [checked[k] for k in batch])
-    for model, own in zip(models, checked):
-        model._record_fit(*own)
+        _train_together([models[k] for k in batch], [(*checked[k], weights[k].points) for k in batch])
+    for model, own, weighed in zip(models, checked, weights):
+        model._record_fit(*own, weighed)
 
 
 def _train_together(
-    models: Sequence[FeedForwardFriction], data: Sequence[tuple[TriboLoads, FloatArray, Groups]]
+    models: Sequence[FeedForwardFriction], data: Sequence[tuple[TriboLoads, FloatArray, Groups, Weights]]
 ) -> None:
     """Train models that are alike; mu's scaling goes into the last layers."""
     options = models[0]._options
     lessons = [model._lesson(*own) for model, own in zip(models, data)]
-    for model, (_, mu, _), (networks, epochs) in zip(models, data, train_networks(lessons, options)):
+    for model, (_, mu, _, _), (networks, epochs) in zip(models, data, train_networks(lessons, options)):
         target = Scaling.of(mu[:, None])
         for network in networks:
             weights, bias = network[-1]

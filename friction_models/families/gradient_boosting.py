@@ -15,7 +15,7 @@ from ..expressions.trees import MAX_LEAVES, MAX_TREES, IntArray, TreeTable
 from ..loads import LOAD_NAMES, FloatArray, TriboLoads
 from ..loads.splits import hold_out
 from ..models.base import FrictionModel
-from ..models.law import Arrays, Groups, JsonObject, Learned, States, System
+from ..models.law import Arrays, Groups, JsonObject, Learned, States, System, Weights
 
 
 @dataclass(eq=False, repr=False)
@@ -70,19 +70,23 @@ class GradientBoostingFriction(FrictionModel):
     validation_fraction: float = 0.2
     seed: int = 0
 
-    def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> None:
+    def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups, sample_weight: Weights = None) -> None:
         from sklearn.ensemble import HistGradientBoostingRegressor
 
         params = self._checked_params()
         matrix = loads.as_array()
         count = int(params["max_iter"])
+        weights = sample_weight
         train, held = hold_out(groups, len(mu), self.validation_fraction, self.seed)
         self.validation_tests_ = [] if groups is None else sorted(set(groups[held].tolist()))
         if held.any():
-            trial = HistGradientBoostingRegressor(**params).fit(matrix[train], mu[train])
-            errors = [np.mean((p - mu[held]) ** 2) for p in trial.staged_predict(matrix[held])]
+            learnt, judged = (None, None) if weights is None else (weights[train], weights[held])
+            trial = HistGradientBoostingRegressor(**params).fit(matrix[train], mu[train], learnt)
+            errors = [
+                np.average((p - mu[held]) ** 2, weights=judged) for p in trial.staged_predict(matrix[held])
+            ]
             count = int(np.argmin(errors)) + 1
-        final = HistGradientBoostingRegressor(**{**params, "max_iter": count}).fit(matrix, mu)
+        final = HistGradientBoostingRegressor(**{**params, "max_iter": count}).fit(matrix, mu, weights)
         self.trees_, constant = table_of([stage[0].nodes for stage in final._predictors])
         self.baseline_ = float(np.ravel(final._baseline_prediction)[0]) + constant
 

@@ -8,15 +8,15 @@ import numpy as np
 
 from ..expressions.ops import LoadColumns, Ops, Value
 from ..expressions.parameters import stored_floats
-from ..expressions.scaling import RESOLUTION, Scaling
+from ..expressions.scaling import RESOLUTION, Scaling, centred
 from ..loads import LOADS, FloatArray, TriboLoads
 from ..models.base import FrictionModel
-from ..models.law import Arrays, Groups, JsonObject, Learned, States, System
+from ..models.law import Arrays, Groups, JsonObject, Learned, States, System, Weights
 from ..models.tangent import MeasuredPoints, Tangent, polynomial_columns
 
 
 class LinearFriction(FrictionModel):
-    """mu = b0 + sum over the loads of b_j x_j, by least squares.
+    """mu = b0 + sum over the loads of b_j x_j, by least squares, weighted where points have weights.
 
     Attributes
     ----------
@@ -39,14 +39,14 @@ class LinearFriction(FrictionModel):
     family: ClassVar[str] = "linear"
     form = "linear"
 
-    def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> None:
+    def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups, sample_weight: Weights = None) -> None:
         matrix = loads.as_array()
         scaling = Scaling.of(matrix)
-        offset = float(np.mean(mu))
-        slopes, *_ = np.linalg.lstsq(scaling.apply(matrix), mu - offset, rcond=RESOLUTION)
+        standardised, target, centre, offset = centred(scaling.apply(matrix), mu, sample_weight)
+        slopes, *_ = np.linalg.lstsq(standardised, target, rcond=RESOLUTION)
         slopes[np.ptp(matrix, axis=0) == 0.0] = 0.0  # not what rounding leaves of it
         self.coef_ = slopes / scaling.scale
-        self.intercept_ = offset - float(self.coef_ @ scaling.mean)
+        self.intercept_ = offset - float(self.coef_ @ (scaling.mean + centre * scaling.scale))
 
     def tangent(self, data: MeasuredPoints) -> Tangent:
         """Return a column of ones and the loads that vary."""

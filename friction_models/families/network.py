@@ -53,6 +53,8 @@ class Lesson:
     #: Of the first weights and the order of the points.
     seed: int
     weight_decay: float
+    #: Of the points, mean 1; None: all weigh alike; shape (n,).
+    weights: FloatArray | None = None
 
 
 def train_networks(lessons: Sequence[Lesson], options: TrainingOptions) -> list[Trained]:
@@ -106,6 +108,9 @@ def _train(lessons: Sequence[Lesson], options: TrainingOptions) -> list[Trained]
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, options.epochs, rate * 1e-2)
     x = torch.from_numpy(np.concatenate([lesson.inputs for lesson in lessons]))
     y = torch.from_numpy(np.concatenate([lesson.outputs for lesson in lessons]))
+    counts_as = torch.from_numpy(
+        np.concatenate([np.ones(len(le.inputs)) if le.weights is None else le.weights for le in lessons])
+    )
     offsets = [0, *accumulate(len(lesson.inputs) for lesson in lessons)]
     own = [
         [offset + np.flatnonzero(~mask) for mask in lesson.held] for lesson, offset in zip(lessons, offsets)
@@ -113,7 +118,7 @@ def _train(lessons: Sequence[Lesson], options: TrainingOptions) -> list[Trained]
     length = max(len(rows) for group in own for rows in group)
     batch = _batch(length, options.batch_size)
     judged, share = _padded([(offset, m) for lesson, offset in zip(lessons, offsets) for m in lesson.held])
-    judged_x, judged_y = x[judged], y[judged]
+    judged_x, judged_y, share = x[judged], y[judged], share * counts_as[judged]
     decay = torch.from_numpy(np.repeat([le.weight_decay for le in lessons], [len(le.held) for le in lessons]))
     counts = [len(lesson.held) for lesson in lessons]
     groups = [slice(end - count, end) for end, count in zip(accumulate(counts), counts)]
@@ -134,7 +139,7 @@ def _train(lessons: Sequence[Lesson], options: TrainingOptions) -> list[Trained]
         shrink = (1.0 - optimizer.param_groups[0]["lr"] * decay)[:, None, None]
         for rows in order.split(batch, dim=1):
             optimizer.zero_grad(set_to_none=True)
-            squares(x[rows], y[rows]).mean(dim=1).sum().backward()
+            (squares(x[rows], y[rows]) * counts_as[rows]).mean(dim=1).sum().backward()
             with torch.no_grad():
                 for weight in weights:
                     weight.mul_(shrink)

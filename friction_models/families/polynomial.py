@@ -10,10 +10,10 @@ import numpy as np
 
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..expressions.parameters import check_integer, check_number, stored_floats
-from ..expressions.scaling import RESOLUTION, Scaling
+from ..expressions.scaling import RESOLUTION, Scaling, centred
 from ..loads import LOAD_NAMES, FloatArray, TriboLoads
 from ..models.base import FrictionModel
-from ..models.law import Arrays, Groups, JsonObject, Learned, States, System
+from ..models.law import Arrays, Groups, JsonObject, Learned, States, System, Weights
 from ..models.tangent import MeasuredPoints, Tangent, polynomial_columns
 
 MAX_DEGREE = 4
@@ -64,18 +64,18 @@ class PolynomialFriction(FrictionModel):
         indices = range(len(LOAD_NAMES))
         return [t for d in range(1, degree + 1) for t in combinations_with_replacement(indices, d)]
 
-    def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> None:
+    def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups, sample_weight: Weights = None) -> None:
         ridge = check_number(self.family, "ridge", self.ridge, 0.0, 1e6)
         matrix = loads.as_array()
         self.scaling_ = Scaling.of(matrix)
         terms = self._features(NumpyOps(), [c[:, None] for c in matrix.T])
         # The terms are standardised once more, so that the ridge treats all alike.
         second = Scaling.of(terms)
-        design, offset = second.apply(terms), float(np.mean(mu))
+        design, target, centre, offset = centred(second.apply(terms), mu, sample_weight)
         normal = design.T @ design / len(mu) + ridge * np.eye(design.shape[1])
-        slopes, *_ = np.linalg.lstsq(normal, design.T @ (mu - offset) / len(mu), rcond=RESOLUTION**2)
+        slopes, *_ = np.linalg.lstsq(normal, design.T @ target / len(mu), rcond=RESOLUTION**2)
         self.coef_ = slopes / second.scale
-        self.intercept_ = offset - float(self.coef_ @ second.mean)
+        self.intercept_ = offset - float(self.coef_ @ (second.mean + centre * second.scale))
 
     def _features(self, x: Ops, columns: list[Value]) -> Value:
         z = self.scaling_.columns(x, columns)

@@ -13,7 +13,7 @@ from ..expressions.parameters import check_number, stored_floats
 from ..expressions.scaling import Scaling, unresolved
 from ..loads import MU, FloatArray, TriboLoads
 from ..models.base import FrictionModel
-from ..models.law import Arrays, Groups, JsonObject, Learned, States, System
+from ..models.law import Arrays, Groups, JsonObject, Learned, States, System, Weights
 from ..models.tangent import MeasuredPoints, Tangent
 
 #: References that make the factors numbers of order one: mm/s, K, MPa, mm.
@@ -95,7 +95,7 @@ class PowerLawFriction(FrictionModel):
             check_number(self.family, "sd_offset", self.sd_offset, *OFFSETS),
         )
 
-    def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> None:
+    def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups, sample_weight: Weights = None) -> None:
         from scipy.optimize import lsq_linear
 
         self.sigma_offset_ = offset_for(loads.sigma_n) if self.sigma_offset is None else self.sigma_offset
@@ -108,8 +108,9 @@ class PowerLawFriction(FrictionModel):
         limit = np.full(used.shape[1], MAX_EXPONENT)
         limit[0] = 50.0
         floor = max(1e-3 * float(np.mean(mu)), 1e-9)
-        coef = lsq_linear(used, np.log(np.maximum(mu, floor)), (-limit, limit)).x
-        coef = least_norm(used, refine_exponential(used, mu, coef, limit))
+        root = np.ones(len(mu)) if sample_weight is None else np.sqrt(sample_weight)
+        coef = lsq_linear(root[:, None] * used, root * np.log(np.maximum(mu, floor)), (-limit, limit)).x
+        coef = least_norm(used, refine_exponential(used, mu, coef, limit, root))
         self.coef_ = np.zeros(len(NAMES))
         self.coef_[varies] = coef
 
@@ -177,11 +178,12 @@ def least_norm(design: FloatArray, coef: FloatArray) -> FloatArray:
 
 
 def refine_exponential(
-    design: FloatArray, mu: FloatArray, start: FloatArray, limit: FloatArray
+    design: FloatArray, mu: FloatArray, start: FloatArray, limit: FloatArray, root: FloatArray
 ) -> FloatArray:
-    """Minimise ``sum (exp(design @ coef) - mu)^2`` within ``|coef| <= limit`` (Levenberg-Marquardt).
+    """Minimise ``sum (root (exp(design @ coef) - mu))^2`` within ``|coef| <= limit`` (Levenberg-Marquardt).
 
-    `design` has the shape (n, k); `start`, `limit` and what is returned have the shape (k,).
+    `design` has the shape (n, k), `mu` and the roots of the weights `root` (n,); `start`, `limit` and what is returned have the
+    shape (k,).
     """
 
     def predicted(coef: FloatArray) -> FloatArray:
@@ -189,14 +191,14 @@ def refine_exponential(
 
     coef, damping = start, 1e-3
     fit = predicted(coef)
-    cost = float(np.sum((fit - mu) ** 2))
+    cost = float(np.sum((root * (fit - mu)) ** 2))
     for _ in range(100):
-        jacobian = design * fit[:, None]
-        normal, gradient = jacobian.T @ jacobian, jacobian.T @ (mu - fit)
+        jacobian = design * (root * fit)[:, None]
+        normal, gradient = jacobian.T @ jacobian, jacobian.T @ (root * (mu - fit))
         step = np.linalg.lstsq(normal + damping * np.diag(np.diag(normal) + 1e-30), gradient, rcond=None)[0]
         trial = np.clip(coef + step, -limit, limit)
         trial_fit = predicted(trial)
-        trial_cost = float(np.sum((trial_fit - mu) ** 2))
+        trial_cost = float(np.sum((root * (trial_fit - mu)) ** 2))
         if trial_cost <= cost:
             done = bool(np.max(np.abs(trial - coef)) < 1e-12)
             coef, fit, cost, damping = trial, trial_fit, trial_cost, max(damping * 0.1, 1e-15)

@@ -11,6 +11,7 @@ from .contract import (
     POINT_UNITS,
     QUANTITIES,
     TIME,
+    UNCERTAINTY_COLUMNS,
     Quantity,
 )
 from .dataset import DataSet
@@ -27,6 +28,7 @@ __all__ = [
     "QUANTITIES",
     "STAND_IN",
     "TIME",
+    "UNCERTAINTY_COLUMNS",
     "DataSet",
     "FloatArray",
     "InputError",

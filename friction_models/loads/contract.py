@@ -55,11 +55,15 @@ MU = Quantity("mu", "1", "coefficient of friction", 0.0, 10.0, 0.08)
 MEASURED_MU = replace(MU, lower=-0.4)
 TIME = Quantity("t", "s", "time since the start of the test", 0.0, 1e7, 0.0)
 
+#: Columns of a table of points that hold the standard uncertainty of a load, by the load.
+UNCERTAINTY_COLUMNS: dict[str, str] = {"sigma_n": "u_sigma_n", "psi": "u_psi", "T": "u_T"}
 LOAD_NAMES: tuple[str, ...] = tuple(q.name for q in LOADS)
 #: Columns of a time-series data set, in file order.
 POINT_COLUMNS: tuple[str, ...] = ("test_id", TIME.name, *LOAD_NAMES, MU.name)
 #: Units of these columns; `test_id` has none.
 POINT_UNITS: dict[str, str] = {q.name: q.unit for q in (TIME, *LOADS, MU)}
+#: Units of standard uncertainties of the loads: differences, so that degC counts as K.
+UNCERTAINTY_UNITS: dict[str, str] = {"u_sigma_n": "MPa", "u_psi": "1", "u_T": "K"}
 #: Units of what tests are set to, in plans, test tables and tables of press levels.
 SETTING_UNITS: dict[str, str] = {
     **dict.fromkeys(("T_tool", "T_specimen"), "degC"),

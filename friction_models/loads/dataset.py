@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from ..common.errors import InputError
 from ..common.files import atomic_folder, read_json, write_json
 from ..common.folders import DATASET
 from .columns import missing_column
-from .contract import POINT_UNITS
+from .contract import POINT_UNITS, UNCERTAINTY_COLUMNS
 from .order import order_of_tests
 from .points import check_points
 from .table import Table, read_file, read_table
@@ -180,6 +180,18 @@ class DataSet:
         tests = self.tests[self.tests["role"] == role].reset_index(drop=True)
         points = self.points[self.points["test_id"].isin(tests["test_id"])].reset_index(drop=True)
         return DataSet(points, tests, self.info)
+
+    def without_load_uncertainty(self) -> DataSet:
+        """Return the same data without the standard uncertainties of the loads, so that nothing honours them.
+
+        Examples
+        --------
+        >>> points = pd.DataFrame({"test_id": ["a"], "T": [80.0], "u_T": [5.0], "mu": [0.08]})
+        >>> DataSet(points).without_load_uncertainty().points.columns.tolist()
+        ['test_id', 'T', 'mu']
+        """
+        stated = [c for c in UNCERTAINTY_COLUMNS.values() if c in self.points.columns]
+        return replace(self, points=self.points.drop(columns=stated)) if stated else self
 
     def frames(self) -> tuple[pd.DataFrame, pd.DataFrame]:
         """Return the points of the training and of the held-out tests."""

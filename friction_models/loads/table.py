@@ -17,12 +17,12 @@ import pandas as pd
 
 from ..common.errors import InputError, shown
 from ..common.units import UNITS, conversion, differs, spelling
-from .contract import POINT_UNITS, SETTING_UNITS
+from .contract import POINT_UNITS, SETTING_UNITS, UNCERTAINTY_UNITS
 
 #: Largest table that is read; larger files are refused instead of filling the memory.
 MAX_BYTES = 2 * 1024**3
 #: Columns whose unit is known: those of points, and what tests are set to.
-KNOWN_UNITS: dict[str, str] = {**SETTING_UNITS, **POINT_UNITS}
+KNOWN_UNITS: dict[str, str] = {**SETTING_UNITS, **UNCERTAINTY_UNITS, **POINT_UNITS}
 #: Columns that decide what a file is for; another spelling of one of them is not left unread.
 _NEEDED = ("test_id", *POINT_UNITS, "role", "synthetic")
 _TEXT = (".csv", ".txt", ".dat", ".tsv", ".asc")
@@ -65,7 +65,8 @@ class Table:
                 raise InputError(
                     f"{self.where}: column {name!r}, row {row}: value {frame[name].iloc[row]!r} is not a number [{unit}]"
                 )
-            frame[name] = values.astype(np.float64) * factor + offset
+            # of a difference no zero is converted
+            frame[name] = values.astype(np.float64) * factor + (0.0 if name in UNCERTAINTY_UNITS else offset)
         return frame
 
     def with_columns(self, rows: np.ndarray, **columns: np.ndarray) -> pd.DataFrame:
@@ -147,20 +148,17 @@ def read_file(
     if frame.columns.empty or frame.empty:
         raise InputError(f"{file}: the table has no rows; allowed: rows below the names of the columns")
     if "test_id" in frame.columns:
-        frame["test_id"] = frame["test_id"].map(lambda name: str(name).strip(), na_action="ignore")
+        # A million points have a hundred names.
+        codes, tests = pd.factorize(frame["test_id"])
+        stripped = np.array([*(str(name).strip() for name in tests), np.nan], dtype=object)
+        frame["test_id"] = stripped[codes]
     return Table(frame, units, headings, str(file))
 
 
 def _read_csv(file: Path, known: Mapping[str, str]) -> tuple[pd.DataFrame, list[str], dict[str, str]]:
     """Return the cells under bare names, the headings, and the units."""
-    encoding = _encoding(file)
-    with file.open(encoding=encoding, newline="") as stream:
-        lines = [(k, line) for k, line in enumerate(islice(stream, _SAMPLE)) if line.strip()]
-    if not lines:
-        raise InputError(f"{file}: the file is empty; allowed: names of columns, and rows below them")
-    # What a laboratory writes above the names of the columns is passed over.
-    above, header = next(((k, line) for k, line in lines if _HEADER.search(line)), lines[0])
-    separator = max(",;\t", key=re.sub(r'"[^"]*"|\[[^\]]*\]', "", header).count)
+    encoding = encoding_of(file)
+    above, separator = header_of(file)
     with file.open(encoding=encoding, newline="") as stream:
         rows = csv.reader(islice(stream, above, None), delimiter=separator, skipinitialspace=True)
         filled = ((above + rows.line_num, row) for row in rows if any(map(str.strip, row)))
@@ -194,6 +192,17 @@ def _read_csv(file: Path, known: Mapping[str, str]) -> tuple[pd.DataFrame, list[
                 f"{file}: the table has no rows; allowed: rows below the names of the columns"
             ) from None
     return *_without_blanks(frame, headings, declared, file), units
+
+
+def header_of(file: Path) -> tuple[int, str]:
+    """Return how many lines stand above the names of the columns, and the separator of a text file."""
+    with file.open(encoding=encoding_of(file), newline="") as stream:
+        lines = [(k, line) for k, line in enumerate(islice(stream, _SAMPLE)) if line.strip()]
+    if not lines:
+        raise InputError(f"{file}: the file is empty; allowed: names of columns, and rows below them")
+    # What a laboratory writes above the names of the columns is passed over.
+    above, header = next(((k, line) for k, line in lines if _HEADER.search(line)), lines[0])
+    return above, max(",;\t", key=re.sub(r'"[^"]*"|\[[^\]]*\]', "", header).count)
 
 
 def bounded(cells: pd.Series) -> pd.Series:
@@ -285,7 +294,7 @@ def _decimal(separator: str, names: list[str], rows: list[list[str]], known: Map
     return "."
 
 
-def _encoding(file: Path) -> str:
+def encoding_of(file: Path) -> str:
     """Return the encoding of a text file.
 
     Raises

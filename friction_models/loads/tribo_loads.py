@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ..common.errors import InputError
+from ..common.errors import InputError, unknown_name
 from .columns import STAND_IN, measured_loads
-from .contract import LOAD_NAMES, LOADS, QUANTITIES, Quantity
+from .contract import LOAD_NAMES, LOADS, QUANTITIES, UNCERTAINTY_COLUMNS, Quantity
 from .order import order_of_tests
 
 FloatArray = npt.NDArray[np.float64]
@@ -77,6 +77,9 @@ class TriboLoads:
         Metadata by test, index `test_id` (tool roughness, lubricant batch, order, ...).
     absent : tuple of str
         Loads that were not measured: their columns hold a constant that says nothing.
+    uncertainty : mapping of str to array_like, shape (n,), optional
+        Standard uncertainty of some of the loads by their names, in the unit of each (T in K). `stated_uncertainty` checks them:
+        only what honours them needs them.
 
     Raises
     ------
@@ -110,6 +113,7 @@ class TriboLoads:
     test_id: npt.NDArray[np.str_] | None = None
     context: pd.DataFrame | None = field(default=None, repr=False)
     absent: tuple[str, ...] = ()
+    uncertainty: Mapping[str, FloatArray] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         for quantity in LOADS:
@@ -124,6 +128,13 @@ class TriboLoads:
                 raise InputError(
                     f"loads: column {name!r} has {len(column)} rows, 'v_rel' has {len(self.v_rel)}; "
                     "all columns must have the same length"
+                )
+        for name, values in (self.uncertainty or {}).items():
+            if name not in LOAD_NAMES:
+                raise unknown_name("load with an uncertainty", name, LOAD_NAMES)
+            if np.shape(values) != (len(self.v_rel),):
+                raise InputError(
+                    f"loads: the uncertainty of {name!r} has shape {np.shape(values)}; allowed: ({len(self.v_rel)},), one a point"
                 )
         if self.context is not None and "test_id" in self.context.columns:
             table = self.context.assign(test_id=self.context["test_id"].astype(str)).set_index("test_id")
@@ -155,9 +166,9 @@ class TriboLoads:
 
     @classmethod
     def from_frame(cls, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> TriboLoads:
-        """Build from a table with the columns of the contract; `t` and `test_id` are taken when there.
+        """Build from a table with the columns of the contract; `t`, `test_id` and uncertainties are taken when there.
 
-        A load that is not there was not measured: it is `absent`.
+        The standard uncertainties stand in the columns `u_sigma_n`, `u_psi`, `u_T`. A load that is not there was not measured: it is `absent`.
 
         Raises
         ------
@@ -178,7 +189,12 @@ class TriboLoads:
         t = data["t"].to_numpy() if "t" in data.columns else None
         test_id = data["test_id"].to_numpy() if "test_id" in data.columns else None
         absent = tuple(n for n in LOAD_NAMES if n not in measured)
-        return cls(v_rel, T, sigma_n, sd, psi, t=t, test_id=test_id, context=tests, absent=absent)
+        stated = {
+            load: pd.to_numeric(data[column], errors="coerce").to_numpy(dtype=np.float64)
+            for load, column in UNCERTAINTY_COLUMNS.items()
+            if load in measured and column in data.columns
+        }
+        return cls(v_rel, T, sigma_n, sd, psi, t, test_id, tests, absent, stated or None)
 
     def __len__(self) -> int:
         return len(self.v_rel)
@@ -202,7 +218,37 @@ class TriboLoads:
         v_rel, T, sigma_n, sd, psi = self.as_array()[index].T
         t = None if self.t is None else self.t[index]
         test_id = None if self.test_id is None else self.test_id[index]
-        return TriboLoads(v_rel, T, sigma_n, sd, psi, t, test_id, self.context, self.absent)
+        stated = None if self.uncertainty is None else {k: u[index] for k, u in self.uncertainty.items()}
+        return TriboLoads(v_rel, T, sigma_n, sd, psi, t, test_id, self.context, self.absent, stated)
+
+    def stated_uncertainty(self) -> dict[str, FloatArray]:
+        """Return the standard uncertainty of each load that states one above 0 anywhere, by its name, shape (n,).
+
+        Raises
+        ------
+        InputError
+            One that is negative or not finite.
+
+        Examples
+        --------
+        >>> data = pd.DataFrame({"T": [80.0, 90.0], "u_T": [4.0, 5.0], "psi": [1.2, 1.2], "u_psi": [0.0, 0.0]})
+        >>> {load: u.tolist() for load, u in TriboLoads.from_frame(data).stated_uncertainty().items()}
+        {'T': [4.0, 5.0]}
+        """
+        found = {}
+        for load, values in (self.uncertainty or {}).items():
+            u = np.asarray(values, dtype=np.float64)
+            wrong = ~(np.isfinite(u) & (u >= 0.0))
+            if wrong.any():
+                row, column = int(np.argmax(wrong)), UNCERTAINTY_COLUMNS.get(load, f"u_{load}")
+                raise InputError(f"column {column!r}, row {row}: {u[row]}; allowed: finite numbers from 0 on")
+            if u.any():
+                found[load] = u
+        return found
+
+    def without_uncertainty(self) -> TriboLoads:
+        """Return the same points without the uncertainties of their loads."""
+        return self if self.uncertainty is None else replace(self, uncertainty=None)
 
     def in_order(self, memory: bool) -> tuple[TriboLoads, npt.NDArray[np.intp]]:
         """Return the points with those of each test together, sorted by time, and the row from which each of them comes.

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
@@ -18,8 +19,9 @@ from ..expressions.scaling import not_told_apart
 from ..loads import MEASURED_MU, FloatArray, TriboLoads, check_column, missing_column
 from .calibration import FOLDS, calibrated, folds_of
 from .domain import Domain
+from .effective_variance import FitWeights, Refit, by_polynomial, checked_weights, load_weights
 from .intervals import LEAST_TESTS, LEVEL, check_level
-from .law import FrictionLaw, Groups, LoadsLike, as_loads
+from .law import FrictionLaw, Groups, LoadsLike, Weights, as_loads
 from .measures import error_measures
 from .model_card import UNTRAINED, DataFacts, Splits, Training, test_digests, versions
 from .tangent import MeasuredPoints, Tangent, out_of_fold, polynomial_columns
@@ -36,7 +38,8 @@ class FrictionModel(FrictionLaw):
 
     Follows scikit-learn: `__init__` only stores, `fit` returns self, learned attributes end in ``_``,
     `sklearn.base.clone` gives an unfitted copy. A family implements `_fit`, `formula`, `formula_text`,
-    `_learned` and `_restore`; a model with memory also `states` and `state_update`.
+    `_learned` and `_restore`; a model with memory also `states` and `state_update`. A family whose `_fit` takes
+    `sample_weight`, too, can be fitted with weights, and honours uncertain loads.
 
     Examples
     --------
@@ -61,6 +64,8 @@ class FrictionModel(FrictionLaw):
     #: `smooth`: `tangent` stands for the formula; `flexible`: the formula could take the shape of an effect, so that a
     #: polynomial stands in for it while effects are fitted.
     form: ClassVar[Literal["linear", "smooth", "flexible"]] = "flexible"
+    #: Whether a fit weighs points by the stated uncertainties of their loads where no weights are given.
+    honours_uncertain_loads: ClassVar[bool] = True
 
     #: Makes a model of a base and effects; `friction_models.families`, which stands above this module, enters it.
     _compose: ClassVar[Callable[[FrictionModel, list[Any]], FrictionModel]]
@@ -69,7 +74,10 @@ class FrictionModel(FrictionLaw):
 
     @abstractmethod
     def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups) -> None:
-        """Learn from checked data; `groups` holds the test of each point, whole tests stay together."""
+        """Learn from checked data; `groups` holds the test of each point, whole tests stay together.
+
+        A further argument ``sample_weight: Weights = None`` receives the weight of each point, mean 1.
+        """
 
     def tangent(self, data: MeasuredPoints) -> Tangent:
         """Return what may still change in the model where effects are fitted together with it.
@@ -82,8 +90,17 @@ class FrictionModel(FrictionLaw):
 
     # --- fit --------------------------------------------------------------------------------------------
 
-    def fit(self, loads: LoadsLike, mu: npt.ArrayLike, groups: npt.ArrayLike | None = None) -> Self:
+    def fit(
+        self,
+        loads: LoadsLike,
+        mu: npt.ArrayLike,
+        groups: npt.ArrayLike | None = None,
+        sample_weight: npt.ArrayLike | None = None,
+    ) -> Self:
         """Learn mu from loads.
+
+        Points whose loads state uncertainties (`TriboLoads.uncertainty`) weigh by their effective variance, see
+        `models.effective_variance`; ``loads.without_uncertainty()`` weigh alike.
 
         Parameters
         ----------
@@ -93,11 +110,14 @@ class FrictionModel(FrictionLaw):
             Measured coefficient of friction.
         groups : array_like, shape (n,), optional
             Test of each point, by default that of `loads`: data is split by whole tests only.
+        sample_weight : array_like, shape (n,), optional
+            Weight of each point; takes the place of what uncertain loads say.
 
         Raises
         ------
         InputError
-            No points, unequal lengths, values outside the physical limits, a bad parameter.
+            No points, unequal lengths, values outside the physical limits, a bad parameter, weights that are negative, all 0
+            or that the family cannot take.
 
         Examples
         --------
@@ -107,8 +127,9 @@ class FrictionModel(FrictionLaw):
         0.5
         """
         points, target, tests = self._checked(loads, mu, groups)
-        self._fit(points, target, tests)
-        return self._record_fit(points, target, tests)
+        weights = self._weights(points, target, tests, sample_weight)
+        self._fit(points, target, tests, **weights.arguments)
+        return self._record_fit(points, target, tests, weights)
 
     def _checked(
         self, loads: LoadsLike, mu: npt.ArrayLike, groups: npt.ArrayLike | None
@@ -125,22 +146,62 @@ class FrictionModel(FrictionLaw):
             raise InputError(f"fit: {len(tests)} groups for {len(target)} points; allowed: one a point")
         return points, target, tests
 
-    def _record_fit(self, points: TriboLoads, mu: FloatArray, tests: Groups) -> Self:
+    @classmethod
+    def takes_weights(cls) -> bool:
+        """Whether the family can be fitted with weights."""
+        return "sample_weight" in inspect.signature(cls._fit).parameters
+
+    def _weights(
+        self, points: TriboLoads, mu: FloatArray, tests: Groups, given: npt.ArrayLike | None
+    ) -> FitWeights:
+        """Return the weights of checked points: those given, or those of uncertain loads."""
+        if given is not None:
+            if not self.takes_weights():
+                raise InputError(f"fit: the {self.family} family takes no sample_weight; allowed: None")
+            return FitWeights(checked_weights(given, len(mu)))
+        if points.uncertainty is None or not self.takes_weights() or not self.honours_uncertain_loads:
+            return FitWeights(None)
+        found = load_weights(points, mu, self._refit(mu, tests))
+        return FitWeights(None if found is None else found.used, found)
+
+    def _refit(self, mu: FloatArray, tests: Groups) -> Refit:
+        """Return what fits copies of the model, or the polynomial that stands for a flexible one."""
+        if self.form == "flexible":
+            return by_polynomial(mu)
+
+        def refit(places: Sequence[TriboLoads], weights: Weights) -> list[FloatArray]:
+            copy = clone(self)
+            copy._fit(places[0], mu, tests, **FitWeights(weights).arguments)
+            copy.domain_ = Domain.of(places[0])
+            return [copy.predict(p) for p in places]
+
+        return refit
+
+    def _record_fit(self, points: TriboLoads, mu: FloatArray, tests: Groups, weights: FitWeights) -> Self:
         """Record what the model was fitted to: facts, domain, training error. An earlier interval is dropped."""
         self.training_ = self._training_facts(mu, tests)
         self.domain_ = Domain.of(points)
         tied = not_told_apart(points.as_array()) if self.needed_loads else ()
         if tied:
             self.training_["data"]["not_told_apart"] = list(tied)
+        if weights.by_loads is not None:
+            self.training_["data"]["load_uncertainty"] = weights.by_loads.to_dict()
         self.errors_ = {}
         self.__dict__.pop("interval_", None)
         self.record_errors("train", error_measures(mu, self.predict(points), tests))
         return self
 
     def fit_frame(
-        self, data: pd.DataFrame, tests: pd.DataFrame | None = None, info: Mapping[Any, Any] | None = None
+        self,
+        data: pd.DataFrame,
+        tests: pd.DataFrame | None = None,
+        info: Mapping[Any, Any] | None = None,
+        load_uncertainty: bool = True,
     ) -> Self:
         """Learn from a table of points (columns of the contract and mu) and an optional table of tests.
+
+        Columns `u_sigma_n`, `u_psi`, `u_T` with standard uncertainties of the loads are honoured (see `fit`) unless
+        `load_uncertainty` is false.
 
         `info` is the provenance of the data set (`DataSet.info`), by default ``data.attrs``; its
         ``synthetic`` flag labels the card.
@@ -155,7 +216,8 @@ class FrictionModel(FrictionLaw):
         """
         if "mu" not in data.columns:
             raise missing_column("mu", data.columns)
-        self.fit(TriboLoads.from_frame(data, tests), data["mu"].to_numpy())
+        loads = TriboLoads.from_frame(data, tests)
+        self.fit(loads if load_uncertainty else loads.without_uncertainty(), data["mu"].to_numpy())
         return self.record_data(data.attrs if info is None else info)
 
     def record_data(self, info: Mapping[Any, Any]) -> Self:

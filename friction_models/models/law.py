@@ -23,6 +23,8 @@ from .model_card import UNTRAINED, ModelCard, Splits, Training, versions
 from .variables import StateVariable, SystemVariable
 
 Groups: TypeAlias = npt.NDArray[np.str_] | None
+#: Weight of each point, mean 1; None: all weigh alike.
+Weights: TypeAlias = FloatArray | None
 #: Columns of the states of a model, and of its system variables by name; None means their start values.
 States: TypeAlias = Sequence[Value] | None
 System: TypeAlias = Mapping[str, Value] | None

@@ -10,11 +10,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ..common import InputError
-from ..loads import LOADS, DataSet, FloatArray
+from ..loads import LOADS, DataSet, FloatArray, TriboLoads
 
-#: Columns that hold the standard uncertainty of a load, by the load.
-UNCERTAIN = {"sigma_n": "u_sigma_n", "psi": "u_psi", "T": "u_T"}
 _UPPER = {q.name: q.upper for q in LOADS}
 
 
@@ -88,18 +85,13 @@ def load_uncertainty(
     if isinstance(data, DataSet):
         tests = data.tests if tests is None else tests
         data = data.points
-    stated = {load: name for load, name in UNCERTAIN.items() if load in data.columns and name in data.columns}
-    if not stated or data.empty:
+    stated = {} if data.empty else TriboLoads.from_frame(data).stated_uncertainty()
+    if not stated:
         return None
     ids = data["test_id"].astype(str) if "test_id" in data.columns else pd.Series("all", index=data.index)
     usual = np.asarray(model.predict_frame(data, tests), dtype=np.float64)
     points, means, by_load = np.zeros(len(data)), pd.Series(0.0, index=ids.unique()), {}
-    for load, name in stated.items():
-        u = data[name].to_numpy(dtype=np.float64)
-        wrong = ~(np.isfinite(u) & (u >= 0.0))
-        if wrong.any():
-            row = int(np.argmax(wrong))
-            raise InputError(f"column '{name}', row {row}: {u[row]}; allowed: finite numbers from 0 on")
+    for load, u in stated.items():
         raised = np.minimum(data[load].to_numpy(dtype=np.float64) + u, _UPPER[load])
         change = np.asarray(model.predict_frame(data.assign(**{load: raised}), tests)) - usual
         points += change**2

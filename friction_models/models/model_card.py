@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from ..common.json_values import JsonObject
 from ..loads import LOADS, FloatArray
+from .effective_variance import HonouredUncertainty, honoured_sentence
 from .intervals import SD_OFFSET, SIGMA_OFFSET, V_OFFSET, IntervalNumbers
 from .load_uncertainty import loads_sentence
 from .measures import Measures
@@ -33,6 +34,7 @@ class DataFacts(TypedDict):
     synthetic: bool | None
     provenance: dict[str, str | int | float]
     not_told_apart: NotRequired[list[str]]
+    load_uncertainty: NotRequired[HonouredUncertainty]
 
 
 #: Of a law that was never fitted to data.
@@ -167,6 +169,8 @@ def card_text(card: ModelCard) -> str:
     ]
     tied = tied_loads(data)
     lines += [f"- Warning: {tied}"] if tied else []
+    honoured = data.get("load_uncertainty")
+    lines += [f"- {honoured_sentence(honoured, data.get('points', 0))}"] if honoured else []
     lines += [f"- {key}: {value}" for key, value in data.get("provenance", {}).items()]
     lines += [f"- Parameter {key}: {value}" for key, value in card["parameters"].items()]
     lines += ["", "## Errors", ""]

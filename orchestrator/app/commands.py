@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 from typing import Any
 
-from .project import name_of
+from friction_models.common import InputError
+from friction_models.common.errors import shown
+
+from .project import Project, name_of
 
 #: Families that a model can start from without being trained before.
 FAMILIES = ("linear", "polynomial", "power_law", "constant")
@@ -26,16 +30,67 @@ class Command:
         Behind ``tribofmu``; paths are relative to the project.
     more : dict
         What the history keeps with its end.
+    quick : bool
+        Whether it takes a second or two, and runs beside a long one.
     """
 
     title: str
     arguments: tuple[str, ...]
     more: dict[str, Any] = field(default_factory=dict)
+    quick: bool = False
+
+    @property
+    def places(self) -> set[str]:
+        """Files and folders that it names, two levels deep: commands that share one do not run at once.
+
+        Examples
+        --------
+        >>> sorted(Command("", ("twin", "campaigns/a", "-o", "data/a/more", "--jobs", "2")).places)
+        ['campaigns/a', 'data/a']
+        """
+        return {"/".join(a.split("/")[:2]) for a in self.arguments if "/" in a}
 
     @property
     def line(self) -> str:
         """The line as one types it in the project folder."""
         return shlex.join(["tribofmu", *self.arguments])
+
+
+def command_of(line: str, project: Project, title: object = None, more: object = None) -> Command | None:
+    """Return the command of a line of the history; None where it is none, or names a place outside of the project.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> project = Project(Path("/tmp"), "example")
+    >>> command_of("tribofmu check fmus/a.fmu", project, "Check a").title
+    'Check a'
+    >>> [command_of(f"tribofmu {text}", project) for text in ("app x", "check ../a.fmu", "pack m -o/a", "-x")]
+    [None, None, None, None]
+    """
+    try:
+        words = shlex.split(line)
+    except ValueError:
+        return None
+    if (
+        len(words) < 2
+        or words[0] != "tribofmu"
+        or words[1] == "app"
+        or not re.fullmatch(r"[a-z][a-z-]*", words[1])
+    ):
+        return None
+    for word in words[2:]:
+        if word.startswith("-") and not re.fullmatch(r"-[a-zA-Z]|--[a-z][a-z-]*", word.split("=")[0]):
+            return None
+        for text in (word, *word.split("=")[1:]):
+            if text.startswith("~"):
+                return None
+            if "/" in text or "\\" in text or text.startswith("."):
+                try:
+                    project.inside(text)
+                except InputError:
+                    return None
+    return Command(shown(title or line, 100), tuple(words[1:]), dict(more) if isinstance(more, dict) else {})
 
 
 def effect_names(found: object) -> list[str]:
@@ -113,29 +168,14 @@ def train(data: str, family: str) -> Command:
     return Command(f"Train a {family} model", ("train", family, "--data", data, "-o", f"models/{family}"))
 
 
-def fmu_file(model: str, fmi: str = "2.0", nodes: int = 1) -> str:
-    """Return where the FMU of a model is kept.
-
-    Examples
-    --------
-    >>> fmu_file("models/linear"), fmu_file("models/linear", "3.0", 80)
-    ('fmus/linear.fmu', 'fmus/linear-fmi3-80.fmu')
-    """
-    more = ("" if fmi == "2.0" else f"-fmi{fmi[0]}") + ("" if nodes == 1 else f"-{nodes}")
-    return f"fmus/{short(model)}{more}.fmu"
-
-
-def pack(model: str, fmi: str = "2.0", nodes: int = 1) -> Command:
-    """Pack a model as an FMU."""
-    options = (() if fmi == "2.0" else ("--fmi", fmi)) + (() if nodes == 1 else ("--nodes", str(nodes)))
-    return Command(
-        f"Pack {short(model)} as an FMU", ("pack", model, *options, "-o", fmu_file(model, fmi, nodes))
-    )
-
-
 def check(fmu: str) -> Command:
     """Check an FMU."""
     return Command(f"Check {short(fmu)}", ("check", fmu))
+
+
+def comparison_points(data: str) -> str:
+    """Return where the points of a comparison are kept, with mu of every model."""
+    return f"reports/comparison-{short(data)}.parquet"
 
 
 def compare(data: str, models: Sequence[str]) -> Command:
@@ -151,5 +191,7 @@ def compare(data: str, models: Sequence[str]) -> Command:
         f"{stem}.json",
         "--report",
         f"{stem}.html",
+        "--points",
+        comparison_points(data),
     )
     return Command(f"Compare {len(models)} models", arguments)

@@ -14,6 +14,8 @@ from typing import Any
 #: What a line of the history is about.
 STARTED, ENDED, BROUGHT = "started", "ended", "brought"
 CHOSEN, ACCEPTED, TAKEN_BACK = "chosen", "accepted", "taken back"
+#: A file that a page wrote; an interrupted command that nobody wants any more.
+SAVED, LEFT = "saved", "left"
 _LOCK = threading.Lock()
 #: Largest history that is read [byte].
 _LARGEST = 50_000_000

@@ -12,7 +12,7 @@ from friction_models.common import InputError, write_text
 from friction_models.common.errors import shown
 from friction_models.common.yaml_files import read_yaml
 
-FOLDERS = ("data", "models", "fmus", "press", "runs", "reports")
+FOLDERS = ("raw", "campaigns", "data", "models", "fmus", "press", "runs", "reports")
 SETTINGS, HISTORY, WORK = "project.yaml", "history.jsonl", ".workbench"
 #: Largest project.yaml [byte].
 _LARGEST = 100_000
@@ -114,6 +114,14 @@ class Project:
         ]
         return own + below + single
 
+    def raw_sets(self) -> list[Path]:
+        """Return the folders of measurement files, sorted."""
+        return [p for p in self._entries("raw") if p.is_dir()]
+
+    def campaigns(self) -> list[Path]:
+        """Return the campaigns, sorted."""
+        return [p for p in self._entries("campaigns") if (p / "campaign.json").is_file()]
+
     def models(self) -> list[Path]:
         """Return the model folders, sorted."""
         return [p for p in self._entries("models") if (p / "card.json").is_file()]
@@ -121,6 +129,18 @@ class Project:
     def fmus(self) -> list[Path]:
         """Return the FMUs, sorted."""
         return [p for p in self._entries("fmus") if p.suffix == ".fmu" and p.is_file()]
+
+    def onnx_models(self) -> list[Path]:
+        """Return the ONNX files beside the model folders, sorted."""
+        return [p for p in self._entries("models") if p.suffix == ".onnx" and p.is_file()]
+
+    def press_folders(self) -> list[Path]:
+        """Return the folders of press curves, sorted."""
+        return [p for p in self._entries("press") if (p / "levels.csv").is_file()]
+
+    def run_folders(self) -> list[Path]:
+        """Return the folders of forming runs, sorted."""
+        return [p for p in self._entries("runs") if p.is_dir()]
 
     def reports(self) -> list[Path]:
         """Return the pages, newest first."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import zipfile
+import zlib
+from pathlib import Path
 from urllib.parse import quote
 
 from fastapi import FastAPI
@@ -16,6 +19,10 @@ _REPORT = (
     "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
     "img-src data:; frame-ancestors 'none'"
 )
+#: The page inside an FMU needs no script at all.
+_FMU_PAGE = "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'none'"
+#: Where it is, and its largest size [byte].
+_PAGE, _LARGEST_PAGE = "documentation/index.html", 5_000_000
 
 
 def add_files(app: FastAPI, project: Project) -> None:
@@ -28,6 +35,48 @@ def add_files(app: FastAPI, project: Project) -> None:
     @app.get("/page/{path:path}")
     def page(path: str) -> Response:
         return _file(project, path, inline=True)
+
+    @app.get("/fmu-page/{path:path}")
+    def fmu_page(path: str) -> Response:
+        try:
+            content = _documentation(project.inside(path))
+        except InputError as error:
+            return PlainTextResponse(f"{error}\n", 404)
+        if content is None:
+            return PlainTextResponse("no such page in the FMU\n", 404)
+        return Response(content, media_type="text/html", headers={"content-security-policy": _FMU_PAGE})
+
+
+def page_address(path: str) -> str:
+    """Return the address of the page inside an FMU of the project.
+
+    Examples
+    --------
+    >>> page_address("fmus/linear.fmu")
+    '/fmu-page/fmus/linear.fmu'
+    """
+    return f"/fmu-page/{quote(path)}"
+
+
+def has_page(file: Path) -> bool:
+    """Whether an FMU has a page that can be shown."""
+    try:
+        with zipfile.ZipFile(file) as archive:
+            return archive.getinfo(_PAGE).file_size <= _LARGEST_PAGE
+    except (OSError, KeyError, ValueError, NotImplementedError, zipfile.BadZipFile):
+        return False
+
+
+def _documentation(file: Path) -> bytes | None:
+    """Return the page inside an FMU, which may be anybody's: bounded, whatever its archive says of its size."""
+    if file.suffix != ".fmu" or not file.is_file():
+        return None
+    try:
+        with zipfile.ZipFile(file) as archive, archive.open(_PAGE) as page:
+            content = page.read(_LARGEST_PAGE + 1)
+    except (OSError, KeyError, ValueError, RuntimeError, EOFError, zipfile.BadZipFile, zlib.error):
+        return None
+    return content if len(content) <= _LARGEST_PAGE else None
 
 
 def address(path: str, read: bool = False) -> str:

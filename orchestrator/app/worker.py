@@ -1,4 +1,7 @@
-"""Commands at work: processes beside the server, one at a time; they know nothing of the pages that watch them."""
+"""Commands at work: processes beside the server; they know nothing of the pages that watch them.
+
+Long commands run one after the other. A quick one runs beside a long one, unless both name the same files.
+"""
 
 from __future__ import annotations
 
@@ -20,15 +23,17 @@ from friction_models.common.child_processes import python_command
 from friction_models.common.errors import shown
 
 from . import history
-from .commands import Command
+from .attached import GRACE
+from .commands import Command, command_of
 from .project import HISTORY, WORK, Project
+
+#: Environment variable of the command line: how often it says how far it is [s].
+PROGRESS_EVERY = "TRIBOFMU_PROGRESS_EVERY"
 
 #: Lines of a job that a page can show, and longest of them.
 LINES, LONGEST = 400, 400
 #: Largest log [byte].
 LARGEST_LOG = 4_000_000
-#: How long a cancelled command may tidy up before it is killed [s].
-GRACE = 8.0
 #: ``twin: 12/81 twin of test sct012``, as commands write where no terminal is.
 _PROGRESS = re.compile(r"[^:]{1,60}: (\d{1,9})/(\d{1,9})(?: (.*))?$")
 WAITING, RUNNING, DONE, FAILED, CANCELLED = "waiting", "running", "done", "failed", "cancelled"
@@ -58,6 +63,7 @@ class Job:
     seconds: float = 0.0
     expected: float | None = None
     lines: deque[str] = field(default_factory=lambda: deque(maxlen=LINES))
+    process: subprocess.Popen[bytes] | None = field(default=None, repr=False)
 
     @property
     def ended(self) -> bool:
@@ -87,6 +93,8 @@ class Worker:
 
     Attributes
     ----------
+    interrupted : list of Command
+        What was at work when the workbench ended the last time, and was not begun again.
     changes : int
         Rises with everything that a page might show: whoever sees another number looks again.
     """
@@ -96,11 +104,15 @@ class Worker:
         self.jobs: list[Job] = []
         self.changes = 0
         self._numbers = itertools.count(1 + len(list((project.root / WORK).glob("*.log"))))
+        self.interrupted = interrupted_commands(project)
         self._wake = threading.Condition()
-        self._process: subprocess.Popen[bytes] | None = None
         self._closing = False
-        self._thread = threading.Thread(target=self._work, daemon=True, name="commands")
-        self._thread.start()
+        self._threads = [
+            threading.Thread(target=self._work, args=(quick,), daemon=True, name="commands")
+            for quick in (False, True)
+        ]
+        for thread in self._threads:
+            thread.start()
 
     def start(self, command: Command) -> Job:
         """Put a command in the queue; the same one that waits or runs is not started twice."""
@@ -108,11 +120,19 @@ class Worker:
             for job in self.jobs:
                 if job.command.arguments == command.arguments and not job.ended:
                     return job
+            self.interrupted = [c for c in self.interrupted if c.arguments != command.arguments]
             job = Job(next(self._numbers), command)
             self.jobs = [*[j for j in self.jobs if not j.ended][-20:], *self._ended(), job]
             self.changes += 1
-            self._wake.notify()
+            self._wake.notify_all()
         return job
+
+    def leave(self, command: Command) -> None:
+        """Do not offer an interrupted command any more."""
+        with self._wake:
+            self.interrupted = [c for c in self.interrupted if c.arguments != command.arguments]
+            self.changes += 1
+        history.add(self.project.root / HISTORY, history.LEFT, command=command.line)
 
     def _ended(self) -> list[Job]:
         return [j for j in self.jobs if j.ended][-20:]
@@ -134,11 +154,13 @@ class Worker:
     def cancel(self, job: Job) -> None:
         """End a job; what it had not finished leaves no file."""
         with self._wake:
-            running, process = job.state == RUNNING, self._process
+            running, process = job.state == RUNNING, job.process
             if not job.ended:
                 job.state = CANCELLED
                 job.seconds = time.monotonic() - job.began if running else 0.0
                 self.changes += 1
+                # What waited for this one may begin.
+                self._wake.notify_all()
         if running and process is not None:
             threading.Thread(target=_end, args=(process,), daemon=True).start()
 
@@ -146,19 +168,32 @@ class Worker:
         """End everything."""
         with self._wake:
             self._closing = True
-            self._wake.notify()
+            self._wake.notify_all()
         for job in self.current():
             self.cancel(job)
-        self._thread.join(GRACE + 2.0)
+        for thread in self._threads:
+            thread.join(GRACE + 2.0)
 
-    def _work(self) -> None:
+    def _next(self, quick: bool) -> Job | None:
+        """Return the first job that may begin: none before it that has not ended names files of it."""
+        before: list[Command] = []
+        for job in self.current():
+            if (
+                job.state == WAITING
+                and job.command.quick == quick
+                and not any(job.command.places & c.places for c in before)
+            ):
+                return job
+            before.append(job.command)
+        return None
+
+    def _work(self, quick: bool) -> None:
         while True:
             with self._wake:
-                while not self._closing and not any(j.state == WAITING for j in self.jobs):
+                while (job := self._next(quick)) is None and not self._closing:
                     self._wake.wait()
-                if self._closing:
+                if self._closing or job is None:
                     return
-                job = next(j for j in self.current() if j.state == WAITING)
                 job.state, job.began = RUNNING, time.monotonic()
                 self.changes += 1
             try:
@@ -169,19 +204,28 @@ class Worker:
     def _run(self, job: Job) -> None:
         file = self.project.root / HISTORY
         job.expected = expected_seconds(history.read(file), job.command.arguments[0])
-        history.add(file, history.STARTED, job=job.number, command=job.command.line)
+        history.add(
+            file, history.STARTED, job=job.number, command=job.command.line, title=job.command.title,
+            **({"more": job.command.more} if job.command.more else {}),
+        )  # fmt: skip
         # The lock keeps a cancel from coming between the start and the place where it finds the process.
         with self._wake:
             if job.state != RUNNING:
                 history.add(file, history.ENDED, job=job.number, command=job.command.line, code=130)
                 return
-            process = self._process = subprocess.Popen(
-                python_command("orchestrator.cli", *job.command.arguments),
+            process = job.process = subprocess.Popen(
+                python_command("orchestrator.app.attached", "orchestrator.cli", *job.command.arguments),
                 cwd=self.project.root,
-                stdin=subprocess.DEVNULL,
+                stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
-                env={**os.environ, "PYTHONUNBUFFERED": "1", "COLUMNS": "120", "NO_COLOR": "1"},
+                env={
+                    **os.environ,
+                    "PYTHONUNBUFFERED": "1",
+                    "COLUMNS": "120",
+                    "NO_COLOR": "1",
+                    PROGRESS_EVERY: "1",
+                },
                 start_new_session=True,
             )
         log = self.project.root / WORK / f"{job.number:05d}.log"
@@ -189,7 +233,19 @@ class Worker:
             kept.write(f"$ {job.command.line}\n".encode())
             assert process.stdout is not None
             self._listen(job, process.stdout, kept)
-        self._finish(job, process.wait())
+        code = process.wait()
+        assert process.stdin is not None
+        process.stdin.close()
+        process.stdout.close()
+        if code < 0:
+            name = signal.Signals(-code).name if -code in {*signal.Signals} else str(-code)
+            self._finish(
+                job,
+                code,
+                f"tribofmu: error: the process of this command was ended from outside ({name}), or the memory was full",
+            )
+            return
+        self._finish(job, code)
 
     def _listen(self, job: Job, said: IO[bytes], kept: IO[bytes]) -> None:
         written = 0
@@ -216,20 +272,38 @@ class Worker:
         with self._wake:
             cancelled = job.state == CANCELLED
             code = 130 if cancelled else code
-            more = job.command.more if code == 0 else {}
+            more = job.command.more if code == 0 else {"interrupted": True} if self._closing else {}
             history.add(
                 self.project.root / HISTORY, history.ENDED, job=job.number, command=job.command.line,
                 code=code, seconds=round(seconds, 2), **more,
             )  # fmt: skip
-            job.seconds, self._process = seconds, None
+            job.seconds, job.process = seconds, None
             job.state = CANCELLED if cancelled else DONE if code == 0 else FAILED
             self.changes += 1
+            self._wake.notify_all()
 
 
 def shown_line(raw: bytes) -> str:
     """Return a line of output as a page may show it: bounded, without control characters."""
     text = raw.decode("utf-8", errors="replace").rstrip()
     return "".join(c if c.isprintable() else " " for c in text)[:LONGEST]
+
+
+def interrupted_commands(project: Project) -> list[Command]:
+    """Return the commands that a workbench before had at work when it ended, and that were not begun again.
+
+    The history is a file like any other: a line whose paths lead out of the project is passed over.
+    """
+    found: dict[str, Command | None] = {}
+    for line in history.read(project.root / HISTORY):
+        text = str(line.get("command", ""))
+        if line["event"] == history.STARTED:
+            found[text] = command_of(text, project, line.get("title"), line.get("more"))
+        elif line["event"] == history.LEFT or (
+            line["event"] == history.ENDED and not line.get("interrupted")
+        ):
+            found.pop(text, None)
+    return [command for command in found.values() if command is not None]
 
 
 def expected_seconds(lines: list[dict[str, object]], name: str) -> float | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypedDict
 
-from friction_models.discovery.wording import p_text
+from friction_models.discovery.answer.wording import p_text
 from friction_models.loads import FloatArray
 
 #: What is named and still leaves this many times the scatter is not all that is missing.

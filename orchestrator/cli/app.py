@@ -18,6 +18,7 @@ from .commands import (
     showing,
     simulating,
     studying,
+    telling,
     verifying,
     workbench,
 )
@@ -66,6 +67,7 @@ for module in (
     attributing,
     verifying,
     studying,
+    telling,
     workbench,
 ):
     app.add_typer(module.app)

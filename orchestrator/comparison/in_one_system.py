@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,10 +13,20 @@ from fmus.runtime.errors import SimulationError
 from fmus.runtime.friction_names import FrictionNames
 from friction_models.common import InputError
 from friction_models.loads import LOADS, MU, FloatArray
+from friction_models.loads.contract import with_unit
 
+from ..cosim.local_errors import StatedError, stated_errors
 from ..cosim.run_folders import Run
 from ..cosim.swapping import friction_component, swap_model, takes_loads
-from ..force_curves.forces import SAMPLES, WINDOW, ForceCurve
+from ..force_curves.forces import (
+    SAMPLES,
+    WINDOW,
+    ForceComparison,
+    ForceCurve,
+    LevelsComparison,
+    compare_force,
+    levels_table,
+)
 from ..jobs.job import Files, Inputs, Job, Needs, Progress
 from .study_folder import RUN, run_jobs, study_folder
 
@@ -60,6 +70,27 @@ class PointHistory:
 
 
 @dataclass(frozen=True)
+class ContactCourse:
+    """Loads and mu along the contact of one run.
+
+    Attributes
+    ----------
+    stroke : ndarray, shape (n,)
+        [mm].
+    place : ndarray, shape (n, points)
+        Distance of each point along the surface from the first one [mm]; its number where the process does not say
+        where its points are, and `is_distance` is then False.
+    values : dict of str to ndarray
+        By name of the loads contract, shape (n, points); NaN where a point touches nothing.
+    """
+
+    stroke: FloatArray
+    place: FloatArray
+    values: Mapping[str, FloatArray]
+    is_distance: bool
+
+
+@dataclass(frozen=True)
 class RunsComparison:
     """Runs of one system with several friction models.
 
@@ -71,6 +102,12 @@ class RunsComparison:
         The stroke that all runs cover [mm].
     failed, notes : dict of str to str
         By label: why a run failed, and that a component ended it before the stop time.
+    contact : dict
+        By label: loads and mu along the contact at every stroke; none for a process without contact points.
+    errors : dict
+        By label: how far the loads may be off, where that was asked.
+    press : dict
+        By label: the run against a measured force curve, where there is one.
 
     Examples
     --------
@@ -92,6 +129,20 @@ class RunsComparison:
     failed: Mapping[str, str] = field(default_factory=dict)
     notes: Mapping[str, str] = field(default_factory=dict)
     synthetic: bool = False
+    contact: Mapping[str, ContactCourse] = field(default_factory=dict)
+    errors: Mapping[str, Sequence[StatedError]] = field(default_factory=dict)
+    press: Mapping[str, ForceComparison] = field(default_factory=dict)
+
+    def against(self, measured: Sequence[ForceCurve]) -> RunsComparison:
+        """Return the comparison with the runs held against the repeats of a press curve, too.
+
+        Raises
+        ------
+        InputError
+            A run and the press curve have no stroke in common.
+        """
+        found = {label: compare_force(curve, measured, label) for label, curve in self.curves.items()}
+        return replace(self, press=found)
 
     def to_dict(self) -> dict[str, object]:
         """Return JSON-able data: totals, force over stroke, loads and mu at the points."""
@@ -111,6 +162,12 @@ class RunsComparison:
                         {"point": p.point, "stroke_mm": p.stroke, **p.values} for p in self.points[label]
                     ],
                 }
+                | ({"press": self.press[label].to_dict()} if label in self.press else {})
+                | (
+                    {"stated_errors": [e._asdict() for e in self.errors[label]]}
+                    if label in self.errors
+                    else {}
+                )
                 for label, total in self.totals.items()
             ],
             "failed": [{"model": label, "error": error} for label, error in self.failed.items()],
@@ -139,6 +196,14 @@ class RunsComparison:
             rows.append(
                 f"{label:{width}}{total.max_force:16.2f}{cells[0]:>9}{total.work:12.1f}{cells[1]:>9}{share:>13}"
             )
+        if self.press:
+            rows += ["", levels_table([LevelsComparison(n, (c,)) for n, c in self.press.items()])]
+        for label, errors in self.errors.items():
+            rows.append(f"{label}: stated errors of the loads, median, and below which 9 of 10 are")
+            rows += [
+                f"  {with_unit(e.load):14s} {e.usual:10.3g} {e.high:10.3g}   (median of the load {e.middle:.3g})"
+                for e in errors
+            ]
         return "\n".join([*rows, *self.remarks()])
 
 
@@ -150,6 +215,7 @@ def compare_in_system(
     mode: str = "gauss_seidel",
     jobs: int | None = None,
     progress: Progress | None = None,
+    local_errors: bool = False,
 ) -> RunsComparison:
     """Run a system with each friction model, and once without friction; a run that fails does not stop the others.
 
@@ -170,6 +236,8 @@ def compare_in_system(
         Processes; all cores by default.
     progress : callable, optional
         Called with (done, total, what).
+    local_errors : bool
+        Run each model twice more with larger elements and state how far the loads at the contact points may be off.
 
     Raises
     ------
@@ -190,13 +258,24 @@ def compare_in_system(
                 swap_model(system, component, model, (names or {}).get(label), packed), process, called[label]
             )
             other.validate()
-            inputs = {"system": other.to_dict(dict.fromkeys(other.components, "")), "mode": mode}
+            inputs: dict[str, object] = {
+                "system": other.to_dict(dict.fromkeys(other.components, "")),
+                "mode": mode,
+            }
+            if local_errors and label != REFERENCE:
+                inputs["local_errors"] = True
             files = {name: other.fmu_path(name) for name in other.components}
             todo.append(Job(label, f"{__name__}:run_system", inputs, files, seconds=0.1 * other.steps))
         results, failures = run_jobs(place, todo, jobs, progress)
         found = {label: Run.load(result.folder / RUN) for label, result in results.items()}
         failed = {label: failure.error for label, failure in failures.items()}
-        return _compared(system, component, process, found, called, failed)
+        compared = _compared(system, component, process, found, called, failed)
+        unknown = {
+            label: str(results[label].values["errors"])
+            for label in compared.totals
+            if local_errors and label not in compared.errors and results[label].values["errors"]
+        }
+        return replace(compared, notes={**unknown, **compared.notes})
 
 
 def run_system(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict[str, object]:
@@ -206,8 +285,14 @@ def run_system(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict
 
     content = dict(inputs["system"])
     content["components"] = {n: c | {"fmu": str(files[n])} for n, c in content["components"].items()}
-    run = Master(System.from_dict(content), mode=str(inputs["mode"])).run(folder / RUN)
-    return {"steps": int(run.manifest["steps"]), "timing": dict(run.manifest["timing_s"])}
+    master = Master(System.from_dict(content), mode=str(inputs["mode"]))
+    if inputs.get("local_errors"):  # what cannot be stated is refused before it runs
+        from ..cosim.local_errors import forming_with_elements, state_local_errors
+
+        forming_with_elements(master)
+    run = master.run(folder / RUN)
+    said = state_local_errors(run, master) if inputs.get("local_errors") and not run.message else ""
+    return {"steps": int(run.manifest["steps"]), "timing": dict(run.manifest["timing_s"]), "errors": said}
 
 
 def _process(system: System, friction: str) -> str:
@@ -229,7 +314,8 @@ def _recording(system: System, process: str, names: FrictionNames) -> System:
     if system.record is None:
         return system
     known = describe(system.fmu_path(process)).arrays
-    wanted = [f"{process}.{n}" for n in ("stroke", "force", "active", *(q.name for q in LOADS)) if n in known]
+    shown = ("stroke", "force", "active", "r", "z", *(q.name for q in LOADS))
+    wanted = [f"{process}.{n}" for n in shown if n in known]
     wanted += [f"{n}.{names.mu}" for n in system.components if takes_loads(system, n)]
     return system.changed(record=list(dict.fromkeys([*system.record, *wanted])))
 
@@ -270,6 +356,12 @@ def _compared(
         failed,
         {label: runs[label].message for label in labels if runs[label].message},
         any(run.synthetic for run in runs.values()),
+        {
+            label: course
+            for label in labels
+            if (course := _course(runs[label], process, f"{component}.{called[label].mu}")) is not None
+        },
+        {label: stated for label in labels if (stated := stated_errors(runs[label]))},
     )
 
 
@@ -292,6 +384,26 @@ def _points(run: Run, process: str) -> list[int]:
     long = np.flatnonzero(share >= 0.5 * share.max())
     places = np.linspace(0, len(long) - 1, min(POINTS, len(long)))
     return [int(long[round(k)]) for k in places]
+
+
+def _course(run: Run, process: str, mu: str) -> ContactCourse | None:
+    """Return loads and mu of all points at every stroke; None for a process without contact points."""
+    touching = _touching(run, process)
+    if touching is None or touching.shape[1] < 2:
+        return None
+    found = {q.name: run.values.get(f"{process}.{q.name}") for q in LOADS} | {MU.name: run.values.get(mu)}
+    values = {
+        name: np.where(touching > 0.0, array, np.nan)
+        for name, array in found.items()
+        if array is not None and array.shape == touching.shape
+    }
+    r, z = (run.values.get(f"{process}.{n}") for n in ("r", "z"))
+    if r is None or z is None or r.shape != touching.shape:
+        place = np.tile(np.arange(1.0, touching.shape[1] + 1.0), (len(touching), 1))
+        return ContactCourse(run[f"{process}.stroke"], place, values, False)
+    steps = np.hypot(np.diff(r, axis=1), np.diff(z, axis=1))
+    place = np.concatenate([np.zeros((len(r), 1)), np.cumsum(steps, axis=1)], axis=1)
+    return ContactCourse(run[f"{process}.stroke"], place, values, True)
 
 
 def _history(run: Run, process: str, mu: str, point: int) -> PointHistory:

@@ -13,13 +13,15 @@ import pandas as pd
 from friction_models.common import InputError
 from friction_models.discovery.comparison import FEWEST_TESTS, SAME, Comparison, compare
 from friction_models.estimation.campaign.binning import prepare
-from friction_models.loads import LOAD_NAMES, DataSet, FloatArray, TriboLoads
+from friction_models.loads import LOAD_NAMES, MU, DataSet, FloatArray, TriboLoads
 from friction_models.models.domain import known_domain
 from friction_models.models.measures import range_warning
 
 #: Resampled sets of tests, and how sure an order has to be.
 REPLICATES = 4000
 SURE = 0.95
+#: How the columns with mu of a model begin in tables of points.
+OF = "mu of "
 #: With fewer tests or levels than this no two models are told apart, as none is clearly ahead.
 FEWEST_UNITS = FEWEST_TESTS
 
@@ -178,6 +180,14 @@ class TestsComparison:
             entry["probability_best"] = self.order.best[name]
             entry["rank_interval"] = list(self.order.ranks[name])
         return content | {"order": self.order.to_dict(), "remarks": self.remarks()}
+
+    def points(self) -> pd.DataFrame:
+        """Return one row a point: test, loads, measured mu, and mu of each model in a column ``mu of NAME``."""
+        ids = self.loads.test_id
+        columns: dict[str, object] = {"test_id": [""] * len(self.mu) if ids is None else ids.astype(str)}
+        columns |= {name: getattr(self.loads, name) for name in LOAD_NAMES}
+        columns |= {MU.name: self.mu} | {f"{OF}{name}": self.predicted[name] for name in self.models}
+        return pd.DataFrame(columns)
 
     def remarks(self) -> list[str]:
         """Return a sentence for each model that was trained on the tests, and for each whose mu cannot be one."""

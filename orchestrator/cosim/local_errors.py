@@ -1,15 +1,16 @@
-"""How far the loads of a co-simulated forming process may be off: the system once more with larger elements."""
+"""How far the loads of a co-simulated forming process may be off: the system again with larger elements."""
 
 from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from fmus.runtime.errors import SimulationError
-from forming.results.local_errors import COARSER, local_errors, summary
+from forming.results.local_errors import COARSER, Contact, local_errors, summary
 from friction_models.common import InputError, atomic_path
 from friction_models.loads import LOAD_NAMES, LOADS
 from friction_models.loads.contract import with_unit
@@ -57,34 +58,68 @@ def state_local_errors(run: Run, master: Master, progress: Callable[[float], Non
     import xarray
 
     name, size = forming_with_elements(master)
-    other: System = master.system.model_copy(deep=True)
-    other.components[name].start["mesh_size"] = COARSER * size
-    try:
-        with tempfile.TemporaryDirectory(prefix="tribofmu-") as place:
-            coarse = Master(other, mode=master.mode, tolerance=master.tolerance).run(
-                Path(place) / "run", progress
-            )
-    except SimulationError as error:
-        return f"errors of the loads are not known: with elements of {COARSER * size:g} mm {error}"
-    # The first row is the start, before any contact.
-    (loads, active), (coarse_loads, coarse_active) = (
-        (np.stack([r[f"{name}.{n}"][1:] for n in LOAD_NAMES], axis=2), r[f"{name}.active"][1:] > 0.5)
-        for r in (run, coarse)
-    )
-    errors = local_errors(loads, active, coarse_loads, coarse_active)
+    coarse, reasons = {}, []
+    for done, coarser in enumerate(COARSER):
+        other: System = master.system.model_copy(deep=True)
+        other.components[name].start["mesh_size"] = coarser * size
+        try:
+            with tempfile.TemporaryDirectory(prefix="tribofmu-") as place:
+                found = Master(other, mode=master.mode, tolerance=master.tolerance).run(
+                    Path(place) / "run", _part(progress, done, len(COARSER))
+                )
+                coarse[coarser] = _contact(found, name)
+        except SimulationError as error:
+            reasons.append(f"with elements of {coarser * size:g} mm {error}")
+    if not coarse:
+        return f"errors of the loads are not known: {'; '.join(reasons)}"
+    loads, active = _contact(run, name)
+    errors = local_errors(loads, active, coarse)
+    sizes = [coarser * size for coarser in coarse]
     data = xarray.Dataset(
         {q.name: (("time", "point"), errors[:, :, k], {"units": q.unit}) for k, q in enumerate(LOADS)},
         coords={"time": ("time", run.time[1:], {"units": "s"})},
-        attrs={"component": name, "mesh_size": size, "compared_with": COARSER * size},
+        attrs={"component": name, "mesh_size": size, "compared_with": sizes},
     )
     with atomic_path(run.folder / FILE) as path:
         data.to_netcdf(path, engine="netcdf4")
     lines = [
-        f"stated errors of the loads of {name} (elements of {size:g} mm against {COARSER * size:g} mm): median, "
-        "and below which 9 of 10 are"
+        f"stated errors of the loads of {name} (elements of {size:g} mm against "
+        f"{' and '.join(f'{other:g}' for other in sizes)} mm): median, and below which 9 of 10 are"
     ]
     lines += [
         f"  {with_unit(load):14s} {usual:10.3g} {high:10.3g}   (median of the load {middle:.3g})"
         for load, middle, usual, high in summary(loads, active, errors)
     ]
     return "\n".join(lines)
+
+
+class StatedError(NamedTuple):
+    """Of one load over the points in contact: its median, the median of its stated error, and below which 9 of 10 are."""
+
+    load: str
+    middle: float
+    usual: float
+    high: float
+
+
+def stated_errors(run: Run) -> list[StatedError]:
+    """Return what `state_local_errors` wrote into a run folder, load by load; empty where it wrote nothing."""
+    import xarray
+
+    if not (run.folder / FILE).is_file():
+        return []
+    with xarray.open_dataset(run.folder / FILE, engine="netcdf4", decode_times=False) as data:
+        name = str(data.attrs["component"])
+        errors = np.stack([np.asarray(data[n].values, dtype=float) for n in LOAD_NAMES], axis=2)
+    return [StatedError(*row) for row in summary(*_contact(run, name), errors)]
+
+
+def _contact(run: Run, name: str) -> Contact:
+    """Return loads and contact of a run, without its first row: the start, before any contact."""
+    loads = np.stack([run[f"{name}.{n}"][1:] for n in LOAD_NAMES], axis=2)
+    return loads, run[f"{name}.active"][1:] > 0.5
+
+
+def _part(progress: Callable[[float], None] | None, done: int, parts: int) -> Callable[[float], None] | None:
+    """Return the progress of one of several runs of equal length."""
+    return None if progress is None else lambda share: progress((done + share) / parts)

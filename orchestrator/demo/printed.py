@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from friction_models.discovery.figures_data import setpoints_text
+from friction_models.discovery.answer.figures_data import setpoints_text
 
 from ..force_curves.metrics import percent
 

@@ -39,7 +39,7 @@ def settle(out: Path, seed: int, jobs: int | None, tick: Progress) -> None:
     """
     from friction_models import load_model
     from friction_models.discovery import diagnose
-    from friction_models.discovery.changes import changes_text
+    from friction_models.discovery.answer.changes import changes_text
     from sct_twin import SctTwin
     from sct_twin.virtual_lab import run_protocol
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from friction_models.common.markup import bullets, paragraph, table
-from friction_models.discovery.wording import p_text
+from friction_models.discovery.answer.wording import p_text
 
 from ..attribution.result import Attribution, Fit
 from .parts.chart import Chart

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -27,10 +27,10 @@ _PAIRS = 10
 
 
 def comparison_page(
-    tests: TestsComparison | None, forces: ForcesComparison | None, runs: RunsComparison | None = None
+    tests: TestsComparison | None, forces: ForcesComparison | None, runs: Sequence[RunsComparison] = ()
 ) -> str:
-    """Return the HTML of a comparison; all but one may be missing."""
-    found = [part for part in (tests, forces, runs) if part is not None]
+    """Return the HTML of a comparison; all but one may be missing. `runs`: one a system, or one a level of a process."""
+    found = [part for part in (tests, forces, *runs) if part is not None]
     page = Page("", "tribofmu compare", synthetic=any(part.synthetic for part in found))
     titles, said = list[str](), list[str]()
     if tests is not None:
@@ -41,17 +41,21 @@ def comparison_page(
         titles.append(_verdict(forces.orders["max_force"]))
         said.append(f"{len(forces.names)} press level{'s' if len(forces.names) != 1 else ''}")
         _add_forces(page, forces)
-    if runs is not None:
-        loads = [total.max_force for total in runs.totals.values()]
-        span = f"{min(loads):.1f} to {max(loads):.1f} kN"
-        titles.append(f"{runs.system}: largest force {span} with {len(loads)} models")
-        said.append(f"{len(runs.totals)} runs of {runs.system}")
-        add_runs(page, runs)
+    if runs:
+        loads = [total.max_force for each in runs for total in each.totals.values()]
+        where = runs[0].system if len(runs) == 1 else f"{len(runs)} levels"
+        span, models = f"{min(loads):.1f} to {max(loads):.1f} kN", max(len(each.totals) for each in runs)
+        titles.append(f"{where}: largest force {span} with {models} models")
+    for number, each in enumerate(runs, 1):
+        said.append(f"{len(each.totals)} runs of {each.system}")
+        add_runs(page, each, "" if len(runs) == 1 else f"-{number}")
     page.title = titles[0]
     note = "Intervals and probabilities count whole tests and levels, not points."
     if tests is None and forces is None:
         note = (
-            "Nothing was measured: the runs show what the choice of the model does, not which model is right."
+            "The press was measured at one level: what follows holds for that level."
+            if any(each.press for each in runs)
+            else "Nothing was measured: the runs show what the choice of the model does, not which model is right."
         )
     page.lead = escape(f"{'; '.join(said)}. {note}")
     return page.render()

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from friction_models.common.markup import escape, table
-from friction_models.discovery.figures_data import setpoints_text
+from friction_models.discovery.answer.figures_data import setpoints_text
 from friction_models.effects import make_effect
 
 from ..studies.forming_error.words import percent

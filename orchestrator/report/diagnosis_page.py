@@ -10,9 +10,9 @@ import pandas as pd
 from friction_models.common import InputError
 from friction_models.common.markup import escape, paragraph, table
 from friction_models.discovery import refine
-from friction_models.discovery.diagnosis import Diagnosis
-from friction_models.discovery.figures_data import load_map, meanings, structure_pair
-from friction_models.discovery.findings import ParameterValue
+from friction_models.discovery.answer.diagnosis import Diagnosis
+from friction_models.discovery.answer.figures_data import load_map, meanings, structure_pair
+from friction_models.discovery.answer.findings import ParameterValue
 from friction_models.discovery.refinement import Addition
 from friction_models.effects import make_effect
 from friction_models.loads import DataSet, FloatArray

@@ -18,14 +18,13 @@ if TYPE_CHECKING:
 def reference_areas(level: Level) -> FloatArray:
     """Return the area that every marker stands for on the undeformed billet [mm2], in the order of the run.
 
-    It reaches half way to the neighbouring markers and all around the axis (2 pi r ds). Markers are dense where the
-    tools work on the billet, so these areas differ by a factor of a hundred and more. Times its surface expansion,
-    which the solver takes over the same neighbours, it is the area that a marker stands for now.
+    It reaches half way to the neighbouring markers, or to a corner of the billet, and all around the axis (2 pi r ds).
+    Markers are dense where the tools work on the billet, so these areas differ by a factor of a hundred and more. Times
+    its surface expansion, which the solver takes over the same neighbours, it is the area that a marker stands for now.
     """
     process = level.forming()
     process.start()
-    between = process.simulation.state.markers.reference_area
-    return np.asarray(0.5 * np.concatenate([between[:1], between[:-1] + between[1:], between[-1:]]))
+    return process.simulation.state.markers.start_shares()
 
 
 def by_marker(run: Run, label: str) -> FloatArray:

@@ -15,7 +15,7 @@ from friction_models.common.yaml_files import read_yaml
 from friction_models.loads import FloatArray, missing_column
 
 from ..readers import RawTable
-from ..records.cells import Cell, check_keys, is_given
+from ..records.cells import Cell, check_keys, column_entry, is_given
 from ..records.channels import CHANNEL_NAMES, MOTION, REQUIRED, channel, check_scale
 from ..records.record import SctRecord
 from ..records.units import channel_conversion, scale_factor
@@ -276,11 +276,7 @@ def _columns(content: Any, where: str) -> dict[str, MappedColumn] | None:
 
 
 def _column(entry: Any, here: str) -> MappedColumn:
-    if isinstance(entry, str):
-        entry = {"quantity": entry}
-    if not isinstance(entry, Mapping):
-        raise InputError(f"{here}: {entry!r}; allowed: {', '.join(_COLUMN_KEYS)}")
-    check_keys(entry, _COLUMN_KEYS, here)
+    entry = column_entry(entry, _COLUMN_KEYS, here)
     quantity = channel(str(entry.get("quantity")), here).name
     unit, std = entry.get("unit"), entry.get("std")
     sign, offset = entry.get("sign", 1), entry.get("offset", 0.0)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from friction_models.common import unknown_name
+from friction_models.common import InputError, unknown_name
 
 #: What a cell of a test table holds.
 Cell = str | float | None
@@ -31,3 +31,13 @@ def check_keys(content: Iterable[Any], allowed: Sequence[str], where: str) -> No
     for key in content:
         if key not in allowed:
             raise unknown_name("key", key, allowed, where)
+
+
+def column_entry(entry: Any, keys: Sequence[str], here: str) -> Mapping[str, Any]:
+    """Return what a map says of a column, by known keys; a text alone is its quantity."""
+    if isinstance(entry, str):
+        entry = {"quantity": entry}
+    if not isinstance(entry, Mapping):
+        raise InputError(f"{here}: {entry!r}; allowed: {', '.join(keys)}")
+    check_keys(entry, keys, here)
+    return entry

@@ -26,9 +26,10 @@ from .hostile import SECRET, archive, archives, members, texts
 #: Texts that name no file to be read: names, numbers, places to write to.
 NO_FILES = {
     *("demo.out", "demo.hidden", "report.out", "lab.out", "lab.hidden", "ingest.out", "ingest.test_id", "twin.out"),
+    *("points.out", "tests.changes"),
     *("train.family", "train.out", "train.parameters", "evaluate.json", "predict.out", "pack.out", "pack.target"),
     *("pack.fmi", "pack.name", "pack.platforms", "pack.parameters", "export.out", "simulate.out", "simulate.mode"),
-    "compare.mode",
+    *("compare.mode", "compare.process", "compare.parameters", "compare.level", "compare.points"),
     *("compare.runs", "compare.json", "diagnose.json", "diagnose.report", "refine.add", "refine.out"),
     *("verify.only", "verify.json", "verify.out", "predict-sct.out", "predict-sct.only", "predict-sct.json"),
     *("predict-sct.parameters", "coverage.column", "coverage.rig", "coverage.json", "coverage.report"),
@@ -39,7 +40,7 @@ NO_FILES = {
     *("study extrapolation.out", "study extrapolation.model", "study extrapolation.process"),
     "study extrapolation.scheduler",
     # tests/orchestrator/app attacks the project folder
-    *("app.folder", "app.host"),
+    *("app.folder", "app.host", "story.project", "story.out"),
 }  # fmt: skip
 #: Beside the sentence: progress before it, and the numbered list of a system with several mistakes.
 ALLOWED_LINES = re.compile(r"\w+: \d+/\d+ |  \d+\. ")

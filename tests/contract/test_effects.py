@@ -154,6 +154,9 @@ def test_fit_recovers_law_and_files_repeat_it(
     found = list(model.amplitudes_[0].values())
     if model.effects_[0].pooled:  # an offset a level: that of the deviating one above the others
         found = [found[1] - 0.5 * (found[0] + found[2])]
+    if name == "batch" and model.shapes_[0]["deviating"] != shape["deviating"]:
+        # of two batches, the one lies as far above as the other below
+        shape, strength = {"deviating": model.shapes_[0]["deviating"]}, [-s for s in strength]
     assert found == pytest.approx(strength, rel=0.01)
     free = {s.name for s in model.effects_[0].free_shapes}
     assert {k: v for k, v in model.shapes_[0].items() if k in free} == pytest.approx(

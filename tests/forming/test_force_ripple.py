@@ -73,7 +73,7 @@ def test_a_node_that_cannot_settle_stays_free(gap, on, left, expected):
     still, force = np.zeros((2, 2)), np.zeros(4)
     add_contact(
         x, still, chain, np.ones(2), plate, nothing, nothing, 1.0, nothing, np.full(2, 300.0), PENALTY,
-        0.1, 0.01, 0.0, np.zeros((4, 10)), force, table, active, releases, True, np.full(2, -1.0),
+        0.1, 0.01, 0.0, np.zeros((2, 4)), force, np.zeros(2), table, active, releases, True, np.full(2, -1.0),
     )  # fmt: skip
     assert active[0] == expected
     assert table[0, 0] == pytest.approx(-PENALTY * gap if expected else 0.0)

@@ -144,7 +144,8 @@ def test_tools_that_take_up_heat_raise_the_contact_temperature():
     T_hot, T_cold = (r.contact.loads[-1, r.contact.active[-1], 1] for r in (hot, cold))
     assert T_hot.max() > T_cold.max() + 10.0
     assert T_hot.min() > 15.0 and T_hot.max() < 250.0
-    assert hot.max_force < cold.max_force
+    # the mean: the largest force holds the ripple of a remeshing
+    assert hot.force[1:].mean() < cold.force[1:].mean()
 
 
 def test_small_angle_and_large_reduction_run_through():

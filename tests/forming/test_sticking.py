@@ -19,7 +19,7 @@ def shear_at(gap, held):
     on, released = np.array([1, 0]), np.zeros(2, dtype=np.int64)
     add_contact(
         x, du, np.array([0, 1]), np.ones(2), plate, still, still, 1.0, mu, np.full(2, 300.0), 1e5, 1e-6, 1.0,
-        0.0, np.zeros((4, 10)), np.zeros(4), table, on, released, False, np.full(2, held),
+        0.0, np.zeros((2, 4)), np.zeros(4), np.zeros(2), table, on, released, False, np.full(2, held),
     )  # fmt: skip
     return abs(table[0, SHEAR])
 

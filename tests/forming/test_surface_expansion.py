@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import brentq
 
 from forming import ForwardRodExtrusion, PowerLaw, Upsetting, upset
-from forming.fe.markers import SurfaceMarkers
+from forming.fe.markers import SurfaceMarkers, _area_below
 from forming.processes import plate_contact, specimen_upsetting
 from forming.tools.punch_geometry import PunchGeometry
 
@@ -143,8 +143,8 @@ def test_ring_areas_with_friction_are_those_of_tracked_points():
     assert psi[3] == pytest.approx((theirs[2] + theirs[3]) / (start[2] + start[3]), rel=0.005)
 
 
-def without_corners(markers: SurfaceMarkers) -> None:
-    markers.track, markers.start_areas = markers.position, markers.reference_area
+def without_corners(markers: SurfaceMarkers, surface) -> None:
+    markers.track, markers.start_areas = markers.position, np.diff(_area_below(surface, markers.position))
     markers._own, markers._is_corner = np.arange(len(markers)), np.zeros(len(markers), dtype=bool)
 
 
@@ -155,7 +155,7 @@ def test_intervals_across_a_corner_mix_face_and_side():
         process = Upsetting(mesh_size=1.25, n_points=31, isothermal=True)
         process.start(0.0)
         if not corners:
-            without_corners(process.simulation.state.markers)
+            without_corners(process.simulation.state.markers, process.simulation.state.body.surface)
         process.advance(5.0)
         psi.append(process.loads()[7, 4])
     assert psi[0] == pytest.approx(1.5, rel=0.005)

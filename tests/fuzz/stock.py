@@ -33,7 +33,7 @@ GOOD = {
     **{"fmu": "good.fmu", "ssp": "good.ssp", "onnx": "model.onnx", "csv": "points.csv", "parquet": "more/points.parquet"},
     **{"coverage.history": "more/numbered.csv", "coverage.data": "more/numbered.csv", "study learning-curve.data": "more/six.csv"},
     **{"study lag.data": "more/six.csv", "study forming-error.data": "more/six.csv", "study extrapolation.data": "more/six.csv"},
-    **{"diagnose.after": "more/before.json", "tests": "data/tests.csv", "names": "more/names.yaml", "compare.system": "a/b/c/system.yaml"},
+    **{"diagnose.after": "more/before.json", "points.columns": "more/points.yaml", "tests": "data/tests.csv", "names": "more/names.yaml", "compare.system": "a/b/c/system.yaml"},
 }  # fmt: skip
 FOREIGN = {"notes.txt": b"years of work\n", "sub/data.csv": b"a,b\n1,2\n", "results.nc": b"not ours\n"}
 
@@ -62,6 +62,7 @@ def make_stock(root: Path) -> Path:
         more / "spec.yaml", {"name": "a law", "inputs": columns, "output": {"multiply": 1.0, "add": 0.0}}
     )
     frame = pd.read_csv(root / "points.csv")
+    write_yaml(more / "points.yaml", {"columns": {name: str(name) for name in frame}})
     frame.to_parquet(more / "points.parquet")
     frame.assign(test_id=frame["test_id"].str[1:]).to_csv(more / "numbered.csv", index=False)
     points(6, 8).to_csv(more / "six.csv", index=False)

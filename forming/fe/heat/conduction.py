@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from scipy.linalg.lapack import dpbtrf, dpbtrs
 
-from ..mesh.shape import N_GAUSS, FloatArray, IntArray, gradients
+from ..mesh.shape import N_GAUSS, FloatArray, IntArray, gradients, half_bandwidth
 from .properties import Property, mean_between, value_at
 
 #: Iterations of a capacity over temperature end after so many, or when no node changes by more [K].
@@ -71,6 +71,16 @@ def solve_coupled(
         if change < REST:
             break
     return T
+
+
+@njit(cache=True)
+def add_film(
+    band: FloatArray, right: FloatArray, nodes: IntArray, conductance: FloatArray, outside: FloatArray
+) -> None:
+    """Add the exchange of nodes, which may repeat, with bodies of the temperatures `outside`."""
+    for i in range(nodes.shape[0]):
+        band[nodes[i], 0] += conductance[i]
+        right[nodes[i]] += conductance[i] * outside[i]
 
 
 @njit(cache=True)
@@ -142,7 +152,7 @@ def heat_step(
     - `film`, (nodes, conductance, temperature): conductance [N mm/(s K)] per radian of each node to a body of
       given temperature; nodes may repeat.
     """
-    half = int((quads.max(axis=1) - quads.min(axis=1)).max())
+    half = half_bandwidth(quads)
     varies = isinstance(capacity, tuple) or isinstance(conductivity, tuple)
     after = T
     for _ in range(ITERATIONS):
@@ -165,11 +175,9 @@ def _solve(
 ) -> FloatArray:
     """Add the exchange at the surface and return the temperatures."""
     if film is not None:
-        nodes, conductance, outside = film
-        np.add.at(band[:, 0], nodes, conductance)
-        np.add.at(right, nodes, conductance * outside)
+        add_film(band, right, *film)
     if coupling is not None:
-        np.add.at(band[:, 0], coupling.chain, coupling.slope)
+        add_film(band, right, coupling.chain, coupling.slope, np.zeros(len(coupling.slope)))
     factor, info = dpbtrf(band.T, lower=1, overwrite_ab=1)
     if info != 0:
         raise ArithmeticError("the heat matrix is not positive definite")

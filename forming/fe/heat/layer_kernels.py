@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ..mesh.shape import FloatArray, IntArray
+from ..mesh.shape import FloatArray, IntArray, nodal_volumes, surface_weights
 
 #: Least depth of a column as a share of the distance to its end.
 LEAST = 0.2
@@ -190,4 +190,73 @@ def heat_at_nodes(
         for a in range(4):
             total[nodes[0, i, a]] += shares[0, i, a] * at_middle
             total[nodes[1, i, a]] += shares[1, i, a] * at_end
+    return total
+
+
+@njit(cache=True)
+def before_step(
+    x: FloatArray,
+    chain: IntArray,
+    nodes: IntArray,
+    shares: FloatArray,
+    heat: FloatArray,
+    depth_before: FloatArray,
+    area_before: FloatArray,
+    faces: FloatArray,
+    capacity: FloatArray,
+    conductivity: FloatArray,
+    dt: float,
+    steps: int,
+    conductance: FloatArray,
+    outside: FloatArray,
+    power: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Conduct in the columns, and say how the flux into them follows from the temperature of the mesh at the surface.
+
+    - `nodes`, `shares`: those around the lower ends; `conductance`, `outside`, `power`: see `Exchange`, for the whole areas.
+    - returns: depth [mm] and area per radian [mm2]; heat without flux, and what a flux of 1 N/(mm s) adds; shape (n, 4):
+      temperature of the surface without flux [K] and per flux, flux at 0 degC [N/(mm s)] and how it falls per kelvin; shape
+      (2, n): heat that enters the mesh [N mm/s] and how it falls per kelvin.
+    """
+    n = chain.shape[0]
+    area = np.zeros(n)
+    surface_weights(x, chain, area)
+    depth = column_depths(x, chain, nodes, shares)
+    # The surface stretches and the columns become thinner; a column that is too deep now leaves its end to the mesh.
+    regridded, spilled = regrid(heat, depth_before * area_before / area, depth, faces)
+    own, added, ends = conduct(regridded, depth, faces, capacity, conductivity, dt, steps)
+    entering = np.empty((2, n))
+    for i in range(n):
+        h = conductance[i] / area[i]
+        bare, by_flux, flow, flow_by_flux = ends[i]
+        slope = h / (1.0 + h * by_flux)
+        flux = (power[i] + outside[i]) / area[i] / (1.0 + h * by_flux) - slope * bare
+        ends[i, 2] = flux
+        ends[i, 3] = slope
+        entering[0, i] = area[i] * (flow + flow_by_flux * flux + spilled[i] / dt)
+        entering[1, i] = area[i] * flow_by_flux * slope
+    return depth, area, own, added, ends, entering
+
+
+@njit(cache=True)
+def spread(
+    x: FloatArray,
+    quads: IntArray,
+    heat: FloatArray,
+    depth: FloatArray,
+    faces: FloatArray,
+    area: FloatArray,
+    chain: IntArray,
+    nodes: IntArray,
+    shares: FloatArray,
+) -> FloatArray:
+    """Return the heat of the columns over the volumes of the nodes that it falls to [N/mm2]; see `heat_at_nodes`."""
+    volumes = nodal_volumes(x, quads)
+    middle = np.empty(chain.shape[0])
+    for i in range(chain.shape[0]):
+        # The node of a flat surface owns half of the element below it.
+        middle[i] = min(2.0 * volumes[chain[i]] / area[i], 0.5 * depth[i])
+    total = heat_at_nodes(heat, depth, faces, area, chain, middle, nodes, shares, x.shape[0])
+    for i in range(x.shape[0]):
+        total[i] /= volumes[i]
     return total

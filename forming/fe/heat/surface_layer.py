@@ -21,16 +21,10 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from ..mesh.polyline import arc_length
-from ..mesh.shape import FloatArray, IntArray, nodal_volumes, surface_weights
+from ..mesh.shape import FloatArray, IntArray, surface_weights
 from ..mesh.transfer import shape_weights
 from .conduction import Coupling, heat_step
-from .layer_kernels import (
-    column_depths,
-    conduct,
-    heat_at_nodes,
-    outward_normals,
-    regrid,
-)
+from .layer_kernels import before_step, column_depths, outward_normals, spread
 from .properties import Property, mean_between, value_at
 
 #: Cells of a column, and how much deeper each is than the one above: the first is a 340th of the column.
@@ -107,12 +101,8 @@ class SurfaceLayer:
 
     def settle(self, x: FloatArray, quads: IntArray, T: FloatArray, capacity: Property) -> SurfaceLayer:
         """Return the layer with its heat laid on the nodes, whose temperatures without it are `T`."""
-        volumes = nodal_volumes(x, quads)
-        # The node of a flat surface owns half of the element below it.
-        middle = np.minimum(2.0 * volumes[self.chain] / self.area, 0.5 * self.depth)
-        places = self.chain, middle, self.nodes, self.shares
-        heat = heat_at_nodes(self.heat, self.depth, FACES, self.area, *places, len(x))
-        return replace(self, carried=_warmed(capacity, T, heat / volumes) - T)
+        heat = spread(x, quads, self.heat, self.depth, FACES, self.area, self.chain, self.nodes, self.shares)
+        return replace(self, carried=_warmed(capacity, T, heat) - T)
 
     def surface(self, T: FloatArray) -> FloatArray:
         """Return the temperatures of the surface itself, shape (n_s,); `T` are those of all nodes."""
@@ -139,29 +129,29 @@ class SurfaceLayer:
 
         - `T`, shape (n,): temperatures of the nodes, with what the columns carry; `source` and `film` as in `heat_step`.
         """
-        mesh_T, area = T - self.carried, _areas(x, self.chain)
-        depth = column_depths(x, self.chain, self.nodes[1], self.shares[1])
-        # The surface stretches and the columns become thinner; a column that is too deep now leaves its end to the mesh.
-        heat, spilled = regrid(self.heat, self.depth * self.area / area, depth, FACES)
-        surface_T = mesh_T[self.chain]
-        c, k = (value_at(p, surface_T + 0.5 * self.rise) for p in (capacity, conductivity))
-        own, added, ends = conduct(heat, depth, FACES, c, k, dt, STEPS)
-        bare, by_flux, flow, flow_by_flux = ends.T
-        h, outside, power = (values / area for values in exchange)
-        # The flux that enters is `entering` - `slope` x temperature of the mesh at the surface.
-        slope = h / (1.0 + h * by_flux)
-        entering = (power + outside) / (1.0 + h * by_flux) - slope * bare
-        coupling = Coupling(
+        mesh_T = T - self.carried
+        surface_T = mesh_T[self.chain] + 0.5 * self.rise
+        depth, area, own, added, ends, entering = before_step(
+            x,
             self.chain,
-            area * (flow + flow_by_flux * entering + spilled / dt),
-            area * flow_by_flux * slope,
             self.nodes[1],
             self.shares[1],
+            self.heat,
+            self.depth,
+            self.area,
+            FACES,
+            value_at(capacity, surface_T),
+            value_at(conductivity, surface_T),
+            dt,
+            STEPS,
+            *exchange,
         )
+        coupling = Coupling(self.chain, entering[0], entering[1], self.nodes[1], self.shares[1])
         mesh_T = heat_step(x, quads, mesh_T, source, capacity, conductivity, dt, film, coupling=coupling)
-        q = entering - slope * mesh_T[self.chain]
-        after = own + q[:, None] * added, bare + by_flux * q
-        layer = replace(self, heat=after[0], rise=after[1], depth=depth, area=area)
+        q = ends[:, 2] - ends[:, 3] * mesh_T[self.chain]
+        rise = ends[:, 0] + ends[:, 1] * q
+        heat = own + q[:, None] * added
+        layer = SurfaceLayer(self.chain, self.nodes, self.shares, heat, depth, area, rise, self.carried)
         layer = layer.settle(x, quads, mesh_T, capacity)
         return layer, mesh_T + layer.carried
 

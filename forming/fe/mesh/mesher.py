@@ -23,6 +23,8 @@ BoolArray = npt.NDArray[np.bool_]
 
 #: Triangles are merged where the quadrilateral has at least this scaled Jacobian.
 WORST_PAIR = 0.35
+#: Inner points are chosen from a grid so many times as fine as the smallest triangles.
+PITCH = 3.0
 
 
 class MeshError(Exception):
@@ -94,7 +96,7 @@ def _triangulate(coarse: FloatArray, size: SizeField) -> tuple[FloatArray, IntAr
         triangles[area < 0] = triangles[area < 0][:, [0, 2, 1]]
         if k == rounds:
             break
-        edges = np.unique(np.sort(_edges(triangles), axis=1), axis=0)
+        edges = _unique_edges(_edges(triangles), len(points))
         wanted = 2.0 * size(points)
         before = points.copy()
         relax_edges(points, edges, n_fixed, wanted, 4)
@@ -119,7 +121,7 @@ def _interior(coarse: FloatArray, size: SizeField) -> FloatArray:
     tangent /= np.hypot(*tangent.T)[:, None]
     layer = coarse + np.column_stack([-tangent[:, 1], tangent[:, 0]]) * wanted[:, None] * 0.95
     good = inside(layer, coarse) & (distance_to_polygon(layer, coarse) > 0.7 * wanted)
-    pitch = smallest / 3.0
+    pitch = smallest / PITCH
     low, high = coarse.min(axis=0), coarse.max(axis=0)
     r, z = (np.arange(low[k] + 0.5 * pitch, high[k], pitch) for k in (0, 1))
     grid = np.stack(np.meshgrid(r, z), axis=-1).reshape(-1, 2)
@@ -136,6 +138,12 @@ def _interior(coarse: FloatArray, size: SizeField) -> FloatArray:
 
 def _edges(triangles: IntArray) -> IntArray:
     return np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+
+
+def _unique_edges(edges: IntArray, n: int) -> IntArray:
+    """Return each of the edges between `n` points once, its lower number first, in rising order, shape (m, 2)."""
+    keys = np.unique(edges.min(axis=1) * n + edges.max(axis=1))
+    return np.column_stack(np.divmod(keys, n))
 
 
 def _areas(points: FloatArray, triangles: IntArray) -> FloatArray:
@@ -191,7 +199,7 @@ def smooth(x: FloatArray, quads: IntArray, held: BoolArray, sweeps: int) -> None
     """Smooth the nodes that are not held, in place, without making the worst element around them worse."""
     n = len(x)
     edges = np.concatenate([quads[:, [k, (k + 1) % 4]] for k in range(4)])
-    edges = np.unique(np.sort(edges, axis=1), axis=0)
+    edges = _unique_edges(edges, n)
     edges = np.concatenate([edges, edges[:, ::-1]])
     edges = edges[np.argsort(edges[:, 0], kind="stable")]
     corners = quads.ravel()

@@ -43,6 +43,17 @@ def gradients(xe: FloatArray, g: int, dn: FloatArray) -> tuple[float, float, flo
 
 
 @njit(cache=True)
+def half_bandwidth(quads: IntArray) -> int:
+    """Return the largest distance between two node numbers of one element."""
+    largest = 0
+    for e in range(quads.shape[0]):
+        low = min(quads[e, 0], quads[e, 1], quads[e, 2], quads[e, 3])
+        high = max(quads[e, 0], quads[e, 1], quads[e, 2], quads[e, 3])
+        largest = max(largest, high - low)
+    return largest
+
+
+@njit(cache=True)
 def gauss_volumes(x: FloatArray, quads: IntArray) -> FloatArray:
     """Return the volume of each Gauss point's share, [element, Gauss point], over the full turn [mm3]."""
     volumes = np.empty((quads.shape[0], 4))

@@ -70,9 +70,23 @@ def locate(
     low_r, low_z, cell, n_r, n_z = grid
     ci = min(n_r - 1, max(0, int((pr - low_r) / cell)))
     cj = min(n_z - 1, max(0, int((pz - low_z) / cell)))
+    xe = np.empty((4, 2))
+    # The element that holds the point is one of the point's own cell, and the point is in its bounding box.
+    for k in range(start[ci * n_z + cj], start[ci * n_z + cj + 1]):
+        e = members[k]
+        for a in range(4):
+            xe[a, 0] = x[quads[e, a], 0]
+            xe[a, 1] = x[quads[e, a], 1]
+        if min(xe[0, 0], xe[1, 0], xe[2, 0], xe[3, 0]) <= pr <= max(
+            xe[0, 0], xe[1, 0], xe[2, 0], xe[3, 0]
+        ) and min(xe[0, 1], xe[1, 1], xe[2, 1], xe[3, 1]) <= pz <= max(
+            xe[0, 1], xe[1, 1], xe[2, 1], xe[3, 1]
+        ):
+            local[0], local[1] = local_coordinates(pr, pz, xe)
+            if max(abs(local[0]), abs(local[1])) <= 1.0 and _miss(pr, pz, local[0], local[1], xe) == 0.0:
+                return e
     nearest = 0
     distance = 1e30
-    xe = np.empty((4, 2))
     for ring in range(6):
         for i in range(max(0, ci - ring), min(n_r, ci + ring + 1)):
             for j in range(max(0, cj - ring), min(n_z, cj + ring + 1)):

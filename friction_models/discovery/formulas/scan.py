@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ...effects.empirical_terms import Term
 from ...estimation.noise.noise_floor import Whitener
 from ...loads import FloatArray
-from ..unseen_tests import ErrorsByTest, errors_of_tests
+from ..judge.unseen_tests import ErrorsByTest, errors_of_tests
 from .bins import Bins
 
 #: Least share of a term, weighed by the noise, that the model must leave.

@@ -14,7 +14,7 @@ from ...effects.empirical import numbered
 from ...estimation.campaign.binning import Campaign
 from ...estimation.noise.noise_floor import Whitener
 from ...loads import LOAD_NAMES, FloatArray
-from ..error_budget import lead
+from ..judge.error_budget import lead
 from .bins import Bins
 from .fit import fit
 from .grammar import terms

@@ -12,8 +12,8 @@ from ...effects import empirical_effect
 from ...effects.empirical_terms import Term
 from ...estimation.noise.noise_floor import Whitener
 from ...loads import FloatArray
-from ..error_budget import lead
-from ..unseen_tests import ErrorsByTest, errors_of_tests
+from ..judge.error_budget import lead
+from ..judge.unseen_tests import ErrorsByTest, errors_of_tests
 from .bins import Bins
 from .scan import Column, Fit, Scan, Tried, folds_left_out
 

@@ -20,6 +20,7 @@ from ...effects.base import Effect
 from ...loads import FloatArray, TriboLoads
 from ...models.base import FrictionModel, Groups
 from ...models.domain import Domain
+from ...models.effective_variance import FitWeights
 from ..campaign.binning import Campaign, campaign_of
 from ..noise.noise_floor import Layout, NoiseFloor, Whitener, estimate
 from ..search.base_law import BaseLaw, base_law, polynomial_columns
@@ -54,6 +55,7 @@ def fit_jointly(
     mu: FloatArray,
     groups: Groups,
     system: Mapping[str, FloatArray],
+    weights: FloatArray | None = None,
 ) -> JointFit:
     """Fit a base and effects to measured friction.
 
@@ -68,11 +70,13 @@ def fit_jointly(
         Test of each point; without it every point counts alike (ordinary least squares).
     system : mapping
         Metadata columns [n, 1] that the effects need.
+    weights : ndarray, shape (n,), optional
+        Of the points, mean 1: the covariance of a bin is that of the noise floor, divided by its mean weight.
     """
     campaign = campaign_of(loads, mu, groups)
     campaign.system = dict(system)
     law = _surrogate(base, campaign)
-    problem = solve_jointly(campaign, law, effects)
+    problem = solve_jointly(campaign, law, effects, weights)
     coefficients, amplitudes = problem.solve(problem.shapes)
     fitted = clone(base)
     if base.form == "linear" and not law.fixed:
@@ -80,7 +84,7 @@ def fit_jointly(
     else:
         target = mu - problem.contribution(amplitudes)
     # the target of the base may be negative where an effect carries the level: the check of mu does not apply
-    fitted._fit(loads, target, groups)
+    fitted._fit(loads, target, groups, **FitWeights(weights if fitted.takes_weights() else None).arguments)
     fitted.domain_ = Domain.of(loads)
     fitted.training_, fitted.errors_ = {}, {}
     named = [
@@ -91,9 +95,11 @@ def fit_jointly(
     return JointFit(fitted, problem.shapes, named, noise_floor)
 
 
-def solve_jointly(campaign: Campaign, law: BaseLaw, effects: Sequence[Effect]) -> JointProblem:
-    """Return the least-squares problem of a law and effects with the best shape parameters in it."""
-    problem = JointProblem(campaign, law, list(effects))
+def solve_jointly(
+    campaign: Campaign, law: BaseLaw, effects: Sequence[Effect], weights: FloatArray | None = None
+) -> JointProblem:
+    """Return the least-squares problem of a law and effects with the best shape parameters in it; see `fit_jointly`."""
+    problem = JointProblem(campaign, law, list(effects), weights)
     problem.weigh()
     problem.optimise()
     for _ in range(ROUNDS if any(e.needs_mu for e in effects) else 1):
@@ -115,7 +121,9 @@ def _surrogate(base: FrictionModel, campaign: Campaign) -> BaseLaw:
 class JointProblem:
     """The least-squares problem of one fit."""
 
-    def __init__(self, campaign: Campaign, law: BaseLaw, effects: list[Effect]) -> None:
+    def __init__(
+        self, campaign: Campaign, law: BaseLaw, effects: list[Effect], weights: FloatArray | None = None
+    ) -> None:
         self.campaign, self.law, self.effects = campaign, law, effects
         coefficients = np.linalg.lstsq(law.columns, campaign.mu - law.offset, rcond=1e-10)[0]
         self.mu = np.maximum(law.columns @ coefficients + law.offset, 0.0)
@@ -125,7 +133,8 @@ class JointProblem:
         self.grids = [e.grids(self.spans) for e in effects]
         self.shapes = [{n: float(g[len(g) // 2]) for n, g in grid.items()} for grid in self.grids]
         self.layout = Layout.of(campaign) if len(campaign.tests) >= LEAST_TESTS and campaign.grouped else None
-        self.whiten: Any = lambda values: values
+        self.root = None if weights is None else np.sqrt(campaign.average(weights))
+        self.whiten: Any = self._weighted(lambda values: values)
         self.scanned = False
         self.estimated: NoiseFloor | None = None
 
@@ -135,7 +144,12 @@ class JointProblem:
             return
         mean = np.column_stack([flexible_mean(self.campaign, self.law.columns), *self.columns(self.shapes)])
         self.estimated = estimate(self.campaign, self.layout, self.y, mean, self.estimated)
-        self.whiten = Whitener(self.layout, self.estimated, float(np.std(self.y)) or 1e-6)
+        self.whiten = self._weighted(Whitener(self.layout, self.estimated, float(np.std(self.y)) or 1e-6))
+
+    def _weighted(self, whiten: Any) -> Any:
+        """Return what whitens bins that have been multiplied by the roots of their weights."""
+        root = self.root
+        return whiten if root is None else lambda values: whiten(_rows(values, root))
 
     def choose_weights(self) -> None:
         """Fall back to ordinary least squares where it predicts tests left out better.
@@ -148,7 +162,7 @@ class JointProblem:
         weighted, shapes = self.whiten, self.shapes
         best = self._left_out()
         root = np.sqrt(self.campaign.count)
-        self.whiten = lambda values: values * (root if values.ndim == 1 else root[:, None])
+        self.whiten = self._weighted(lambda values: _rows(values, root))
         self.optimise()
         if self._left_out() > best * KEEP_WEIGHTS:
             self.whiten, self.shapes = weighted, shapes
@@ -287,6 +301,11 @@ class JointProblem:
                 for e, a in zip(self.effects, amplitudes, strict=True)
             ]
             self.mu = np.maximum(own + self.contribution(keep), 0.0)
+
+
+def _rows(values: FloatArray, by: FloatArray) -> FloatArray:
+    """Return rows of `values`, shape (m,) or (m, k), multiplied by numbers of shape (m,)."""
+    return values * (by if values.ndim == 1 else by[:, None])
 
 
 def _seen_beside(base: FloatArray, columns: FloatArray) -> npt.NDArray[np.bool_]:

@@ -35,6 +35,13 @@ class RepeatsNumbers(TypedDict):
     p_value: float
 
 
+class FloorFromLoads(TypedDict):
+    """RMS of mu that the stated uncertainties of the loads give the model, in all and of each load by itself."""
+
+    total: float
+    by_load: dict[str, float]
+
+
 class NoiseFloorNumbers(TypedDict):
     """A noise floor as files and reports hold it.
 
@@ -49,6 +56,7 @@ class NoiseFloorNumbers(TypedDict):
     interval: list[float]
     source: NotRequired[str]
     repeats: NotRequired[RepeatsNumbers]
+    from_loads: NotRequired[FloorFromLoads]
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import numpy as np
 from ...effects.base import Effect
 from ...loads import FloatArray
 from ..campaign.binning import Campaign
+from ..campaign.curves import on_scale
 from ..campaign.metadata import recorded
 from ..noise.noise_floor import Layout, NoiseFloor, Whitener, estimate, independent_columns
 from .base_law import BaseLaw, polynomial_columns
@@ -19,13 +20,16 @@ from .scan import Fit, Prepared, Projector, prepare_candidate, rank
 from .significance import (
     REPLICATES,
     SAME,
+    TWINS,
     Simulated,
+    alike,
     confusion_set,
     maximum_gains,
     null_noise,
     p_value,
     simulate,
 )
+from .sum_of_parts import is_part, parts_first, shown_by_parts
 from .unseen_loads import varied_first
 
 #: Standard deviations from the rest of its test beyond which a bin is an outlier.
@@ -60,6 +64,8 @@ class SearchRound:
         Points in each bin.
     freedom : float
         Degrees of freedom with which the scatter between tests is estimated.
+    by_parts : frozenset of str
+        Effects that show nothing beyond a sum of simpler ones.
     least_p : float
         Lower bound of the p-values: the one of the first search, before the floor allowed for the winner.
     """
@@ -76,6 +82,7 @@ class SearchRound:
     y: FloatArray
     count: FloatArray
     freedom: float
+    by_parts: frozenset[str] = frozenset()
     least_p: float = 0.0
 
     @property
@@ -93,7 +100,13 @@ class SearchRound:
 
     def confusion_set(self) -> list[str]:
         """Effects that cannot be told from the winner."""
-        return confusion_set(self.ranking, self.simulated)
+        first = self.ranking[0]
+        told = confusion_set(self.ranking, self.simulated)
+        return [f.name for name in told for f in self.ranking if f.name == name and not self.just(first, f)]
+
+    def just(self, part: Fit, whole: Fit) -> bool:
+        """Return whether an effect contributes the same as another one that it contains, so that nothing speaks for it."""
+        return whole.name in self.by_parts and is_part(part, whole) and alike(part, whole) > TWINS
 
     def beyond_base(self, values: FloatArray) -> FloatArray:
         """Return the part of a contribution to mu in the bins that the base, fitted as usual, cannot follow."""
@@ -122,6 +135,8 @@ def _smooth_columns(campaign: Campaign) -> FloatArray:
     columns = []
     if tests >= 8:
         columns.append(np.column_stack([z, z**2]))
+        if campaign.varies("v_rel"):  # laws of speed run over decades
+            columns.append(_log_speed(campaign))
     if tests >= 30:
         columns.append(polynomial_columns(campaign, 2))
     if tests >= 60:
@@ -129,6 +144,12 @@ def _smooth_columns(campaign: Campaign) -> FloatArray:
     within = campaign.distance[:, None] / max(float(campaign.distance.max()), 1e-300)
     columns.append(np.column_stack([within, np.sqrt(within), np.exp(-within / 0.03), np.exp(-within / 0.1)]))
     return np.column_stack(columns)
+
+
+def _log_speed(campaign: Campaign) -> FloatArray:
+    """Return the speed at every point on the scale of its curves, centred and scaled, shape (n, 1)."""
+    w = on_scale("v_rel", campaign.loads.v_rel)
+    return ((w - w.mean()) / max(float(w.std()), 1e-12))[:, None]
 
 
 def distrust_outliers(campaign: Campaign, base: BaseLaw) -> NoiseFloor | None:
@@ -213,14 +234,14 @@ def search(
         prepared, project, null_noise(unexplained, campaign.place[campaign.test], freedom, rng, REPLICATES)
     )
     null = maximum_gains(prepared, simulated) if prepared else np.zeros(1)
+    ranking = FormErrors(campaign, whiten, project).ranked(rank(prepared, residual), residual)
+    by_parts = shown_by_parts(campaign, ranking, residual, whiten, project)
+    ranking = parts_first(simple_first(ranking), by_parts)
     return SearchRound(
         floor=floor,
         residual=residual,
         candidates=prepared,
-        ranking=varied_first(
-            campaign,
-            simple_first(FormErrors(campaign, whiten, project).ranked(rank(prepared, residual), residual)),
-        ),
+        ranking=varied_first(campaign, ranking),
         null=null,
         simulated=simulated,
         whiten=whiten,
@@ -229,6 +250,7 @@ def search(
         y=y,
         count=campaign.count,
         freedom=freedom,
+        by_parts=by_parts,
     )
 
 

@@ -7,19 +7,26 @@ import asyncio
 from nicegui import ui
 
 from .. import commands
+from ..project import Project
 from .frame import page_head
 from .parts import action, badge, choice, empty, line, section, words
 from .parts import button as press
+from .residuals import show_residuals
 from .view import View
 
 #: Constant coefficients of friction that stand beside models: the usual ones of the literature.
 CONSTANTS = ("0.04", "0.08")
 
 
+def own_models(project: Project) -> list[str]:
+    """Return the friction models of a project, as commands name them: folders, ONNX files, FMUs."""
+    return [project.relative(p) for p in (*project.models(), *project.onnx_models(), *project.fmus())]
+
+
 async def show(view: View) -> None:
     """Show the page."""
     project = view.project
-    own = [project.relative(p) for p in (*project.models(), *project.fmus())]
+    own = own_models(project)
     page_head(
         "Compare models",
         "Errors with intervals, measured against predicted, test by test - on the tests that were held out, where there are some.",
@@ -49,6 +56,8 @@ async def show(view: View) -> None:
         badge(page)
     for found in page.sections:
         section(found)
+        if found.anchor == "errors":
+            await show_residuals(view, commands.comparison_points(story.data))
 
 
 def _ask(view: View, own: list[str], data: str) -> None:

@@ -1,32 +1,69 @@
-"""Explore: friction over distance, time or any load, coloured by whatever was recorded."""
+"""Explore: friction over distance, time or any load, loads against loads; what is picked in one picture is picked in all."""
 
 from __future__ import annotations
 
 import asyncio
-from functools import lru_cache
-from pathlib import Path
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import Any
 
-from nicegui import ui
+from nicegui import events, ui
+
+from friction_models.common.markup import table
+from friction_models.loads import LOAD_NAMES, DataSet
 
 from ...report.reading import ReadFigure
 from .. import commands
-from ..figures import as_read
+from ..explore_figures import Sample, cloud, sample, summary
+from ..loaded import loaded
 from .frame import page_head
-from .parts import choice, empty, picture
+from .parts import button, choice, empty, gone, say, words
 from .view import View
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 #: Columns that name things or stand for the table itself.
-_NO_AXES = {"test_id"}
+_NO_AXES = {"test_id", "test_number"}
+#: Names of tests that are written out.
+_NAMED = 12
+#: What is picked in one picture is picked in all: pictures have the same curves of points, so that numbers of points agree.
+#: With `whole` all points of the tests are picked. The server hears which tests these are, and not the points.
+_BRUSH = """
+(e) => {
+  // Marking points makes pictures report a change of their own: that is no new choice.
+  if (window.tribofmuBrushing) return;
+  window.tribofmuBrushing = true;
+  const done = [];
+  const ids = %(ids)s, whole = %(whole)s, own = getElement(%(own)d).$el;
+  const clouds = (el) => el._fullData.map((t, k) => k).filter((k) => el._fullData[k].customdata);
+  const mine = clouds(own), picked = mine.map(() => []), tests = new Set();
+  const points = (e && e.points) || [];
+  for (const p of points) {
+    const k = mine.indexOf(p.curveNumber);
+    if (k < 0) continue;
+    picked[k].push(p.pointNumber); tests.add(own._fullData[p.curveNumber].customdata[p.pointNumber]);
+  }
+  if (whole && tests.size) mine.forEach((k, n) => {
+    const of = own._fullData[k].customdata, all = [];
+    for (let i = 0; i < of.length; i++) if (tests.has(of[i])) all.push(i);
+    picked[n] = all;
+  });
+  for (const id of ids) {
+    const plot = getElement(id);
+    if (!plot || !plot.Plotly) continue;
+    const rest = plot.$el === own && !whole ? {} : {selections: []};
+    done.push(plot.Plotly.update(plot.$el, {selectedpoints: tests.size ? picked : [null]}, rest, clouds(plot.$el)));
+  }
+  Promise.allSettled(done).then(() => setTimeout(() => { window.tribofmuBrushing = false }, 200));
+  emit([...tests].map(Number));
+}
+"""
 
 
 async def show(view: View) -> None:
     """Show the page."""
     project = view.project
-    page_head("Explore the measurements", "Every point is one of a test; hover over it to see which.")
+    page_head(
+        "Explore the measurements",
+        "Draw a frame around points: the same tests light up in every picture. Click twice to let them go.",
+    )
     sets = [project.relative(p) for p in project.data_sets()]
     if not sets:
         empty(
@@ -36,74 +73,131 @@ async def show(view: View) -> None:
     story = view.story()
     data = view.query.get("data", story.data)
     data = data if data in sets else sets[0]
-    frame = await asyncio.to_thread(_frame, project.inside(data))
-    numbers = [c for c in frame.columns if frame[c].dtype.kind in "fiu" and c not in _NO_AXES]
-    colors = [c for c in frame.columns if c not in _NO_AXES]
-    chosen = {
-        "x": "sd" if "sd" in numbers else numbers[0],
-        "y": "mu" if "mu" in numbers else numbers[-1],
-        "color": "v_rel" if "v_rel" in colors else "",
-    }
+    dataset = await asyncio.to_thread(loaded, project.inside(data))
+    await _Explorer(view, dataset, sets, data).build()
 
-    async def draw() -> None:
-        figure = await asyncio.to_thread(
-            _figure, project.inside(data), chosen["x"], chosen["y"], chosen["color"]
-        )
-        place.clear()
-        with place:
-            picture(figure, narrow=True)
 
-    async def changed(name: str, value: object) -> None:
-        chosen[name] = str(value or "")
-        await draw()
+class _Explorer:
+    """Choices, pictures and what is picked."""
 
-    with ui.element("div").classes("choices"):
-        choice(
-            "Measurements", {s: commands.short(s) for s in sets}, data,
-            lambda v: ui.navigate.to(f"/explore?data={v}"),
+    def __init__(self, view: View, dataset: DataSet, sets: list[str], data: str) -> None:
+        self.view, self.dataset, self.sets, self.data = view, dataset, sets, data
+        self.found: Sample = sample(dataset)
+        columns = [c for c in self.found.frame.columns if c not in _NO_AXES]
+        self.colors = columns
+        self.numbers = [c for c in columns if self.found.frame[c].dtype.kind in "fiu"]
+        loads = [n for n in LOAD_NAMES if n in self.numbers and n != "sd"]
+        first = next((c for c in ("sd", "t", *loads) if c in self.numbers), self.numbers[0])
+        self.chosen: dict[str, Any] = view.kept.setdefault(
+            f"explore {data}",
+            {
+                "x": first, "y": "mu" if "mu" in self.numbers else self.numbers[-1],
+                "color": "v_rel" if "v_rel" in columns else "", "a": (loads or self.numbers)[0],
+                "b": (loads or self.numbers)[1 % len(loads or self.numbers)], "tests": "", "whole": True,
+            },
         )  # fmt: skip
-        choice("Across", numbers, chosen["x"], lambda v: changed("x", v))
-        choice("Up", numbers, chosen["y"], lambda v: changed("y", v))
-        choice(
-            "Colour",
-            {"": "one colour", **{c: c for c in colors}},
-            chosen["color"],
-            lambda v: changed("color", v),
+        self.asked = 0
+
+    async def build(self) -> None:
+        """Build the choices and the pictures."""
+        chosen, numbers = self.chosen, self.numbers
+        with ui.element("div").classes("choices"):
+            choice(
+                "Measurements", {s: commands.short(s) for s in self.sets}, self.data,
+                lambda v: ui.navigate.to(f"/explore?data={v}"),
+            )  # fmt: skip
+            choice("Up", numbers, chosen["y"], partial(self._set, "y"))
+            choice("Across", numbers, chosen["x"], partial(self._set, "x"))
+            choice("Colour", {"": "one colour", **{c: c for c in self.colors}}, chosen["color"], partial(self._set, "color"))  # fmt: skip
+        with ui.element("div").classes("choices"):
+            choice("Load across", numbers, chosen["a"], partial(self._set, "a"))
+            choice("Load up", numbers, chosen["b"], partial(self._set, "b"))
+            field = ui.input(
+                "Tests whose name holds",
+                value=chosen["tests"],
+                on_change=lambda e: self._set("tests", e.value),
+            )
+            field.props("outlined dense clearable").classes("choice")
+            ui.switch(
+                "Pick whole tests", value=chosen["whole"], on_change=lambda e: self._set("whole", e.value)
+            )
+        self.said = ui.element("div").props('role="status"')
+        self.place = ui.element("div")
+        self.picked = ui.element("section")
+        await self._draw()
+
+    async def _set(self, name: str, value: Any) -> None:
+        self.chosen[name] = value if isinstance(value, bool) else str(value or "")
+        self.asked += 1
+        mine = self.asked
+        if name == "tests":
+            await asyncio.sleep(0.4)
+        if mine == self.asked:
+            await self._draw()
+
+    async def _draw(self) -> None:
+        found, figures = await asyncio.to_thread(self._figures)
+        if gone(self.place):
+            return
+        self.found = found
+        self.place.clear()
+        self.picked.clear()
+        self.said.clear()
+        with self.said:
+            drawn = len(found.frame)
+            thinned = f", {drawn} of them drawn, evenly over each test" if drawn < found.whole else ""
+            made = "Synthetic data: " if self.dataset.synthetic else ""
+            say(f"{made}{found.whole} points of {len(found.tests)} tests{thinned}.", "soft")
+        if not figures:
+            with self.place:
+                empty("No test has such a name", "Empty the field with the name of the tests to see all.")
+            return
+        plots = []
+        with self.place, ui.element("div").classes("pictures"):
+            for figure in figures:
+                plots.append(_picture(figure))
+        ids = [p.id for p in plots]
+        for plot in plots:
+            script = _BRUSH % {"ids": ids, "whole": str(bool(self.chosen["whole"])).lower(), "own": plot.id}
+            for event in ("plotly_selected", "plotly_deselect"):
+                plot.on(event, self._picked, js_handler=script)
+
+    def _figures(self) -> tuple[Sample, list[ReadFigure]]:
+        c = self.chosen
+        found = sample(self.dataset, c["tests"])
+        if not len(found.frame):
+            return found, []
+        over_time = c["x"] in {"sd", "t"}
+        first = cloud(found, c["x"], c["y"], c["color"], lines=over_time)
+        return found, [first, cloud(found, c["a"], c["b"], c["color"], plan=True)]
+
+    def _picked(self, event: events.GenericEventArguments) -> None:
+        """Say which tests were picked."""
+        numbers = [n for n in event.args or [] if isinstance(n, int) and 0 <= n < len(self.found.tests)]
+        self.picked.clear()
+        if not numbers:
+            return
+        names = [self.found.tests[n] for n in sorted(numbers)]
+        more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+        with self.picked, ui.element("div").classes("panel"):
+            say(f"Picked: {', '.join(names[:_NAMED])}{more}")
+            words(table(["quantity", "range"], summary(self.found, numbers, self.chosen["y"]), narrow=True))
+            if (self.view.project.root / self.data).is_dir():
+                with ui.element("div").classes("buttons"):
+                    ui.link("Edit the test table", f"/measurements?tests={self.data}").classes("button")
+                    button("Let them go", self._draw)
+
+
+def _picture(figure: ReadFigure) -> ui.plotly:
+    frame = ui.element("div").classes("plot narrow")
+    frame.props.update({"role": "figure", "aria-label": figure.description})
+    with frame:
+        config = {
+            "responsive": True, "displaylogo": False, "scrollZoom": True,
+            "modeBarButtons": [["select2d", "lasso2d", "zoom2d", "pan2d", "resetScale2d", "toImage"]],
+        }  # fmt: skip
+        plot = ui.plotly(
+            {"data": figure.data, "layout": {**figure.layout, "autosize": True}, "config": config}
         )
-    place = ui.element("div")
-    await draw()
-
-
-def _frame(path: Path) -> pd.DataFrame:
-    """Return the points with the metadata of their tests, read once for as long as the files stay as they are."""
-    return _read(path, _stamp(path))
-
-
-def _stamp(path: Path) -> tuple[float, ...]:
-    files = [path / "points.csv", path / "tests.csv"] if path.is_dir() else [path]
-    return tuple(f.stat().st_mtime for f in files if f.is_file())
-
-
-@lru_cache(maxsize=2)
-def _read(path: Path, stamp: tuple[float, ...]) -> pd.DataFrame:
-    from friction_models.loads import DataSet
-
-    dataset = DataSet.load(path, need_mu=False)
-    if dataset.tests is None:
-        return dataset.points
-    more = dataset.tests.reset_index() if "test_id" not in dataset.tests.columns else dataset.tests
-    columns = ["test_id", *(c for c in more.columns if c not in dataset.points.columns)]
-    return dataset.points.merge(more[columns], on="test_id", how="left")
-
-
-def _figure(path: Path, x: str, y: str, color: str) -> ReadFigure:
-    from ...report.charts.points import MOST, points_chart
-
-    frame = _frame(path)
-    columns = ["test_id", *dict.fromkeys(c for c in (x, y, color) if c)]
-    clean = frame[columns].dropna()
-    thinned = f", thinned to {MOST}" if len(clean) > MOST else ""
-    chart = points_chart(clean, x, y, color)
-    return as_read(
-        "explore", chart, f"{len(clean)} points{thinned}.", f"{y} over {x}, coloured by {color or 'nothing'}."
-    )
+        plot.style(f"width: 100%; height: {int(figure.layout.get('height') or 380)}px")
+    return plot

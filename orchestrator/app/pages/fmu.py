@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
+from functools import partial
+from typing import Any
 
 from nicegui import ui
 
 from friction_models.common.markup import escape
 
 from .. import commands
+from ..fmu_commands import MOST_NODES, SWITCHES, TARGETS, PackOptions, pack, platform_names
+from ..serving import has_page, page_address
 from ..worker import DONE, FAILED, Job
 from .frame import page_head
 from .parts import action, choice, download, empty, heading, line, say
@@ -22,7 +27,8 @@ async def show(view: View) -> None:
         "Take the model away",
         "A friction FMU runs in any simulator that loads FMI 2.0 or 3.0. It needs no Python and no other file.",
     )
-    models = [view.project.relative(p) for p in view.project.models()]
+    project = view.project
+    models = [project.relative(p) for p in (*project.models(), *project.onnx_models())]
     if not models:
         empty(
             "There is no model to pack yet",
@@ -46,25 +52,47 @@ def _sizes(view: View) -> list[tuple[str, int]]:
 
 def _pack(view: View, models: list[str], model: str) -> None:
     """Show the options and the button, whose command line follows them."""
-    chosen = {"model": model, "fmi": "2.0", "nodes": "1"}
+    kept: dict[str, Any] = view.kept.setdefault("fmu", {"model": model, "options": PackOptions()})
+    if kept["model"] not in models:
+        kept["model"] = model
 
     @ui.refreshable
     def button() -> None:
-        command = commands.pack(chosen["model"], chosen["fmi"], int(chosen["nodes"]))
+        options: PackOptions = kept["options"]
+        if problem := options.problem():
+            say(problem, "problem")
+            return
+        command = pack(kept["model"], options)
         with ui.element("div").classes("action"):
             press("Pack as FMU", lambda: view.run(command), "first")
             line(command)
 
-    def changed(name: str, value: str) -> None:
-        chosen[name] = value
+    def changed(name: str, value: Any) -> None:
+        if name == "model":
+            kept["model"] = value
+        else:
+            kept["options"] = replace(kept["options"], **{name: value})
         button.refresh()
 
+    options: PackOptions = kept["options"]
     with ui.element("div").classes("choices"):
-        choice("Model", {m: commands.short(m) for m in models}, model, lambda v: changed("model", v))
-        choice("FMI version", ["2.0", "3.0"], "2.0", lambda v: changed("fmi", v))
-        nodes = ui.number("Contact points", value=1, min=1, max=100_000, precision=0)
+        choice("Model", {m: commands.short(m) for m in models}, kept["model"], partial(changed, "model"))
+        choice("FMI version", ["2.0", "3.0"], options.fmi, partial(changed, "fmi"))
+        nodes = ui.number("Contact points", value=options.nodes, min=1, max=MOST_NODES, precision=0)
         nodes.props("outlined dense").classes("choice")
-        nodes.on_value_change(lambda e: changed("nodes", str(int(e.value or 1))))
+        nodes.on_value_change(lambda e: changed("nodes", int(e.value or 1)))
+    with ui.expansion("More options").classes("other"):
+        with ui.element("div").classes("choices"):
+            choice("Runs as", TARGETS, options.target, partial(changed, "target"))
+            names = choice(
+                "Platforms (none: this machine's)", {n: n for n in platform_names()}, list(options.platforms),
+                lambda v: changed("platforms", tuple(v)), multiple=True,
+            )  # fmt: skip
+            names.props("use-chips").style("min-width: 270px")
+        for name, words in SWITCHES.items():
+            ui.checkbox(
+                words, value=getattr(options, name), on_change=lambda e, n=name: changed(n, bool(e.value))
+            )
     button()
 
 
@@ -75,6 +103,9 @@ def _file(view: View, path: str, size: int) -> None:
         say(f"{size / 1000:.0f} kB", "soft")
         with ui.element("div").classes("buttons"):
             download(path, "Download")
+            if has_page(view.project.inside(path)):
+                page = ui.link("Read its page", page_address(path), new_tab=True)
+                page.classes("button").props('rel="noopener"')
         action(view, check, "Check it")
         job = view.worker.last(check.arguments)
         if job is not None and job.state in {DONE, FAILED}:

@@ -16,15 +16,17 @@ from friction_models.common.errors import shown
 from friction_models.common.markup import escape
 
 from .. import history
+from ..commands import Command
 from ..project import HISTORY, Project
 from ..worker import CANCELLED, FAILED, RUNNING, Job, Worker
-from .parts import button, empty, heading, say
+from .parts import button, empty, gone, heading, say
 from .view import View
 
 #: Address, name and module of each page.
 PAGES = (
     ("/", "What is missing", "missing"),
     ("/compare", "Compare", "compare"),
+    ("/forming", "Forming", "forming"),
     ("/fmu", "FMU", "fmu"),
     ("/explore", "Explore", "explore"),
     ("/measurements", "Measurements", "measurements"),
@@ -35,6 +37,12 @@ LOOKS = {"auto": None, "light": False, "dark": True}
 TICK = 0.15
 #: How long the answer of the server waits for what the page shows [s].
 AT_ONCE = 1.0
+#: A picture that leaves the page while it is being sized has nothing to size any more; plotly calls that an error.
+_HIDDEN_PICTURES = """
+addEventListener('unhandledrejection', (event) => {
+  if (String(event.reason?.message ?? event.reason).includes('Resize must be passed a displayed plot div')) event.preventDefault();
+});
+"""
 
 
 class Workbench:
@@ -48,7 +56,7 @@ class Workbench:
         """Build the page of an address."""
         path = request.url.path.rstrip("/") or "/"
         found = next((p for p in PAGES if p[0] == path), None)
-        ui.add_head_html(f"<style>{self.style}</style>")
+        ui.add_head_html(f"<style>{self.style}</style><script>{_HIDDEN_PICTURES}</script>")
         ui.page_title(f"{found[1] if found else 'No such page'} - {self.project.title}")
         look = request.cookies.get("tribofmu-look", "auto")
         mode = ui.dark_mode(LOOKS.get(look))
@@ -57,6 +65,8 @@ class Workbench:
         view = View(self.project, self.worker, dict(request.query_params), strip.show)
 
         async def fill() -> None:
+            if gone(content):
+                return
             content.clear()
             with content:
                 if found is None:
@@ -68,6 +78,8 @@ class Workbench:
                 except InputError as error:
                     empty("This cannot be shown", str(error), ("Reports and history", "/reports"))
                 except Exception as error:
+                    if gone(content):
+                        return
                     # A file that nobody foresaw must not leave half a page: the rest of the workbench goes on.
                     logging.getLogger("tribofmu.app").exception("page %s", path)
                     content.clear()
@@ -120,14 +132,18 @@ class Strip:
             key=lambda j: j.number,
             default=None,
         )
-        if not current and last is None:
+        interrupted = self.worker.interrupted
+        if not current and last is None and not interrupted:
             if self.seen:
                 self.bar.clear()
             self.seen = ()
             self.bar.set_visibility(False)
             return
         self.bar.set_visibility(True)
-        seen = tuple((j.number, j.state, j.saying, j.progress) for j in (*current, *([last] if last else [])))
+        seen = (
+            *((j.number, j.state, j.saying, j.progress) for j in (*current, *([last] if last else []))),
+            *(c.line for c in interrupted),
+        )
         if seen != self.seen:
             self.seen = seen
             self.bar.clear()
@@ -136,6 +152,8 @@ class Strip:
                     self._current(current)
                 elif last is not None:
                     self._failed(last)
+                else:
+                    self._interrupted(interrupted[0])
         elif self.time is not None and current:
             self.time.set_text(_time(current[0]))
 
@@ -161,6 +179,19 @@ class Strip:
                 f"<strong>{escape(job.command.title)}</strong>: {escape(said)}", sanitize=False, tag="span"
             ).classes("soft" if job.state == CANCELLED else "problem")
             button("Close", lambda: self._dismiss(job), "plain")
+
+    def _interrupted(self, command: Command) -> None:
+        """Offer what a workbench before did not finish."""
+        with ui.element("div").classes("job"):
+            said = f"<strong>{escape(command.title)}</strong> was interrupted when the workbench ended."
+            ui.html(said, sanitize=False, tag="span")
+            button("Go on", lambda: self._go_on(command), "plain")
+            button("Leave it", lambda: self.worker.leave(command), "plain")
+        ui.label(command.line).classes("soft saying")
+
+    def _go_on(self, command: Command) -> None:
+        self.worker.start(command)
+        self.show()
 
     def _dismiss(self, job: Job) -> None:
         self.dismissed = job.number

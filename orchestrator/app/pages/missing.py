@@ -7,6 +7,7 @@ from typing import Any
 
 from nicegui import ui
 
+from friction_models.common.errors import shown
 from friction_models.common.files import read_json
 
 from ...report.reading import ReadPage
@@ -120,6 +121,7 @@ def _offers(view: View, story: Story, answer: dict[str, Any], named: list[str]) 
         action(
             view, commands.refine(story.data, story.model, named), f"Add {' and '.join(named)}", first=True
         )
+    _formulas(view, story, answer, first=not named)
     rivals = [e for e in effect_names(answer.get("confusion_set")) if e not in named]
     ranked = answer.get("ranking")
     ranking = effect_names([r.get("effect") for r in ranked or [] if isinstance(r, dict)])
@@ -131,6 +133,31 @@ def _offers(view: View, story: Story, answer: dict[str, Any], named: list[str]) 
     with ui.expansion("Add another effect").classes("other"):
         for effect in others:
             action(view, commands.refine(story.data, story.model, [effect]), f"Add {effect}")
+
+
+def _formulas(view: View, story: Story, answer: dict[str, Any], first: bool) -> None:
+    """Offer empirical terms: curves without a law behind them, for what the catalogue does not explain."""
+    offers = answer.get("formulas")
+    found = [(o, effect_names(o.get("add"))) for o in offers if isinstance(o, dict)] if isinstance(offers, list) else []  # fmt: skip
+    found = [(offer, names) for offer, names in found if names]
+    if not found:
+        return
+    heading("Curves that would help", 3)
+    say(
+        "No law stands behind these empirical terms; they fade out beyond the tested loads. What each removes was judged on tests "
+        "that took no part in choosing it.",
+        "soft",
+    )
+    for number, (offer, names) in enumerate(found[:_OFFERED]):
+        share, interval = offer.get("share"), offer.get("interval")
+        removes = ""
+        if isinstance(share, float) and isinstance(interval, list) and len(interval) == 2:
+            low, high = (f"{100 * v:.0f}" if isinstance(v, int | float) else "?" for v in interval)
+            removes = f" It removes {100 * share:.0f} % [{low} to {high} %] of the error that can be avoided."
+        say(f"{shown(offer.get('equation', ''), 300)}.{removes}")
+        action(
+            view, commands.refine(story.data, story.model, names), f"Add {' and '.join(names)}", first=first and number == 0
+        )  # fmt: skip
 
 
 def _candidate(view: View, story: Story) -> None:

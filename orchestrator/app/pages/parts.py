@@ -5,14 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from nicegui import ui
+from nicegui import events, ui
 
 from friction_models.common.markup import escape
 
 from ...report.reading import Part, ReadFigure, ReadPage, ReadSection
 from ..commands import Command
 from ..serving import address
+from .stepped import has_slider, stepped
 from .view import View
+
+
+def gone(element: ui.element) -> bool:
+    """Whether the tab of an element was closed, or went to another page, while something was computed for it."""
+    try:
+        return element.is_deleted or element.client.is_deleted
+    except RuntimeError:  # nothing is left of the tab
+        return True
 
 
 def words(text: str, kind: str = "") -> ui.html:
@@ -31,9 +40,21 @@ def heading(text: str, level: int = 2) -> None:
         ui.html(escape(text), sanitize=False, tag="span")
 
 
-def picture(figure: ReadFigure, narrow: bool = False) -> None:
-    """Show a figure of a report; a `narrow` one fits a phone, others are moved sideways there."""
-    drawing(figure.data, figure.layout, figure.description).classes("narrow" if narrow else "")
+def picture(
+    figure: ReadFigure,
+    narrow: bool = False,
+    pressed: Callable[[events.GenericEventArguments], None] | None = None,
+) -> None:
+    """Show a figure of a report; a `narrow` one fits a phone, others are moved sideways there.
+
+    `pressed` is called with plotly's event of a click on a point.
+    """
+    if has_slider(figure):
+        stepped(figure)
+    else:
+        frame = drawing(figure.data, figure.layout, figure.description).classes("narrow" if narrow else "")
+        if pressed is not None:
+            frame.default_slot.children[0].on("plotly_click", pressed, ["points"])
     if figure.caption:
         words(figure.caption, "caption")
 

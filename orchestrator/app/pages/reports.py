@@ -10,9 +10,10 @@ from nicegui import ui
 from friction_models.common.markup import table
 
 from .. import history
+from ..forming_commands import STORY, story
 from ..serving import address
 from .frame import page_head
-from .parts import download, empty, heading, say, words
+from .parts import action, download, empty, heading, say, words
 from .view import View
 
 #: Most lines of the history that are shown.
@@ -34,8 +35,13 @@ async def show(view: View) -> None:
             "Diagnosing, adding and comparing write one each.",
             ("What is missing", "/"),
         )
+    _story(view, [view.project.relative(p) for p in reports])
+    if reports:
+        heading("Reports of the commands")
     for path in reports:
         name = view.project.relative(path)
+        if name == STORY:
+            continue
         with ui.element("div").classes("buttons"):
             target = ui.link(path.stem.replace("-", " "), address(name, read=True), new_tab=True).classes(
                 "button"
@@ -57,6 +63,25 @@ async def show(view: View) -> None:
     words(table(["time (UTC)", "what", "command", "outcome"], rows))
     if len(lines) > _LINES:
         say(f"The last {_LINES} of {len(lines)} lines; all are in history.jsonl.", "soft")
+
+
+def _story(view: View, reports: list[str]) -> None:
+    """Offer the page that tells all in one, and show where it is."""
+    if not reports and not view.project.data_sets():
+        return
+    with ui.element("section").classes("panel"):
+        heading("The story of this project")
+        say(
+            "One page with what was measured, what the models missed, what was added, packed and formed. It works offline and "
+            "can be given away.",
+            "soft",
+        )
+        if STORY in reports:
+            with ui.element("div").classes("buttons"):
+                read = ui.link("Read the story", address(STORY, read=True), new_tab=True)
+                read.classes("button").props('rel="noopener"')
+                download(STORY, "Download the story")
+        action(view, story(), "Tell it again" if STORY in reports else "Tell the story", STORY not in reports)
 
 
 def _told(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from ...report.reading import ReadPage, read_page
@@ -28,12 +28,15 @@ class View:
         What stands behind the question mark of the address.
     started : callable
         Shows at once that a command was started.
+    kept : dict
+        What was filled in and not saved yet: the page is built anew when a command ends.
     """
 
     project: Project
     worker: Worker
     query: Mapping[str, str]
     started: Callable[[], None]
+    kept: dict[str, Any] = field(default_factory=dict)
 
     def lines(self) -> list[dict[str, Any]]:
         """Return the history."""

@@ -2,26 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from friction_models.common import InputError, unknown_name
+from friction_models.common import InputError, atomic_path, unknown_name
 
 from ..common.console import keeping, progress, say, write_page, write_result
 from ..common.files_named import Commands, Reads, Writes
-from ..common.options import Isolate, Jobs, Json, Names, Report, Tests, fitted_model, given_names, read_data
+from ..common.options import (
+    Isolate,
+    Jobs,
+    Json,
+    Names,
+    Report,
+    Tests,
+    fitted_model,
+    given_names,
+    key_values,
+    read_data,
+)
 
 if TYPE_CHECKING:
     from fmus.runtime.foreign_friction import GivenNames
     from fmus.runtime.friction_names import FrictionNames
 
     from ...comparison.in_one_system import RunsComparison
+    from ...comparison.in_process import FormingPlan, LevelsOfProcess
     from ...comparison.on_press import ForcesComparison
     from ...comparison.on_tests import TestsComparison
     from ...comparison.press_study import PressResults, PressStudy
+    from ...force_curves.forces import ForceCurve
 
 app = Commands(rich_markup_mode="rich")
 
@@ -29,7 +43,9 @@ app = Commands(rich_markup_mode="rich")
 @app.command(
     epilog="Examples: tribofmu compare --models models/linear models/ffnn 0.08 --data data; with an FMU of others, formed at every "
     "level of a press: tribofmu compare --models models/linear supplier.fmu --names names.yaml --press press; in one forming run, "
-    "without measurements: tribofmu compare --system fre.yaml --models supplier.fmu models/linear 0.08 --report runs.html"
+    "without measurements: tribofmu compare --system fre.yaml --models supplier.fmu models/linear 0.08 --report runs.html; in a "
+    "process of ours at two levels: tribofmu compare --process fre --set half_angle=30 --level speed=5 --level speed=50,T_tool=100 "
+    "--models models/linear 0.08 --runs runs/fre --report rods.html"
 )
 def compare(
     models: Annotated[
@@ -46,7 +62,11 @@ def compare(
     tests: Tests = None,
     press: Annotated[
         Path | None,
-        typer.Option("--press", help="Folder of press curves: every model forms every level."),
+        typer.Option(
+            "--press",
+            help="Folder of press curves: every model forms every level. With --system or --process also the curve of one "
+            "level (CSV), under which the runs are laid.",
+        ),
     ] = None,
     system: Annotated[
         Path | None,
@@ -55,41 +75,90 @@ def compare(
             help="System (YAML or .ssp) that runs with every model: the runs are laid over each other.",
         ),
     ] = None,
+    process: Annotated[
+        str | None,
+        typer.Option(
+            "--process",
+            help="Forming process that runs with every model: fre, bce, upsetting or ring; its numbers with --set.",
+        ),
+    ] = None,
+    parameters: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="Parameter of the process: half_angle=45, material=16MnCr5. Repeatable."),
+        Reads(),
+    ] = None,
+    level: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--level",
+            help="Level at which the process runs: speed=50,T_tool=100. Repeatable; each is formed.",
+        ),
+    ] = None,
+    stroke: Annotated[
+        float | None,
+        typer.Option(help="Punch travel of the process [mm]; 20 mm, or what it allows, by default."),
+    ] = None,
+    local_errors: Annotated[
+        bool,
+        typer.Option(
+            "--local-errors",
+            help="For a system or process: run each model twice more with larger elements and state how far the loads at the "
+            "contact points may be off.",
+        ),
+    ] = False,
     names: Names = None,
     isolate: Isolate = None,
     runs: Annotated[
         Path | None,
-        typer.Option(help="For press curves or a system: keep the run folders here."),
+        typer.Option(help="For press curves, a system or a process: keep the run folders here."),
         Writes("STUDY"),
     ] = None,
     mode: Annotated[
-        str, typer.Option(help="For a system: gauss_seidel, jacobi or iterated.")
+        str, typer.Option(help="For a system or process: gauss_seidel, jacobi or iterated.")
     ] = "gauss_seidel",
     jobs: Jobs = None,
     json: Json = None,
     report: Report = None,
+    points: Annotated[
+        Path | None,
+        typer.Option(
+            "--points",
+            help="For a data set: also write its points with mu of every model (.csv or .parquet).",
+        ),
+        Writes(),
+    ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the bootstrap.", min=0)] = 0,
 ) -> None:
-    """Compare friction models: on tribometer tests, on press curves, or by runs of one system laid over each other."""
+    """Compare friction models: on tribometer tests, on press curves, or by forming runs laid over each other."""
     if data is not None and press is None and (data / "levels.csv").is_file():
         data, press = None, data
-    if data is None and press is None and system is None:
-        raise InputError(
-            "compare: neither --data nor --press nor --system is given; allowed: one of them, or several"
-        )
-    if data is None and tests is not None:
-        what = "runs of a system" if press is None else "press curves"
-        raise InputError(f"--tests {tests}: there are {what} only; allowed: with a data set of points")
-    if press is None and system is None and runs is not None:
-        raise InputError(
-            f"--runs {runs}: there are no press curves and no system; allowed: with --press or --system"
-        )
-    if press is not None and system is not None and runs is not None:
-        raise InputError(
-            f"--runs {runs}: both --press and --system are given; allowed: one of them with --runs"
-        )
+    curve = None
+    if press is not None and press.is_file() and (system is not None or process is not None):
+        curve, press = press, None
+    _check_options(data, tests, press, system, process, runs)
+    if points is not None and data is None:
+        raise InputError(f"--points {points}: there is no data set; allowed: with --data")
+    if points is not None and points.suffix not in {".csv", ".parquet"}:
+        raise InputError(f"{points}: suffix {points.suffix!r}, allowed: .csv, .parquet")
+    formed = {
+        "--set": bool(parameters),
+        "--level": bool(level),
+        "--stroke": stroke is not None,
+    }
+    for option, given_here in formed.items():
+        if given_here and process is None:
+            raise InputError(f"{option}: belongs to a forming process; allowed: with --process")
+    if local_errors and system is None and process is None:
+        raise InputError("--local-errors: there is no forming run; allowed: with --system or --process")
+    if curve is not None and len(level or []) > 1:
+        raise InputError(f"--press {curve}: the curve of one level; allowed: with one --level")
     named, given = _labels(models), given_names(models, names)
-    study = on_tests = on_press = ran = in_system = None
+    study = on_tests = on_press = ran = in_system = in_process = None
+    measured = None
+    if curve is not None:
+        from ...force_curves.forces import read_press_curve
+
+        measured = read_press_curve(curve)
     if press is not None:
         from ...comparison.press_study import PressStudy
 
@@ -97,6 +166,8 @@ def compare(
     found: dict[str, dict[str, object]] = {}
     if data is not None:
         on_tests = _compare_tests(named, given, data, tests, seed)
+        if points is not None:
+            _write_points(points, on_tests)
         found["tests"] = {"synthetic": on_tests.synthetic, **on_tests.to_dict()}
     if study is not None:
         called = {label: foreign.to_dict() for label, foreign in _foreign(named, given).items()}
@@ -107,21 +178,112 @@ def compare(
         found["press"] = {"synthetic": study.synthetic, "models": [], "failed": failed}
         found["press"] |= {} if on_press is None else on_press.to_dict()
     if system is not None:
-        in_system = _run_system(system, named, given, runs, mode, jobs)
+        in_system = _run_system(system, named, given, runs, mode, jobs, local_errors, measured)
         found["system"] = dict(in_system.to_dict())
+    if process is not None:
+        plan = _plan(process, parameters, level, stroke)
+        in_process = _run_process(plan, named, given, runs, mode, jobs, local_errors, measured)
+        found["process"] = dict(in_process.to_dict())
     if json is not None:
         # The first comparison is the file itself, the others stand in it by name.
         (_, first), *others = found.items()
         write_result(json, {**first, **dict(others)})
-    if on_tests is not None or on_press is not None or in_system is not None:
-        write_page(report, "comparison", on_tests, on_press, in_system)
+    formed_runs = [*([in_system] if in_system else []), *(in_process.levels.values() if in_process else [])]
+    if on_tests is not None or on_press is not None or formed_runs:
+        write_page(report, "comparison", on_tests, on_press, formed_runs)
     if ran is not None:
         ran.check(runs)
-    if in_system is not None and in_system.failed:
+    failures = {**(in_system.failed if in_system else {}), **(in_process.failures if in_process else {})}
+    if failures:
         from fmus.runtime.errors import SimulationError
 
-        label, error = next(iter(in_system.failed.items()))
-        raise SimulationError(f"{len(in_system.failed)} of the runs failed: {label}: {error[:300]}")
+        label, error = next(iter(failures.items()))
+        raise SimulationError(f"{len(failures)} of the runs failed: {label}: {error[:300]}")
+
+
+def _write_points(path: Path, found: TestsComparison) -> None:
+    """Write the points with mu of every model."""
+    frame = found.points()
+    with atomic_path(path) as temporary:
+        if path.suffix == ".csv":
+            frame.to_csv(temporary, index=False, lineterminator="\n")
+        else:
+            frame.to_parquet(temporary, index=False)
+    say(f"written: {path}")
+
+
+def _check_options(
+    data: Path | None,
+    tests: Path | None,
+    press: Path | None,
+    system: Path | None,
+    process: str | None,
+    runs: Path | None,
+) -> None:
+    """Refuse options that do not belong together."""
+    forming = {"--press": press, "--system": system, "--process": process}
+    given = [name for name, value in forming.items() if value is not None]
+    if data is None and not given:
+        raise InputError(
+            "compare: neither --data nor --press nor --system nor --process is given; allowed: one of them, or several"
+        )
+    if data is None and tests is not None:
+        what = "press curves" if press is not None else "runs of a system"
+        raise InputError(f"--tests {tests}: there are {what} only; allowed: with a data set of points")
+    if runs is not None and not given:
+        raise InputError(
+            f"--runs {runs}: there are no press curves, no system and no process; allowed: with --press, --system or --process"
+        )
+    if runs is not None and len(given) > 1:
+        both = "both " if len(given) == 2 else ""
+        raise InputError(
+            f"--runs {runs}: {both}{' and '.join(given)} are given; allowed: one of them with --runs"
+        )
+
+
+def _plan(
+    process: str, parameters: list[str] | None, level: list[str] | None, stroke: float | None
+) -> FormingPlan:
+    from ...comparison.in_process import FormingPlan
+
+    levels = [key_values(text.split(",")) for text in level or []]
+    values = key_values(parameters or [], ("material", "tool_material"))
+    return FormingPlan(process, values, levels or [{}], stroke)
+
+
+def _run_process(
+    plan: FormingPlan,
+    named: dict[str, str],
+    names: GivenNames,
+    runs: Path | None,
+    mode: str,
+    jobs: int | None,
+    local_errors: bool,
+    measured: Sequence[ForceCurve] | None,
+) -> LevelsOfProcess:
+    from ...comparison.in_process import LevelsOfProcess, compare_in_process
+
+    _check_mode(mode)
+    with keeping(lambda: _kept(runs)), progress("runs", says_time=True) as tick:
+        result = compare_in_process(plan, named, runs, _foreign(named, names), mode, jobs, tick, local_errors)
+    if measured is not None:
+        laid = {name: found.against(measured) for name, found in result.levels.items()}
+        result = LevelsOfProcess(laid, result.failed)
+    if result.synthetic:
+        say("synthetic data involved")
+    say(result.report())
+    return result
+
+
+def _kept(runs: Path | None) -> str:
+    return "what is finished is kept" if runs is not None else "nothing is kept without --runs FOLDER"
+
+
+def _check_mode(mode: str) -> None:
+    from ...cosim.master import MODES
+
+    if mode not in MODES:
+        raise unknown_name("mode", mode, MODES, "--mode")
 
 
 def _labels(models: list[str]) -> dict[str, str]:
@@ -137,19 +299,25 @@ def _foreign(named: dict[str, str], names: GivenNames) -> dict[str, FrictionName
 
 
 def _run_system(
-    system: Path, named: dict[str, str], names: GivenNames, runs: Path | None, mode: str, jobs: int | None
+    system: Path,
+    named: dict[str, str],
+    names: GivenNames,
+    runs: Path | None,
+    mode: str,
+    jobs: int | None,
+    local_errors: bool,
+    measured: Sequence[ForceCurve] | None,
 ) -> RunsComparison:
     from ...comparison.in_one_system import compare_in_system
-    from ...cosim.master import MODES
     from ...cosim.system import System
 
-    if mode not in MODES:
-        raise unknown_name("mode", mode, MODES, "--mode")
-    kept = "what is finished is kept" if runs is not None else "nothing is kept without --runs FOLDER"
-    with keeping(lambda: kept), progress("runs", says_time=True) as tick:
+    _check_mode(mode)
+    with keeping(lambda: _kept(runs)), progress("runs", says_time=True) as tick:
         result = compare_in_system(
-            System.load(system), named, runs, _foreign(named, names), mode, jobs, progress=tick
+            System.load(system), named, runs, _foreign(named, names), mode, jobs, tick, local_errors
         )
+    if measured is not None:
+        result = result.against(measured)
     if result.synthetic:
         say("synthetic data involved")
     say(result.report())

@@ -65,7 +65,7 @@ def diagnose(
 ) -> None:
     """Say which physical effect the model is missing: or that nothing is, or that the data cannot tell."""
     from friction_models.discovery import diagnose as search
-    from friction_models.discovery.changes import changes_text, read_diagnosis
+    from friction_models.discovery.answer.changes import changes_text, read_diagnosis
 
     earlier = None if after is None else read_diagnosis(after)
     friction = any_model(model, given_names([model], names))

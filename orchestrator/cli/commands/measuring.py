@@ -10,7 +10,7 @@ import typer
 
 from friction_models.common import InputError
 
-from ..common.console import keeping, progress, say
+from ..common.console import keeping, note, progress, say
 from ..common.files_named import Commands, Reads, Writes
 from ..common.options import Jobs, OutFolder
 
@@ -140,6 +140,79 @@ def twin(
         say(f"{remark['test_id']}: {remark['remark']}")
     if check:
         say(result.error_table())
+
+
+@app.command(epilog="Example: tribofmu points tables/ --map points.yaml -o data")
+def points(
+    files: Annotated[list[Path], typer.Argument(help="Tables of points, or a folder of them.")],
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", help="Data set to write; not needed with --dry-run."),
+        Writes("DATASET"),
+    ] = None,
+    columns: Annotated[
+        Path | None,
+        typer.Option("--map", help="YAML: which column is which load, units, limits, parts of file names."),
+    ] = None,
+    synthetic: Annotated[
+        bool, typer.Option("--synthetic", help="The values were computed and not measured.")
+    ] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Only show what was found, write nothing.")
+    ] = False,
+) -> None:
+    """Turn tables of points of any laboratory into a data set: names and units of the contract, and a test table.
+
+    Reads what `ingest` reads. Without --map the columns must be called as in a data set; --dry-run drafts a map.
+    """
+    from sct_twin.ingest.point_guess import describe_points
+    from sct_twin.ingest.point_tables import read_point_tables
+
+    if out is None and not dry_run:
+        raise InputError("points: -o is missing; allowed: the folder to write, or --dry-run")
+    source = files[0] if len(files) == 1 else files
+    with progress("reading") as tick:
+        if dry_run:
+            describe_points(source, columns, tick, say)
+            return
+        found = read_point_tables(source, columns, tick, synthetic)
+    assert out is not None
+    for text in found.notes:
+        note(text)
+    found.dataset.save(out)
+    say(f"data set written: {out} ({found.headline()})")
+
+
+@app.command(epilog="Example: tribofmu tests data --set t01:role=test --set 't0*:batch=A'")
+def tests(
+    data: Annotated[
+        Path,
+        typer.Argument(help="Folder with a test table (data set, campaign, measurements), or the table."),
+    ],
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="TEST:COLUMN=VALUE",
+            help="Value of a column for a test, or for all that a name with * fits; the empty text clears it.",
+        ),
+    ] = None,
+) -> None:
+    """Show the test table of a folder, or change what it says: role, batch, lubricant, any column.
+
+    The table before is kept in the folder `earlier` beside it. A column that is not there is added.
+    """
+    from friction_models.loads.tests_table import TableOfTests, read_change
+
+    table = TableOfTests.load(data)
+    if not changes:
+        say(table.text())
+        return
+    changed = table.changed(map(read_change, changes))
+    kept = changed.save()
+    say(f"test table written: {changed.file} ({table.difference(changed)})")
+    if kept is not None:
+        say(f"the table before: {kept}")
 
 
 def _kept(folder: Path) -> str:

@@ -45,6 +45,14 @@ Level = Annotated[
         "the model)."
     ),
 ]
+HonourLoads = Annotated[
+    bool,
+    typer.Option(
+        "--load-uncertainty/--ignore-load-uncertainty",
+        help="Honour standard uncertainties of the loads (columns u_sigma_n, u_psi, u_T): points whose loads are uncertain "
+        "weigh less.",
+    ),
+]
 
 
 @app.command(epilog="Example: tribofmu train polynomial --data data --set degree=2 -o models/polynomial")
@@ -66,12 +74,16 @@ def train(
     level: Annotated[
         float, typer.Option(help="Share of the points of new tests that the prediction interval is to hold.")
     ] = 0.95,
+    load_uncertainty: HonourLoads = True,
 ) -> None:
     """Train a friction model on the tests of the role `train` and save it with its model card."""
     model = named_model(family, parameters or [])
     dataset = read_data(data, tests)
     if dataset.select("train").points.empty:
         raise InputError(f"{data}: no test has the role 'train'; allowed: at least one")
+    if not load_uncertainty:
+        dataset = dataset.without_load_uncertainty()
+    from friction_models.models.effective_variance import honoured_sentence
     from friction_models.models.intervals import check_level
     from friction_models.models.model_card import tied_loads
     from friction_models.training import train as fit
@@ -81,6 +93,9 @@ def train(
     said = add_interval(model, dataset, level) if interval else ""
     model.save(out)
     say(result.report())
+    facts = model.card["data"]
+    if "load_uncertainty" in facts:
+        say(honoured_sentence(facts["load_uncertainty"], facts["points"]))
     if said:
         say(said)
     tied = tied_loads(model.card["data"])

@@ -37,7 +37,7 @@ def simulate(
         bool,
         typer.Option(
             "--local-errors",
-            help="Run once more with larger elements and state how far the loads at the contact points may be off.",
+            help="Run twice more with larger elements and state how far the loads at the contact points may be off.",
         ),
     ] = False,
     press: Annotated[

@@ -21,6 +21,8 @@ Tick = Callable[[int, int, str], None]
 
 #: Longest time without a line of progress where stderr is no terminal and work is being done [s].
 QUIET = 30.0
+#: Environment variable with another such time [s], for programs that show the progress.
+EVERY = "TRIBOFMU_PROGRESS_EVERY"
 
 
 class Interrupted(Exception):
@@ -77,11 +79,13 @@ def _interruptible(tick: Tick) -> Tick:
 def _plain(title: str, clock: Callable[[], float] = time.monotonic) -> Iterator[Tick]:
     """Print a line at every quarter, and whenever something was done half a minute after the last line."""
     shown, since = -1, clock()
+    every = os.environ.get(EVERY, "")
+    quiet = float(every) if every.isdigit() else QUIET
 
     def tick(done: int, total: int, what: str) -> None:
         nonlocal shown, since
         quarter, now = 4 * done // max(total, 1), clock()
-        if quarter > shown or now - since >= QUIET:
+        if quarter > shown or now - since >= quiet:
             shown, since = quarter, now
             print(f"{title}: {done}/{total} {what}".rstrip(), file=sys.stderr, flush=True)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from friction_models.common.markup import escape
 from friction_models.discovery import Diagnosis
-from friction_models.discovery.figures_data import LoadMap, effect_curve
+from friction_models.discovery.answer.figures_data import LoadMap, effect_curve
 from friction_models.loads.contract import with_unit
 
 from ..parts.chart import Chart

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from friction_models.discovery.figures_data import varied
-from friction_models.discovery.summaries import clustered_mean, load_bins
+from friction_models.discovery.answer.figures_data import varied
+from friction_models.discovery.answer.summaries import clustered_mean, load_bins
 from friction_models.loads import LOADS, FloatArray
 from friction_models.loads.contract import with_unit
 

@@ -120,6 +120,8 @@ class Chart:
             entry |= {"legendgroup": key} if key else {}
             entry["showlegend"] = bool(name) and key not in self._named
             self._named |= {key} if name else set()
+        elif self.legend and not name:
+            entry["showlegend"] = False
         return entry
 
     def axes(self, at: int, x: str = "", y: str = "", **both: Any) -> None:
@@ -214,3 +216,25 @@ def figure(name: str, chart: Chart, caption: str, description: str) -> str:
         f'<figure><div class="plot" role="img" aria-label="{escape(description)}">{chart.html(name)}</div>'
         f"<figcaption>{caption}</figcaption></figure>"
     )
+
+
+def figure_again(
+    name: str, data: Sequence[Any], layout: dict[str, Any], caption: str, description: str
+) -> str:
+    """Return the HTML of a chart that was read from a page (`orchestrator.report.reading`), for another page.
+
+    What plotly does not know is left out; its texts go through plotly, which shows no markup but its own few tags.
+
+    Examples
+    --------
+    >>> chart = Chart()
+    >>> chart.scatter(0, [0, 1], [0.1, 0.1], hover="%{y}")
+    >>> drawn = chart.figure.to_plotly_json()
+    >>> 'id="chart-again"' in figure_again("again", drawn["data"], drawn["layout"], "mu", "A level line.")
+    True
+    """
+    from plotly.graph_objects import Figure
+
+    chart = Chart()
+    chart.figure = Figure({"data": list(data), "layout": layout}, skip_invalid=True)
+    return figure(name, chart, caption, description)

@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import NotRequired, TypedDict
 
 from friction_models.common.markup import bullets, escape, paragraph, table
-from friction_models.discovery.figures_data import setpoints_text, where_text
-from friction_models.discovery.findings import ErrorBudget, RankedEffect, TestGroups, WorstTest
+from friction_models.discovery.answer.figures_data import setpoints_text, where_text
+from friction_models.discovery.answer.findings import ErrorBudget, RankedEffect, TestGroups, WorstTest
+from friction_models.discovery.answer.uncertain_loads import from_loads_text
+from friction_models.discovery.answer.wording import floor_source, p_text
 from friction_models.discovery.further_tests.next_tests import NextTest
-from friction_models.discovery.verdict import LEVEL
-from friction_models.discovery.wording import floor_source, p_text
+from friction_models.discovery.judge.verdict import LEVEL
 from friction_models.estimation.noise.noise_floor import NoiseFloorNumbers
 from friction_models.estimation.search.structure import StructurePlace
 
@@ -59,7 +60,7 @@ def budget_html(found: DiagnosisNumbers) -> str:
     """Return the error budget with the noise floor in words."""
     noise, named = found["noise_floor"], found["effects"]
     low, high = noise.get("interval") or (None, None)
-    source = floor_source(noise, named)
+    source = "; ".join(s for s in (floor_source(noise, named), from_loads_text(noise)) if s)
     interval = f" (95 % interval {low:.4f} to {high:.4f})" if low is not None and high is not None else ""
     floor, explained, missing = (found["error_budget"][k] or 0.0 for k in ("floor", "explained", "missing"))
     chart = figure(

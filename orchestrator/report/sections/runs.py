@@ -6,51 +6,109 @@ from friction_models.common.markup import bullets, escape, table
 from friction_models.loads import LOADS, MU
 from friction_models.loads.contract import with_unit
 
-from ...comparison.in_one_system import RunsComparison
+from ...comparison.in_one_system import RunsComparison, Totals
+from ...force_curves.forces import ForceComparison
+from ...force_curves.metrics import ScalarError
+from ..charts.contact import contact_chart
 from ..parts.chart import Chart
 from ..parts.page import Page
-from ..parts.theme import looks
+from ..parts.theme import PRESS, PRESS_BAND, looks
 
 
-def add_runs(page: Page, c: RunsComparison) -> None:
-    """Add table and charts of the runs to a page."""
-    rows = [
-        (
-            label, f"{total.max_force:.2f}", f"{total.work:.1f}",
-            "-" if total.friction_share is None else f"{100 * total.friction_share:.1f}",
-        )
-        for label, total in c.totals.items()
-    ]  # fmt: skip
+def add_runs(page: Page, c: RunsComparison, number: str = "") -> None:
+    """Add table and charts of the runs to a page; `number` tells the sections of several levels apart."""
+    where = f" ({c.system})" if number else ""
+    headings = ["model", "max force [kN]", "work [J]", "by friction [%]"]
+    against = ["max force against the press [%]", "work against the press [%]"] if c.press else []
+    caption = (
+        f"{c.system}, stroke {c.stroke[0]:.2f} to {c.stroke[1]:.2f} mm. By friction: one minus the work of the run without "
+        "friction over that of this one."
+        + (" Against the press: +- from the scatter of its repeats." if c.press else "")
+    )
     page.add(
-        "runs",
-        "Runs of one system",
+        f"runs{number}",
+        f"Runs of one system{where}",
         table(
-            ["model", "max force [kN]", "work [J]", "by friction [%]"], rows, numeric=range(1, 4),
-            caption=f"{c.system}, stroke {c.stroke[0]:.2f} to {c.stroke[1]:.2f} mm. By friction: one minus the work of the "
-            "run without friction over that of this one.",
+            [*headings, *against],
+            [(*_totals(label, total), *_errors(c.press.get(label))) for label, total in c.totals.items()],
+            numeric=range(1, 6),
+            caption=caption,
         ),
         bullets(c.remarks()),
-    )  # fmt: skip
+    )
+    press = " The press: mean of its repeats and their standard deviation." if c.press else ""
     page.plot(
-        "run-forces",
-        "Force over stroke",
+        f"run-forces{number}",
+        f"Force over stroke{where}",
         _forces(c),
-        "Punch force of every run, unfiltered.",
+        f"Punch force of every run, unfiltered.{press}",
         "Force over stroke of all models.",
     )
+    if c.contact:
+        distance = all(course.is_distance for course in c.contact.values())
+        place = (
+            "distance along the surface from its first contact point"
+            if distance
+            else "number of the contact point"
+        )
+        page.plot(
+            f"run-contact{number}",
+            f"Loads along the contact{where}",
+            contact_chart(c.contact),
+            f"Loads and mu over the {place}, at the stroke of the slider; gaps: no contact.",
+            "Loads and mu along the contact, one panel a load, at a stroke that can be chosen.",
+            _stated(c),
+        )
     if any(c.points.values()):
         page.plot(
-            "run-points",
-            "Loads and friction at points",
+            f"run-points{number}",
+            f"Loads and friction at points{where}",
             _points(c),
             "Contact points that touch the tool long, the same in every run; gaps: no contact.",
             "Loads and mu over stroke at contact points, one column a point.",
         )
 
 
+def _totals(label: str, total: Totals) -> tuple[str, ...]:
+    share = "-" if total.friction_share is None else f"{100 * total.friction_share:.1f}"
+    return label, f"{total.max_force:.2f}", f"{total.work:.1f}", share
+
+
+def _errors(found: ForceComparison | None) -> tuple[str, ...]:
+    return () if found is None else (_signed(found.max_force), _signed(found.work))
+
+
+def _signed(error: ScalarError) -> str:
+    spread = f" +- {100 * error.are_std:.1f}" if error.measured.repeats > 1 else ""
+    return f"{100 * error.signed:+.1f}{spread}"
+
+
+def _stated(c: RunsComparison) -> str:
+    """Return the table of stated errors of the loads, where they were asked for."""
+    if not c.errors:
+        return ""
+    return table(
+        ["model", "load", "median of the load", "its error, median", "9 of 10 errors are below"],
+        [
+            (label, with_unit(e.load), f"{e.middle:.3g}", f"{e.usual:.2g}", f"{e.high:.2g}")
+            for label, errors in c.errors.items()
+            for e in errors
+        ],
+        numeric=(2, 3, 4),
+        caption="Stated errors of the loads at the contact points because of the size of the elements, from two further runs with "
+        "larger ones.",
+    )
+
+
 def _forces(c: RunsComparison) -> Chart:
     chart = Chart()
     styles = looks(c.curves)
+    if c.press:
+        press = next(iter(c.press.values()))
+        low, high = press.measured - press.measured_std, press.measured + press.measured_std
+        chart.band(0, press.stroke, low, high, PRESS_BAND)
+        said = "press %{y:.1f} kN<extra></extra>"
+        chart.scatter(0, press.stroke, press.measured, "press", said, line={"color": PRESS, "width": 2.4})
     for label, curve in c.curves.items():
         said = "%{y:.1f} kN<extra>%{fullData.name}</extra>"
         chart.scatter(0, curve.stroke, curve.force, escape(label), said, line=styles[label])

@@ -10,7 +10,7 @@ from benchmarks.measured import page, tables, variants
 from benchmarks.measured.grade import grade
 from benchmarks.measured.origins import ORIGINS
 from benchmarks.measured.run import INVARIANCES, expected, over_budget, same, tempted
-from friction_models.discovery.diagnosis import VERDICTS
+from friction_models.discovery.answer.diagnosis import VERDICTS
 from friction_models.effects import CATALOGUE
 
 

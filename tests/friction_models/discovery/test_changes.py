@@ -10,7 +10,7 @@ import pytest
 from benchmarks.discovery_campaigns import campaign
 from friction_models.common import InputError
 from friction_models.discovery import diagnose
-from friction_models.discovery.changes import changes_text, read_diagnosis
+from friction_models.discovery.answer.changes import changes_text, read_diagnosis
 
 
 def test_more_tests_settle_what_few_could_not_and_the_text_says_so(tmp_path: Path) -> None:

@@ -11,9 +11,9 @@ import pytest
 from benchmarks.prior.campaigns import KINDS, campaign
 from benchmarks.prior.laws import LAWS, OUTSIDE
 from benchmarks.prior.study import fitted, kind_of, right
-from friction_models.discovery import confidence as module
 from friction_models.discovery import diagnose
-from friction_models.discovery.confidence import LIMITS, WEIGHTS, confidence
+from friction_models.discovery.judge import confidence as module
+from friction_models.discovery.judge.confidence import LIMITS, WEIGHTS, confidence
 from friction_models.effects import CATALOGUE
 from friction_models.loads import LOAD_NAMES
 

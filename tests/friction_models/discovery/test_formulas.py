@@ -20,7 +20,7 @@ from friction_models.discovery.formulas import selection
 from friction_models.discovery.formulas.bins import Bins
 from friction_models.discovery.formulas.grammar import terms
 from friction_models.discovery.formulas.search import Missing, offers
-from friction_models.discovery.unseen_tests import UnseenTests, folds_of_tests
+from friction_models.discovery.judge.unseen_tests import UnseenTests, folds_of_tests
 from friction_models.effects import CATALOGUE, EffectContext, known_effect, make_effect
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.search.base_law import base_law

@@ -16,6 +16,8 @@ from friction_models.common import InputError
 from friction_models.discovery import diagnose
 from orchestrator.cli.main import run
 
+from ..estimation_cases import measured
+
 LOADS = ["v_rel", "T", "sigma_n", "sd", "psi"]
 Answer = Callable[..., dict[str, Any]]
 
@@ -200,3 +202,17 @@ def test_what_no_effect_explains_is_placed_somewhere() -> None:
     assert 0.0 < place["share"] <= 1.0 and place["variables"]
     assert place["variables"][0] in answer.sentence
     assert place["shape"] in answer.report()
+
+
+def test_what_two_loads_that_move_together_do_is_not_said_of_one_of_them_for_sure() -> None:
+    rng = np.random.default_rng(4)
+    data = measured(rng, tests=30, points=10, between=0.001, sensor=0.0005)
+    law = 0.03 / (1.0 + (data["T"] / 60.0) ** 2)
+    free = diagnose(data.assign(mu=data["mu"] + law))
+    # speed and temperature set by the same handle
+    tied = data.assign(v_rel=data["T"] * (1.0 + 0.01 * rng.normal(size=30))[data["test_id"].factorize()[0]])
+    answer = diagnose(tied.assign(mu=data["mu"] + law))
+    assert free.verdict == "explained" and free.confidence > 0.5, free.sentence
+    of_speed = {"rising_speed", "stribeck", "viscous", "hersey", "flash_temperature", "rate_state"}
+    assert answer.confidence <= 0.5 or of_speed & {*answer.confusion_set}, answer.sentence
+    assert any("moves with v_rel" in w for w in answer.warnings)

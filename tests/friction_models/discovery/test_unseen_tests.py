@@ -9,8 +9,8 @@ import pytest
 from friction_models import LinearFriction
 from friction_models.common import InputError
 from friction_models.discovery import diagnose, refine
-from friction_models.discovery.error_budget import helps, lead
-from friction_models.discovery.unseen_tests import ErrorsByTest, UnseenTests, folds_of_tests
+from friction_models.discovery.judge.error_budget import helps, lead
+from friction_models.discovery.judge.unseen_tests import ErrorsByTest, UnseenTests, folds_of_tests
 from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.search.base_law import base_law

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from friction_models.loads import DataSet
 from orchestrator.app import history
 from orchestrator.app.project import HISTORY, Project
 from orchestrator.cli.main import run
@@ -22,7 +23,7 @@ pytest.importorskip("nicegui", reason="the extra [app] is not installed")
 sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium (Debian package chromium)")
-PATHS = ("", "compare", "fmu", "explore", "measurements", "reports")
+PATHS = ("", "compare", "forming", "fmu", "explore", "measurements", "reports")
 #: Longest wait for anything [ms]: far longer than it takes.
 PATIENCE = 60_000
 
@@ -157,16 +158,45 @@ def test_no_page_is_hard_to_read_or_to_reach(browser: Any, server: Served) -> No
             assert serious == [], (look, path)
 
 
-def test_a_file_is_brought_through_the_page(browser: Any, server: Served, tmp_path: Path) -> None:
+def test_a_file_is_brought_and_mapped_through_the_page(browser: Any, server: Served, tmp_path: Path) -> None:
     file = tmp_path / "own tests.csv"
-    file.write_text("test_id,v_rel,mu\n" + "".join(f"t{k},{10 + k},0.0{5 + k}\n" for k in range(4)))
+    file.write_text("run,v_m_s,COF\n" + "".join(f"t{k},{10 + k},0.0{5 + k % 4}\n" for k in range(12)))
     tab = Watched(browser, server)
     tab.visit("measurements")
     with tab.page.expect_file_chooser() as chooser:
-        tab.press("button", "Choose a file")
+        tab.press("button", "Choose files")
     chooser.value.set_files(file)
-    tab.page.get_by_role("heading", name="own-tests").wait_for()
-    assert (server.root / "data/own-tests.csv").read_bytes() == file.read_bytes()
+    tab.see("What each column is")
+    assert (server.root / "raw/own-tests/own-tests.csv").read_bytes() == file.read_bytes()
+    tab.see("12 tests, 12 points")
+    tab.press("button", "Make the data set")
+    tab.page.get_by_role("heading", name="Data set data/own-tests").wait_for()
+    points = DataSet.load(server.root / "data/own-tests").points
+    assert points["v_rel"].tolist() == [1000.0 * (10 + k) for k in range(12)]
+    assert tab.wrong == []
+
+
+def test_what_is_picked_in_one_picture_is_picked_in_all(browser: Any, server: Served) -> None:
+    tab = Watched(browser, server)
+    tab.page.goto(f"{tab.own}/explore?data=data/sct")
+    tab.page.locator(".js-plotly-plot .points").nth(1).wait_for(state="attached")
+    box = tab.page.locator(".js-plotly-plot .nsewdrag").first.bounding_box()
+    tab.page.mouse.move(box["x"] + 0.2 * box["width"], box["y"] + 0.3 * box["height"])
+    tab.page.mouse.down()
+    tab.page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 0.6 * box["height"], steps=4)
+    tab.page.mouse.up()
+    tab.see("Picked: ")
+    # Both pictures mark the same points: all those of the tests with a point in the frame.
+    marked = tab.page.evaluate(
+        "[...document.querySelectorAll('.js-plotly-plot')].map(p => p._fullData.filter(t => t.customdata)"
+        ".map(t => [...new Set(t.selectedpoints.map(k => t.customdata[k]))].sort().join()))"
+    )
+    assert marked[0] == marked[1] and marked[0][0]
+    counts = tab.page.evaluate(
+        "[...document.querySelectorAll('.js-plotly-plot')].map(p => p._fullData.find(t => t.customdata).selectedpoints.length)"
+    )
+    tests = len(marked[0][0].split(","))
+    assert counts == [24 * tests] * 2 and 0 < tests < 111
     assert tab.wrong == []
 
 

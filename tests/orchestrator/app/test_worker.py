@@ -2,15 +2,30 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 
+from friction_models.common.child_processes import python_command
 from orchestrator.app import history
 from orchestrator.app.commands import Command
 from orchestrator.app.project import HISTORY, WORK, Project
-from orchestrator.app.worker import CANCELLED, DONE, FAILED, RUNNING, Job, Worker, shown_line
+from orchestrator.app.worker import (
+    CANCELLED,
+    DONE,
+    FAILED,
+    RUNNING,
+    Job,
+    Worker,
+    interrupted_commands,
+    shown_line,
+)
 
 
 @pytest.fixture
@@ -100,3 +115,95 @@ def test_progress_and_time_left(example: Project) -> None:
     left = job.left()
     assert left is not None and 29.0 < left < 40.0
     assert job.saying == "note: 3 of 4"
+
+
+def test_a_command_whose_process_is_killed_ends_with_a_sentence(worker: Worker) -> None:
+    job = worker.start(
+        Command("Laboratory", ("lab", "--plan", "factorial-81", "-o", "campaigns/a", "--jobs", "1"))
+    )
+    wait(lambda: job.process is not None)
+    assert job.process is not None
+    os.kill(job.process.pid, signal.SIGKILL)
+    wait(lambda: job.ended)
+    assert job.state == FAILED and "was ended from outside (SIGKILL)" in job.problem()
+    assert worker.interrupted == []
+
+
+def test_what_a_killed_server_had_at_work_ends_with_it_and_is_completed_by_the_next(example: Project) -> None:
+    (example.root / "data/plan.csv").write_text(
+        "test_id,v_set,sigma_set,T_tool,psi_set\n" + "".join(f"a{k},{5 + k},800,20,1.069\n" for k in range(3))
+    )
+    arguments = ("lab", "--plan", "data/plan.csv", "-o", "campaigns/a", "--jobs", "1")
+    code = (
+        "from pathlib import Path; import time; from orchestrator.app.commands import Command;"
+        "from orchestrator.app.project import Project; from orchestrator.app.worker import Worker;"
+        f"w = Worker(Project.open(Path({str(example.root)!r}))); j = w.start(Command('Laboratory', {arguments!r}));"
+        "\nwhile j.process is None: time.sleep(0.01)\nprint(j.process.pid, flush=True); time.sleep(600)"
+    )
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as server:
+        assert server.stdout is not None
+        child = int(server.stdout.readline())
+        time.sleep(1.0)
+        server.kill()
+
+    def alive() -> bool:
+        try:
+            return "Z" not in Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()[0]
+        except OSError:
+            return False
+
+    wait(lambda: not alive())
+    assert not (example.root / "campaigns/a").exists()
+    again = Worker(example)
+    try:
+        (offered,) = again.interrupted
+        assert offered.arguments == arguments and offered.title == "Laboratory"
+        job = again.start(offered)
+        wait(lambda: job.ended)
+        assert job.state == DONE and again.interrupted == []
+    finally:
+        again.close()
+    assert len(list((example.root / "campaigns/a/raw").iterdir())) == 3
+    assert Worker(example).interrupted == []
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["rm -rf x", "tribofmu app x", "tribofmu pack m -o ../x", "tribofmu pack m --out=/x", "tribofmu pack m -o/x", "tribofmu 'x", "tribofmu check ~/x"],
+)  # fmt: skip
+def test_a_history_of_others_offers_nothing_that_leads_out(example: Project, line: str) -> None:
+    history.add(example.root / HISTORY, history.STARTED, job=1, command=line)
+    assert interrupted_commands(example) == []
+
+
+def test_a_quick_command_runs_beside_a_long_one_unless_they_share_files(worker: Worker) -> None:
+    lab = ("lab", "--plan", "factorial-81", "-o", "campaigns/a", "--jobs", "1")
+    long = worker.start(Command("Laboratory", lab))
+    other = worker.start(Command("Table", ("tests", "campaigns/a"), quick=True))
+    quick = worker.start(Command("Table", ("tests", "data/sct"), quick=True))
+    wait(lambda: quick.ended)
+    assert quick.state == DONE and long.state == RUNNING and other.state == "waiting"
+    worker.cancel(long)
+    wait(lambda: other.ended)
+    assert other.state == FAILED and "no such" in other.problem()
+
+
+def test_a_silent_command_is_interrupted_when_the_pipe_of_its_server_closes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "silent_sleeper.py").write_text(
+        "import time\ndef main():\n    try:\n        print('up', flush=True)\n        time.sleep(600)\n"
+        "    except KeyboardInterrupt:\n        raise SystemExit(130) from None\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    command = python_command("orchestrator.app.attached", "silent_sleeper")
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
+    ) as child:
+        assert child.stdin is not None and child.stdout is not None
+        try:
+            assert child.stdout.readline() == b"up\n"
+            child.stdin.close()
+            assert child.wait(60) == 130
+        finally:
+            child.kill()

@@ -23,6 +23,8 @@ COMMANDS = [
     "demo",
     "lab",
     "ingest",
+    "points",
+    "tests",
     "twin",
     "train",
     "evaluate",
@@ -34,6 +36,7 @@ COMMANDS = [
     "diagnose",
     "refine",
     "report",
+    "story",
     "app",
 ]
 Check = Callable[..., str]
@@ -211,6 +214,28 @@ def test_a_component_that_fails_is_a_failure_not_bad_input(
     assert "component 'friction' failed" in (tmp_path / "run" / "report.html").read_text().replace(
         "&#x27;", "'"
     )
+
+
+def test_train_honours_uncertain_loads_unless_told_not_to(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    frame = points()
+    DataSet(frame.assign(u_T=np.where(frame["test_id"] < "t3", 150.0, 1.0))).save(tmp_path / "data")
+    DataSet(frame).save(tmp_path / "without")
+    said, cards = {}, {}
+    for name, data, more in (
+        ("honoured", "data", []),
+        ("ignored", "data", ["--ignore-load-uncertainty"]),
+        ("plain", "without", []),
+    ):
+        words = ["train", "linear", "--data", tmp_path / data, "-o", tmp_path / name, *more]
+        assert run([str(word) for word in words]) == 0
+        said[name] = capsys.readouterr().out.replace(str(tmp_path / name), "")
+        cards[name] = json.loads((tmp_path / name / "card.json").read_text())
+    assert "Uncertain loads honoured: weights by effective variance, worth " in said["honoured"]
+    assert said["ignored"] == said["plain"]
+    assert cards["ignored"] == cards["plain"] != cards["honoured"]
+    assert "Uncertain loads honoured" in (tmp_path / "honoured" / "card.md").read_text()
 
 
 def test_train_evaluate_predict(place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -61,6 +61,7 @@ FOLDERS = {
     "simulate": "simulate system.yaml -o OUT",
     "lab": "lab --plan reduced-27 -o OUT",
     "ingest": "ingest raw -o OUT",
+    "points": "points data -o OUT",
     "twin": "twin campaign -o OUT",
     "train": "train linear --data data -o OUT",
     "refine": "refine --data data --model linear --add stribeck -o OUT",

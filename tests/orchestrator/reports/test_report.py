@@ -18,10 +18,10 @@ from friction_models import LinearFriction
 from friction_models.common import InputError, write_text
 from friction_models.common.markup import escape, table
 from friction_models.discovery import diagnose, refine
-from friction_models.discovery.figures_data import load_map
+from friction_models.discovery.answer.figures_data import load_map
+from friction_models.discovery.answer.summaries import load_bins
+from friction_models.discovery.answer.wording import p_text
 from friction_models.discovery.refinement import history_text
-from friction_models.discovery.summaries import load_bins
-from friction_models.discovery.wording import p_text
 from friction_models.loads import DataSet
 from orchestrator import Master, System
 from orchestrator.report import write_diagnosis_report, write_report

@@ -1,0 +1,72 @@
+"""Noise floor and error budget as reports show them: in the averages, divided as unseen tests divide the error."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...estimation.campaign.binning import Campaign
+from ...estimation.noise.noise_floor import NoiseFloorNumbers
+from ...estimation.search.search_round import SearchRound
+from ...loads import FloatArray
+from ..judge.confirmation import Confirmation
+from ..judge.level_offset import LevelOffset
+from .findings import ErrorBudget
+
+
+def budget_numbers(
+    campaign: Campaign,
+    found: SearchRound,
+    confirmed: Confirmation,
+    level: LevelOffset,
+    residual: FloatArray,
+    structure: float,
+) -> tuple[NoiseFloorNumbers, ErrorBudget]:
+    """Return noise floor and error budget; the squares of the budget add up to the mean square of `residual`.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    found : SearchRound
+    confirmed : Confirmation
+    level : LevelOffset
+        Of a model that is taken as it is.
+    residual : ndarray, shape (m,)
+        What the model, as users have it, leaves in the bins.
+    structure : float
+        RMS of structure beside the names, where no tests could be left out.
+    """
+    floor = found.floor.to_dict()
+    whole = _mean_square(campaign, residual)
+    # a model that is not refitted may be off by a level or a shift, which is no part of what unseen tests divide
+    beside = min(_mean_square(campaign, found.beyond_base(found.y)), whole)
+    shares = confirmed.shares
+    if shares is None:
+        left = min(floor["total"] ** 2, beside)
+        missing = min(structure**2, beside - left)
+        floor["source"] = "model" if found.floor.known else "unknown"
+    else:
+        part = beside / max(shares.best + shares.explained + shares.missing, 1e-300)
+        left, missing = part * shares.best, part * shares.missing
+        if confirmed.verdict == "nothing_missing":  # what the reference does better is within chance
+            left, missing = left + missing, 0.0
+        floor["interval"] = [float(np.sqrt(part * edge)) for edge in shares.interval]
+        floor["source"] = "reference" if shares.by_reference else "model"
+    if confirmed.repeats is not None:
+        floor["repeats"] = confirmed.repeats.to_dict()
+        if confirmed.repeats.lacks_fit or confirmed.repeats.agrees_with(float(np.sqrt(left))):
+            floor["source"], floor["interval"] = "repeats", list(confirmed.repeats.interval)
+    if level.off:
+        missing += min(level.value**2, whole - left - missing)
+    elif not confirmed.chosen:
+        left = whole - missing
+    total = float(np.sqrt(left))
+    low, high = floor["interval"]
+    floor = {**floor, "interval": [min(low, total), max(high, total)], "total": total}
+    # the parts were estimated beside the first effect, and may hold what further names or the reference explain
+    floor["test"], floor["drift"] = min(floor["test"], total), min(floor["drift"], total)
+    explained = max(whole - left - missing, 0.0)
+    return floor, {"floor": total, "explained": float(np.sqrt(explained)), "missing": float(np.sqrt(missing))}
+
+
+def _mean_square(campaign: Campaign, values: FloatArray) -> float:
+    return float(campaign.count @ values**2 / campaign.count.sum())

@@ -1,0 +1,62 @@
+"""What further tests changed in a diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from ...common import InputError
+from ...common.files import read_json
+from .diagnosis import VERDICTS
+from .findings import Findings
+
+
+def read_diagnosis(path: Path) -> dict[str, object]:
+    """Return what ``diagnose --json`` wrote earlier.
+
+    Raises
+    ------
+    InputError
+        The file is no diagnosis.
+    """
+    content = read_json(path)
+    if not isinstance(content, dict) or content.get("verdict") not in VERDICTS:
+        raise InputError(f"{path}: no diagnosis; allowed: a file that diagnose --json wrote")
+    for name in ("effects", "confusion_set"):
+        names = content.get(name)
+        if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
+            raise InputError(f"{path}: {name} = {names!r:.60}; allowed: a list of names of effects")
+    confidence = content.get("confidence")
+    if (
+        isinstance(confidence, bool)
+        or not isinstance(confidence, int | float)
+        or not isinstance(content.get("error_budget"), dict)
+    ):
+        raise InputError(
+            f"{path}: confidence or error_budget is missing; allowed: a file that diagnose --json wrote"
+        )
+    return content
+
+
+def changes_text(before: Mapping[str, object], after: Findings) -> str:
+    """Return what is another answer now than in an earlier diagnosis, line by line."""
+    lines = ["What changed since the earlier diagnosis"]
+
+    def row(what: str, old: str, new: str) -> None:
+        lines.append(f"  {what:<16}{old} -> {new}" if old != new else f"  {what:<16}{new} (unchanged)")
+
+    row("verdict", str(before["verdict"]), after.verdict)
+    row("effects", _names(before["effects"]), _names(after.effects))
+    row("not told apart", _names(before["confusion_set"]), _names(after.confusion_set))
+    row("confidence", f"{float(str(before['confidence'])):.2f}", f"{after.confidence:.2f}")
+    budget = before["error_budget"]
+    if isinstance(budget, Mapping):
+        for part, value in after.error_budget.items():
+            old = budget.get(part)
+            known = f"{old:.5f}" if isinstance(old, int | float) else "unknown"
+            row({"missing": "still missing", "floor": "noise floor"}.get(part, part), known, f"{value:.5f}")
+    return "\n".join(lines) + "\n"
+
+
+def _names(names: object) -> str:
+    return ", ".join(map(str, names)) if isinstance(names, list) and names else "none"

@@ -1,0 +1,191 @@
+"""The text report of a diagnosis, for the terminal: what the page shows, in the same order."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...loads.contract import with_unit
+from ..formulas.offers import offer_lines
+from .figures_data import (
+    LoadMap,
+    effect_curve,
+    load_map,
+    setpoints_text,
+    structure_pair,
+    where_text,
+)
+from .findings import Findings, ParameterValue
+from .uncertain_loads import from_loads_text
+from .wording import floor_source, p_text
+
+#: Cells of the map along each load, and places of a response curve.
+CELLS = 6
+PLACES = 6
+
+
+def text_report(findings: Findings) -> str:
+    """Return findings as text, the verdict in one sentence first."""
+    d = findings
+    lines = [f"{d.verdict.upper()}: {d.sentence}", *(["(synthetic data)"] if d.synthetic else [])]
+    for part in (_next, _budget, _residuals, _map, _evidence, _structure, _formulas, _worst, _response):
+        found = part(d)
+        if found:
+            lines += ["", *found]
+    if d.warnings:
+        lines += ["", "Read this with care"] + [f"  - {w}" for w in d.warnings]
+    return "\n".join(lines) + "\n"
+
+
+def _next(d: Findings) -> list[str]:
+    if not d.next_tests:
+        return []
+    lines = [
+        "What to test next (entropy of the answer that it should remove; standard errors by which it tells two apart)"
+    ]
+    return lines + [
+        f"  {n['protocol']}: {setpoints_text(n['setpoints'])}; {n['entropy_reduction']:.2f} bits"
+        + (f" by {n['tests']} tests" if n["tests"] > 1 else "")
+        + f"; {' from '.join(n['separates'])}: {n['expected_t']:.1f}"
+        for n in d.next_tests
+    ]
+
+
+def _budget(d: Findings) -> list[str]:
+    floor, budget = d.noise_floor, d.error_budget
+    low, high = floor["interval"]
+    after = math.hypot(budget["floor"], budget["missing"])
+    lines = [
+        f"Error budget of the {d.model} model (rms of mu in the averages, divided as whole unseen tests show it)",
+        f"  before        {math.hypot(after, budget['explained']):.5f}",
+        f"  noise floor   {budget['floor']:.5f}   (95 %: {low:.5f} to {high:.5f}; test scatter {floor['test']:.5f}, "
+        f"drift {floor['drift']:.5f}, sensor {floor['sensor']:.5f})",
+    ]
+    if source := floor_source(floor, d.effects):
+        lines.append(f"                ({source})")
+    if from_loads := from_loads_text(floor):
+        lines.append(f"                ({from_loads})")
+    if d.effects:
+        lines.append(f"  explained     {budget['explained']:.5f}   by {' and '.join(d.effects)}")
+    lines.append(f"  still missing {budget['missing']:.5f}")
+    return lines + ([f"  after         {after:.5f}"] if d.effects else [])
+
+
+def _residuals(d: Findings) -> list[str]:
+    if not d.bias:
+        return []
+    named = bool(d.effects)
+    lines = [
+        "Measured minus modelled mu against each load (mean, 95 % interval over whole tests)",
+        f"  {'':<16}{'from':>10}{'to':>10}   {'before':<20}" + (f"{'after':<20}" if named else "") + "tests",
+    ]
+    shown = ""
+    for b in d.bias:
+        name = with_unit(b["load"]) if b["load"] != shown else ""
+        shown = b["load"]
+        values = _interval(b["bias"], b["interval"])
+        if named:
+            values += _interval(b["after"], b["after_interval"])
+        lines.append(f"  {name:<16}{b['low']:>10.4g}{b['high']:>10.4g}   {values}{b['tests']:>5}")
+    return lines
+
+
+def _interval(mean: float, interval: list[float]) -> str:
+    half = (interval[1] - interval[0]) / 2.0
+    text = f"{mean:+.4f}" + (f" +- {half:.4f}" if math.isfinite(half) else "")
+    return f"{text:<20}"
+
+
+def _map(d: Findings) -> list[str]:
+    pair = structure_pair(d)
+    return _grid(d, load_map(d.averages, CELLS)) + (
+        _grid(d, load_map(d.averages, CELLS, pair)) if pair else []
+    )
+
+
+def _grid(d: Findings, found: LoadMap | None) -> list[str]:
+    if found is None:
+        return []
+    lines = [f"The same over {found.x} and {found.y}, in 0.001 (blank: no test there)"]
+    parts = ["before", *(["after"] if d.effects else [])]
+    head = f"  {with_unit(found.y):>14} "
+    middles = [f"{m:.4g}" for m in 0.5 * (found.x_edges[1:] + found.x_edges[:-1])]
+    cells = {p: [[_cell(v) for v in row] for row in found.mean[p]] for p in parts}
+    # At least one blank between columns, whatever stands in them.
+    width = max(7, *(len(c) + 1 for c in [*middles, *(c for p in parts for row in cells[p] for c in row)]))
+    axis = "".join(f"{m:>{width}}" for m in middles)
+    lines.append(head + "   ".join(f"{p + ', ' + with_unit(found.x):<{width * CELLS}}" for p in parts))
+    lines.append(" " * len(head) + "   ".join([axis] * len(parts)))
+    for k in reversed(range(CELLS)):
+        middle = 0.5 * (found.y_edges[k] + found.y_edges[k + 1])
+        rows = ["".join(f"{c:>{width}}" for c in cells[p][k]) for p in parts]
+        lines.append(f"  {middle:>14.4g} " + "   ".join(rows))
+    return [x.rstrip() for x in lines]
+
+
+def _cell(value: float) -> str:
+    return f"{1000 * value:+.1f}" if math.isfinite(value) else ""
+
+
+def _evidence(d: Findings) -> list[str]:
+    needed = f"; {d.threshold:.1f} needed" if math.isfinite(d.threshold) else ""
+    lines = [
+        f"Ranked evidence, each effect alone beside the model (gain: drop of the whitened squared error less 2 per parameter{needed}; p: family-wise)",
+        "(evidence: the gain where the form of the effect may be somewhat wrong)",
+        *(
+            f"  {r['effect']:<22} evidence {r['evidence']:9.1f}   gain {r['gain']:9.1f}   p {p_text(r['p_value'])}"
+            for r in d.ranking[:6]
+        ),
+    ]
+    if not d.ranking:
+        lines.append("  no effect of the catalogue could be tried on these data")
+    if len(d.confusion_set) > 1:
+        lines.append("  not told apart by these data: " + ", ".join(d.confusion_set))
+    return lines
+
+
+def _structure(d: Findings) -> list[str]:
+    lines = []
+    if d.where:
+        lines += ["Where structure is left"]
+        lines += [f"  {where_text(w)}" for w in d.where]
+    if d.unrecorded_factor:
+        lines += [f"Unrecorded factor? {d.unrecorded_factor['note']}"]
+    return lines
+
+
+def _formulas(d: Findings) -> list[str]:
+    return offer_lines(d.formulas)
+
+
+def _worst(d: Findings) -> list[str]:
+    if not d.worst_tests:
+        return []
+    return ["Worst tests (rms before)"] + [f"  {w['test_id']:<16} {w['rms']:.5f}" for w in d.worst_tests[:5]]
+
+
+def _response(d: Findings) -> list[str]:
+    lines: list[str] = []
+    for name, entry in d.parameters.items():
+        effect = d.named[name]
+        values = entry["values"]
+        lines.append(f"{name}: {entry['equation']}")
+        lines.append("  " + ", ".join(f"{k} = {_with(v)}" for k, v in values.items()) + "   (95 % intervals)")
+        numbers = {k: v["value"] for k, v in values.items()}
+        for driver in effect.driver:
+            curve = effect_curve(effect, numbers, d.averages, driver)
+            if curve is None:
+                continue
+            places = np.linspace(0, len(curve[0]) - 1, PLACES).round().astype(int)
+            lines.append(f"  {with_unit(driver):<16}" + "".join(f"{curve[0][k]:>10.4g}" for k in places))
+            lines.append(f"  {'share of mu':<16}" + "".join(f"{curve[1][k]:>+10.4f}" for k in places))
+    return lines
+
+
+def _with(value: ParameterValue) -> str:
+    unit = f" {value['unit']}" if value["unit"] != "1" else ""
+    if "interval" not in value:
+        return f"{value['value']:.4g}{unit}"
+    low, high = value["interval"]
+    return f"{value['value']:.4g} ({low:.3g} to {high:.3g}){unit}"

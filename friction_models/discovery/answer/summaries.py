@@ -1,0 +1,159 @@
+"""Summaries of the residual: worst tests, bias along each load, groups of test offsets, table of averages."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from ...estimation.campaign.binning import Campaign
+from ...estimation.fit.parameters import FittedTerm
+from ...estimation.search.search_round import SearchRound
+from ...loads import LOAD_NAMES, FloatArray
+from .findings import BinnedBias, TestGroups, WorstTest
+
+BIAS_BINS = 6
+
+
+def base_residual(campaign: Campaign, found: SearchRound) -> FloatArray:
+    """Return bin means of mu minus the base fitted by generalised least squares, shape (m,)."""
+    white = found.whiten(found.columns)
+    coefficients = np.linalg.lstsq(white, found.whiten(found.y), rcond=1e-9)[0]
+    return found.y - found.columns @ coefficients
+
+
+def worst_tests(campaign: Campaign, residual: FloatArray, most: int = 10) -> list[WorstTest]:
+    """Return the tests with the largest rms residual (points weigh alike)."""
+    rms = np.sqrt(campaign.of_tests(residual**2))
+    order = np.argsort(-rms, kind="stable")[:most]
+    return [{"test_id": campaign.tests[k], "rms": float(rms[k])} for k in order]
+
+
+def averages(
+    campaign: Campaign, before: FloatArray, after: FloatArray, chosen: Sequence[FittedTerm] = ()
+) -> pd.DataFrame:
+    """Return the bins as a table: what `Diagnosis.averages` holds."""
+    columns: dict[str, npt.NDArray[Any]] = {
+        "test_id": np.array(campaign.tests)[campaign.test],
+        "points": campaign.count.astype(int),
+    }
+    loads = {n: getattr(campaign.loads, n) for n in LOAD_NAMES if n not in campaign.absent}
+    columns |= {n: campaign.average(v) for n, v in loads.items()}
+    needed = dict.fromkeys(n for term in chosen for n in term.effect.metadata)
+    columns |= {n: campaign.average(campaign.system[n][:, 0]) for n in needed if n not in columns}
+    columns |= {"mu": campaign.average(campaign.mu), "before": before, "after": after}
+    columns |= {f"effect {term.name}": term.binned for term in chosen}
+    return pd.DataFrame(columns)
+
+
+def load_bins(values: FloatArray, most: int = BIAS_BINS) -> npt.NDArray[np.intp]:
+    """Return the bin of each value: quantiles, those that practically coincide (levels of a plan) as one."""
+    ordered = np.sort(values)
+    inner: list[float] = []
+    for edge in np.quantile(ordered, np.linspace(0.0, 1.0, most + 1))[1:-1]:
+        # cut in the widest gap near the quantile, so that one level of a test plan stays in one bin
+        near = max(0.1 * abs(edge), 0.02 * float(np.ptp(ordered)))
+        first = max(int(np.searchsorted(ordered, edge - near)) - 1, 0)
+        last = int(np.searchsorted(ordered, edge + near, side="right"))
+        part = ordered[first : last + 1]
+        gaps = np.diff(part)
+        if len(gaps) and gaps.max() > 4.0 * gaps.mean():
+            edge = float(part[gaps.argmax()] + 0.5 * gaps.max())
+        inner.append(edge)
+    cuts = np.unique(inner)
+    which = np.searchsorted(cuts, values, side="right")
+    return np.unique(which, return_inverse=True)[1].astype(np.intp)
+
+
+def clustered_mean(
+    residual: FloatArray, weight: FloatArray, test: npt.NDArray[np.intp], inside: npt.NDArray[np.bool_]
+) -> tuple[float, float, int]:
+    """Return mean, half of its 95 % interval over tests (NaN for one test), and the number of tests."""
+    tests = np.unique(test[inside])
+    totals = np.bincount(test[inside], weight[inside])[tests]
+    sums = np.bincount(test[inside], (weight * residual)[inside])[tests]
+    mean = float(sums.sum() / totals.sum())
+    if len(tests) < 2:
+        return mean, float("nan"), len(tests)
+    spread = np.sqrt(np.sum((sums - mean * totals) ** 2) * len(tests) / (len(tests) - 1)) / totals.sum()
+    return mean, float(_t_quantile(len(tests) - 1) * spread), len(tests)
+
+
+def binned_bias(
+    campaign: Campaign, residual: FloatArray, after: FloatArray | None = None
+) -> list[BinnedBias]:
+    """Return the mean residual along each load that varies, with intervals that treat a test as the unit."""
+    rows: list[BinnedBias] = []
+    for name in LOAD_NAMES:
+        if not campaign.varies(name):
+            continue
+        values = campaign.average(getattr(campaign.loads, name))
+        which = load_bins(values, BIAS_BINS if len(campaign.tests) > 2 else 3)
+        for k in range(int(which.max()) + 1):
+            inside = which == k
+            mean, half, tests = clustered_mean(residual, campaign.count, campaign.test, inside)
+            row: BinnedBias = {
+                "load": name,
+                "low": float(values[inside].min()),
+                "high": float(values[inside].max()),
+                "bias": mean,
+                "interval": [mean - half, mean + half],
+                "tests": tests,
+            }
+            if after is not None:
+                mean, half, _ = clustered_mean(after, campaign.count, campaign.test, inside)
+                row["after"], row["after_interval"] = mean, [mean - half, mean + half]
+            rows.append(row)
+    return rows
+
+
+def _t_quantile(freedom: int) -> float:
+    from scipy.stats import t
+
+    return float(t.ppf(0.975, freedom))
+
+
+def unrecorded_factor(campaign: Campaign, residual: FloatArray) -> TestGroups | None:
+    """Return two groups of test offsets when one normal distribution does not describe them.
+
+    One normal distribution is compared with a mixture of two by their likelihoods; the mixture must win by
+    far (Bayes information criterion by 10) and both groups must hold at least a tenth of the tests.
+    """
+    tests = len(campaign.tests)
+    if tests < 20:
+        return None
+    offsets = campaign.of_tests(residual)
+    variance = float(np.var(offsets))
+    if variance <= 0.0:
+        return None
+    one = -0.5 * tests * (np.log(variance) + 1.0)  # both without -tests/2 log(2 pi)
+    best, groups, centres = -np.inf, np.zeros(tests), (0.0, 0.0)
+    for start in (0.15, 0.3, 0.5, 0.7, 0.85):
+        cut = np.quantile(offsets, start)
+        share, low, high = start, offsets[offsets <= cut].mean(), offsets[offsets > cut].mean()
+        spread = max(np.std(offsets) / 2.0, 1e-12)
+        for _ in range(60):
+            a = share * np.exp(-0.5 * ((offsets - low) / spread) ** 2) + 1e-300
+            b = (1 - share) * np.exp(-0.5 * ((offsets - high) / spread) ** 2) + 1e-300
+            first = a / (a + b)
+            share = float(np.clip(first.mean(), 1e-3, 1 - 1e-3))
+            low, high = (first @ offsets) / first.sum(), ((1 - first) @ offsets) / (1 - first).sum()
+            square = first @ (offsets - low) ** 2 + (1 - first) @ (offsets - high) ** 2
+            spread = max(float(np.sqrt(square / tests)), 1e-3 * float(np.std(offsets)))
+        likelihood = float(np.sum(np.log((a + b) / spread)))
+        if likelihood > best:
+            best, groups, centres = likelihood, 1.0 - first, (float(low), float(high))
+    advantage = 2.0 * (best - one) - 2.0 * np.log(tests)
+    high_group = [campaign.tests[k] for k in np.flatnonzero(groups > 0.5)]
+    if advantage < 10.0 or not 0.1 * tests <= len(high_group) <= 0.9 * tests:
+        return None
+    gap = centres[1] - centres[0]
+    return {
+        "note": f"test offsets fall into two groups {gap:.4f} apart; look for a factor that is not recorded",
+        "gap": gap,
+        "group": high_group,
+        "others": tests - len(high_group),
+    }

@@ -1,0 +1,160 @@
+"""The verdict in one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ...estimation.campaign.binning import FEW_TESTS, Campaign
+from ...estimation.noise.noise_floor import NoiseFloorNumbers
+from ...estimation.search.base_law import BaseLaw
+from ...estimation.search.scan import Fit
+from ...estimation.search.structure import StructurePlace
+from ..judge.verdict import Evidence
+from .findings import TestGroups
+
+
+def p_text(value: float | None) -> str:
+    """Return a p-value as one writes it.
+
+    Examples
+    --------
+    >>> p_text(0.0123), p_text(0.0001), p_text(None)
+    ('0.012', '< 0.001', '-')
+    """
+    if value is None:
+        return "-"
+    return "< 0.001" if value < 0.001 else f"{value:.3f}"
+
+
+def floor_source(floor: NoiseFloorNumbers, named: Sequence[str] = ()) -> str:
+    """Return what identifies a noise floor, in words, beside the effects that are named; empty for files that do not say it.
+
+    Examples
+    --------
+    >>> found = {"sensor": 0.002, "test": 0.003, "drift": 0.0, "total": 0.0036, "interval": [0.003, 0.005]}
+    >>> floor_source({**found, "source": "unknown"})
+    'cannot be known from so few tests'
+    """
+    if (repeats := floor.get("repeats")) is not None:
+        scatter = f"{repeats['tests']} tests at {repeats['settings']} repeated settings scatter by {repeats['scatter']:.5f}"
+        if floor.get("source") == "repeats":
+            return f"from repeats: {scatter}"
+    beside = f" with {' and '.join(named)}" if named else ""
+    said = {
+        "reference": "what flexible curves over loads and metadata do not predict of unseen tests",
+        "model": f"no flexible curve predicts unseen tests better than the model{beside}",
+        "unknown": "cannot be known from so few tests",
+    }.get(floor.get("source", ""), "")
+    return f"{said}; {scatter}" if repeats is not None else said
+
+
+def alternatives(names: Sequence[str], confusion: Sequence[str]) -> list[list[str]]:
+    """Return each effect that is named with what the data cannot tell from it, the name first.
+
+    In `confusion` stand the first name and its rivals, then each further name that has rivals, before them.
+
+    Examples
+    --------
+    >>> alternatives(["work_exhaustion", "stribeck"], ["work_exhaustion", "stribeck", "hersey"])
+    [['work_exhaustion'], ['stribeck', 'hersey']]
+    """
+    groups = {name: [name] for name in names}
+    own = next(iter(groups))
+    for name in confusion:
+        if name in groups:
+            own = name
+        else:
+            groups[own].append(name)
+    return list(groups.values())
+
+
+def sentence(
+    verdict: str,
+    base: BaseLaw,
+    evidence: Evidence,
+    chosen: list[Fit],
+    confusion: Sequence[str],
+    confidence: float,
+    campaign: Campaign,
+    where: Sequence[StructurePlace] = (),
+    factor: TestGroups | None = None,
+    close: float | None = None,
+) -> str:
+    """Return the verdict as a user reads it.
+
+    `confusion` names what cannot be told apart, `where` holds the structure that is left, `factor` two groups of tests,
+    `close` the error on unseen tests as a share of mu where it is below what can be measured.
+    """
+    model = f"the {base.name} model"
+    sure = f"(confidence {confidence:.2f}"
+    if not evidence.found.floor.known:
+        sure += "; so few tests cannot show the scatter between tests"
+    sure += ")"
+    effects = [f.prepared.candidate.effect for f in chosen]
+    labels = " and ".join(e.label for e in effects)
+    what = "; ".join(e.sentence for e in effects)
+    p = evidence.p_value
+    if verdict == "explained":
+        verb = "is" if len(effects) == 1 else "are"
+        return f"{labels} {verb} missing from {model}: {what} {sure}, p = {p:.3f}."
+    if verdict == "partly_explained":
+        verb = "is" if len(effects) == 1 else "are"
+        rest = f", along {_along(where)}" if _along(where) else ""
+        return (
+            f"{labels} {verb} missing from {model}: {what}; with it the error on unseen tests falls, but something else that can be "
+            f"predicted is left{rest} {sure}."
+        )
+    if verdict == "ambiguous":
+        known = {f.name: f.prepared.candidate.effect.label for f in evidence.found.ranking}
+        if len(effects) == 1:
+            rivals = ", ".join(known.get(name, name) for name in confusion)
+            return f"an effect is missing from {model}, but these data cannot tell {rivals} apart; {labels} fits best: {what} {sure}."
+        groups = alternatives([f.name for f in chosen], confusion)
+        parts = [
+            known.get(g[0], g[0]) if len(g) == 1 else f"one of {', '.join(known.get(n, n) for n in g)}"
+            for g in groups
+        ]
+        return f"{' and '.join(parts)} are missing from {model}; {labels} fit best: {what} {sure}."
+    if verdict == "data_problem" and not chosen:
+        return (
+            f"{100 * campaign.spikes:.0f} % of the points lie far off their neighbours: the records have to be repaired "
+            f"before {model} can be judged {sure}."
+        )
+    if verdict == "data_problem":
+        return (
+            f"the residual of {model} looks like a fault of the data: {labels}, {what} {sure}, p = {p:.3f}."
+        )
+    if verdict == "unknown_structure":
+        places = _along(where)
+        if where and not places:
+            return f"{model} is off by the same amount everywhere ({where[0]['shape']}), which no effect of a load explains {sure}."
+        along = f", along {places}" if places else ""
+        return f"something systematic is missing from {model} that no effect in the catalogue explains{along} {sure}."
+    if verdict == "out_of_domain":
+        return f"{100 * evidence.outside:.0f} % of the points lie outside the loads that {model} was trained on; no effect can be judged there."
+    tests = len(campaign.tests)
+    if tests < FEW_TESTS:
+        some = f"{tests} test{'s' if tests > 1 else ''}"
+        short = "cannot show the scatter between tests: at least 3 are needed, better 10"
+        if evidence.found.floor.known:
+            short = "hardly show the scatter between tests: 10 would be better"
+        return f"nothing can be seen to be missing from {model}, but {some} {short} (confidence {confidence:.2f})."
+    if factor is not None:
+        return (
+            f"no effect in the catalogue is missing from {model}, but the tests fall into two groups {factor['gap']:.4f} apart "
+            f"({len(factor['group'])} and {factor['others']} tests): a factor that is not recorded may set them apart {sure}."
+        )
+    if close is not None:
+        return (
+            f"nothing is missing from {model}: it predicts tests that it has not seen to {100 * close:.2g} % of mu, "
+            f"closer than friction can be measured {sure}."
+        )
+    return f"nothing is missing from {model}: its residual is at the noise floor {sure}."
+
+
+def _along(where: Sequence[StructurePlace]) -> str:
+    """Return the loads along which structure is left."""
+    joints = {"interaction": " x "}
+    return "; ".join(
+        joints.get(w["shape"], " and ").join(w["variables"]) for w in where[:2] if w["variables"]
+    )

@@ -1,0 +1,89 @@
+"""How sure a verdict is: the share of such answers that are right over a broad prior of made-up campaigns.
+
+``python -m benchmarks.prior`` draws the campaigns (laws, plans and noises of its own), diagnoses them, and fits one logistic
+regression for each kind of verdict to `grounds`. Its numbers stand here; how well they hold on other campaigns stands in
+``docs/benchmarks.md``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+from scipy.special import expit
+
+from ...estimation.search.search_round import SearchRound
+from .confirmation import NAMED, Confirmation
+from .verdict import Evidence
+
+#: Standard errors of an effect and of the reference, and powers of ten, beyond which nothing becomes surer.
+MOST_CERTAIN, MOST_SURE, MOST_SEEN = 6.0, 10.0, 2.7
+#: No answer of a prior that is finite is surer than this, or less sure.
+LIMITS = (0.02, 0.98)
+#: Of points outside the domain of a model, and of spikes: these are counted, not judged.
+COUNTED = 0.9
+#: Kind of verdict -> intercept and weights of its grounds.
+WEIGHTS: dict[str, tuple[float, dict[str, float]]] = {
+    "named": (-1.73, {"certain": 0.29, "gap": 1.08, "explained": 1.97}),
+    "ambiguous": (-3.14, {"certain": 0.53, "held": 0.83}),
+    "unknown_structure": (-3.93, {"reference": 0.32, "missing": 0.18, "log_tests": 0.65}),
+    "nothing_missing": (-3.51, {"seen": -1.04, "log_tests": 2.08, "missing": -0.73, "structure": -1.29}),
+}
+
+
+def grounds(found: SearchRound, evidence: Evidence, confirmed: Confirmation, tests: int) -> dict[str, float]:
+    """Return what the confidence rests on.
+
+    Returns
+    -------
+    dict of str to float
+        ``seen``: minus log10 of the p-value of the first effect. ``certain``: standard errors by which the last name lowers
+        the error on unseen tests. ``gap``: lead in evidence over the best effect that the answer does not hold, as a share.
+        ``explained``, ``missing``: shares of the squared error of the base.
+        ``held``: names that the answer holds, rivals included. ``reference``: standard errors by which the
+        flexible reference is better. ``structure``: minus log10 of the p-value of structure. ``log_tests``: logarithm of the
+        number of tests.
+    """
+    shares = confirmed.shares
+    held = {*(f.name for f in confirmed.chosen), *confirmed.rivals, *evidence.confusion_set}
+    return {
+        "seen": _powers(evidence.p_value),
+        "certain": float(np.clip(confirmed.certain, 0.0, MOST_CERTAIN)),
+        "gap": _gap(found, held),
+        "explained": shares.explained / shares.base if shares is not None else 0.0,
+        "missing": shares.missing / shares.base if shares is not None else 0.0,
+        "held": float(len(held)),
+        "reference": min(shares.certainty, MOST_SURE) if shares is not None else 0.0,
+        "structure": _powers(evidence.structure.p_value),
+        "log_tests": float(np.log(tests)),
+    }
+
+
+def _powers(p: float) -> float:
+    return float(np.clip(-np.log10(max(p, 1e-9)), 0.0, MOST_SEEN))
+
+
+def _gap(found: SearchRound, held: Collection[str]) -> float:
+    """Return the lead in evidence over the best effect that is not held, as a share of that of the first one."""
+    first = max((f.evidence for f in found.ranking[:1]), default=0.0)
+    others = [f.evidence for f in found.ranking if f.name not in held]
+    if first <= 0.0 or not others:
+        return 1.0
+    return float(np.clip((first - max(others)) / first, 0.0, 1.0))
+
+
+def confidence(verdict: str, grounds: dict[str, float]) -> float:
+    """Return the share of such answers that are right.
+
+    Examples
+    --------
+    >>> grounds = {"seen": 2.7, "certain": 6.0, "gap": 0.8, "explained": 0.9, "log_tests": 3.7}
+    >>> confidence("explained", grounds) > confidence("explained", {**grounds, "certain": 1.0})
+    True
+    """
+    kind = verdict if verdict in WEIGHTS else "named" if verdict in NAMED else None
+    if kind is None or (verdict == "data_problem" and not grounds["certain"]):
+        return COUNTED
+    intercept, weights = WEIGHTS[kind]
+    score = intercept + sum(weight * grounds[name] for name, weight in weights.items())
+    return float(np.clip(expit(score), *LIMITS))

@@ -1,0 +1,304 @@
+"""What whole tests that no fit has seen say of a verdict: which names stay, what is predictable beyond them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from ...effects.base import Effect
+from ...estimation.campaign.binning import Campaign
+from ...estimation.noise.reference import Reference
+from ...estimation.noise.repeats import Repeats, repeats_of
+from ...estimation.search.scan import Fit
+from ...estimation.search.search_round import SearchRound
+from ...estimation.search.structure import StructurePlace, places_of
+from ...estimation.search.unseen_loads import AS_GOOD
+from ...loads import FloatArray
+from .confirmation import EXPLAINED, NAMED, Confirmation
+from .error_budget import ErrorShares, error_shares, helps, lead
+from .identifiability import RESOLUTION
+from .unseen_tests import ErrorsByTest, Mask, UnseenTests, errors_of_tests
+from .verdict import LEVEL
+
+#: More than this share is left: what is named is not the answer.
+NOT_THE_ANSWER = 0.4
+#: What the reference finds where no effect is seen must be this share of the squared error at least, and this certain.
+ALONE_SHARE, ALONE_CERTAIN = 0.05, 3.0
+#: An effect that the scan sees at this level has to lower the error, but not by a full standard error.
+CLEAR = 0.01
+#: Chance beats all of its simulations less often than this. What is less clear must take this share of the squared error on
+#: unseen tests: effects that are both small and hardly significant are mostly chance.
+BEYOND_CHANCE, WEAK_SHARE = 0.003, 0.3
+#: The first search, whose noise holds the effect, must say at least this; unseen tests must then be this certain, and fall
+#: by this share.
+MAYBE, CONFIRMED, CONFIRMED_SHARE = 0.2, 1.7, 0.15
+#: A further effect must beat what could stand in its place by so many standard errors.
+APART = 1.7
+#: Most effects that are named together.
+MOST_NAMED = 4
+#: Further effects that are compared on unseen tests.
+TRIED = 3
+#: Standard errors by which a further effect must lower the error.
+CERTAIN = 2.0
+#: Share of the gain of the first effect below which another one is no rival.
+WORTH = 0.25
+#: Rivals that are tried in place of an effect that does not help.
+RIVALS = 4
+#: Where settings differ by more than their repeats do, this share of the squared error must lie between the settings for the
+#: verdict to say so.
+BEYOND_REPEATS = 0.25
+
+#: Searches for further effects beside those given; the best first.
+Further = Callable[[Sequence[Fit]], list[Fit]]
+
+
+class Confirm:
+    """The judge of one diagnosis.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    unseen : UnseenTests
+    found : SearchRound
+        Gives the noise by which bins are weighed.
+    """
+
+    def __init__(self, campaign: Campaign, unseen: UnseenTests, found: SearchRound) -> None:
+        self.campaign, self.unseen, self.found = campaign, unseen, found
+        self._flexible: dict[tuple[tuple[str, int], ...], FloatArray] = {}
+
+    def __call__(
+        self, verdict: str, chosen: list[Fit], named: str, bent: bool, further: Further
+    ) -> Confirmation:
+        """Return a verdict whose names lower the error on unseen tests.
+
+        Parameters
+        ----------
+        verdict : str
+            By the scan.
+        chosen : list of Fit
+            What it names, or would name if no structure were left.
+        named : str
+            The verdict if no structure were left.
+        bent : bool
+            Whether what is missing has another form than the first of them.
+        further : callable
+        """
+        if not self.unseen.possible:
+            return Confirmation(verdict, chosen if verdict in NAMED else [], None, 0.0, [])
+        if self.unseen.errors().rms < RESOLUTION * float(np.mean(np.abs(self.campaign.mu))):
+            return Confirmation("nothing_missing", [], self._shares([]), 0.0, [], within_resolution=True)
+        if verdict == "unknown_structure":
+            # structure that does not help to predict other tests is chance; it matters if the names leave it
+            kept = self._that_help(chosen) if chosen else []
+            left = self._shares(kept)
+            if not left.missing > 0.0 or (kept and not bent and left.left < EXPLAINED):
+                verdict = named if kept else "nothing_missing"
+            elif not self._shares([]).missing > 0.0:
+                verdict = "nothing_missing"
+        if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
+            verdict, chosen = "explained", [seen]
+        kept = self._grown(self._that_help(chosen, 1), len(chosen), further) if verdict in NAMED else []
+        shares = self._shares(kept)
+        verdict = self._verdict(verdict, kept, shares)
+        if verdict not in NAMED and kept:
+            kept, shares = [], self._shares([])
+        rivals = self._rivals(kept, shares, further) if kept else ()
+        if verdict == "explained" and rivals:
+            verdict = "ambiguous"
+        where = self._places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
+        repeats = repeats_of(self.campaign, self._straight_residual(kept), self.unseen.seed)
+        if repeats is not None and repeats.lacks_fit:
+            shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=_squares(repeats))
+            verdict = _beyond_repeats(verdict, shares)
+        return Confirmation(verdict, kept, shares, self._certain(kept), where, rivals, repeats)
+
+    def _verdict(self, verdict: str, kept: list[Fit], shares: ErrorShares) -> str:
+        if verdict in NAMED and kept:
+            if shares.left > NOT_THE_ANSWER:
+                return "unknown_structure"
+            physical = any(f.prepared.candidate.effect.kind != "fault" for f in kept)
+            return "partly_explained" if shares.left > EXPLAINED and physical else verdict
+        if verdict in NAMED or verdict == "nothing_missing":
+            alone = shares.missing > ALONE_SHARE * shares.base and shares.certainty > ALONE_CERTAIN
+            return "unknown_structure" if alone else "nothing_missing"
+        return verdict
+
+    def _that_help(self, chosen: list[Fit], most: int = MOST_NAMED) -> list[Fit]:
+        """Return the effects that lower the error on unseen tests, one after the other; a rival where none does."""
+        kept: list[Fit] = []
+        for fit in chosen:
+            if len(kept) < most and self._helps(kept, fit):
+                kept.append(fit)
+        if kept:
+            return kept
+        rivals = [f for f in self.found.ranking[: RIVALS + 1] if self.found.p_value(f) < LEVEL]
+        return next(([f] for f in rivals if f.name != chosen[0].name and self._helps([], f)), [])
+
+    def _grown(self, kept: list[Fit], wanted: int, further: Further) -> list[Fit]:
+        """Return the effects with further ones, while these lower the error; at least `wanted` are tried."""
+        while kept and len(kept) < MOST_NAMED:
+            left = self._shares(kept)
+            if len(kept) >= wanted and not left.missing > 0.0:
+                break
+            best = self._best(kept, further(kept)[:TRIED])
+            if best is None or not self._confirmed(kept, best):
+                break
+            kept = self._exchanged([*kept, best])
+        return kept
+
+    def _best(self, kept: list[Fit], tried: Sequence[Fit]) -> Fit | None:
+        """Return the first of some effects, or a later one that unseen tests clearly prefer."""
+        best: Fit | None = None
+        for fit in tried:
+            if best is None or self._prefer([*kept, best], [*kept, fit]):
+                best = fit
+        return best
+
+    def _prefer(self, some: Sequence[Fit], others: Sequence[Fit]) -> bool:
+        """Return whether unseen tests clearly prefer the second of two sets of effects; what is refitted has the last word."""
+        if lead(self._straight_errors(some).total, self._straight_errors(others).total)[1] < CERTAIN:
+            return False
+        before, after = (self.unseen.errors(_effects(fits)).total for fits in (some, others))
+        return lead(before, after)[1] > CERTAIN
+
+    def _confirmed(self, kept: list[Fit], fit: Fit) -> bool:
+        """Return whether a further effect helps for certain; one of a load of those named may only mend their form."""
+        before, after = (self.unseen.errors(_effects(fits)) for fits in (kept, [*kept, fit]))
+        if fit.prepared.candidate.effect.driver[0] in {
+            d for f in kept for d in f.prepared.candidate.effect.driver
+        }:
+            return _falls(before, after, CERTAIN)
+        return helps(before, after, CERTAIN)
+
+    def _exchanged(self, kept: list[Fit]) -> list[Fit]:
+        """Return the effects with the first one exchanged for a rival that is clearly better beside the others."""
+        first, *others = kept
+        load = first.prepared.candidate.effect.driver[0]
+        taken = {f.name for f in kept}
+        rivals = [
+            f
+            for f in self.found.ranking[: 2 * RIVALS]
+            if f.name not in taken
+            and f.gain > AS_GOOD * first.gain
+            and f.prepared.candidate.effect.driver[0] == load
+        ]
+        return next(([f, *others] for f in rivals if self._prefer(kept, [f, *others])), kept)
+
+    def _overlooked(self) -> Fit | None:
+        """Return an effect that is significant once the noise is judged beside it, and that unseen tests confirm clearly."""
+        if self.found.least_p >= MAYBE:
+            return None
+        before = self.unseen.errors()
+        for fit in self.found.ranking[:2]:
+            seen = self.found.own_p_value(fit) < CLEAR
+            if seen and _falls(before, self.unseen.errors(_effects([fit])), CONFIRMED):
+                return fit
+        return None
+
+    def _helps(self, kept: Sequence[Fit], fit: Fit) -> bool:
+        before = self.unseen.errors(_effects(kept))
+        after = self.unseen.errors(_effects([*kept, fit]))
+        p = self.found.p_value(fit)
+        weak = (
+            not kept and p > BEYOND_CHANCE and lead(before.total, after.total)[0] < WEAK_SHARE * before.rms**2
+        )
+        return not weak and helps(before, after, 0.0 if not kept and p < CLEAR else 1.0)
+
+    def _rivals(self, kept: Sequence[Fit], shares: ErrorShares, further: Further) -> tuple[str, ...]:
+        """Return effects that would leave hardly more in the place of one that is named.
+
+        After those of the first one, each further name that has rivals stands before them.
+        """
+        first, *others = kept
+        names = {f.name for f in kept}
+        own = self._straight_errors(kept).total
+        told: list[str] = []
+        if shares.missing > 0.0:
+            tried = [
+                f
+                for f in self.found.ranking
+                if f.gain > WORTH * first.gain and f.name not in names and not self.found.just(first, f)
+            ]
+            errors = {f.name: self._straight_errors([f, *others]).total for f in tried}
+            told += [name for name, total in errors.items() if np.mean(total) - np.mean(own) < shares.missing]
+        for named in others:
+            beside = [f for f in kept if f is not named]
+            alike = [
+                f.name
+                for f in further(beside)
+                if f.name not in names and lead(self._straight_errors([*beside, f]).total, own)[1] < APART
+            ]
+            told += [named.name, *alike] if alike else []
+        return tuple(told)
+
+    def _straight_errors(self, fits: Sequence[Fit]) -> ErrorsByTest:
+        """Return the errors on unseen tests with the shapes of the scan and amplitudes of the other tests."""
+        fold = self.unseen.fold_of_test[self.campaign.test]
+        residual = np.empty(len(self.found.y))
+        for k in np.unique(fold):
+            residual[fold == k] = self._straight_residual(fits, fold != k)[fold == k]
+        return errors_of_tests(self.campaign, residual)
+
+    def _straight_residual(self, fits: Sequence[Fit], seen: Mask | None = None) -> FloatArray:
+        """Return what base and effects leave in the bins, shape (m,), with shapes of the scan, fitted to those seen or to all."""
+        y, columns = self.found.y, np.column_stack([self.found.columns, *(f.binned for f in fits)])
+        root = np.sqrt(self.campaign.count) * (1.0 if seen is None else seen)
+        return np.asarray(y - columns @ np.linalg.lstsq(root[:, None] * columns, root * y, rcond=1e-9)[0])
+
+    def _certain(self, kept: Sequence[Fit]) -> float:
+        if not kept:
+            return 0.0
+        before, after = (self.unseen.errors(_effects(fits)) for fits in (kept[:-1], kept))
+        return max(lead(before.total, after.total)[1], lead(before.within, after.within)[1])
+
+    def _shares(self, kept: Sequence[Fit]) -> ErrorShares:
+        beside = [[], kept] if kept else [[]]
+        known = [errors_of_tests(self.campaign, self.found.y - self._predicted(fits)) for fits in beside]
+        return error_shares(self.unseen, _effects(kept), known)
+
+    @cached_property
+    def reference(self) -> Reference:
+        """Flexible prediction of the tests from one another."""
+        return Reference(self.campaign, self.found.floor, self.found.y)
+
+    def _predicted(self, kept: Sequence[Fit]) -> FloatArray:
+        """Return what the reference beside the model and effects predicts of unseen tests; once for each set of effects."""
+        key = tuple((f.name, f.index) for f in kept)
+        if key not in self._flexible:
+            columns = np.column_stack([self.found.columns, *(f.binned for f in kept)])
+            self._flexible[key] = self.reference.out_of_fold(columns, self.unseen.fold_of_test)
+        return self._flexible[key]
+
+    def _places(self, kept: Sequence[Fit]) -> list[StructurePlace]:
+        """Return where the reference predicts something else than the model with what is named."""
+        model = self.found.y - self.unseen.residual(_effects(kept))
+        metadata = [n for n in self.reference.names if n in self.campaign.system]
+        return places_of(self.campaign, self._predicted(kept) - model, metadata)
+
+
+def _beyond_repeats(verdict: str, shares: ErrorShares) -> str:
+    """Return the verdict where settings differ by more than their repeats: no model of what was recorded need predict that."""
+    if verdict == "nothing_missing" and shares.missing > BEYOND_REPEATS * shares.base:
+        return "unknown_structure"
+    return (
+        "partly_explained" if verdict in {"explained", "ambiguous"} and shares.left > EXPLAINED else verdict
+    )
+
+
+def _squares(repeats: Repeats) -> tuple[float, float]:
+    low, high = repeats.interval
+    return low**2, high**2
+
+
+def _falls(before: ErrorsByTest, after: ErrorsByTest, needed: float) -> bool:
+    """Return whether an error falls by `CONFIRMED_SHARE` of it at least, and by `needed` standard errors."""
+    gain, certain = lead(before.total, after.total)
+    return certain > needed and gain > CONFIRMED_SHARE * before.rms**2
+
+
+def _effects(fits: Sequence[Fit]) -> list[Effect]:
+    return [f.prepared.candidate.effect for f in fits]

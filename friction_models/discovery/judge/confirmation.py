@@ -1,0 +1,54 @@
+"""A verdict after the prediction of whole tests that no fit has seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ...estimation.noise.repeats import Repeats
+from ...estimation.search.scan import Fit
+from ...estimation.search.structure import StructurePlace
+from .error_budget import ErrorShares
+
+#: Verdicts that name effects.
+NAMED = ("explained", "partly_explained", "ambiguous", "data_problem")
+#: Less than this share of what can be predicted is left: the names explain it.
+EXPLAINED = 0.15
+
+
+@dataclass(frozen=True)
+class Confirmation:
+    """Verdict after the prediction of unseen tests.
+
+    Attributes
+    ----------
+    verdict : str
+    chosen : list of Fit
+        Effects that lower the error on unseen tests.
+    shares : ErrorShares or None
+        None where there are too few tests to leave some out.
+    certain : float
+        Standard errors over the tests by which the last name lowers the error; 0 where nothing is named.
+    where : list of StructurePlace
+        Where something predictable is left.
+    rivals : tuple of str
+        Effects whose lead the first one owes to no more than what it leaves itself: it may be a matter of formulas. Then
+        further names, each with what unseen tests cannot tell from it.
+    repeats : Repeats or None
+        Scatter of tests at the same settings, where there are some.
+    within_resolution : bool
+        Whether the model alone predicts unseen tests closer than friction is measured.
+    """
+
+    verdict: str
+    chosen: list[Fit]
+    shares: ErrorShares | None
+    certain: float
+    where: list[StructurePlace]
+    rivals: tuple[str, ...] = ()
+    repeats: Repeats | None = None
+    within_resolution: bool = False
+
+    @property
+    def lacks_fit(self) -> bool:
+        """Whether settings differ by more than their repeats do, beside the model and what is named."""
+        return self.repeats is not None and self.repeats.lacks_fit

@@ -1,0 +1,125 @@
+"""Error budget on unseen tests: what the named effects explain, what is predictable beyond them, and what is not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import t as student
+
+from ...effects.base import Effect
+from ...estimation.search.importance import LEAST_SHARE
+from ...loads import FloatArray
+from .unseen_tests import ErrorsByTest, UnseenTests
+
+#: Standard errors over the tests by which the reference must predict better than the model to be believed.
+BELIEVED = 2.3
+#: With fewer tests nothing can be said about what sets tests apart.
+LEAST_TESTS = 8
+#: Less than this share of a squared error is rounding.
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class ErrorShares:
+    """Mean squared errors of mu on unseen tests, every test with the same weight.
+
+    Attributes
+    ----------
+    base : float
+        Of the model as it is, refitted to the other tests.
+    named : float
+        Of the model with the effects that are named; the same as `base` where none is.
+    best : float
+        Of the best prediction that is known, model or reference, between and within tests each.
+    certainty : float
+        Standard errors by which the reference is better than the model with what is named.
+    interval : tuple of float
+        95 % interval of `best` over the tests.
+    by_reference : bool
+        Whether `best` is, between or within tests, that of the flexible reference and not of the model.
+    """
+
+    base: float
+    named: float
+    best: float
+    certainty: float
+    interval: tuple[float, float]
+    by_reference: bool
+
+    @property
+    def explained(self) -> float:
+        """What the named effects take from the mean squared error."""
+        return max(self.base - self.named, 0.0)
+
+    @property
+    def missing(self) -> float:
+        """What can be predicted and is not."""
+        more = self.named - self.best
+        return more if more > ROUNDING * self.named else 0.0
+
+    @property
+    def left(self) -> float:
+        """Share of what can be predicted that is still missing."""
+        return self.missing / max(self.explained + self.missing, 1e-300)
+
+
+def lead(worse: FloatArray, better: FloatArray) -> tuple[float, float]:
+    """Return by how much one error is smaller than another on average, and by how many standard errors over the tests.
+
+    Examples
+    --------
+    >>> lead(np.array([3.0, 5.0, 4.0]), np.array([1.0, 1.0, 1.0]))[0]
+    3.0
+    """
+    difference = worse - better
+    spread = float(np.std(difference, ddof=1)) / np.sqrt(len(difference)) if len(difference) > 1 else np.inf
+    mean = float(np.mean(difference))
+    return mean, float(mean / max(spread, 1e-300))
+
+
+def helps(before: ErrorsByTest, after: ErrorsByTest, needed: float = 1.0) -> bool:
+    """Return whether an addition lowers the error on unseen tests, in all (by `needed` standard errors) or along them."""
+    gain, certain = lead(before.total, after.total)
+    if gain > LEAST_SHARE * before.rms**2 and certain > needed:
+        return True
+    along, sure = lead(before.within, after.within)
+    return bool(sure > 2.5 and along > LEAST_SHARE * before.rms**2 and gain > 0.0)
+
+
+def error_shares(
+    unseen: UnseenTests, effects: Sequence[Effect], known: Sequence[ErrorsByTest]
+) -> ErrorShares:
+    """Return the error budget of a model with effects.
+
+    Parameters
+    ----------
+    unseen : UnseenTests
+    effects : sequence of Effect
+        What is named.
+    known : sequence of ErrorsByTest
+        Errors of other predictions of the same tests.
+    """
+    campaign = unseen.campaign
+    base, named = unseen.errors(), unseen.errors(effects)
+    best, certainty = np.zeros(len(campaign.tests)), 0.0
+    for part in ("between", "within"):
+        least = own = getattr(named, part)
+        if part == "within" or len(campaign.tests) >= LEAST_TESTS:
+            for other in (getattr(k, part) for k in known):
+                gain, certain = lead(own, other)
+                if certain > BELIEVED and gain > LEAST_SHARE * base.rms**2 and other.mean() < least.mean():
+                    least, certainty = other, max(certainty, certain)
+        best = best + least
+    return ErrorShares(
+        base.rms**2, named.rms**2, float(np.mean(best)), certainty, _interval(best), certainty > 0.0
+    )
+
+
+def _interval(squares: FloatArray) -> tuple[float, float]:
+    """Return the 95 % interval of a mean of squares over tests, on the scale of their logarithm."""
+    tests, mean = len(squares), float(np.mean(squares))
+    error = float(np.std(squares, ddof=1)) / np.sqrt(tests) / max(mean, 1e-300)
+    factor = float(np.exp(student.ppf(0.975, tests - 1) * error))
+    return mean / factor, mean * factor

@@ -1,0 +1,120 @@
+"""Warnings about what limits a verdict: loads constant within tests, flexible bases, effects hidden by the base."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import permutations
+
+import numpy as np
+from scipy.stats import rankdata
+
+from ...estimation.campaign.binning import Campaign
+from ...estimation.campaign.curves import transformed
+from ...estimation.noise.noise_floor import sensor_noise
+from ...estimation.search.base_law import BaseLaw
+from ...loads import LOAD_NAMES, FloatArray
+from .verdict import Evidence
+
+#: Families that can follow part of an effect.
+FLEXIBLE = ("polynomial", "gradient_boosting", "ffnn")
+#: A load varies within tests when this share of its variance lies within them.
+WITHIN = 1e-3
+#: Below this share of its own variation beside the base, an amplitude is poorly known.
+WEAK = 0.02
+
+
+#: A model that leaves less of the sensor's noise than this share was fitted to these very points.
+NOISE_LEFT = 0.75
+#: With fewer points the noise itself is too poorly known to say so.
+LEAST_POINTS = 200
+#: Loads that agree more than this over the tests cannot be told apart by their levels; fewer tests do not show it.
+TOGETHER, LEAST_LEVELS = 0.9, 4
+#: Agreeing more than this, also along the tests, they are one load for these data.
+ONE_LOAD = 0.98
+#: No tribometer resolves friction better than this share of mu.
+RESOLUTION = 0.002
+
+
+def knows_the_noise(measured: Campaign, model: BaseLaw) -> bool:
+    """Return whether a model that is taken as it is follows the noise of the records: it was fitted to these points."""
+    if not model.fixed or len(measured.mu) < LEAST_POINTS:
+        return False
+    noise = sensor_noise(measured, measured.mu)
+    left = sensor_noise(measured, measured.mu - model.offset)
+    return noise > RESOLUTION * float(np.mean(np.abs(measured.mu))) and left < NOISE_LEFT * noise
+
+
+def within_share(campaign: Campaign, name: str) -> float:
+    """Return the share of the variance of a load that lies within tests."""
+    values = campaign.average(getattr(campaign.loads, name))
+    means = campaign.of_tests(values)
+    around = values - np.average(values, weights=campaign.count)
+    whole = float(campaign.count @ around**2)
+    inside = float(campaign.count @ (values - means[campaign.test]) ** 2)
+    return inside / whole if whole > 0 else 0.0
+
+
+def limits(campaign: Campaign, base: BaseLaw, evidence: Evidence) -> list[str]:
+    """Return warnings that a reader of the verdict should know."""
+    notes = []
+    tests = len(campaign.tests)
+    averaged = campaign.count.size == tests
+    if tests > 1 and not averaged:
+        flat = [n for n in LOAD_NAMES if campaign.varies(n) and within_share(campaign, n) < WITHIN]
+        if flat:
+            notes.append(
+                f"{' and '.join(flat)} hardly {'varies' if len(flat) == 1 else 'vary'} within tests: the shape of such an effect rests on its levels alone"
+            )
+    if base.name.split("+")[0] in FLEXIBLE:
+        notes.append(
+            f"a {base.name} base absorbs part of an effect: 'nothing missing' would speak of the error, not of the physics"
+        )
+    winner = evidence.winner
+    if winner is not None and evidence.present:
+        notes += _tied_loads(campaign, winner.prepared.candidate.effect.driver)
+        whole = evidence.found.whiten(winner.binned - winner.binned.mean())
+        share = float(winner.signal @ winner.signal) / max(float(whole @ whole), 1e-300)
+        if share < WEAK:
+            notes.append(
+                f"only {100 * share:.1f} % of the variation of {winner.name} shows beside the base: "
+                "its form is seen, its amplitude is poorly known"
+            )
+    return notes
+
+
+def _tied_loads(campaign: Campaign, drivers: Sequence[str]) -> list[str]:
+    """Return a warning where a load that drives an effect moves with another one from test to test."""
+    varied = [n for n in LOAD_NAMES if n not in campaign.absent and campaign.varies(n)]
+    levels = {n: campaign.of_tests(transformed(campaign, n)) for n in varied}
+    tied = [
+        f"{b} (correlation {value:+.2f})"
+        for a, b in permutations(levels, 2)
+        if a in drivers and b not in drivers and abs(value := _correlation(levels[a], levels[b])) > TOGETHER
+    ]
+    if not tied:
+        return []
+    return [
+        f"from test to test {' and '.join(n for n in drivers if n in levels)} moves with {' and '.join(dict.fromkeys(tied))}: what looks "
+        "like an effect of the one may be one of the other; cross their levels in further tests"
+    ]
+
+
+def one_load(campaign: Campaign, drivers: Sequence[str]) -> bool:
+    """Return whether a load that drives an effect rises or falls with another one, that does not, between and along tests."""
+    varied = [n for n in LOAD_NAMES if n not in campaign.absent and campaign.varies(n)]
+    values = {n: rankdata(campaign.average(getattr(campaign.loads, n))) for n in varied}
+    return any(
+        min(
+            abs(_correlation(values[a], values[b])),
+            abs(_correlation(campaign.of_tests(values[a]), campaign.of_tests(values[b]))),
+        )
+        > ONE_LOAD
+        for a, b in permutations(varied, 2)
+        if a in drivers and b not in drivers
+    )
+
+
+def _correlation(a: FloatArray, b: FloatArray) -> float:
+    if len(a) < LEAST_LEVELS or min(np.ptp(a), np.ptp(b)) <= 0.0:
+        return 0.0
+    return float(np.corrcoef(a, b)[0, 1])

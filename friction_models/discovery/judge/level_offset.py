@@ -1,0 +1,88 @@
+"""Constant offset between measurements and a model that is not refitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import t as student
+
+from ...estimation.campaign.binning import Campaign
+from ...estimation.search.importance import LEAST_SHARE, error_share
+from ...estimation.search.scan import Fit
+from ...estimation.search.search_round import SearchRound
+from ...estimation.search.structure import StructurePlace
+from ...loads import LOAD_NAMES
+from .verdict import STRUCTURE_LEVEL
+
+
+@dataclass(frozen=True)
+class LevelOffset:
+    """How far the measurements lie above a model everywhere, whatever the effects do that are missing from it.
+
+    Attributes
+    ----------
+    value, error : float
+        Least distance over the tested loads (generalised least squares) and its standard error, in mu; 0 where an effect
+        makes the model right at some of them.
+    p_value : float
+        Two-sided, of Student's t with the tests that are left to show the scatter between them.
+    floor : float
+        Noise floor of one average.
+    """
+
+    value: float = 0.0
+    error: float = 0.0
+    p_value: float = 1.0
+    floor: float = 0.0
+
+    @property
+    def off(self) -> bool:
+        """Whether it is significant, and large enough beside the noise floor to matter."""
+        return self.p_value < STRUCTURE_LEVEL and error_share(self.value, self.floor) > LEAST_SHARE
+
+    def entry(self, campaign: Campaign) -> StructurePlace:
+        """Return the offset as structure that is left: over the whole tested range, driven by no load."""
+        region = {}
+        for name in LOAD_NAMES:
+            if campaign.varies(name):
+                values = getattr(campaign.loads, name)
+                region[name] = [float(values.min()), float(values.max())]
+        return {
+            "variables": [],
+            "region": region,
+            "shape": f"constant offset {self.value:+.4f}",
+            "share": error_share(self.value, self.floor),
+        }
+
+    def text(self, model: str) -> str:
+        """Return a sentence about it."""
+        side = "below" if self.value > 0 else "above"
+        return (
+            f"{model} lies at least {abs(self.value):.4f} +- {self.error:.4f} {side} the measurements everywhere: a level and no "
+            "effect of a load; fit the model's level, or check the zero of the force"
+        )
+
+
+def level_of(found: SearchRound, chosen: Sequence[Fit]) -> LevelOffset:
+    """Return the level beside a fixed model, with the effects found and their amplitudes fitted at the same time.
+
+    Parameters
+    ----------
+    found : SearchRound
+        Its first column of the base is the constant.
+    chosen : sequence of Fit
+    """
+    if not found.floor.known:
+        return LevelOffset(floor=found.floor.total)
+    columns = np.column_stack([found.columns, *(f.binned for f in chosen)])
+    white = found.whiten(columns)
+    inverse = np.linalg.pinv(white.T @ white, rcond=1e-12)
+    fitted = inverse @ (white.T @ found.whiten(found.y))
+    # where an effect is zero is a matter of its formula: the level is what remains wherever it is least
+    everywhere = columns @ fitted
+    value = float(np.clip(0.0, everywhere.min(), everywhere.max()))
+    error = float(np.sqrt(inverse[0, 0]))
+    p = float(2.0 * student.sf(abs(value) / max(error, 1e-300), found.freedom))
+    return LevelOffset(value, error, p, found.floor.total)

@@ -1,0 +1,212 @@
+"""Errors on whole tests that a fit did not see: one judge for `diagnose`, `refine` and all pages."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from sklearn.base import clone
+
+from ...effects.base import Effect
+from ...estimation.campaign.binning import Campaign, campaign_of
+from ...estimation.campaign.metadata import with_all_metadata
+from ...estimation.fit.joint_fit import solve_jointly
+from ...estimation.search.base_law import BaseLaw
+from ...estimation.search.candidates import evaluate_points
+from ...families.composed import ComposedFriction
+from ...loads import FloatArray, TriboLoads
+from ...models.base import FrictionModel
+from ...models.variables import as_numbers
+
+FOLDS = 4
+#: With fewer tests each is left out alone.
+FEW = 16
+#: Fewest tests of which some can be left out.
+LEAST_TESTS = 4
+
+Mask = npt.NDArray[np.bool_]
+
+
+def folds_of_tests(tests: int, seed: int) -> npt.NDArray[np.intp]:
+    """Return the fold of each test; all in fold 0 where there are too few to leave some out.
+
+    Of each `FOLDS` neighbours in an order of the tests every fold holds one, drawn at random: with tests by their loads
+    (`Campaign.place`), no fold lacks a corner of the plan by chance.
+
+    Examples
+    --------
+    >>> np.bincount(folds_of_tests(20, seed=0)).tolist()
+    [5, 5, 5, 5]
+    >>> folds_of_tests(5, seed=0).tolist()
+    [0, 1, 2, 3, 4]
+    """
+    if tests < LEAST_TESTS:
+        return np.zeros(tests, dtype=np.intp)
+    if tests < FEW:
+        return np.arange(tests)
+    rng = np.random.default_rng(seed)
+    blocks = [rng.permutation(FOLDS) for _ in range(-(-tests // FOLDS))]
+    return np.concatenate(blocks)[:tests]
+
+
+def predicted_unseen(
+    model: FrictionModel, loads: TriboLoads, mu: FloatArray, unseen: Mask
+) -> tuple[Any, FloatArray]:
+    """Fit a copy of a model to the other points; return it, and what it predicts of the measured mu at the unseen ones.
+
+    Faults of the data that the model knows are in the measurements, so they are added to its prediction here.
+    """
+    seen = ~unseen
+    fitted = clone(model).fit(loads.take(seen), mu[seen], names_of(loads, seen))
+    held = loads.take(unseen)
+    return fitted, fitted.predict(held) + _faults_share(fitted, held)
+
+
+def names_of(loads: TriboLoads, rows: Mask) -> Any:
+    """Return the names of the tests of some points, None where tests are not known."""
+    return None if loads.test_id is None else loads.test_id[rows]
+
+
+def _faults_share(model: Any, loads: TriboLoads) -> FloatArray:
+    """Return what the faults of the data that a fitted model knows add to measured mu, shape (n,)."""
+    share = np.zeros(len(loads))
+    known = zip(
+        getattr(model, "effects_", []), getattr(model, "shapes_", []), getattr(model, "amplitudes_", [])
+    )
+    for effect, shape, amplitudes in known:
+        if effect.kind != "fault":
+            continue
+        campaign = campaign_of(loads, share, loads.test_id)
+        for name in effect.metadata:
+            values = loads.context_column(name)
+            if values is not None:
+                campaign.system[name] = as_numbers(values, model.levels_.get(name, ()), np.nan)[:, None]
+        columns = evaluate_points(effect, campaign, model.predict(loads), shape)
+        share = share + sum(
+            a * np.broadcast_to(c, (len(loads), 1))[:, 0] for a, c in zip(amplitudes.values(), columns)
+        )
+    return share
+
+
+@dataclass(frozen=True)
+class ErrorsByTest:
+    """Mean squared error of each test, split in two.
+
+    Attributes
+    ----------
+    between : ndarray, shape (tests,)
+        Square of the mean error of the test: what differs from test to test.
+    within : ndarray, shape (tests,)
+        Mean square about it: what changes along the test.
+    """
+
+    between: FloatArray
+    within: FloatArray
+
+    @property
+    def total(self) -> FloatArray:
+        """Mean squared error of each test."""
+        return self.between + self.within
+
+    @property
+    def rms(self) -> float:
+        """RMS over all tests, each with the same weight."""
+        return float(np.sqrt(np.mean(self.total)))
+
+
+def errors_of_tests(campaign: Campaign, residual: FloatArray) -> ErrorsByTest:
+    """Return the errors of the tests from residuals in the bins, shape (m,)."""
+    mean, square = campaign.of_tests(residual), campaign.of_tests(residual**2)
+    return ErrorsByTest(mean**2, np.maximum(square - mean**2, 0.0))
+
+
+def refitted(base: BaseLaw) -> bool:
+    """Return whether the model itself is fitted anew for every judgement, as `refine` does, and not taken as it is."""
+    law = base.model.base if isinstance(base.model, ComposedFriction) else base.model
+    return isinstance(law, FrictionModel) and law.form != "flexible" and not base.fixed
+
+
+@dataclass
+class UnseenTests:
+    """Residuals of a model, with and without effects, on tests that each fit did not see.
+
+    Attributes
+    ----------
+    campaign : Campaign
+    base : BaseLaw
+    seed : int
+        Of the folds.
+    """
+
+    campaign: Campaign
+    base: BaseLaw
+    seed: int = 0
+    _kept: dict[tuple[str, ...], FloatArray] = field(default_factory=dict, repr=False)
+
+    @property
+    def possible(self) -> bool:
+        """Whether there are enough tests to leave some out."""
+        return len(self.campaign.tests) >= LEAST_TESTS
+
+    @property
+    def fold_of_test(self) -> npt.NDArray[np.intp]:
+        """Fold of each test."""
+        return folds_of_tests(len(self.campaign.tests), self.seed)[self.campaign.place]
+
+    def residual(self, effects: Sequence[Effect] = ()) -> FloatArray:
+        """Return measured minus predicted mu in the bins, shape (m,), of the model with `effects`."""
+        return self.campaign.average(self._at_points(effects))
+
+    def errors(self, effects: Sequence[Effect] = ()) -> ErrorsByTest:
+        """Return the errors of the model with `effects`, of averages over the bins."""
+        return errors_of_tests(self.campaign, self.residual(effects))
+
+    def _at_points(self, effects: Sequence[Effect]) -> FloatArray:
+        key = tuple(e.name for e in effects)
+        if key not in self._kept:
+            self._kept[key] = self.campaign.mu - self._predicted(effects)
+        return self._kept[key]
+
+    def _predicted(self, effects: Sequence[Effect]) -> FloatArray:
+        campaign, model = self.campaign, self.base.model
+        fold = self.fold_of_test[campaign.point_test]
+        predicted = np.empty(len(campaign.mu))
+        if refitted(self.base):
+            law = model.base if isinstance(model, ComposedFriction) else model
+            held = list(model.effects) if isinstance(model, ComposedFriction) else []
+            changed = ComposedFriction(clone(law), [*held, *effects]) if effects else model
+            known = changed.effects if isinstance(changed, ComposedFriction) else []
+            loads = with_all_metadata(campaign.loads, [m for e in known for m in getattr(e, "metadata", ())])
+        for k in np.unique(fold):
+            unseen = fold == k
+            if refitted(self.base):
+                predicted[unseen] = predicted_unseen(changed, loads, campaign.mu, unseen)[1]
+            else:
+                predicted[unseen] = _beside(campaign, self.base, effects, unseen)
+        return predicted
+
+
+def _beside(campaign: Campaign, law: BaseLaw, effects: Sequence[Effect], unseen: Mask) -> FloatArray:
+    """Return predictions of a law that is not refitted itself, with a shift and effects that the other tests determine."""
+    part, own = _part(campaign, law, ~unseen)
+    problem = solve_jointly(part, own, list(effects))
+    coefficients, amplitudes = problem.solve(problem.shapes)
+    held, other = _part(campaign, law, unseen)
+    predicted = other.offset + other.columns @ coefficients
+    mu = np.maximum(predicted, 0.0)
+    for effect, shape, values in zip(effects, problem.shapes, amplitudes, strict=True):
+        columns = evaluate_points(effect, held, mu, shape)
+        predicted = predicted + sum(
+            a * np.broadcast_to(c, (len(mu), 1))[:, 0] for a, c in zip(values, columns, strict=True)
+        )
+    return np.asarray(predicted)
+
+
+def _part(campaign: Campaign, law: BaseLaw, rows: Mask) -> tuple[Campaign, BaseLaw]:
+    """Return the points of some tests, and the law there."""
+    return campaign.part(rows), BaseLaw(
+        law.name, law.columns[rows], law.offset[rows], law.fixed, law.effects, law.model
+    )

@@ -1,0 +1,69 @@
+"""Metadata that sets tests apart, found before the noise is judged: scatter between tests must not hold what the test table explains."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.stats import f as fisher
+
+from ...loads import LOAD_NAMES, FloatArray
+from ..campaign.binning import Campaign
+from ..noise.noise_floor import independent_columns
+from .base_law import BaseLaw
+from .candidates import Candidate
+from .search_round import flexible_mean
+
+#: Level of all F tests of one step together.
+LEVEL = 0.01
+#: Most columns of metadata that are taken, one after the other.
+MOST = 2
+#: Tests that must be left beside all columns.
+SPARE = 4
+
+
+def metadata_that_sets_tests_apart(
+    campaign: Campaign, base: BaseLaw, candidates: Sequence[Candidate]
+) -> FloatArray:
+    """Return columns in the bins of effects of metadata that explain levels of tests beside a flexible mean, shape (m, k).
+
+    F tests of mean friction of whole tests, stepwise, at a Bonferroni level (Draper, Smith: Applied Regression Analysis
+    (1998), chapter 6). Each level of a column, or shape of an effect, counts as a test.
+    """
+    system = [c.columns[:, k] for c in candidates if _of_system(c) for k in range(c.columns.shape[1])]
+    known = np.empty((len(campaign.starts), 0))
+    if not system:
+        return known
+    y = campaign.of_tests(campaign.average(campaign.mu - base.offset))
+    mean = independent_columns(_of_tests(campaign, flexible_mean(campaign, base.columns)))
+    for _ in range(MOST):
+        best: tuple[float, FloatArray] | None = None
+        for columns in system:
+            p = _p_value(y, mean, _of_tests(campaign, columns))
+            if p < LEVEL / len(system) and (best is None or p < best[0]):
+                best = p, columns
+        if best is None:
+            break
+        known = np.column_stack([known, best[1]])
+        mean = independent_columns(np.column_stack([mean, _of_tests(campaign, best[1])]))
+    return known
+
+
+def _of_system(candidate: Candidate) -> bool:
+    """Return whether a candidate follows the test table alone, and no load."""
+    return not set(candidate.effect.driver) & set(LOAD_NAMES)
+
+
+def _of_tests(campaign: Campaign, columns: FloatArray) -> FloatArray:
+    return np.column_stack([campaign.of_tests(c) for c in columns.T])
+
+
+def _p_value(y: FloatArray, mean: FloatArray, columns: FloatArray) -> float:
+    """Return the p-value of the F test of columns beside a mean; 1 where too few tests are left."""
+    whole = independent_columns(np.column_stack([mean, columns]))
+    more, left = whole.shape[1] - mean.shape[1], len(y) - whole.shape[1]
+    if more < 1 or left < SPARE:
+        return 1.0
+    without, beside = (float(np.sum((y - q @ (q.T @ y)) ** 2)) for q in (mean, whole))
+    ratio = max(without - beside, 0.0) / more / max(beside / left, 1e-300)
+    return float(fisher.sf(ratio, more, left))

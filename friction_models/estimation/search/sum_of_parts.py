@@ -1,0 +1,76 @@
+"""Effects that a sum of simpler ones imitates: rate and state friction is a speed law plus running-in while no speed changes."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...loads import LOAD_NAMES, FloatArray
+from ..campaign.binning import Campaign
+from ..campaign.curves import spline_columns
+from ..noise.noise_floor import Whitener
+from .scan import VISIBLE, Fit, Projector, best_fit
+
+#: Gain beyond any sum of curves along its loads, from which on an effect shows something of its own.
+OWN = 40.0
+#: Bends of each curve.
+KNOTS = 8
+
+
+def shown_by_parts(
+    campaign: Campaign, ranking: Sequence[Fit], residual: FloatArray, whiten: Whitener, project: Projector
+) -> frozenset[str]:
+    """Return the effects that show nothing beyond a sum of curves along each of their loads.
+
+    Only effects with several amplitudes are asked: the others are simpler than any sum.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    ranking : sequence of Fit
+    residual : ndarray, shape (m,)
+        Whitened, without the base.
+    whiten : Whitener
+    project : Projector
+        Removes the base.
+    """
+    asked = [f for f in ranking if len(f.amplitudes) > 1 and f.gain > 0.0]
+    return frozenset(
+        f.name
+        for f in asked
+        if sum(n in LOAD_NAMES and campaign.varies(n) for n in _drivers(f)) > 1
+        and _own_gain(campaign, f, residual, whiten, project) <= OWN
+    )
+
+
+def parts_first(ranking: list[Fit], by_parts: Collection[str]) -> list[Fit]:
+    """Let an effect of fewer loads lead where the first one is among those that parts show, too."""
+    if not ranking or ranking[0].name not in by_parts:
+        return ranking
+    part = next((f for f in ranking[1:] if f.gain > 0.0 and is_part(f, ranking[0])), None)
+    return ranking if part is None else [part, *(f for f in ranking if f is not part)]
+
+
+def is_part(fit: Fit, whole: Fit) -> bool:
+    """Return whether an effect has fewer amplitudes than another one, and only loads of it."""
+    return len(fit.amplitudes) < len(whole.amplitudes) and _drivers(fit) < _drivers(whole)
+
+
+def _drivers(fit: Fit) -> frozenset[str]:
+    return frozenset(fit.prepared.candidate.effect.driver)
+
+
+def _own_gain(
+    campaign: Campaign, fit: Fit, residual: FloatArray, whiten: Whitener, project: Projector
+) -> float:
+    """Return the gain of an effect, at its best shape, beyond curves along each of its loads."""
+    curves = spline_columns(campaign, fit.prepared.candidate.effect.driver, KNOTS)
+    beyond = Projector(project(whiten(curves)))
+    prepared = fit.prepared
+    columns = beyond(prepared.columns)
+    seen = np.sum(columns**2, axis=0) > VISIBLE * np.maximum(np.sum(prepared.columns**2, axis=0), 1e-12)
+    gram = np.einsum("mga,mgb->gab", columns, columns)
+    own = replace(prepared, columns=columns, gram=gram, usable=prepared.usable & seen)
+    return best_fit(own, beyond(residual)).gain

@@ -1,0 +1,216 @@
+"""The test table of a folder, changed cell by cell; the rest of the file stays as it stands there, and the old file is kept."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ..common.errors import InputError, nearest, shown
+from ..common.files import atomic_path
+from .dataset import read_tests
+from .points import read_points
+from .table import encoding_of, header_of
+
+#: Folder beside the table for the tables before.
+EARLIER = "earlier"
+#: Larger tables are not changed here.
+_MAX_BYTES = 50_000_000
+_COLUMN = re.compile(r"[^\W\d]\w{0,59}")
+
+
+@dataclass(frozen=True)
+class TableOfTests:
+    """Rows of cells as they stand in the file of a test table.
+
+    Attributes
+    ----------
+    file : Path
+        Where it stands, or will stand.
+    above : tuple of str
+        Lines over the names of the columns.
+    rows : tuple of tuple of str
+        Names of the columns, perhaps their units, and one row a test.
+    separator : str
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = (Path(folder) / "tests.csv").write_text("test_id;Ra\\nt1;0,40\\nt2;0,80\\n")
+    ...     table = TableOfTests.load(folder).changed([("t2", "role", "test")])
+    ...     kept = table.save()
+    ...     (Path(folder) / "tests.csv").read_text(), kept.name
+    ('test_id;Ra;role\\nt1;0,40;\\nt2;0,80;test\\n', 'tests-001.csv')
+    """
+
+    file: Path
+    above: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    separator: str = ","
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> TableOfTests:
+        """Read the test table of a folder or a file; of a data set without one, a table with the names of its tests.
+
+        Raises
+        ------
+        InputError
+            No such folder, no table and no points in it, or what `read_tests` refuses.
+        """
+        place = Path(path)
+        file = place / "tests.csv" if place.is_dir() else place
+        if place.is_dir() and not file.is_file():
+            if not (place / "points.csv").is_file():
+                raise InputError(
+                    f"{place}: holds no tests.csv and no points.csv; allowed: a data set, a campaign, or a test table"
+                )
+            names = dict.fromkeys(read_points(place / "points.csv", need_mu=False)["test_id"])
+            return cls(file, (), (("test_id",), *((str(name),) for name in names)))
+        if file.suffix.lower() == ".parquet":
+            raise InputError(f"{file}: Parquet; allowed: a test table as text, such as tests.csv")
+        if file.is_file() and file.stat().st_size > _MAX_BYTES:
+            raise InputError(f"{file}: {file.stat().st_size} bytes; allowed: at most {_MAX_BYTES}")
+        read_tests(file)
+        above, separator = header_of(file)
+        with file.open(encoding=encoding_of(file), newline="") as stream:
+            lines = [stream.readline() for _ in range(above)]
+            read = csv.reader(stream, delimiter=separator, skipinitialspace=True)
+            rows = [tuple(cell.strip() for cell in row) for row in read if any(map(str.strip, row))]
+        width = max(map(len, rows))
+        # Cells that a row lacks at its end are empty ones.
+        rows = [row + ("",) * (width - len(row)) for row in rows]
+        return cls(file, tuple(lines), tuple(rows), separator)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns, without units."""
+        return tuple(re.split(r"\s*\[", name, maxsplit=1)[0].strip() for name in self.rows[0])
+
+    @property
+    def tests(self) -> tuple[str, ...]:
+        """Names of the tests; a row of units has none."""
+        place = self.columns.index("test_id")
+        return tuple(row[place] for row in self.rows[1:] if row[place])
+
+    def cells(self) -> list[dict[str, str]]:
+        """Return one dictionary a test: column and text of the cell."""
+        names, place = self.columns, self.columns.index("test_id")
+        return [dict(zip(names, row, strict=False)) for row in self.rows[1:] if row[place]]
+
+    def changed(self, changes: Iterable[tuple[str, str, str]]) -> TableOfTests:
+        """Return the table with other cells: (test, column, value); ``*`` in the name of a test stands for any text.
+
+        Raises
+        ------
+        InputError
+            No such test, a name that can be no column, the column `test_id`, or a value that is no plain text.
+        """
+        columns, place = list(self.columns), self.columns.index("test_id")
+        rows = [list(row) for row in self.rows]
+        for test, column, value in changes:
+            if column == "test_id":
+                raise InputError(f"{self.file}: test_id stays as it is; allowed: another column")
+            if column not in columns:
+                if _COLUMN.fullmatch(column) is None:
+                    raise InputError(
+                        f"{self.file}: column {shown(column, 60)!r}; allowed: letters, digits and underscores"
+                    )
+                columns.append(column)
+                rows[0].append(column)
+                rows[1:] = [[*row, ""] for row in rows[1:]]
+            if not (value.isprintable() and len(value) <= 500):
+                raise InputError(
+                    f"{self.file}: value {shown(value, 60)!r}; allowed: a text of one line, up to 500 characters"
+                )
+            form = re.compile(".*".join(map(re.escape, test.split("*"))))
+            hits = [row for row in rows[1:] if row[place] and form.fullmatch(row[place])]
+            if not hits:
+                near = nearest(test, self.tests)
+                hint = f"; did you mean {near!r}?" if near else ""
+                raise InputError(f"{self.file}: no test {shown(test, 60)!r}{hint}")
+            for row in hits:
+                row[columns.index(column)] = value.strip()
+        return replace(self, rows=tuple(tuple(row) for row in rows))
+
+    def difference(self, other: TableOfTests) -> str:
+        """Return in how many cells a later table differs, and what columns it has more."""
+        before = {cells["test_id"]: cells for cells in self.cells()}
+        count = sum(
+            before[cells["test_id"]].get(name, "") != cell
+            for cells in other.cells()
+            for name, cell in cells.items()
+        )
+        more = [name for name in other.columns if name not in self.columns]
+        return f"{count} cells changed" + (f", new: {', '.join(more)}" if more else "")
+
+    def save(self) -> Path | None:
+        """Write the table, and return where the one before is kept; None where there was none.
+
+        Raises
+        ------
+        InputError
+            What would be written is no test table.
+        """
+        with atomic_path(self.file) as temporary:
+            temporary.write_text(self._written(), encoding="utf-8", newline="")
+            read = temporary.with_name(f"{temporary.name}.csv")
+            temporary.rename(read)
+            try:
+                read_tests(read)
+            except InputError as error:
+                raise InputError(str(error).replace(str(read), str(self.file))) from None
+            finally:
+                read.rename(temporary)
+            kept = self._keep() if self.file.is_file() else None
+        return kept
+
+    def _written(self) -> str:
+        text = io.StringIO(newline="")
+        text.writelines(self.above)
+        csv.writer(text, delimiter=self.separator, lineterminator="\n").writerows(self.rows)
+        return text.getvalue()
+
+    def _keep(self) -> Path:
+        """Keep the table before under the next number; it is linked or copied, so that there is a table at any time."""
+        place = self.file.parent / EARLIER
+        place.mkdir(exist_ok=True)
+        suffix = self.file.suffix
+        numbers = [
+            int(p.stem.rpartition("-")[2])
+            for p in place.glob(f"{self.file.stem}-[0-9]*{suffix}")
+            if p.stem[-3:].isdigit()
+        ]
+        kept = place / f"{self.file.stem}-{max(numbers, default=0) + 1:03d}{suffix}"
+        with atomic_path(kept) as temporary:
+            temporary.write_bytes(self.file.read_bytes())
+        return kept
+
+    def text(self) -> str:
+        """Return the table for the console."""
+        widths = [max(len(row[k]) for row in self.rows) for k in range(len(self.rows[0]))]
+        return "\n".join(_padded(row, widths) for row in self.rows)
+
+
+def read_change(text: str) -> tuple[str, str, str]:
+    """Return (test, column, value) of a change as the command line writes it.
+
+    Raises InputError: another form.
+
+    Examples
+    --------
+    >>> read_change("t01:role=test"), read_change("*:Ra=")
+    (('t01', 'role', 'test'), ('*', 'Ra', ''))
+    """
+    found = re.fullmatch(r"(.+?):([^\W\d]\w*)=(.*)", text, re.DOTALL)
+    if found is None:
+        raise InputError(f"--set {shown(text, 80)!r}; allowed: TEST:COLUMN=VALUE, such as t01:role=test")
+    return found[1], found[2], found[3]
+
+
+def _padded(row: Sequence[str], widths: Sequence[int]) -> str:
+    return "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()

@@ -1,0 +1,98 @@
+"""The command lines of the page FMU."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .commands import Command, short
+
+#: Most contact points of a friction FMU that a page offers.
+MOST_NODES = 100_000
+TARGETS = {"native": "C code, needs nothing else", "python": "Python with ONNX Runtime"}
+#: Switches of `pack`, by the option.
+SWITCHES = {
+    "interval": "Also give mu_low and mu_high, the model's prediction interval",
+    "arrays": "FMI 3.0: arrays whose length the simulator sets, also with one contact point",
+}
+
+
+@dataclass(frozen=True)
+class PackOptions:
+    """How a model is packed; see ``tribofmu pack --help``."""
+
+    fmi: str = "2.0"
+    nodes: int = 1
+    target: str = "native"
+    platforms: tuple[str, ...] = ()
+    interval: bool = False
+    arrays: bool = False
+
+    def problem(self) -> str:
+        """Return in a sentence which options do not go together; empty where they do.
+
+        Examples
+        --------
+        >>> PackOptions(arrays=True).problem()
+        'Arrays of any length are part of FMI 3.0: choose that version, or leave them out.'
+        """
+        if self.arrays and self.fmi != "3.0":
+            return "Arrays of any length are part of FMI 3.0: choose that version, or leave them out."
+        if self.platforms and self.target != "native":
+            return "Platforms are chosen for C code only: Python runs wherever the simulator's Python does."
+        return ""
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """Options of the command line; those that are the default are left out."""
+        found: list[str] = []
+        if self.target != "native":
+            found += ["--target", self.target]
+        if self.fmi != "2.0":
+            found += ["--fmi", self.fmi]
+        if self.nodes != 1:
+            found += ["--nodes", str(self.nodes)]
+        if self.platforms:
+            found += ["--platforms", ",".join(self.platforms)]
+        return (*found, *(f"--{name}" for name in SWITCHES if getattr(self, name)))
+
+    @property
+    def suffix(self) -> str:
+        """What tells the file from others of the same model.
+
+        Examples
+        --------
+        >>> PackOptions().suffix, PackOptions("3.0", 80, "python", interval=True).suffix
+        ('', '-fmi3-80-python-interval')
+        """
+        parts = [
+            "" if self.fmi == "2.0" else f"fmi{self.fmi[0]}",
+            "" if self.nodes == 1 else str(self.nodes),
+            "" if self.target == "native" else self.target,
+            *self.platforms,
+            *(name for name in SWITCHES if getattr(self, name)),
+        ]
+        return "".join(f"-{part}" for part in parts if part)
+
+
+def platform_names() -> list[str]:
+    """Return the platforms that native FMUs are built for."""
+    from fmus.native.platforms import PLATFORMS
+
+    return list(PLATFORMS)
+
+
+def fmu_file(model: str, options: PackOptions) -> str:
+    """Return where the FMU of a model is kept.
+
+    Examples
+    --------
+    >>> fmu_file("models/linear", PackOptions()), fmu_file("models/linear", PackOptions("3.0", 80))
+    ('fmus/linear.fmu', 'fmus/linear-fmi3-80.fmu')
+    """
+    return f"fmus/{short(model)}{options.suffix}.fmu"
+
+
+def pack(model: str, options: PackOptions) -> Command:
+    """Pack a model as an FMU."""
+    arguments = ("pack", model, *options.arguments, "-o", fmu_file(model, options))
+    return Command(f"Pack {short(model)} as an FMU", arguments)

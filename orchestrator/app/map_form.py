@@ -1,0 +1,233 @@
+"""What a form says about the columns of measurement files, as the map that `ingest` or `points` takes; no page is needed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from friction_models.common.units import units_like
+from friction_models.loads import FloatArray
+from friction_models.loads.contract import POINT_COLUMNS, POINT_UNITS, QUANTITIES
+from sct_twin.ingest.channel_guess import guess_channels, name_and_unit
+from sct_twin.ingest.point_guess import guess_point_columns
+from sct_twin.readers import RawTable
+from sct_twin.records.channels import CHANNELS
+
+#: Columns of a file that a form shows.
+MOST_COLUMNS = 60
+#: Stands for a column of the test table in the choice of a column of points.
+TEST_TABLE = "test_table"
+
+
+@dataclass
+class ColumnForm:
+    """What a form says about one column.
+
+    Attributes
+    ----------
+    name : str
+        How the file names it.
+    is_ : str
+        The channel or quantity; empty where it is not used; `TEST_TABLE`.
+    unit : str
+        Where the file's own does not hold.
+    offset : float or None
+        Zero reading, in the unit of the column.
+    scale, std
+        As in a channel map: ``5 kN/V``; uncertainty of a force cell [N].
+    low, high : float or None
+        Limits of the rows that are kept (points).
+    """
+
+    name: str
+    file_unit: str = ""
+    number: bool = True
+    is_: str = ""
+    unit: str = ""
+    sign: int = 1
+    offset: float | None = None
+    scale: str = ""
+    std: float | None = None
+    low: float | None = None
+    high: float | None = None
+    column: str = ""
+    #: Further keys of a map that was written by hand.
+    more: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass
+class MapForm:
+    """What a form says about a set of files.
+
+    Attributes
+    ----------
+    records : bool
+        Records of a tribometer over time; else tables of points.
+    columns : list of ColumnForm
+    mass : float or None
+        [kg]
+    name : str
+        Template of the files' names.
+    metadata : dict
+        What all tests share.
+    phases : dict
+        ``upsetting`` and ``sliding``: from and to [s]; empty to detect them.
+    more : dict
+        Further keys of a map that was written by hand.
+    """
+
+    records: bool
+    columns: list[ColumnForm]
+    mass: float | None = None
+    name: str = ""
+    metadata: dict[str, Any] = field(default_factory=dict)
+    phases: Any = "detect"
+    more: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, table: RawTable, records: bool, saved: Mapping[str, Any]) -> MapForm:
+        """Return the form of a saved map, or of what is recognised where none was saved.
+
+        Examples
+        --------
+        >>> import pandas as pd
+        >>> table = RawTable(pd.DataFrame({"t": [0.0], "COF": [0.1]}), {"t": "s"}, "file.csv")
+        >>> [c.is_ for c in MapForm.of(table, False, {}).columns]
+        ['t', 'mu']
+        """
+        names = [str(c) for c in table.frame.columns][:MOST_COLUMNS]
+        columns = [
+            ColumnForm(n, table.units.get(n, ""), table.frame[n].dtype.kind in "fiu", column=n) for n in names
+        ]
+        form = cls(records, columns)
+        entries = saved.get("channels" if records else "columns")
+        was_saved = isinstance(entries, Mapping)
+        drafted = dict(entries) if isinstance(entries, Mapping) else drafted_columns(table, records)
+        for column in columns:
+            if column.name in drafted:
+                _fill(column, drafted.pop(column.name))
+        if not was_saved:
+            for column in columns:
+                if records and column.is_ == "F_n" and _pulls(table.numbers(column.name)[0]):
+                    column.sign = -1
+            return form
+        # A map may name columns that the first file does not have: they stay.
+        form.more = {"channels" if records else "columns": drafted} if drafted else {}
+        mass, metadata = saved.get("moving_mass"), saved.get("metadata")
+        form.mass = float(mass) if isinstance(mass, int | float) and not isinstance(mass, bool) else None
+        form.metadata = dict(metadata) if isinstance(metadata, Mapping) else {}
+        form.name = str(saved.get("test_id" if records else "file_name") or "")
+        form.phases = saved.get("phases") or "detect"
+        only = saved.get("only")
+        for column in columns if isinstance(only, Mapping) else ():
+            limits = (only or {}).get(column.name)
+            if isinstance(limits, Mapping):
+                column.low, column.high = _number(limits.get("min")), _number(limits.get("max"))
+        form.more |= {k: saved[k] for k in ("despike", "low_pass") if records and k in saved}
+        return form
+
+    def content(self) -> dict[str, Any]:
+        """Return the map as the command line takes it."""
+        key = "channels" if self.records else "columns"
+        entries = {c.name: _entry(c, self.records) for c in self.columns if c.is_}
+        found: dict[str, Any] = {key: {**entries, **self.more.get(key, {})}}
+        if self.records:
+            found |= {"moving_mass": self.mass} if self.mass is not None else {}
+        else:
+            limits = {
+                c.name: {k: v for k, v in (("min", c.low), ("max", c.high)) if v is not None}
+                for c in self.columns
+                if c.low is not None or c.high is not None
+            }
+            found |= {"only": limits} if limits else {}
+        found |= {"test_id" if self.records else "file_name": self.name} if self.name else {}
+        found |= {"metadata": self.metadata} if self.metadata else {}
+        found |= {"phases": self.phases} if self.records else {}
+        return found | {k: v for k, v in self.more.items() if k != key}
+
+
+def choices(records: bool) -> dict[str, str]:
+    """Return what a column may be, for a field to choose from."""
+    if records:
+        return {"": "not used", **{n: f"{n}: {c.meaning} [{c.unit}]" for n, c in CHANNELS.items()}}
+    said = {n: f"{n}: {QUANTITIES[n].meaning} [{QUANTITIES[n].unit}]" for n in POINT_COLUMNS[1:]}
+    return {
+        "": "not used",
+        "test_id": "test_id: name of the test",
+        **said,
+        TEST_TABLE: "column of the test table",
+    }
+
+
+def units_of(quantity: str, records: bool) -> list[str]:
+    """Return the usual units of a channel or quantity."""
+    known = CHANNELS[quantity].unit if records and quantity in CHANNELS else POINT_UNITS.get(quantity, "")
+    return units_like(known) if known and known != "1" else ["1", "%"] if known else []
+
+
+def looks_like_records(table: RawTable) -> bool:
+    """Whether a table has forces over time and no friction."""
+    columns = guess_point_columns(table)
+    if any(entry.get("quantity") == "mu" for entry in columns.values()):
+        return False
+    found = {g.quantity: g.candidates for g in guess_channels(table)}
+    return bool(found.get("F_n") or found.get("F_r"))
+
+
+def drafted_columns(table: RawTable, records: bool) -> dict[str, Any]:
+    """Return what is recognised, as entries of a map."""
+    if not records:
+        return dict(guess_point_columns(table))
+    entries: dict[str, Any] = {}
+    for guess in guess_channels(table):
+        if guess.column is not None:
+            unit = "" if table.units.get(guess.column) else name_and_unit(guess.column)[1]
+            entries[guess.column] = {"quantity": guess.quantity, **({"unit": unit} if unit else {})}
+    return entries
+
+
+def _pulls(values: FloatArray) -> bool:
+    """Whether a force is negative under load, as of a cell that counts compression so.
+
+    Examples
+    --------
+    >>> _pulls(np.array([0.1, 0.0, -90.0])), _pulls(np.array([-0.1, 90.0])), _pulls(np.array([np.nan]))
+    (True, False, False)
+    """
+    known = values[np.isfinite(values)]
+    return bool(len(known)) and float(-known.min()) > 3.0 * max(float(known.max()), 0.0)
+
+
+def _fill(column: ColumnForm, entry: Any) -> None:
+    entry = {"quantity": entry} if isinstance(entry, str) else entry
+    if not isinstance(entry, Mapping):
+        return
+    if entry.get("test_table"):
+        column.is_, column.column = TEST_TABLE, str(entry["test_table"])
+        return
+    column.is_ = str(entry.get("quantity") or "")
+    column.unit = str(entry.get("unit") or "")
+    column.sign = -1 if entry.get("sign") == -1 else 1
+    column.offset, column.std = _number(entry.get("offset")), _number(entry.get("std"))
+    column.scale = str(entry.get("scale") or "")
+    column.more = {k: v for k, v in entry.items() if k in {"sensitivity"}}
+
+
+def _entry(column: ColumnForm, records: bool) -> dict[str, Any]:
+    if column.is_ == TEST_TABLE:
+        return {"test_table": column.column}
+    entry: dict[str, Any] = {"quantity": column.is_}
+    entry |= {"unit": column.unit} if column.unit else {}
+    entry |= {"sign": -1} if column.sign == -1 else {}
+    if records:
+        entry |= {"offset": column.offset} if column.offset else {}
+        entry |= {"scale": column.scale} if column.scale else {}
+        entry |= {"std": column.std} if column.std is not None else {}
+    return {**entry, **column.more}
+
+
+def _number(value: Any) -> float | None:
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None

@@ -1,0 +1,149 @@
+"""Bringing files: an area to drop files or a folder on, bounded, with checked names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from nicegui import events, ui
+
+from friction_models.common import InputError, atomic_path
+from friction_models.common.errors import shown
+from sct_twin.readers import SUFFIXES
+
+from .. import history
+from ..project import is_name, name_of
+from ..raw_files import MAPS, MOST_FILES, RAW, free_name, set_name
+from .parts import button, heading, say
+from .view import View
+
+#: Largest file that is taken [byte].
+LARGEST = 100_000_000
+#: Adds the files of folders that are dropped on the area or chosen; the browser hands out a folder only piece by piece.
+_FOLDERS = """
+((area) => {
+if (!area) return;  // the page went away meanwhile
+const up = area.$refs.qRef, host = area.$el;
+const take = (list) => { if (list.length) up.addFiles(list) };
+const read = (entry) => new Promise((done) => {
+  if (entry.isFile) return entry.file((f) => done([f]), () => done([]));
+  const reader = entry.createReader(); const all = [];
+  const more = () => reader.readEntries((part) => {
+    if (!part.length) return done(Promise.all(all).then((x) => x.flat()));
+    for (const e of part) if (e.isFile && !e.name.startsWith('.')) all.push(read(e));
+    more();
+  }, () => done([]));
+  more();
+});
+host.addEventListener('drop', (e) => {
+  const entries = [...(e.dataTransfer.items || [])].map((i) => i.webkitGetAsEntry && i.webkitGetAsEntry()).filter((x) => x);
+  if (!entries.some((x) => x.isDirectory)) return;
+  e.preventDefault(); e.stopPropagation();
+  Promise.all(entries.map(read)).then((x) => take(x.flat()));
+}, true);
+host.pickFolder = () => {
+  const field = document.createElement('input');
+  field.type = 'file'; field.webkitdirectory = true; field.multiple = true;
+  field.onchange = () => take([...field.files].filter((f) => !f.name.startsWith('.')));
+  field.click();
+};
+})(getElement(%d));
+"""
+
+
+def bring(view: View, title: str, into: str = "") -> None:
+    """Show where files can be dropped; they become a new set, or more files of the set `into`."""
+    suffixes = sorted({*SUFFIXES, *(MAPS if into else ())})
+    target = into
+    with ui.element("section").props('id="bring"'):
+        heading(title)
+        say(
+            f"Records of a data logger or tables of points: {', '.join(suffixes)}; at most {LARGEST / 1e6:.0f} MB a file. A table tests.csv beside "
+            "records says what is known of each test.",
+            "soft",
+        )
+        said = ui.element("div").props('role="status"')
+
+        async def taken(event: events.UploadEventArguments) -> None:
+            nonlocal target
+            try:
+                if not target:
+                    target = _new_set(view, event.file.name)
+                name = await _keep(view, event, target)
+            except InputError as error:
+                with said:
+                    say(str(error), "problem")
+                _drop_empty(view, target, into)
+                target = into if not (view.project.root / RAW / (target or "-")).is_dir() else target
+                return
+            with said:
+                say(f"{name} is in the project.", "soft")
+
+        def finished() -> None:
+            if target and (view.project.root / RAW / target).is_dir():
+                view.note(history.BROUGHT, data=f"{RAW}/{target}")
+                ui.navigate.to(f"/measurements?raw={target}")
+
+        upload = ui.upload(
+            multiple=True,
+            on_upload=taken,
+            auto_upload=True,
+            max_file_size=LARGEST,
+            max_files=MOST_FILES,
+            on_rejected=lambda: ui.notify(
+                "A file is too large, or of a kind that is not read.", type="negative"
+            ),
+            label="Drop files or a folder here",
+        )
+        upload.on("finish", finished, args=[])
+        upload.props(f'accept="{",".join(suffixes)}" flat bordered').classes("upload")
+        ui.run_javascript(_FOLDERS % upload.id)
+        # The button of the uploader has no name for a screen reader.
+        with ui.element("div").classes("buttons"):
+            choose = button("Choose files", lambda: None)
+            choose.on("click", js_handler=f"() => getElement({upload.id}).$refs.qRef.pickFiles()")
+            folder = button("Choose a folder", lambda: None)
+            folder.on("click", js_handler=f"() => getElement({upload.id}).$el.pickFolder()")
+
+
+def _new_set(view: View, file: str) -> str:
+    _check_suffix(name_of(file), MAPS)
+    name = free_name(view.project, RAW, set_name(file))
+    view.project.inside(f"{RAW}/{name}").mkdir()
+    return name
+
+
+def _drop_empty(view: View, target: str, into: str) -> None:
+    """Take back a new set of which no file was kept."""
+    folder = view.project.root / RAW / target
+    if target and not into and folder.is_dir() and not any(folder.iterdir()):
+        folder.rmdir()
+
+
+def _check_suffix(name: str, more: tuple[str, ...]) -> None:
+    suffix = Path(name).suffix.lower()
+    if suffix not in {*SUFFIXES, *more}:
+        raise InputError(f"{name}: suffix {suffix!r}; allowed: {', '.join(sorted(SUFFIXES))}")
+
+
+async def _keep(view: View, event: events.UploadEventArguments, target: str) -> str:
+    """Put a file into a set; what is there already is not replaced."""
+    file = event.file
+    name = name_of(file.name)
+    if not is_name(name):
+        raise InputError(
+            f"{shown(file.name, 60)!r}: no name for a file; allowed: letters, digits, dot, dash and underscore"
+        )
+    _check_suffix(name, MAPS)
+    if file.size() > LARGEST:
+        raise InputError(f"{name}: {file.size()} byte; allowed: at most {LARGEST}")
+    if not file.size():
+        raise InputError(f"{name}: the file is empty; allowed: a file with measurements")
+    folder = view.project.inside(f"{RAW}/{target}")
+    if len(list(folder.iterdir())) >= MOST_FILES:
+        raise InputError(f"{RAW}/{target}: holds {MOST_FILES} files; allowed: at most so many in one set")
+    path = view.project.inside(f"{RAW}/{target}/{name}")
+    if path.exists():
+        raise InputError(f"{name}: is in the set already; allowed: another name")
+    with atomic_path(path) as temporary:
+        await file.save(temporary)
+    return f"{RAW}/{target}/{name}"

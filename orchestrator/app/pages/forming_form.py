@@ -1,0 +1,324 @@
+"""The form of the page Forming, made from the parameters that each process declares, and the command line that follows it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import PurePosixPath
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+
+from friction_models.common import InputError
+from friction_models.common.markup import table
+
+from .. import forming_commands
+from ..commands import Command
+from ..forming_commands import Forming
+from ..project import is_name
+from .compare import CONSTANTS, own_models
+from .parts import button as press_button
+from .parts import choice, line, say, words
+from .view import View
+
+if TYPE_CHECKING:
+    from forming.processes.parameters import Parameter
+
+#: What differs from level to level, and by that has fields of its own.
+_LEVEL = ("speed", "T_tool")
+
+
+@dataclass
+class FormState:
+    """What was filled in; `values` are the parameters that differ from the defaults, as they were typed."""
+
+    process: str = "fre"
+    models: list[str] = field(default_factory=list)
+    constants: str = CONSTANTS[1]
+    values: dict[str, Any] = field(default_factory=dict)
+    levels: dict[str, str] = field(default_factory=dict)
+    stroke: float | None = None
+    press: str = ""
+    local_errors: bool = False
+    name: str = ""
+
+
+async def ask(view: View, form: FormState) -> None:
+    """Show the form; it is made anew for another process, while other changes only change the command line."""
+
+    @ui.refreshable
+    def fields() -> None:
+        try:
+            known = _declared(form)
+        except InputError:
+            # A value that the process refuses: the button says so, the fields stay as they are declared.
+            known = _declared(FormState(form.process))
+        _fields(form, known, update)
+
+    @ui.refreshable
+    def button() -> None:
+        try:
+            command = _command(form)
+        except InputError as error:
+            say(str(error), "problem")
+            return
+        with ui.element("div").classes("action"):
+            press_button("Run them", lambda: view.run(command), "first")
+            line(command)
+
+    def update() -> None:
+        button.refresh()
+
+    def another(process: str) -> None:
+        form.process, form.values, form.levels, form.stroke, form.press = process, {}, {}, None, ""
+        fields.refresh()
+        button.refresh()
+
+    def curve(path: str) -> None:
+        form.press = path
+        if path:
+            _as_pressed(form, curves[path])
+        fields.refresh()
+        button.refresh()
+
+    curves = await asyncio.to_thread(_curves, view)
+    with ui.element("div").classes("choices"):
+        choice("Process", processes(), form.process, another)
+        if curves:
+            options = {"": "none", **{path: found.label for path, found in curves.items()}}
+            choice("Over a press curve", options, form.press if form.press in curves else "", curve)
+    fields()
+    own = own_models(view.project)
+    with ui.element("div").classes("form"):
+        kept = [m for m in form.models if m in own]
+        form.models = kept
+        if own:
+            names = {m: m.removeprefix("models/").removeprefix("fmus/") for m in own}
+            models = choice(
+                "Friction models",
+                names,
+                kept,
+                lambda v: _set(form, "models", list(v), update),
+                multiple=True,
+            )
+            models.props("use-chips")
+        _text("Constant mu", form.constants, "several by commas", lambda v: _set(form, "constants", v, update))  # fmt: skip
+        _text("Name of the results", form.name, f"{form.process} without one", lambda v: _set(form, "name", v, update))  # fmt: skip
+    ui.checkbox(
+        "State how far the loads may be off (each model runs twice more with larger elements)",
+        value=form.local_errors,
+        on_change=lambda e: _set(form, "local_errors", bool(e.value), update),
+    )
+    button()
+
+
+def _set(form: FormState, name: str, value: Any, update: Callable[[], None]) -> None:
+    setattr(form, name, value)
+    update()
+
+
+def processes() -> dict[str, str]:
+    """Return the names of the forming processes; loads the solver, which takes a second or two the first time."""
+    from forming.processes.names import PROCESSES
+
+    return {name: kind.name for name, kind in PROCESSES.items()}
+
+
+def _declared(form: FormState) -> dict[str, Parameter]:
+    from forming.processes.parameters import declared
+
+    return {n: p for n, p in declared(form.process, _given(form)).items() if p.kind != "ejection"}
+
+
+def _given(form: FormState) -> dict[str, Any]:
+    return {n: v for n, v in form.values.items() if v is not None and v != ""}
+
+
+def _fields(form: FormState, known: dict[str, Parameter], update: Callable[[], None]) -> None:
+    """Show a field for each parameter: those of the shape first, what has a good default folded away."""
+    from forming.materials.files import shipped
+
+    def shape(p: Parameter) -> bool:
+        return p.kind == "number" and p.unit in {"mm", "degrees"} and p.default is not None and p.name != "mesh_size"  # fmt: skip
+
+    def one(p: Parameter) -> None:
+        label = p.name if p.name[1:2] == "_" else p.name.replace("_", " ")
+        label = f"{label} [{p.unit}]" if p.unit else label
+        value = form.values.get(p.name, p.default)
+        if p.kind == "switch":
+            ui.checkbox(label, value=bool(value), on_change=lambda e: changed(p, bool(e.value)))
+        elif p.kind == "material":
+            names = shipped()
+            own = str(value or "16MnCr5")
+            choice(label, names if own in names else [*names, own], own, lambda v: changed(p, v))
+        else:
+            made = ui.number(label, value=value, min=p.low, max=p.high, precision=0 if p.kind == "count" else None)  # fmt: skip
+            made.props("outlined dense").classes("choice").props["hint"] = _hint(p)
+            made.on_value_change(lambda e: changed(p, e.value))
+
+    def changed(p: Parameter, value: Any) -> None:
+        if value is None or value == p.default:
+            form.values.pop(p.name, None)
+        else:
+            form.values[p.name] = int(value) if p.kind == "count" else value
+        update()
+
+    def level(name: str, value: str) -> None:
+        form.levels[name] = value
+        update()
+
+    rest = [p for p in known.values() if not shape(p) and p.name not in (*_LEVEL, "material")]
+    with ui.element("div").classes("form"):
+        for p in known.values():
+            if shape(p):
+                one(p)
+        one(known["material"])
+        for name, words_ in zip(_LEVEL, ("Punch speeds", "Tool temperatures"), strict=True):
+            p = known[name]
+            value = form.levels.get(name, f"{p.default:g}")
+            note = f"{p.low:g} to {p.high:g}, several by commas"
+            _text(f"{words_} [{p.unit}]", value, note, partial(level, name))
+        stroke = ui.number("stroke [mm]", value=form.stroke, min=0.1)
+        stroke.props("outlined dense").classes("choice").props["hint"] = (
+            "20 mm without one, or what it allows"
+        )
+        stroke.on_value_change(lambda e: _set(form, "stroke", e.value, update))
+
+    with ui.expansion("Tools, heat and mesh").classes("other"), ui.element("div").classes("form"):
+        for p in rest:
+            one(p)
+    with ui.expansion("What the parameters mean").classes("other"):
+        rows = [
+            (p.name, p.unit or "-", _allowed(p), "-" if p.default is None else p.default, p.meaning)
+            for p in known.values()
+        ]
+        words(table(["parameter", "unit", "allowed", "default", "meaning"], rows))
+
+
+def _allowed(p: Parameter) -> str:
+    return "-" if p.low is None or p.high is None else f"{p.low:.4g} to {p.high:.4g}"
+
+
+def _hint(p: Parameter) -> str:
+    return _allowed(p) if p.default is not None else f"{_allowed(p)}, or none"
+
+
+def _text(label: str, value: str, hint: str, changed: Callable[[str], None]) -> None:
+    made = ui.input(label, value=value, on_change=lambda e: changed(str(e.value or "")))
+    made.props("outlined dense").classes("choice").props["hint"] = hint
+
+
+def _command(form: FormState) -> Command:
+    """Return the command line of the form.
+
+    Raises
+    ------
+    InputError
+        What the process or the command would refuse.
+    """
+    from ...comparison.in_process import FormingPlan
+
+    levels = [_numbers(form.levels[n], n) if n in form.levels else [] for n in _LEVEL]
+    known = _declared(form)
+    speeds, temperatures = (
+        found or [float(known[name].default or 0.0)] for found, name in zip(levels, _LEVEL, strict=True)
+    )
+    constants = constants_of(form.constants)
+    models = [*form.models, *constants]
+    if not models:
+        raise InputError("Choose at least one friction model, or give a constant coefficient of friction.")
+    pairs = [{"speed": s, "T_tool": t} for s in speeds for t in temperatures]
+    plan = FormingPlan(form.process, _given(form), pairs, form.stroke)
+    for pair in pairs:
+        plan.longest(pair)
+    if form.press and len(pairs) > 1:
+        raise InputError("A press curve is that of one level: give one speed and one tool temperature.")
+    values = {n: _written(v) for n, v in _given(form).items()}
+    return forming_commands.form(
+        Forming(
+            form.process,
+            models,
+            values,
+            speeds,
+            temperatures,
+            form.stroke,
+            form.press,
+            form.local_errors,
+            form.name,
+        )
+    )
+
+
+def _written(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else str(value)  # fmt: skip
+
+
+def _numbers(text: str, name: str) -> list[float]:
+    """Return numbers that stand between commas."""
+    found = []
+    for part in text.replace(";", ",").split(","):
+        if not part.strip():
+            continue
+        try:
+            found.append(float(part))
+        except ValueError:
+            raise InputError(f"{name}: {part.strip()[:40]!r}; allowed: numbers, several by commas") from None
+    return found
+
+
+def constants_of(text: str) -> list[str]:
+    found = _numbers(text, "constant mu")
+    for value in found:
+        if not 0.0 <= value <= 1.0:
+            raise InputError(f"constant mu = {value:g}; allowed: 0 to 1")
+    return [f"{value:g}" for value in dict.fromkeys(found)]
+
+
+@dataclass(frozen=True)
+class _Curve:
+    """A press level: what it is called, and the process that formed it."""
+
+    label: str
+    process: str
+    numbers: dict[str, Any]
+    stroke: float
+    name: str
+
+
+def _curves(view: View) -> dict[str, _Curve]:
+    """Return the levels of all folders of press curves by the path of their file; a folder that cannot be read is left out."""
+    from forming.press import PressCurves
+
+    from ...comparison.level_runs import Level
+    from ...cosim.ready_made import STEP, STROKE
+
+    found: dict[str, _Curve] = {}
+    for folder in view.project.press_folders():
+        try:
+            press = PressCurves.read(folder)
+            levels = [(p, Level.of(p, press.info, STROKE, STEP)) for p in press.levels]
+        except InputError:
+            continue
+        for recorded, level in levels:
+            path = f"{view.project.relative(folder)}/{recorded.file}"
+            if not is_name(recorded.file):
+                continue
+            label = f"{folder.name}: {level.process}, {level.speed:g} mm/s, {level.T_tool:g} degC, {recorded.lubricant}"
+            name = PurePosixPath(recorded.file).stem
+            found[path] = _Curve(label, level.process, dict(level.numbers), level.stroke, f"{folder.name}-{name}")  # fmt: skip
+    return found
+
+
+def _as_pressed(form: FormState, curve: _Curve) -> None:
+    """Fill the form with what the press did."""
+    form.process, form.stroke = curve.process, curve.stroke
+    form.levels = {name: f"{curve.numbers[name]:g}" for name in _LEVEL}
+    form.values = {n: v for n, v in curve.numbers.items() if n not in _LEVEL}
+    form.name = curve.name
+
+
+def first_form(view: View) -> FormState:
+    own = own_models(view.project)
+    return FormState(models=[m for m in own if m.startswith("models/")][-2:])

@@ -1,0 +1,177 @@
+"""Pictures of measurement files: every column over time, with the phases, thinned so that every peak stays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from friction_models.common import InputError
+from friction_models.common.markup import escape
+from friction_models.common.units import conversion
+from friction_models.loads import FloatArray
+from friction_models.loads.contract import LOAD_NAMES, POINT_UNITS, with_unit
+from sct_twin.ingest.channel_map import ChannelMap, MappedColumn
+from sct_twin.ingest.quality import quality_row
+from sct_twin.readers import RawTable
+from sct_twin.records.channels import CHANNELS
+
+from ..report.parts.chart import Chart
+from ..report.parts.theme import AFTER, CONSTANT
+from ..report.reading import ReadFigure
+from .figures import as_read
+from .map_form import ColumnForm, MapForm
+
+#: Points of a curve, and panels, that are drawn.
+POINTS, PANELS = 1200, 24
+#: Points of a cloud.
+CLOUD = 2000
+#: Columns of the quality table that say what the phases are.
+_PHASES = (
+    ("upsetting_s", "sliding_s", "rgba(200, 100, 31, 0.12)"),
+    ("sliding_s", "end_s", "rgba(10, 127, 121, 0.12)"),
+)
+
+
+def envelope(y: FloatArray, most: int = POINTS) -> np.ndarray:
+    """Return rows of a curve, at most `most`: the smallest and largest of each piece, so that no peak is lost.
+
+    Examples
+    --------
+    >>> y = np.zeros(100_000)
+    >>> y[77_777] = 5.0
+    >>> rows = envelope(y)
+    >>> len(rows) <= POINTS, float(y[rows].max())
+    (True, 5.0)
+    """
+    if len(y) <= most:
+        return np.arange(len(y))
+    size = -(-len(y) // (most // 2))
+    whole = len(y) // size
+    with np.errstate(invalid="ignore"):
+        pieces = np.where(np.isfinite(y[: whole * size]), y[: whole * size], 0.0).reshape(whole, size)
+    first = np.arange(whole) * size
+    rows = np.concatenate([first + pieces.argmin(1), first + pieces.argmax(1), [len(y) - 1]])
+    return np.unique(rows)[:most]
+
+
+def preview_row(form: MapForm, table: RawTable) -> dict[str, object]:
+    """Return what `ingest` would say of the first file: a row of the quality table.
+
+    Raises
+    ------
+    InputError
+        What the map lacks, or what is wrong with the record.
+    """
+    mapping = ChannelMap.load(form.content())
+    record = mapping.record(table, "first", mapping.metadata)
+    return quality_row(record, record.number("moving_mass", mapping.moving_mass or 0.0))
+
+
+def columns_figure(
+    form: MapForm, table: RawTable, row: Mapping[str, object] | None = None
+) -> ReadFigure | None:
+    """Return a picture of every column, in the units that it is mapped to; `row` has the times of the phases."""
+    shown = [c for c in form.columns if c.number and c.is_ != "t"]
+    shown = sorted(shown, key=lambda c: not c.is_)[:PANELS]
+    if not shown:
+        return None
+    time, label = _time(form, table)
+    titles = [escape(_title(c, form.records)) for c in shown]
+    chart = Chart.of_panels(
+        len(shown), columns=3, gap=0.36, titles=titles, legend=False, horizontal_spacing=0.07
+    )
+    # A table may hold many tests: their points are not joined.
+    look: dict[str, Any] = {"mode": "lines"} if form.records else {"mode": "markers", "marker_size": 3}
+    for at, column in enumerate(shown):
+        values = _values(column, table, form.records)
+        rows = envelope(values)
+        color = AFTER if column.is_ else CONSTANT
+        chart.scatter(at, time[rows], values[rows], hover="%{x:.4g}, %{y:.5g}<extra></extra>", **look, line={"color": color, "width": 1.2}, marker_color=color)  # fmt: skip
+        for begin, end, shade in _PHASES if row is not None else ():
+            low, high = (_number((row or {}).get(key)) for key in (begin, end))
+            if low is not None and high is not None:
+                chart.figure.add_vrect(
+                    x0=low, x1=high, fillcolor=shade, line_width=0, layer="below", **chart.place(at)
+                )
+    height = 175 * -(-len(shown) // 3) + 40
+    made = chart.dress(height, x=label)
+    made.figure.update_annotations(font_size=12)
+    caption = f"First file, {len(table.frame)} rows."
+    if row is not None:
+        caption += " Orange: upsetting; green: sliding."
+    if len(form.columns) > len(shown) + 1:
+        caption += " Columns of text are not drawn."
+    return as_read("columns", made, escape(caption), "Every column of the first file over time.")
+
+
+def _title(column: ColumnForm, records: bool) -> str:
+    name = column.name if len(column.name) <= 24 else column.name[:22] + "..."
+    if not column.is_:
+        return f"{name} [{column.file_unit}]" if column.file_unit else name
+    if records and column.is_ in CHANNELS:
+        return f"{name} → {column.is_} [{CHANNELS[column.is_].unit}]"
+    if column.is_ == column.name:
+        return with_unit(column.name)
+    if column.is_ in LOAD_NAMES or column.is_ == "mu":
+        return f"{name} → {with_unit(column.is_)}"
+    return f"{name} → test table"
+
+
+def _time(form: MapForm, table: RawTable) -> tuple[FloatArray, str]:
+    for column in form.columns:
+        if column.is_ == "t" and column.number:
+            return _values(column, table, form.records), "t [s]"
+    return np.arange(float(len(table.frame))), "row"
+
+
+def _values(column: ColumnForm, table: RawTable, records: bool) -> FloatArray:
+    """Return a column as it is mapped, or as it stands in the file where its unit does not fit."""
+    values, _ = table.numbers(column.name)
+    unit = column.unit or column.file_unit
+    try:
+        if records and column.is_:
+            mapped = MappedColumn(
+                column.is_,
+                column.unit or None,
+                scale=column.scale or None,
+                sensitivity=column.more.get("sensitivity"),
+            )
+            factor, shift = mapped.factor(unit, column.name)
+            return column.sign * ((values - (column.offset or 0.0)) * factor + shift)
+        if column.is_ in POINT_UNITS and unit:
+            factor, shift = conversion(POINT_UNITS[column.is_], unit, column.name)
+            return column.sign * (values * factor + shift)
+    except InputError:
+        pass
+    return column.sign * values if column.is_ else values
+
+
+def loads_figure(points: Any) -> ReadFigure | None:
+    """Return mu over each load of points that were read."""
+    loads = [n for n in (*LOAD_NAMES, "t") if n in points.columns]
+    if not loads:
+        return None
+    chart = Chart.of_panels(len(loads), columns=3, gap=0.36, legend=False, horizontal_spacing=0.07)
+    rows = np.random.default_rng(0).permutation(len(points))[:CLOUD]
+    mu = points["mu"].to_numpy()[rows]
+    for at, name in enumerate(loads):
+        chart.figure.add_scatter(
+            x=points[name].to_numpy()[rows], y=mu, mode="markers", marker={"size": 4, "opacity": 0.6, "color": AFTER},
+            showlegend=False, hovertemplate="%{x:.4g}, %{y:.4g}<extra></extra>", **chart.place(at),
+        )  # fmt: skip
+    made = chart.dress(215 * -(-len(loads) // 3) + 40, y="mu")
+    for at, name in enumerate(loads):
+        made.figure.update_xaxes(title_text="t [s]" if name == "t" else with_unit(name), **chart.place(at))
+    thinned = "" if len(points) <= CLOUD else f", thinned to {CLOUD}"
+    return as_read(
+        "mu",
+        made,
+        f"{len(points)} points of {points['test_id'].nunique()} tests{thinned}.",
+        "Friction over each load.",
+    )
+
+
+def _number(value: object) -> float | None:
+    return float(value) if isinstance(value, int | float) and np.isfinite(value) else None

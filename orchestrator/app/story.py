@@ -1,0 +1,174 @@
+"""What a project holds, gathered for the page of its story. Every file is one of others: what cannot be read is said."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from friction_models.common import InputError
+from friction_models.common.errors import shown
+from friction_models.common.files import read_json
+from friction_models.loads.contract import with_unit
+
+from ..report.reading import read_page
+from ..report.story_page import Chapter, Measurements, Packed, ProjectStory
+from . import history
+from .commands import diagnosis_files, short
+from .history import ENDED, Story
+from .project import HISTORY, Project
+
+T = TypeVar("T")
+#: Sections of each kind of report that the story takes, by the beginning of their anchors.
+_DIAGNOSIS = ("verdict", "response", "budget")
+_COMPARISON = ("errors", "parity")
+_FORMING = ("runs", "run-forces", "force-errors", "level-errors", "force-curves")
+_COVERAGE = ("loads",)
+
+
+def story_of(folder: Path) -> ProjectStory:
+    """Return the story of a project folder.
+
+    Raises
+    ------
+    InputError
+        Not a project folder.
+    """
+    project = Project.open(folder)
+    teller = _Teller(project)
+    return teller.told()
+
+
+class _Teller:
+    """Reads a project; remembers what could not be read."""
+
+    def __init__(self, project: Project) -> None:
+        self.project = project
+        self.lines = history.read(project.root / HISTORY)
+        self.problems: list[str] = []
+
+    def told(self) -> ProjectStory:
+        reports = sorted(self.project.reports(), key=lambda p: p.name)
+        story = Story.of(self.lines)
+        return ProjectStory(
+            self.project.title,
+            self._each(self.project.data_sets(), self._measured),
+            self._diagnoses(story, reports),
+            rounds := self._rounds(story),
+            self._floor(story) if rounds else None,
+            self._chapters(reports, "comparison-", "On", _COMPARISON),
+            self._each(self.project.fmus(), self._packed),
+            [
+                *self._chapters(reports, "forming-", "Forming", _FORMING),
+                *self._chapters(reports, "coverage-", "Tested loads:", _COVERAGE),
+            ],
+            self._commands(),
+            self.problems,
+        )
+
+    def _each(self, files: list[Path], read: Callable[[Path], T]) -> list[T]:
+        found = []
+        for file in files:
+            try:
+                found.append(read(file))
+            except (InputError, OSError) as error:
+                self.problems.append(f"{self.project.relative(file)}: {shown(error, 300)}")
+        return found
+
+    def _measured(self, path: Path) -> Measurements:
+        from friction_models.loads import LOAD_NAMES, MU, DataSet, not_measured
+
+        data = DataSet.load(path, need_mu=False)
+        points = data.points
+        tests = points["test_id"].nunique() if "test_id" in points.columns else 0
+        rows = [("tests", f"{tests}"), ("points", f"{len(points)}")]
+        if data.tests is not None and "role" in data.tests.columns:
+            roles = data.tests["role"].astype(str).value_counts(sort=False)
+            rows.append(("roles", ", ".join(f"{n} {role}" for role, n in sorted(roles.items()))))
+        for name in (*LOAD_NAMES, MU.name):
+            if name in points.columns:
+                low, middle, high = (float(v) for v in points[name].quantile([0.0, 0.5, 1.0]))
+                rows.append((with_unit(name), f"{low:.4g} to {high:.4g}, median {middle:.4g}"))
+        lacking = not_measured(points.columns)
+        notes = [f"not measured: {', '.join(lacking)}"] if lacking else []
+        return Measurements(short(self.project.relative(path)), rows, [*notes, *data.notes], data.synthetic)
+
+    def _diagnoses(self, story: Story, reports: list[Path]) -> list[Chapter]:
+        """Return the answers about the models of the story, in their order; without a story all that there are."""
+        told = [diagnosis_files(story.data, r.model)[1] for r in story.rounds] if story.data else []
+        files = [p for name in told for p in reports if self.project.relative(p) == name]
+        files = files or [p for p in reports if p.name.startswith("diagnosis-")]
+        return self._each(
+            files, lambda p: Chapter(f"{p.stem.removeprefix('diagnosis-')}", read_page(p), _DIAGNOSIS)
+        )
+
+    def _chapters(
+        self, reports: list[Path], prefix: str, words: str, sections: tuple[str, ...]
+    ) -> list[Chapter]:
+        files = [p for p in reports if p.name.startswith(prefix)]
+        return self._each(
+            files, lambda p: Chapter(f"{words} {p.stem.removeprefix(prefix)}", read_page(p), sections)
+        )
+
+    def _rounds(self, story: Story) -> list[Mapping[str, Any]]:
+        """Return the errors round by round, which the card of the model in hand keeps."""
+        if len(story.rounds) < 2:
+            return []
+        try:
+            card = read_json(self.project.inside(f"{story.model}/card.json"))
+            model = card["model"]["learned"]["error_history"]
+            return [entry for entry in model if _is_round(entry)]
+        except (InputError, OSError, KeyError, TypeError) as error:
+            self.problems.append(f"{shown(story.model, 80)}: {shown(error, 300)}")
+            return []
+
+    def _floor(self, story: Story) -> float | None:
+        try:
+            answer = read_json(self.project.inside(diagnosis_files(story.data, story.model)[0]))
+            floor = answer["noise_floor"]["total"]
+        except (InputError, OSError, KeyError, TypeError):
+            return None
+        return floor if isinstance(floor, float) and math.isfinite(floor) else None
+
+    def _packed(self, path: Path) -> Packed:
+        name = self.project.relative(path)
+        checks = [
+            line
+            for line in self.lines
+            if line["event"] == ENDED and line.get("command") == f"tribofmu check {name}"
+        ]
+        said = "" if not checks else "passed" if checks[-1].get("code") == 0 else "failed"
+        content = path.read_bytes()
+        return Packed(
+            name.removeprefix("fmus/"), len(content) / 1000, hashlib.sha256(content).hexdigest(), said
+        )
+
+    def _commands(self) -> list[tuple[str, str, str]]:
+        outcome = {"0": "done", "2": "refused", "130": "cancelled"}
+        rows = []
+        for line in self.lines:
+            if line["event"] == history.STARTED:
+                continue
+            time = str(line.get("time", ""))[:19].replace("T", " ")
+            if line["event"] == ENDED:
+                said = outcome.get(str(line.get("code")), "failed")
+                took = f" in {line['seconds']} s" if isinstance(line.get("seconds"), int | float) else ""
+                rows.append((time, shown(line.get("command", ""), 2000), f"{said}{took}"))
+            else:
+                what = line.get("model") or line.get("data") or ""
+                rows.append((time, f"{shown(line['event'], 40)} {shown(what, 200)}".strip(), ""))
+        return rows
+
+
+def _is_round(entry: object) -> bool:
+    """Whether an entry of a card says what was added and which errors it had before and after."""
+    if not isinstance(entry, dict) or not isinstance(entry.get("added"), list):
+        return False
+    errors = [entry.get("before"), entry.get("after")]
+    return "judged_by" in entry and all(
+        isinstance(e, dict)
+        and all(isinstance(e.get(k), float) and math.isfinite(e[k]) and e[k] > 0.0 for k in ("rmse", "mae"))
+        for e in errors
+    )

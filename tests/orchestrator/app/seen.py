@@ -1,0 +1,68 @@
+"""Pages in NiceGUI's simulated browser, for the tests of single pages."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+from nicegui import ui
+from nicegui.testing import User
+from nicegui.testing.user_simulation import user_simulation
+
+from orchestrator.app.pages.frame import Workbench
+from orchestrator.app.project import Project
+from orchestrator.app.worker import Worker
+
+
+class Idle(Worker):
+    """A worker whose commands wait for ever: what is asked is tested by what it writes."""
+
+    def _work(self, quick: bool) -> None:
+        return
+
+
+def look(project: Project, test: Callable[[User, Worker], Awaitable[None]]) -> None:
+    """Run a test in a browser tab."""
+
+    async def whole() -> None:
+        worker = Idle(project)
+        async with user_simulation(root=Workbench(project, worker).root) as user:
+            await test(user, worker)
+
+    asyncio.run(whole())
+
+
+def shown(user: User) -> str:
+    """Return all texts of the page, also those of HTML."""
+    assert user.client is not None
+    elements = user.client.elements.values()
+    return "\n".join(str(getattr(e, "content", "") or getattr(e, "text", "") or "") for e in elements)
+
+
+def labelled(user: User, kind: type[Any], label: str) -> Any:
+    """Return the field of that label."""
+    return next(e for e in user.find(kind).elements if str(e.props.get("label", "")).startswith(label))
+
+
+def figures(user: User) -> list[Any]:
+    """Return the figures of the page."""
+    assert user.client is not None
+    return [e.figure for e in user.client.elements.values() if isinstance(e, ui.plotly)]
+
+
+async def until(true: Callable[[], bool], seconds: float = 8.0) -> None:
+    """Wait until something is so."""
+    for _ in range(int(seconds / 0.05)):
+        # A page that is being built lacks what is looked for.
+        with contextlib.suppress(AssertionError, StopIteration):
+            if true():
+                return
+        await asyncio.sleep(0.05)
+    raise AssertionError("it did not come")
+
+
+def waiting(worker: Worker) -> list[str]:
+    """Return the command lines that were asked for."""
+    return [job.command.line for job in worker.current()]

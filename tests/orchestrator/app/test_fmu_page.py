@@ -1,0 +1,110 @@
+"""The page FMU: options of `pack`, and the page inside an FMU, which may be anybody's."""
+
+from __future__ import annotations
+
+import shlex
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("nicegui", reason="the extra [app] is not installed")
+
+from fastapi import FastAPI
+from nicegui import ui
+from starlette.testclient import TestClient
+
+from fmus import pack as pack_model
+from friction_models import ConstantFriction
+from orchestrator.app.project import Project
+from orchestrator.app.serving import add_files, has_page, page_address
+from orchestrator.cli.main import run
+
+from .seen import labelled, look, shown, until, waiting
+
+
+@pytest.fixture
+def project(example: Project, monkeypatch: pytest.MonkeyPatch) -> Project:
+    """The example with a trained model."""
+    monkeypatch.chdir(example.root)
+    assert run(["train", "linear", "--data", "data/sct", "-o", "models/linear"]) == 0
+    return example
+
+
+def test_the_options_of_pack_follow_the_fields(project: Project) -> None:
+    lines = []
+    wanted = "--fmi 3.0 --nodes 4 --interval -o fmus/linear-fmi3-4-interval.fmu"
+
+    async def test(user: Any, worker: Any) -> None:
+        await user.open("/fmu")
+        labelled(user, ui.select, "FMI version").set_value("3.0")
+        labelled(user, ui.number, "Contact points").set_value(4)
+        interval, arrays = sorted(user.find(ui.checkbox).elements, key=lambda e: "arrays" in e.text)
+        interval.set_value(True)
+        await until(
+            lambda: "--fmi 3.0 --nodes 4 --interval -o fmus/linear-fmi3-4-interval.fmu" in shown(user)
+        )
+        arrays.set_value(True)
+        await until(lambda: "--interval --arrays -o" in shown(user))
+        labelled(user, ui.select, "FMI version").set_value("2.0")
+        await until(lambda: "Arrays of any length are part of FMI 3.0" in shown(user))
+        arrays.set_value(False)
+        labelled(user, ui.select, "Platforms").set_value(["x86_64-windows", "x86_64-linux"])
+        await until(lambda: "--platforms x86_64-windows,x86_64-linux" in shown(user))
+        labelled(user, ui.select, "Runs as").set_value("python")
+        await until(lambda: "Platforms are chosen for C code only" in shown(user))
+        labelled(user, ui.select, "Runs as").set_value("native")
+        labelled(user, ui.select, "Platforms").set_value([])
+        labelled(user, ui.select, "FMI version").set_value("3.0")
+        await until(lambda: wanted in shown(user))
+        user.find("Pack as FMU").click()
+        lines.extend(waiting(worker))
+
+    look(project, test)
+    (line,) = lines
+    assert run(shlex.split(line)[1:]) == 0
+    with zipfile.ZipFile(project.root / "fmus/linear-fmi3-4-interval.fmu") as archive:
+        description = archive.read("modelDescription.xml").decode()
+    assert 'fmiVersion="3.0"' in description and "mu_high" in description
+
+
+def test_the_page_of_an_fmu_is_shown_without_scripts_and_bounded(example: Project) -> None:
+    folder = example.root / "fmus"
+    pack_model(ConstantFriction(0.1), folder / "own.fmu", target="python")
+    (folder / "broken.fmu").write_bytes(b"PK no archive")
+    with zipfile.ZipFile(folder / "bomb.fmu", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("documentation/index.html", b"0" * 20_000_000)
+    with zipfile.ZipFile(folder / "none.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", "<x/>")
+    assert [has_page(folder / f"{n}.fmu") for n in ("own", "broken", "bomb", "none", "missing")] == [True, *[False] * 4]  # fmt: skip
+    app = FastAPI()
+    add_files(app, example)
+    client = TestClient(app)
+    answer = client.get(page_address("fmus/own.fmu"))
+    assert answer.status_code == 200 and "constant" in answer.text
+    policy = answer.headers["content-security-policy"]
+    assert "sandbox;" in policy and "script-src" not in policy and "default-src 'none'" in policy
+    for path in (
+        "fmus/broken.fmu",
+        "fmus/bomb.fmu",
+        "fmus/none.fmu",
+        "fmus/missing.fmu",
+        "project.yaml",
+        "../own.fmu",
+    ):
+        assert client.get(page_address(path)).status_code == 404, path
+
+    async def test(user: Any, worker: Any) -> None:
+        await user.open("/fmu")
+        await until(lambda: "bomb.fmu" in shown(user))
+        links = [e for e in user.find(ui.link).elements if e.text == "Read its page"]
+        assert [link.props["href"] for link in links] == ["/fmu-page/fmus/own.fmu"]
+
+    look(example, test)
+
+
+@pytest.fixture(autouse=True)
+def storage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is stored where the tests run."""
+    monkeypatch.chdir(tmp_path)

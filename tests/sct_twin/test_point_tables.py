@@ -1,0 +1,159 @@
+"""Point tables of other laboratories: columns, units, limits, what file names say, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from friction_models.common import InputError
+from friction_models.loads import DataSet
+from orchestrator.cli.main import run
+from sct_twin.ingest.point_guess import guess_point_columns
+from sct_twin.ingest.point_map import FileNameParts, PointMap
+from sct_twin.ingest.point_tables import read_point_tables
+from sct_twin.readers import read_file
+
+MU = {"COF": "mu", "p": {"quantity": "sigma_n", "unit": "MPa"}}
+
+
+def german(folder: Path, name: str, kelvin: float, sign: str = "") -> Path:
+    """A table as a German spreadsheet writes it: semicolon, decimal comma, a row of units, K and m/s."""
+    rows = "".join(f"{0.1 * k:.1f};{0.2 + 0.01 * k:.3f};{kelvin:.2f};{sign}0,08{k}\n" for k in range(5))
+    file = folder / name
+    text = "Zeit;Geschwindigkeit;Temperatur;Reibwert\ns;m/s;K;-\n" + rows.replace(".", ",")
+    file.write_bytes(text.encode("cp1252"))
+    return file
+
+
+def test_units_commas_and_names_of_files(tmp_path: Path) -> None:
+    for k, kelvin in enumerate((293.15, 473.15)):
+        german(tmp_path, f"MoS2_{100 + 100 * k}C_t{k}.csv", kelvin, "-")
+    content: dict[str, Any] = {
+        "columns": {
+            "Zeit": "t",
+            "Geschwindigkeit": "v_rel",
+            "Temperatur": "T",
+            "Reibwert": {"quantity": "mu", "sign": -1},
+        },
+        "file_name": "{lubricant}_{T_tool}C_{test_id}",
+        "metadata": {"lab": "north"},
+    }
+    found = read_point_tables(tmp_path, content).dataset
+    # 0.2 m/s is 200 mm/s, 473.15 K is 200 degC: by hand.
+    assert found.points["v_rel"].tolist() == pytest.approx([200, 210, 220, 230, 240] * 2)
+    assert found.points["T"].tolist() == pytest.approx([20.0] * 5 + [200.0] * 5)
+    assert found.points["mu"].tolist() == pytest.approx([0.080, 0.081, 0.082, 0.083, 0.084] * 2)
+    assert found.tests is not None
+    assert found.tests.to_dict("records") == [
+        {"test_id": "t0", "lab": "north", "lubricant": "MoS2", "T_tool": 100.0},
+        {"test_id": "t1", "lab": "north", "lubricant": "MoS2", "T_tool": 200.0},
+    ]
+
+
+def test_many_tests_in_one_file_with_limits_and_a_column_for_the_test_table(tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    frame = pd.DataFrame({"run": np.repeat([7, 8, 9], 20), "p": np.tile(np.arange(20.0), 3), "oil": "x"})
+    frame["COF"] = rng.uniform(0.05, 0.1, 60)
+    frame.loc[frame["run"] == 9, "p"] = 0.5
+    file = tmp_path / "all.csv"
+    frame.to_csv(file, index=False)
+    columns = {**MU, "run": "test_id", "oil": {"test_table": "lubricant"}}
+    found = read_point_tables(file, {"columns": columns, "only": {"p": {"min": 4, "max": 10}}})
+    assert found.dataset.points["test_id"].unique().tolist() == ["7", "8"]
+    assert len(found.dataset.points) == 14
+    assert found.dataset.points["mu"].to_numpy() == pytest.approx(
+        frame["COF"][frame["p"].between(4, 10)].to_numpy()
+    )
+    assert found.dataset.tests is not None and found.dataset.tests["lubricant"].tolist() == ["x", "x"]
+    assert any("46 of 60 rows" in note for note in found.notes)
+    assert any("1 tests have no row" in note for note in found.notes)
+
+
+def test_the_draft_knows_usual_names_and_what_reads_with_it_is_what_stands_there(tmp_path: Path) -> None:
+    file = tmp_path / "table.csv"
+    file.write_text(
+        "test,v_mm_s,load_N,sigma_n_MPa,Kontakttemperatur [K],COF,oil\n"
+        + "".join(f"a{k},1.5,3,0.02,300,0.0{k},x\n" for k in range(1, 9))
+    )
+    columns = guess_point_columns(read_file(file))
+    assert columns == {
+        "test": {"quantity": "test_id"},
+        "v_mm_s": {"quantity": "v_rel", "unit": "mm/s"},
+        "sigma_n_MPa": {"quantity": "sigma_n", "unit": "MPa"},
+        "Kontakttemperatur": {"quantity": "T"},
+        "COF": {"quantity": "mu"},
+        "oil": {"test_table": "oil"},
+    }
+    points = read_point_tables(file, {"columns": columns}).dataset.points
+    assert points["T"].iloc[0] == pytest.approx(26.85) and points["mu"].iloc[-1] == 0.08
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ({"columns": {"p": "sigma_n"}}, "no column is mu"),
+        ({"columns": {"a": "mu", "b": "mu"}}, "'mu' is mapped 2 times"),
+        ({"columns": {"a": "mu", "b": {"quantity": "v_rel", "unit": "K"}}}, "allowed"),
+        ({"columns": {"a": {"quantity": "mu", "test_table": "b"}}}, "either quantity or test_table"),
+        ({"columns": {"a": "mu", "b": {"test_table": "../x"}}}, "letters, digits and underscores"),
+        ({"columns": {"a": "mu"}, "only": {"b": {"min": 2, "max": 1}}}, "min 2 above max 1"),
+        ({"columns": {"a": "mu"}, "only": {"b": {"least": 2}}}, "unknown key 'least'"),
+        ({"columns": {"a": "mu"}, "file_name": "{a}{b}"}, "file_name is"),
+        ({"columns": {"a": "mu"}, "file_name": "test"}, "file_name is"),
+        ({"columns": {"a": "mu"}, "metadata": {"a": [1]}}, "metadata is"),
+        ({"kolumns": {}}, "did you mean 'columns'?"),
+        ([], "holds list"),
+    ],
+)
+def test_a_bad_map_is_refused_in_a_sentence(content: Any, said: str, tmp_path: Path) -> None:
+    import yaml
+
+    file = tmp_path / "points.yaml"
+    file.write_text(yaml.safe_dump(content))
+    with pytest.raises(InputError, match=said.replace("?", r"\?")):
+        PointMap.load(file)
+
+
+def test_a_name_is_cut_where_the_texts_between_its_parts_stand() -> None:
+    parts = FileNameParts.load("{oil}_{T}C-{test_id}_raw", "map")
+    assert parts is not None
+    assert parts.of("SAE_30_2,5C-7_raw") == {"oil": "SAE", "T": "30_2,5", "test_id": "7"}
+    # One pass over the name: a template of many parts cannot make it slow.
+    many = FileNameParts.load("a".join(f"{{p{k}}}" for k in range(12)) + "-end", "map")
+    assert many is not None
+    with pytest.raises(InputError, match="does not fit"):
+        many.of("a" * 250 + "b" * 5 + "/")
+    with pytest.raises(InputError, match="does not fit"):
+        parts.of("SAE_30C_7_raw")
+
+
+def test_files_that_do_not_fit_together_are_refused(tmp_path: Path) -> None:
+    for name in ("one.csv", "two.csv"):
+        (tmp_path / name).write_text("run,p,COF\n" + "".join(f"7,{k},0.08\n" for k in range(9)))
+    columns = {**MU, "run": "test_id"}
+    with pytest.raises(InputError, match=r"two\.csv: test '7' stands in one\.csv, too"):
+        read_point_tables(tmp_path, {"columns": columns})
+    with pytest.raises(InputError, match="'pp'"):
+        read_point_tables(tmp_path, {"columns": {**columns, "pp": "sd"}})
+    (tmp_path / "two.csv").write_text("run,p,COF\n" + "".join(f"8,{k},0.08\n" for k in range(9)))
+    with pytest.raises(InputError, match="9 values in test '7'"):
+        read_point_tables(tmp_path, {"columns": {"run": "test_id", "COF": "mu", "p": {"test_table": "load"}}})
+
+
+def test_the_command_drafts_a_map_and_writes_a_data_set(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    file = german(tmp_path, "t1.csv", 300.0)
+    assert run(["points", file.name, "--dry-run"]) == 0
+    said = capsys.readouterr().out
+    Path("points.yaml").write_text(said[said.index("columns:") :])
+    assert run(["points", file.name, "--map", "points.yaml", "-o", "data"]) == 0
+    assert "1 tests, 5 points" in capsys.readouterr().out
+    data = DataSet.load("data")
+    assert data.points["v_rel"].iloc[0] == pytest.approx(200.0) and not data.synthetic
+    assert run(["points", file.name]) == 2 and "-o is missing" in capsys.readouterr().err
