@@ -73,9 +73,9 @@ def damp_days(seed: int) -> tuple[pd.DataFrame, pd.DataFrame]:
 
 @pytest.mark.slow
 def test_one_of_three_operators_who_lies_above_the_others_is_named() -> None:
-    answers = [diagnose(*one_operator(seed)) for seed in range(10)]
+    answers = [diagnose(*one_operator(seed)) for seed in range(5)]
     named = [a for a in answers if a.effects == ["factor:operator"]]
-    assert len(named) >= 7 and all(a.verdict == "explained" for a in named)
+    assert len(named) >= 4 and all(a.verdict == "explained" for a in named)
     assert not any(set(a.effects) - {"factor:operator"} for a in answers)
     fitted = named[0].parameters["factor:operator"]
     assert fitted["values"]["deviating"]["value"] == 1.0 and "1 = bert" in fitted["equation"]
@@ -85,9 +85,9 @@ def test_one_of_three_operators_who_lies_above_the_others_is_named() -> None:
 
 @pytest.mark.slow
 def test_a_number_that_shifts_friction_linearly_is_named() -> None:
-    answers = [diagnose(*damp_days(seed)) for seed in range(10)]
+    answers = [diagnose(*damp_days(seed)) for seed in range(5)]
     named = [a for a in answers if a.effects == ["factor:humidity"]]
-    assert len(named) >= 7
+    assert len(named) >= 4
     slopes = [a.parameters["factor:humidity"]["values"] for a in named]
     found = [v["c"]["value"] / v["scale"]["value"] for v in slopes]
     assert float(np.mean(found)) == pytest.approx(6e-4, rel=0.2)
@@ -95,8 +95,8 @@ def test_a_number_that_shifts_friction_linearly_is_named() -> None:
 
 @pytest.mark.slow
 def test_columns_that_mean_nothing_are_hardly_ever_named() -> None:
-    answers = [diagnose(*campaign(seed)) for seed in range(30)]
-    assert sum(bool(a.effects) for a in answers) <= 3
+    answers = [diagnose(*campaign(seed)) for seed in range(12)]
+    assert sum(bool(a.effects) for a in answers) <= 1
 
 
 def test_every_operator_has_an_offset_and_few_tests_draw_it_towards_zero() -> None:

@@ -15,7 +15,7 @@ from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.search.base_law import base_law
 
-POINTS = 120
+POINTS = 40
 
 
 def one_test(name: str, t: np.ndarray, v: float, sigma: float, mu: np.ndarray) -> pd.DataFrame:
@@ -71,8 +71,8 @@ def one_material_apart(seed: int, wander: float) -> tuple[pd.DataFrame, pd.DataF
 
 
 def test_a_material_far_from_the_others_is_named_though_the_first_noise_holds_it() -> None:
-    answers = [diagnose(*one_material_apart(seed, 0.0), model="constant") for seed in range(6)]
-    assert sum(a.effects == ["batch"] for a in answers) >= 4
+    answers = [diagnose(*one_material_apart(seed, 0.0), model="constant") for seed in range(4)]
+    assert sum(a.effects == ["batch"] for a in answers) >= 3
 
 
 def test_the_floor_is_never_above_what_the_model_leaves() -> None:
