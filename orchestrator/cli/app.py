@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from functools import cache
+from typing import Annotated, Any
 
 import typer
 
@@ -71,3 +72,9 @@ for module in (
     workbench,
 ):
     app.add_typer(module.app)
+
+
+@cache
+def command() -> Any:
+    """Return the command that all of them form; a Typer application would read every signature again at each call."""
+    return typer.main.get_command(app)

@@ -65,10 +65,10 @@ def _called(arguments: Sequence[str]) -> int:
     """Call the command. Imports happen here, because Ctrl-C may hit them too."""
     import typer
 
-    from .app import app
+    from .app import command
 
     try:
-        result = app(spread(arguments), prog_name="tribofmu", standalone_mode=False)
+        result = command()(spread(arguments), prog_name="tribofmu", standalone_mode=False)
     except typer.TyperException as error:
         wrong_usage: Any = error  # it prints itself; the public base class does not declare that
         wrong_usage.show()
