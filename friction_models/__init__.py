@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .families.registry import make_model as make_model
     from .loads import DataSet as DataSet
     from .loads import TriboLoads as TriboLoads
+    from .loads import load_points as load_points
     from .models.base import FrictionModel as FrictionModel
     from .models.domain import Domain as Domain
     from .models.onnx_model import OnnxModel as OnnxModel
@@ -44,7 +45,7 @@ __getattr__, __all__ = lazily(
         ".families.linear": ["LinearFriction"],
         ".families.polynomial": ["PolynomialFriction"],
         ".families.power_law": ["PowerLawFriction"],
-        ".loads": ["DataSet", "TriboLoads"],
+        ".loads": ["DataSet", "TriboLoads", "load_points"],
         ".models.domain": ["Domain"],
         ".models.onnx_model": ["OnnxModel"],
         ".training": ["Evaluation", "evaluate"],

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from fmus.runtime.errors import SimulationError as SimulationError
 
     from .cosim.master import Master as Master
+    from .cosim.ready_made import extrusion_system as extrusion_system
     from .cosim.run_folders import Run as Run
     from .cosim.system import System as System
     from .force_curves.forces import ForceComparison as ForceComparison
@@ -24,6 +25,7 @@ _EXPORTS = {
     "Run": "cosim.run_folders",
     "SimulationError": "cosim.master",
     "System": "cosim.system",
+    "extrusion_system": "cosim.ready_made",
     "compare_force": "force_curves.forces",
     "predict_sct": "prediction.predict_sct",
 }

@@ -11,6 +11,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from ..common import InputError
+from ..common.drawn import Drawn
 from ..estimation.campaign.binning import Campaign, prepare
 from ..loads import FloatArray
 from ..models.measures import predict_points
@@ -67,7 +68,7 @@ class ComparisonNumbers(TypedDict):
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Comparison(Drawn):
     """Errors of several models on the same tests, and their order.
 
     Attributes
@@ -133,6 +134,10 @@ class Comparison:
     def remarks(self) -> list[str]:
         """Return a sentence for each model that was trained on tests that it is judged by."""
         return [self.seen[name].sentence(name) for name in self.ranking if name in self.seen]
+
+    def __repr__(self) -> str:
+        errors = ", ".join(f"{n}: {self.errors[n].rmse:.4g}" for n in self.ranking)
+        return f"Comparison(RMSE of {errors}; {self.tests} tests, {self.points} points)"
 
     def report(self) -> str:
         """Return a text table, best model first."""

@@ -15,7 +15,7 @@ from .contract import (
     Quantity,
 )
 from .dataset import DataSet
-from .points import about_negative, read_points
+from .points import about_negative, load_points
 from .tribo_loads import FloatArray, TriboLoads, check_column, require_loads
 
 __all__ = [
@@ -36,9 +36,9 @@ __all__ = [
     "TriboLoads",
     "about_negative",
     "check_column",
+    "load_points",
     "missing_column",
     "not_measured",
-    "read_points",
     "require_every_load",
     "require_loads",
 ]

@@ -34,7 +34,7 @@ class Points:
     notes: tuple[str, ...] = ()
 
 
-def read_points(path: str | os.PathLike[str], need_mu: bool = True) -> pd.DataFrame:
+def load_points(path: str | os.PathLike[str], need_mu: bool = True) -> pd.DataFrame:
     """Read and check a file of points (CSV or Parquet); see `read_table` and `check_points`."""
     return check_points(read_table(path), str(path), need_mu).frame
 

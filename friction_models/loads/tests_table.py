@@ -13,7 +13,7 @@ from pathlib import Path
 from ..common.errors import InputError, nearest, shown
 from ..common.files import atomic_path
 from .dataset import read_tests
-from .points import read_points
+from .points import load_points
 from .table import encoding_of, header_of
 
 #: Folder beside the table for the tables before.
@@ -69,7 +69,7 @@ class TableOfTests:
                 raise InputError(
                     f"{place}: holds no tests.csv and no points.csv; allowed: a data set, a campaign, or a test table"
                 )
-            names = dict.fromkeys(read_points(place / "points.csv", need_mu=False)["test_id"])
+            names = dict.fromkeys(load_points(place / "points.csv", need_mu=False)["test_id"])
             return cls(file, (), (("test_id",), *((str(name),) for name in names)))
         if file.suffix.lower() == ".parquet":
             raise InputError(f"{file}: Parquet; allowed: a test table as text, such as tests.csv")

@@ -15,6 +15,7 @@ import pandas as pd
 from sklearn.base import clone
 
 from ..common import InputError
+from ..common.drawn import Drawn
 from ..expressions.scaling import not_told_apart
 from ..loads import MEASURED_MU, FloatArray, TriboLoads, check_column, missing_column
 from .calibration import FOLDS, calibrated, folds_of
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 LISTED_TESTS = 1000
 
 
-class FrictionModel(FrictionLaw):
+class FrictionModel(FrictionLaw, Drawn):
     """Coefficient of friction as a function of the five tribological loads.
 
     Follows scikit-learn: `__init__` only stores, `fit` returns self, learned attributes end in ``_``,

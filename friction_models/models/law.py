@@ -183,8 +183,8 @@ class FrictionLaw(BaseEstimator):
         require_loads(points, self.needed_loads, f"the {self.name} model")
         return points
 
-    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
-        """Return mu for a table with the columns of the contract (mu itself is not needed).
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> pd.Series[float]:
+        """Return mu for a table with the columns of the contract (mu itself is not needed), with the index of the table.
 
         Examples
         --------
@@ -192,7 +192,7 @@ class FrictionLaw(BaseEstimator):
         >>> ConstantFriction(0.08).predict_frame(pd.DataFrame({"sigma_n": [500.0, 900.0]})).tolist()
         [0.08, 0.08]
         """
-        return self.predict(TriboLoads.from_frame(data, tests))
+        return pd.Series(self.predict(TriboLoads.from_frame(data, tests)), data.index, name="mu")
 
     @property
     def interval(self) -> PredictionInterval | None:

@@ -18,7 +18,7 @@ _UPPER = {q.name: q.upper for q in LOADS}
 class FramePredictor(Protocol):
     """Anything that predicts mu for a table of points."""
 
-    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray: ...
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> npt.ArrayLike: ...
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ WORST_SHOWN = 5
 class Predictor(Protocol):
     """Anything that predicts mu for a table of points."""
 
-    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray: ...
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> npt.ArrayLike: ...
 
 
 @dataclass(frozen=True)

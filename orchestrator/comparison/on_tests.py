@@ -8,6 +8,7 @@ from itertools import combinations
 from typing import Protocol, TypedDict
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from friction_models.common import InputError
@@ -31,7 +32,7 @@ class Predictor(Protocol):
 
     def predict(self, loads: FloatArray, /) -> FloatArray: ...
 
-    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray: ...
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> npt.ArrayLike: ...
 
 
 class Pair(TypedDict):

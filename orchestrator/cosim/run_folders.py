@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from friction_models.common import InputError, atomic_folder, unknown_name, write_json
+from friction_models.common.drawn import Drawn
 from friction_models.common.files import read_json
 from friction_models.common.folders import RUN
 from friction_models.loads import FloatArray
@@ -74,7 +75,7 @@ class Course:
 
 
 @dataclass
-class Run:
+class Run(Drawn):
     """A written run: complete, or the beginning of one that stopped.
 
     Attributes

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from friction_models.common.markup import bullets, paragraph, table
 from friction_models.discovery.answer.wording import p_text
 
 from ..attribution.result import Attribution, Fit
-from .parts.chart import Chart
+from .charts.attribution import deviation_chart, fingerprint_chart
 from .parts.page import Page
-from .parts.theme import AFTER, BEFORE, CONSTANT, OTHER, PRESS_BAND
 
-_COLORS = (AFTER, BEFORE, OTHER, "#2f6da8", "#8a6d1d", CONSTANT)
-#: Fingerprints that are drawn, and causes that are listed.
-_DRAWN, _LISTED = 6, 12
+#: Causes that are listed.
+_LISTED = 12
 
 
 def attribution_page(found: Attribution, label: str) -> str:
@@ -44,7 +40,7 @@ def attribution_page(found: Attribution, label: str) -> str:
     page.plot(
         "curves",
         "Deviation along the stroke",
-        _deviations(found),
+        deviation_chart(found),
         "Measured minus simulated force at every level. Grey: scatter to expect of the mean of the repeats and of the mesh "
         "(two standard deviations)." + (" After: with what is named." if found.confusion_set else ""),
         "Deviation of the force over stroke, before and after, one panel a level.",
@@ -53,7 +49,7 @@ def attribution_page(found: Attribution, label: str) -> str:
     page.plot(
         "fingerprints",
         "Fingerprints",
-        _fingerprints(found),
+        fingerprint_chart(found),
         "How each cause changes the force, scaled to the same largest change: causes whose lines coincide at every level "
         "cannot be told apart.",
         "Fingerprints of the best causes over stroke, one panel a level.",
@@ -107,47 +103,3 @@ def _groups(found: Attribution) -> str:
         parts.append("<h3>Leaves no trace in these curves</h3>")
         parts.append(paragraph(", ".join(found.unseen)))
     return "\n".join(parts)
-
-
-def _panels(found: Attribution) -> Chart:
-    titles = [str(c["level"]) for c in found.curves]
-    rows = -(-len(titles) // 3)
-    gap = 0.34 * rows / (rows + 1)
-    return Chart.of_panels(len(titles), gap=gap, titles=titles, horizontal_spacing=0.07)
-
-
-def _dressed(chart: Chart, count: int, y: str) -> Chart:
-    for panel in range(count):
-        chart.axes(panel, x="stroke [mm]")
-    return chart.dress(110 + 260 * chart.rows, y=y, margin_t=74)
-
-
-def _deviations(found: Attribution) -> Chart:
-    chart = _panels(found)
-    for panel, curve in enumerate(found.curves):
-        stroke, wide = curve["stroke"], 2.0 * curve["scatter"]
-        chart.band(panel, stroke, -wide, wide, PRESS_BAND, "scatter to expect", "scatter")
-        lines = {"before": (curve["measured"] - curve["simulated"], BEFORE)}
-        if found.confusion_set:
-            lines["after"] = curve["after"], AFTER
-        for name, (values, color) in lines.items():
-            said = f"%{{x:.2f}} mm<br>%{{y:+.2f}} kN<extra>{name}</extra>"
-            chart.scatter(
-                panel, stroke, values, name, said, mode="lines", line={"color": color, "width": 2.2}
-            )
-    return _dressed(chart, len(found.curves), "measured &#8722; simulated [kN]")
-
-
-def _fingerprints(found: Attribution) -> Chart:
-    chart = _panels(found)
-    names = [f.cause for f in found.ranking[:_DRAWN]]
-    keys = [k for n in names for k in found.curves[0]["fingerprints"] if k.partition(".")[0] == n]
-    for key, color in zip(keys, _COLORS, strict=False):
-        largest = max(float(np.abs(c["fingerprints"][key]).max()) for c in found.curves) or 1.0
-        for panel, curve in enumerate(found.curves):
-            values = curve["fingerprints"][key] / largest
-            said = f"%{{x:.2f}} mm<br>%{{y:+.2f}}<extra>{key}</extra>"
-            chart.scatter(
-                panel, curve["stroke"], values, key, said, mode="lines", line={"color": color, "width": 2}
-            )
-    return _dressed(chart, len(found.curves), "change (largest = 1)")

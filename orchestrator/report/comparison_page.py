@@ -13,6 +13,7 @@ from ..comparison.in_one_system import RunsComparison
 from ..comparison.on_press import QUANTITIES, ForcesComparison
 from ..comparison.on_tests import Order, TestsComparison
 from ..force_curves.metrics import LevelSummary
+from .charts.comparison import MOST_TESTS, per_test_chart
 from .charts.measurements import POINTS
 from .charts.responses import CAPTION, response_chart
 from .parts.chart import Chart
@@ -20,8 +21,6 @@ from .parts.page import Page
 from .parts.theme import INK, PRESS, PRESS_BAND, looks
 from .sections.runs import add_runs
 
-#: Most tests of the dot chart.
-_TESTS = 40
 #: With more pairs only those are listed that cannot be told apart.
 _PAIRS = 10
 
@@ -108,11 +107,11 @@ def _add_tests(page: Page, c: TestsComparison) -> None:
         CAPTION,
         "Response curves of all models over the five loads.",
     )
-    which = "" if len(c.result.per_test) <= _TESTS else f", the {_TESTS} worst of the best model"
+    which = "" if len(c.result.per_test) <= MOST_TESTS else f", the {MOST_TESTS} worst of the best model"
     page.plot(
         "tests",
         "Test by test",
-        _per_test(c),
+        per_test_chart(c.result.per_test, c.order.names),
         f"RMSE of each model in each test{which}.",
         "RMSE of every model in every test.",
     )
@@ -215,21 +214,6 @@ def _limits(values: Iterable[FloatArray]) -> tuple[float, float]:
     low, top = float(ends[:, 0].min()), float(ends[:, 1].max())
     margin = 0.05 * (top - low) or 0.005
     return low - margin, top + margin
-
-
-def _per_test(c: TestsComparison) -> Chart:
-    names = c.order.names
-    shown = c.result.per_test.sort_values(names[0], ascending=False).head(_TESTS)
-    chart = Chart()
-    styles = looks(c.models)
-    ids = [escape(i) for i in shown.index]
-    for name in names:
-        dots = {"size": 8, "color": styles[name]["color"], "opacity": 0.8}
-        said = "%{x}: %{y:.4f}<extra>%{fullData.name}</extra>"
-        chart.scatter(0, ids, shown[name], escape(name), said, mode="markers", marker=dots)
-    chart.dress(360, y="RMSE of mu", from_zero=True)
-    chart.figure.update_xaxes(tickangle=-60, type="category")
-    return chart
 
 
 def _signed(c: ForcesComparison) -> Chart:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from friction_models.common.markup import paragraph, table
 from friction_models.loads import DataSet
 
@@ -40,7 +42,11 @@ def refinement_page(before: FrictionModel, after: FrictionModel, data: DataSet, 
         "residual",
         "Residuals",
         residual_chart(
-            shown.points, {part: m.predict_frame(shown.points, shown.tests) for part, m in models.items()}
+            shown.points,
+            {
+                part: np.asarray(m.predict_frame(shown.points, shown.tests), dtype=np.float64)
+                for part, m in models.items()
+            },
         ),
         f"Measured minus modelled mu on {which}; the intervals count a whole test as one observation.",
         "Mean residual against each load, before and after.",

@@ -39,6 +39,10 @@ class Diagnosis(Findings):
     ('explained', ['thermal_softening'])
     """
 
+    def __repr__(self) -> str:
+        named = f"effects={self.effects}, " if self.effects else ""
+        return f"Diagnosis({self.verdict!r}, {named}confidence={self.confidence:.2f}, model={self.model!r})"
+
     def report(self) -> str:
         """Return the text report: the verdict in one sentence first."""
         return text_report(self)

@@ -7,6 +7,7 @@ from typing import NotRequired, TypedDict
 
 import pandas as pd
 
+from ...common.drawn import Drawn
 from ...common.json_values import plain
 from ...effects.base import Effect
 from ...estimation.noise.noise_floor import NoiseFloorNumbers
@@ -85,7 +86,7 @@ class FittedEffect(TypedDict):
 
 
 @dataclass(kw_only=True)
-class Findings:
+class Findings(Drawn):
     """Which physical effect a model lacks, or why that cannot be said.
 
     Attributes
