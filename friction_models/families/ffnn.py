@@ -82,7 +82,7 @@ class FeedForwardFriction(FrictionModel):
     >>> model.predict([[50, 20, 500, 0, 1]])
     Traceback (most recent call last):
         ...
-    friction_models.common.errors.InputError: the ffnn model is not fitted; call fit or fit_frame first
+    friction_models.models.law.UnfittedError: the ffnn model is not fitted; call fit or fit_frame first
     """
 
     family: ClassVar[str] = "ffnn"

@@ -9,7 +9,8 @@ from typing import Any, ClassVar, Self, TypeAlias, cast
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from sklearn.base import BaseEstimator
+from sklearn.base import BaseEstimator, RegressorMixin
+from sklearn.exceptions import NotFittedError
 
 from ..common import InputError, unknown_name
 from ..common.json_values import JsonObject
@@ -47,7 +48,11 @@ def as_loads(loads: LoadsLike) -> TriboLoads:
     return TriboLoads.from_frame(loads) if isinstance(loads, pd.DataFrame) else TriboLoads.from_array(loads)
 
 
-class FrictionLaw(BaseEstimator):
+class UnfittedError(InputError, NotFittedError):
+    """A model that has to be fitted first; scikit-learn knows it as its own `NotFittedError`."""
+
+
+class FrictionLaw(RegressorMixin, BaseEstimator):
     """Coefficient of friction as a function of the five tribological loads, with what predicting and saving need.
 
     `FrictionModel` is the class to derive from: it adds `fit`.
@@ -148,7 +153,7 @@ class FrictionLaw(BaseEstimator):
     def require_fitted(self) -> None:
         """Raise `InputError` for a model that has not been fitted."""
         if not self.is_fitted:
-            raise InputError(f"the {self.family} model is not fitted; call fit or fit_frame first")
+            raise UnfittedError(f"the {self.family} model is not fitted; call fit or fit_frame first")
 
     @property
     def domain(self) -> Domain:
@@ -178,8 +183,8 @@ class FrictionLaw(BaseEstimator):
 
     def _evaluable(self, loads: LoadsLike) -> TriboLoads:
         """Return checked loads that the fitted model can be evaluated at; see `predict`."""
-        points = as_loads(loads)
         self.require_fitted()
+        points = as_loads(loads)
         require_loads(points, self.needed_loads, f"the {self.name} model")
         return points
 
