@@ -44,10 +44,9 @@ class Oracle:
 
     @classmethod
     def of(cls, c: Campaign, mu: Array, recipe: Recipe, design: Array, rng: Rng) -> Oracle:
-        """Draw the noise and estimate the covariance of each test."""
+        """Draw the noise and estimate second moments of each test: a bias, such as that of rounding, counts as noise."""
         bins = bins_of(c)
         noise = np.stack([bins.mean(recipe(rng, c, mu) - mu) for _ in range(DRAWS)])
-        noise -= noise.mean(axis=0)
         factors: list[Array] = []
         for k in range(len(c.tests)):
             own = noise[:, bins.test == k]
