@@ -19,13 +19,17 @@ def main() -> None:
     parser.add_argument("--only", default="", help="part of the names of cases")
     parser.add_argument("--kind", choices=["null", "single", "pair", "triple", "outside"], action="append")
     parser.add_argument("--half", choices=["a", "b"])
+    parser.add_argument(
+        "--seed", type=int, action="append", help="other draws of the same cases; may be repeated (default 0)"
+    )
     parser.add_argument("--limit", type=float, default=240.0, help="seconds a case")
     parser.add_argument("--score", action="store_true", help="only score what has been run")
     parser.add_argument("-o", "--out", type=Path, default=Path("build/blind"))
     given = parser.parse_args()
     cases = [
         c
-        for c in all_cases()
+        for seed in given.seed or [0]
+        for c in all_cases(seed)
         if given.only in c.name and (not given.kind or c.kind in given.kind) and given.half in (None, c.half)
     ]
     if not given.score:

@@ -39,12 +39,12 @@ def _own_heat(c: Campaign, measured: Array) -> None:
 
 def build(case: Case) -> Built:
     """The tables of a case and its truth; the same on every machine."""
-    rng = generator(case.name)
+    rng = generator(*case.words())
     campaign = add_metadata(PLANS[case.plan](rng), case.metadata, rng)
     base = true_base(case.base, campaign, rng)
     recipe = RECIPES[case.noise]
     columns = design(case.base, campaign, base)
-    oracle = Oracle.of(campaign, base, recipe, columns, generator(case.name, "oracle"))
+    oracle = Oracle.of(campaign, base, recipe, columns, generator(*case.words("oracle")))
     hidden = []
     for key, strength in case.laws:
         term = LAWS[key].term(campaign, base, rng)
@@ -53,13 +53,14 @@ def build(case: Case) -> Built:
             strength = round(float(np.sqrt((-strength or WEAK) / power)), 4)
         hidden.append(Hidden(LAWS[key], strength, strength * term))
     total = sum((h.term for h in hidden), np.zeros(len(base)))
-    # The level of friction is the rig's; the laws move it about its mean.
-    mu = base + total - total.mean()
+    # The level of friction is the rig's; the laws move it about its mean. A power law has no free level: there they only add.
+    shift = 0.0 if case.base == "power_law" else float(total.mean())
+    mu = base + total - shift
     lift = max(0.0, 0.012 - float(mu.min()))
-    if case.base == "number":
+    if case.base in ("number", "power_law"):
         lift = 0.0
-    truth = truth_of(campaign, base + lift - total.mean(), hidden, oracle, columns)
-    measured = recipe(generator(case.name, "noise"), campaign, mu + lift)
+    truth = truth_of(campaign, base + lift - shift, hidden, oracle, columns)
+    measured = recipe(generator(*case.words("noise")), campaign, mu + lift)
     if case.kind == "null" and case.plan in HEATED_PLANS:
         _own_heat(campaign, measured)
     truth["mu_range"] = [round(float(mu.min() + lift), 4), round(float(mu.max() + lift), 4)]

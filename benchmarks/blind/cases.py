@@ -27,6 +27,11 @@ class Case:
     laws: tuple[tuple[str, float], ...] = ()
     metadata: tuple[str, ...] = ()
     half: str = field(default="", compare=False)
+    seed: int = 0
+
+    def words(self, *what: object) -> tuple[object, ...]:
+        """What the random numbers of this case depend on."""
+        return (self.name, *what, *([self.seed] if self.seed else []))
 
 
 # noise: (plan, base, columns of the test table that mean nothing)
@@ -177,8 +182,8 @@ def _metadata(laws: tuple[tuple[str, float], ...], index: int) -> tuple[str, ...
     return (*needed, *[spare[(index + j) % len(spare)] for j in range(index % 3)])
 
 
-def all_cases() -> list[Case]:
-    """All cases, each in its half: `a` for development, `b` kept apart (drawn within each kind)."""
+def all_cases(seed: int = 0) -> list[Case]:
+    """All cases, each in its half: `a` for development, `b` kept apart (drawn within each kind). Other seeds draw other tests and noise."""
     cases: list[Case] = []
     for noise, entries in _lines(NULLS):
         for plan, base, *columns in entries:
@@ -210,4 +215,6 @@ def all_cases() -> list[Case]:
         mine = [c.name for c in cases if c.kind == kind]
         for rank, i in enumerate(rng.permutation(len(mine))):
             halves[mine[i]] = "ab"[rank % 2]
-    return [Case(c.name, c.kind, c.base, c.plan, c.noise, c.laws, c.metadata, halves[c.name]) for c in cases]
+    return [
+        Case(c.name, c.kind, c.base, c.plan, c.noise, c.laws, c.metadata, halves[c.name], seed) for c in cases
+    ]

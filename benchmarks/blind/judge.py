@@ -26,6 +26,7 @@ class Judged:
     in_set: bool
     exact: bool
     wrong_names: tuple[str, ...]
+    imitated: bool
 
     @property
     def visible(self) -> bool:
@@ -61,6 +62,10 @@ def judge(case: Case, record: dict[str, Any]) -> Judged:
         for e in effects
         if e not in allowed | merged | (partial if verdict == "partly_explained" else set())
     )
+    two = truth.get("imitation") or {"hidden": False, "effects": []}
+    imitated = bool(two["hidden"] and effects) and set(effects) <= set(two["effects"])
+    if imitated:
+        wrong = ()
     all_found = bool(effects) and all(_accepted(law) & set(effects) for law in visible)
     one_for_all = len(effects) == 1 and bool(merged & set(effects))
     exact = not wrong and (all_found or one_for_all)
@@ -83,6 +88,7 @@ def judge(case: Case, record: dict[str, Any]) -> Judged:
         right = exact and bool(laws) if effects else spoilt
     else:
         right = False
+    right = right or imitated
     first = bool(effects) and any(effects[0] in _accepted(law) for law in laws)
     in_set = bool(laws) and all(set(law["names"]) & listed for law in (visible or laws))
     return Judged(
@@ -98,4 +104,5 @@ def judge(case: Case, record: dict[str, Any]) -> Judged:
         in_set,
         exact,
         wrong,
+        imitated,
     )

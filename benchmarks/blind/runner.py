@@ -64,15 +64,15 @@ def _work(case: Case, path: Path) -> None:
 
 def file_of(case: Case, folder: Path) -> Path:
     """Where the record of a case is kept; the halves lie in folders of their own."""
-    return folder / case.half / f"{case.name}.json"
+    return folder / (f"seed-{case.seed}" if case.seed else "") / case.half / f"{case.name}.json"
 
 
 def run(cases: Sequence[Case], folder: Path, workers: int, limit: float) -> None:
     """Diagnose what has no record yet."""
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["benchmarks.blind.build", "friction_models.discovery"])
-    for half in "ab":
-        (folder / half).mkdir(parents=True, exist_ok=True)
+    for case in cases:
+        file_of(case, folder).parent.mkdir(parents=True, exist_ok=True)
     waiting = [c for c in cases if not file_of(c, folder).exists()]
     total, running = len(waiting), list[tuple[Any, Case, float]]()
     print(f"{len(cases)} cases, {total} to run", flush=True)

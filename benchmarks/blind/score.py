@@ -20,8 +20,12 @@ def _rate(values: Iterable[bool]) -> str:
 
 
 def abstains(j: Judged) -> bool:
-    """Outside the catalogue: says so, or names only true parts and that something remains."""
-    return j.verdict == "unknown_structure" or (j.verdict == "partly_explained" and not j.wrong_names)
+    """Outside the catalogue: says so, or names only true parts and that something remains; or two effects cannot be told from it."""
+    return (
+        j.imitated
+        or j.verdict == "unknown_structure"
+        or (j.verdict == "partly_explained" and not j.wrong_names)
+    )
 
 
 def numbers(judged: Sequence[Judged]) -> dict[str, Any]:
@@ -106,4 +110,7 @@ def failure(j: Judged) -> str:
     )
     rivals = [r for r in j.rivals if r not in j.effects]
     said = f"{j.verdict} {', '.join(j.effects)}" + (f" [or {', '.join(rivals)}]" if rivals else "")
-    return f"{j.case.name}\n    said {said} ({j.confidence:.2f}); true: {truth or 'nothing is missing'}{'' if not j.right else '; counts as right for the confidence'}"
+    two = j.truth.get("imitation")
+    if two:
+        truth += f"; two effects follow {two['share']:.2f} of it at best ({' + '.join(two['effects'])})"
+    return f"{j.case.name}{f' (seed {j.case.seed})' if j.case.seed else ''}\n    said {said} ({j.confidence:.2f}); true: {truth or 'nothing is missing'}{'' if not j.right else '; counts as right for the confidence'}"

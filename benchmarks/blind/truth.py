@@ -33,6 +33,36 @@ def _along_total(oracle: Oracle, total: Array, shape: Array) -> bool:
     return float(a[:, 0] @ b[:, 0]) > 0
 
 
+def imitation(target: Array, shapes: list[tuple[str, Array, Array]], oracle: Oracle) -> dict[str, Any]:
+    """How well two effects of the catalogue together follow a law outside it (best partners of the ten best shapes)."""
+    projected = [(name, w - oracle.base @ (oracle.base.T @ w)) for name, _, w in shapes]
+    alone = sorted(
+        ((share_explained(target, w, has_direction(n)), i) for i, (n, w) in enumerate(projected)),
+        reverse=True,
+    )
+    best, names = 0.0, list[str]()
+    for _, i in alone[:10]:
+        first, w1 = projected[i]
+        for second, w2 in projected:
+            if second == first:
+                continue
+            both = np.hstack([w1, w2])
+            amplitude, *_ = np.linalg.lstsq(both, target, rcond=None)
+            opposed = (has_direction(first) and amplitude[0] < 0) or (
+                has_direction(second) and amplitude[w1.shape[1]] < 0
+            )
+            share = 1 - float(np.sum((target - both @ amplitude) ** 2)) / float(target @ target)
+            if share > best and not opposed:
+                best, names = share, [first, second]
+    left = (1 - best) * float(target @ target)
+    return {
+        "effects": names,
+        "share": round(best, 3),
+        "left": round(left, 1),
+        "hidden": left < LIMIT or best >= SAME_FORM,
+    }
+
+
 def truth_of(c: Campaign, base: Array, hidden: list[Hidden], oracle: Oracle, design: Array) -> dict[str, Any]:
     """Judge every hidden law against all rival shapes on the noiseless truth."""
     shapes = [(name, z, oracle.whiten(z)) for name, z in rivals(c)] if hidden else []
@@ -76,7 +106,7 @@ def truth_of(c: Campaign, base: Array, hidden: list[Hidden], oracle: Oracle, des
             }
         )
     everything = sum((h.term for h in hidden), np.zeros(len(base)))
-    signal = oracle.project(everything)[:, 0]
+    signal = oracle.project(everything)[:, 0] if hidden else np.zeros(0)
     power = float(signal @ signal)
     merged: dict[str, float] = {}
     if len(hidden) > 1 and power > 0:
@@ -87,6 +117,9 @@ def truth_of(c: Campaign, base: Array, hidden: list[Hidden], oracle: Oracle, des
             if (1 - share) * power < LIMIT and share >= DOMINANT:
                 merged[name] = round(max(share, merged.get(name, 0.0)), 3)
     return {
+        "imitation": imitation(signal, shapes, oracle)
+        if hidden and not any(h.law.names for h in hidden)
+        else {},
         "laws": laws,
         "merged": merged,
         "noncentrality": round(power, 1),
