@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from fmus.runtime.errors import of_this_version
-from friction_models.common import InputError, write_text
+from friction_models.common import InputError
 
-from .registry import page_of, page_of_folder
-
-if TYPE_CHECKING:
-    from friction_models.discovery import Diagnosis
-    from friction_models.loads import DataSet
+from .registry import page_of_folder
+from .writing import check_page_file, write_page_file
 
 
 def write_report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | None = None) -> Path:
@@ -25,12 +21,12 @@ def write_report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | N
         A folder written by `demo` (with ``demo.json``), by `simulate` or `study` (with ``manifest.json``), by `predict-sct`
         (with ``prediction.json``) or by `forming.FormingResult.save` (with ``forming.json``).
     out : path-like, optional
-        HTML file; by default ``report.html`` in the folder.
+        HTML, PDF or XLSX file; by default ``report.html`` in the folder.
 
     Raises
     ------
     InputError
-        None of these, or files of it are missing; `out` is no HTML file.
+        None of these, or files of it are missing; `out` cannot be written, see `writing.check_page_file`.
 
     Examples
     --------
@@ -41,28 +37,17 @@ def write_report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | N
     """
     place = Path(folder)
     target = Path(out) if out is not None else place / "report.html"
-    if target.suffix.lower() not in {".html", ".htm"}:
-        raise InputError(f"{target}: suffix {target.suffix!r}; allowed: .html, .htm")
+    check_page_file(target)
     if not place.is_dir():
         what = "is a file" if place.exists() else "no such folder"
         raise InputError(f"{place}: {what}; allowed: the folder of a run, a study, predicted tests or a demo")
     with of_this_version(place, "what this version wrote; run the command that made it again"):
         page = page_of_folder(place)
     if page is not None:
-        return write_text(target, page)
+        return write_page_file(target, page)
     inside = sorted(p.parent.name for p in place.glob("*/manifest.json"))
     hint = f"; inside is {place / inside[0]}" if inside else ""
     raise InputError(
         f"{place}: neither a folder of a run or a study (manifest.json) nor one of the demo (demo.json), of predicted tests "
         f"(prediction.json) or of a forming result (forming.json); allowed: one of them{hint}"
     )
-
-
-def write_diagnosis_report(
-    out: str | os.PathLike[str], model: Any, data: DataSet, diagnosis: Diagnosis, label: str
-) -> Path:
-    """Write the report of a diagnosis of `model` (with ``predict``, called `label`) on `data`; return its path."""
-    from .diagnosis_page import confirmed_addition
-
-    confirmed = confirmed_addition(model, data, diagnosis.effects)
-    return write_text(out, page_of("diagnosis", diagnosis, label, confirmed))

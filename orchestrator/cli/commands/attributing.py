@@ -48,7 +48,7 @@ def attribute(
 
     systems = [System.load(path) for path in system]
     fmus = [s.fmu_path(name) for s in systems for name in s.components]
-    check_outputs([p for p in (runs, json, report) if p is not None], fmus)
+    check_outputs([p for p in (runs, json, *(report or [])) if p is not None], fmus)
     kept = f"finished runs are kept in {runs or 'the cache folder'}; the same command goes on from there"
     with keeping(lambda: kept), progress("sensitivities") as tick:
         result = find(press, systems, causes, runs, jobs, tick)

@@ -76,11 +76,11 @@ def diagnose(
     if earlier is not None:
         say(changes_text(earlier, result))
     write_result(json, {"synthetic": result.synthetic, **result.to_dict()})
-    if report is not None:
-        from ...report import write_diagnosis_report
+    if report:
+        from ...report.diagnosis_page import confirmed_addition
 
-        write_diagnosis_report(report, friction, part, result, label=model)
-        say(f"report written: {report}")
+        confirmed = confirmed_addition(friction, part, result.effects)
+        write_page(report, "diagnosis", result, model, confirmed)
     if plan is not None:
         _write_plan(plan, result.next_tests)
 
@@ -149,7 +149,7 @@ def refine(
         say(add_interval(better, dataset))
     better.save(out)
     say(f"model written: {out}")
-    if report is not None:
+    if report:
         if not friction.is_fitted:
             friction = improve(dataset.points, dataset.tests, model=friction)
         write_page(report, "refinement", friction, better, dataset, model)

@@ -43,7 +43,9 @@ def report(
     ],
     out: Annotated[
         Path | None,
-        typer.Option("-o", "--out", help="HTML file (default: report.html in the folder)."),
+        typer.Option(
+            "-o", "--out", help="File to write: .html, .pdf or .xlsx (default: report.html in the folder)."
+        ),
         Writes(),
     ] = None,
 ) -> None:

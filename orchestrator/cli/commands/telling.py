@@ -21,20 +21,24 @@ def story(
     project: Annotated[str, typer.Argument(help="Project folder of the workbench.")] = ".",
     out: Annotated[
         Path | None,
-        typer.Option("-o", "--out", help="HTML file (default: reports/story.html in the project)."),
+        typer.Option(
+            "-o",
+            "--out",
+            help="File to write: .html, .pdf or .xlsx (default: reports/story.html in the project).",
+        ),
         Writes(),
     ] = None,
 ) -> None:
     """Write the story of a project as one self-contained page: measurements, models, rounds, FMUs, forming runs."""
     from ...app.story import story_of
+    from ...report.writing import check_page_file
 
     folder = Path(project)
     if not folder.is_dir():
         raise InputError(f"{project}: no such folder; allowed: a project of the workbench (tribofmu app)")
     target = folder / "reports" / "story.html" if out is None else out
-    if target.suffix.lower() not in {".html", ".htm"}:
-        raise InputError(f"{target}: suffix {target.suffix!r}; allowed: .html, .htm")
+    check_page_file(target)
     told = story_of(folder)
     for text in told.problems:
         note(text)
-    write_page(target, "story", told)
+    write_page([target], "story", told)

@@ -6,12 +6,12 @@ import errno
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from friction_models.common import write_json, write_text
+from friction_models.common import write_json
 from friction_models.common.json_values import plain
 
 from . import interrupts
@@ -107,13 +107,15 @@ def say(text: str) -> None:
         raise
 
 
-def write_page(out: Path | None, name: str, *content: Any) -> None:
-    """Write the page of a kind that `report.registry` names where the user asked for one, and say so."""
-    if out is not None:
+def write_page(outs: Sequence[Path] | None, name: str, *content: Any) -> None:
+    """Write the page of a kind that `report.registry` names to each file that the user asked for, and say so."""
+    if outs:
         from ...report.registry import page_of
+        from ...report.writing import write_page_file
 
-        write_text(out, page_of(name, *content))
-        say(f"report written: {out}")
+        html = page_of(name, *content)
+        for out in outs:
+            say(f"report written: {write_page_file(out, html)}")
 
 
 def note(text: str) -> None:

@@ -26,8 +26,8 @@ class Writes:
     Attributes
     ----------
     kind : str
-        Name of a kind of folder in `friction_models.common.folders`; ``FILE``; or ``EITHER``, which is checked
-        when it is known what is written.
+        Name of a kind of folder in `friction_models.common.folders`; ``FILE``; ``PAGE``, a file that
+        a page can be written to; or ``EITHER``, which is checked when it is known what is written.
     """
 
     kind: str = "FILE"
@@ -68,11 +68,16 @@ def _check(function: Callable[..., Any], values: dict[str, Any]) -> None:
         if not writes:
             inputs += _named(value, bool(marks))
         elif value is not None:
-            outputs += [(value, mark) for mark in writes]
+            paths = value if isinstance(value, list) else [value]
+            outputs += [(path, mark) for path in paths for mark in writes]
     # What is wrong with the pair is told before what is wrong with the output alone.
     check_outputs([path for path, _ in outputs], inputs)
     for path, mark in outputs:
-        if mark.kind == "FILE":
+        if mark.kind == "PAGE":
+            from ...report.writing import check_page_file
+
+            check_page_file(path)
+        if mark.kind in {"FILE", "PAGE"}:
             check_file(path)
         elif mark.kind == "EITHER":
             folders.check_parents(path)

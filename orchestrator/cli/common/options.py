@@ -31,7 +31,16 @@ OutFile = Annotated[Path, typer.Option("-o", "--out", help="File to write."), Wr
 Json = Annotated[
     Path | None, typer.Option("--json", help="Also write the result to this JSON file."), Writes()
 ]
-Report = Annotated[Path | None, typer.Option("--report", help="Also write an HTML report."), Writes()]
+Report = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--report",
+        "--export",
+        "--pdf",
+        help="Also write a report: .html, .pdf (printed by a browser), or .xlsx (its tables); may be given several times.",
+    ),
+    Writes("PAGE"),
+]
 NextTests = Annotated[
     Path | None,
     typer.Option("--plan", help="Also write the proposed tests as a plan (CSV, one row a test)."),

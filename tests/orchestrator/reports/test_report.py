@@ -24,8 +24,9 @@ from friction_models.discovery.answer.wording import p_text
 from friction_models.discovery.refinement import history_text
 from friction_models.loads import DataSet
 from orchestrator import Master, System
-from orchestrator.report import write_diagnosis_report, write_report
+from orchestrator.report import write_report
 from orchestrator.report.charts.residuals import binned_residual
+from orchestrator.report.diagnosis_page import confirmed_addition
 from orchestrator.report.parts.cards import Change
 from orchestrator.report.refinement_page import refinement_page
 from orchestrator.report.registry import PAGES, page_of
@@ -66,7 +67,7 @@ def test_a_folder_that_is_neither_run_nor_demo(tmp_path: Path) -> None:
     for folder, out, words in (
         ("none", None, "none: no such folder"),
         ("run/manifest.json", tmp_path / "x.html", "manifest.json: is a file; allowed: the folder"),
-        ("run", tmp_path / "run.pdf", "suffix '.pdf'; allowed: .html, .htm"),
+        ("run", tmp_path / "run.doc", "suffix '.doc'; allowed: .html, .htm, .pdf, .xlsx"),
     ):
         with pytest.raises(InputError, match=words):
             write_report(tmp_path / folder, out)
@@ -130,9 +131,8 @@ def test_page_and_text_of_a_diagnosis(case: str, tmp_path: Path) -> None:
     points, tests, _ = campaign(**settings, thin=8)
     found = diagnose(points, tests)
     assert found.verdict == verdict
-    html = write_diagnosis_report(
-        tmp_path / "d.html", "linear", DataSet(points, tests, {}), found, "a <b>"
-    ).read_text()
+    confirmed = confirmed_addition("linear", DataSet(points, tests, {}), found.effects)
+    html = page_of("diagnosis", found, "a <b>", confirmed)
     text = found.report()
     assert "<b>" not in html and outside_references(html) == []
     sections = [
@@ -167,8 +167,10 @@ def test_page_of_one_test_and_of_other_loads(tmp_path: Path) -> None:
         ("outside", points[points["sigma_n"] > 1500.0], model),
     ):
         found = diagnose(data, model=base)
-        html = write_diagnosis_report(tmp_path / f"{name}.html", base, DataSet(data, None, {}), found, name)
-        own = re.sub(r"<script.*?</script>", "", html.read_text(), flags=re.DOTALL)
+        html = page_of(
+            "diagnosis", found, name, confirmed_addition(base, DataSet(data, None, {}), found.effects)
+        )
+        own = re.sub(r"<script.*?</script>", "", html, flags=re.DOTALL)
         assert "nan" not in own and "Worst tests" in own and found.report()
         if name == "one":
             assert "nothing can be seen to be missing" in own and "no intervals" in own

@@ -1,0 +1,142 @@
+"""A page as the file that its name asks for: HTML, PDF through a browser, or its tables as a workbook."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from friction_models.common import InputError, atomic_path, write_text
+
+#: Browsers that print a page without a window, in the order in which they are looked for.
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome", "microsoft-edge", "msedge")
+#: Longest time to print a page [s].
+PATIENCE = 120.0
+#: Longest name of a sheet, and what none may hold.
+SHEET, NOT_IN_SHEETS = 31, re.compile(r"[\[\]:*?/\\]")
+
+
+def check_page_file(path: Path) -> Path:
+    """Return the path of a page that can be written here.
+
+    Raises
+    ------
+    InputError
+        Another suffix, or what writes it is not installed.
+
+    Examples
+    --------
+    >>> check_page_file(Path("diagnosis.html")).name
+    'diagnosis.html'
+    >>> check_page_file(Path("diagnosis.doc"))
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: diagnosis.doc: suffix '.doc'; allowed: .html, .htm, .pdf, .xlsx
+    """
+    suffix = path.suffix.lower()
+    if suffix not in _WRITERS:
+        raise InputError(f"{path}: suffix {path.suffix!r}; allowed: {', '.join(_WRITERS)}")
+    if suffix == ".pdf" and _browser() is None:
+        raise InputError(
+            f"{path}: printing a PDF needs a browser, and none of {', '.join(BROWSERS)} is on the path; "
+            "allowed: .html, which any browser prints"
+        )
+    if suffix == ".xlsx" and importlib.util.find_spec("openpyxl") is None:
+        raise InputError(f"{path}: a workbook needs openpyxl; allowed: .html, or pip install 'tribofmu[daq]'")
+    return path
+
+
+def write_page_file(path: Path, html: str) -> Path:
+    """Write a page as HTML, PDF or workbook, by the suffix of the path; return it.
+
+    Raises
+    ------
+    InputError
+        As `check_page_file`; a page without a table as a workbook; the browser fails.
+    """
+    return _WRITERS[check_page_file(path).suffix.lower()](path, html)
+
+
+def _browser() -> str | None:
+    return next((found for name in BROWSERS if (found := shutil.which(name))), None)
+
+
+def _pdf(path: Path, html: str) -> Path:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as place:
+        page, printed = Path(place) / "page.html", Path(place) / "page.pdf"
+        page.write_text(html, encoding="utf-8")
+        command = [
+            *(str(_browser()), "--headless", "--disable-gpu", "--no-first-run"),
+            *(["--no-sandbox"] if getattr(os, "geteuid", lambda: 1)() == 0 else []),  # root has none
+            # The charts of a page are drawn by its own script: wait for them in the time of the page.
+            *("--virtual-time-budget=10000", "--no-pdf-header-footer", f"--user-data-dir={place}/profile"),
+            *(f"--print-to-pdf={printed}", page.as_uri()),
+        ]
+        try:
+            subprocess.run(command, check=True, capture_output=True, timeout=PATIENCE)
+            content = printed.read_bytes()
+        except (OSError, subprocess.SubprocessError) as error:
+            raise InputError(
+                f"{path}: the browser {command[0]} does not print it ({type(error).__name__}); allowed: .html"
+            ) from None
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(content)
+    return path
+
+
+def _workbook(path: Path, html: str) -> Path:
+    """Write each table of a page as a sheet, named by its section."""
+    from lxml.html import document_fromstring
+    from openpyxl import Workbook
+    from openpyxl.styles import Font
+
+    book, taken = Workbook(), set[str]()
+    book.remove(book.active)
+    page = document_fromstring(html)
+    for table in page.iter("table"):
+        section = next((s for s in table.iterancestors("section")), page)
+        heading = section.findtext(".//h2") or "table"
+        sheet = book.create_sheet(_sheet_name(heading, taken))
+        for row in table.iter("tr"):
+            cells = [cell for cell in row if cell.tag in {"th", "td"}]
+            sheet.append([None] * len(cells))
+            for cell, written in zip(cells, sheet[sheet.max_row], strict=True):
+                _write_cell(written, " ".join(cell.text_content().split()))
+                written.font = Font(bold=cell.tag == "th")
+        sheet.freeze_panes = "A2"
+    if not book.worksheets:
+        raise InputError(f"{path}: the page holds no table; allowed: .html, .pdf")
+    with atomic_path(path) as temporary:
+        book.save(temporary)
+    return path
+
+
+def _sheet_name(heading: str, taken: set[str]) -> str:
+    plain = NOT_IN_SHEETS.sub(" ", heading).strip() or "table"
+    names = [plain[:SHEET], *(f"{plain[: SHEET - 4]} {k}" for k in range(2, 1000))]
+    name = next(n for n in names if n.casefold() not in taken)
+    taken.add(name.casefold())
+    return name
+
+
+def _write_cell(cell: Any, text: str) -> None:
+    """Write a number where the text is one; a text that begins like a formula stays a text."""
+    try:
+        cell.value = float(text.replace("\u2212", "-"))
+    except ValueError:
+        cell.value = text
+        cell.data_type = "s"
+
+
+_WRITERS: dict[str, Callable[[Path, str], Path]] = {
+    ".html": write_text,
+    ".htm": write_text,
+    ".pdf": _pdf,
+    ".xlsx": _workbook,
+}
