@@ -4,6 +4,7 @@
 ``c``       one header and one C99 source with the FMU's own formulas
 ``ufric``   user subroutine UFRIC of Marc / Simufact Forming: Fortran around that C
 ``vfric``   user subroutines VFRIC and VFRICTION of Abaqus/Explicit: Fortran around that C
+``deform``  user routines USRBCC and USRUPD of DEFORM-2D: Fortran around that C
 ``table``   mu over a grid of loads, with its measured interpolation error
 ==========  ==============================================================================
 """
@@ -11,6 +12,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +24,9 @@ from ..interface.friction_source import FrictionSource
 if TYPE_CHECKING:
     from .common import Files
 
-TARGETS = ("c", "ufric", "vfric", "table")
+TARGETS = ("c", "ufric", "vfric", "deform", "table")
+#: Options of the targets in C and Fortran, besides `name`.
+SUBROUTINE_OPTIONS: dict[str, tuple[str, ...]] = {"deform": ("units",)}
 
 __all__ = ["TARGETS", "export"]
 
@@ -36,8 +40,8 @@ def export(source: FrictionSource, path: str | os.PathLike[str], target: str, **
         What `fmus.source.reading.read_source` returns.
     path : path-like
         Folder to write; one written by an earlier export is replaced, any other that holds files is refused.
-    target : {"c", "ufric", "vfric", "table"}
-        See the module.
+    target : str
+        One of `TARGETS`; see the module.
     **options
         `name` (all targets but ``table``): first part of the C names, from the model's name by default.
         For ``table`` see `fmus.exports.table_target.table_files`.
@@ -76,19 +80,24 @@ def export(source: FrictionSource, path: str | os.PathLike[str], target: str, **
         from .table_target import OPTIONS, table_files
 
         return write_folder(path, target, table_files(source, **checked_options(target, options, OPTIONS)))
+    own = SUBROUTINE_OPTIONS.get(target, ())
     return write_folder(
-        path, target, subroutine_files(source, target, **checked_options(target, options, ("name",)))
+        path, target, subroutine_files(source, target, **checked_options(target, options, ("name", *own)))
     )
 
 
-def subroutine_files(source: FrictionSource, target: str, name: str | None = None) -> Files:
+def subroutine_files(
+    source: FrictionSource, target: str, name: str | None = None, **options: object
+) -> Files:
     """Return the files of an export in C, or in Fortran around it.
 
     Parameters
     ----------
-    target : {"c", "ufric", "vfric"}
+    target : {"c", "ufric", "vfric", "deform"}
     name : str, optional
         First part of the C names.
+    **options
+        Those of `SUBROUTINE_OPTIONS`.
 
     Raises
     ------
@@ -110,15 +119,22 @@ def subroutine_files(source: FrictionSource, target: str, name: str | None = Non
     """
     from .c_target import c_files, c_sources, c_values
     from .common import c_prefix, documents, template
+    from .deform_target import deform_files
     from .ufric_target import ufric_files
     from .vfric_target import vfric_files
 
     prefix = c_prefix(source, name)
     values = c_values(source, prefix)
-    files_of = {"c": c_files, "ufric": ufric_files, "vfric": vfric_files}[target]
+    values["FORTRAN_MODEL"] = template("model.f", values)
+    files_of: dict[str, Callable[..., Files]] = {
+        "c": c_files,
+        "ufric": ufric_files,
+        "vfric": vfric_files,
+        "deform": deform_files,
+    }[target]
     return {
         **c_sources(source, prefix),
-        **files_of(source, prefix, values),
+        **files_of(source, prefix, values, **options),
         "README.txt": template(f"readme_{target}.txt", values),
         **documents(source),
     }

@@ -1,0 +1,114 @@
+"""Exports for hosts that take code, compiled, driven in the host's order at 10 000 points and compared with ONNX Runtime."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmus.exports import export
+from fmus.exports.common import Reference
+from fmus.exports.host_units import HostUnits
+from friction_models.common import InputError
+from tests.fmus.exported import Made, deviation, made, run
+from tests.fmus.graphs import Array
+from tests.fmus.test_export_subroutines import build_fortran
+
+COUNT = 10_000
+DEFORM = ["deform.f", "usr_bcc.f", "usr_upd.f", "selftest.f90"]
+
+
+def spread(model: Made, seed: int, count: int) -> Array:
+    """Loads that fill the trained domain, psi from 1 on."""
+    lower = np.maximum(model.lower, [1e-3, -np.inf, 1e-3, 0.0, 1.0])
+    return np.random.default_rng(seed).uniform(lower, model.upper, size=(count, 5))
+
+
+class History:
+    """Points that come to the wanted loads in steps, as a host drives them: sd and psi grow from 0 and 1."""
+
+    def __init__(self, model: Made, seed: int, count: int = COUNT, steps: int = 14) -> None:
+        self.reference = Reference(model.source)
+        self.states = len(model.source.states)
+        self.count = count
+        self.wanted = spread(model, seed, count)
+        self.dt = np.full(steps, 0.01)
+        self.dt[-1] = 1e-4
+        v = self.wanted[:, 0]
+        before = np.maximum(self.wanted[:, 3] - v * self.dt[-1], 0.0) / (self.dt[:-1].sum())
+        self.speed = np.vstack([np.repeat(before[None], steps - 1, axis=0), v[None]])
+        self.growth = self.wanted[:, 4] ** (1.0 / (steps - 1))
+        self.sd = np.cumsum(self.speed * self.dt[:, None], axis=0)
+        self.psi = np.cumprod(np.vstack([np.ones(count), np.repeat(self.growth[None], steps - 1, 0)]), axis=0)
+
+    def loads(self, step: int) -> Array:
+        return np.column_stack([self.speed[step], self.wanted[:, 1:3], self.sd[step], self.psi[step]])
+
+    def mu(self) -> Array:
+        """mu after each step, shape (steps, n)."""
+        state = self.reference.model.start_state(self.count)
+        found = []
+        for step, dt in enumerate(self.dt):
+            at = self.loads(step)
+            if self.states:
+                state = self.reference.step(at, state, float(dt))
+            found.append(self.reference.mu(at, state if self.states else None))
+        return np.array(found)
+
+
+def write(path: Path, blocks: list[tuple[str, Array]], formats: str) -> None:
+    with path.open("w") as file:
+        for head, rows in blocks:
+            file.write(head + "\n")
+            np.savetxt(file, rows, fmt=formats)
+
+
+@pytest.mark.parametrize(
+    ("name", "units", "count"),
+    [
+        ("polynomial", "tonne-mm-s", COUNT),
+        ("linear + work_exhaustion", "tonne-mm-s", COUNT),
+        ("linear + work_exhaustion", "english", 500),
+        ("linear + tool_roughness", "tonne-mm-s", 500),
+    ],
+)
+def test_deform_follows_the_model_at_ten_thousand_nodes(
+    name: str, units: str, count: int, tmp_path: Path
+) -> None:
+    model = made(name)
+    folder = export(model.source, tmp_path / "deform", "deform", units=units)
+    for part in DEFORM[:3]:
+        assert max(map(len, (folder / part).read_text().splitlines())) <= 72
+    build_fortran(folder, DEFORM, "-fcheck=all")
+    assert deviation(run(["./driver"], folder)) < 1e-12
+    host = HostUnits(units, "degF" if units == "english" else "degC")
+    path = History(model, 8, count)
+    blocks = []
+    for step, mu in enumerate(path.mu()):
+        v, T, sigma, _, _ = host.to_host(path.loads(step)).T
+        number, zero = np.arange(1.0, count + 1), np.zeros(count)
+        rows = [number, T - 5.0, T + 5.0, v, zero, sigma, path.psi[step] * 3.0, zero, mu]
+        blocks.append((f"{float(path.dt[step])!r} 0 {count}", np.column_stack(rows)))
+    write(folder / "many.txt", blocks, "%d %.17g %.17g %.17g %.17g %.17g %.17g %d %.17g")
+    output = run(["./driver", "many.txt"], folder)
+    assert f"ok: {14 * count} coefficients" in output
+    assert deviation(output) < 1e-12
+
+
+def test_deform_notices_a_wrong_unit_and_too_few_node_variables(tmp_path: Path) -> None:
+    source = made("linear + work_exhaustion").source
+    folder = export(source, tmp_path / "deform", "deform")
+    code = folder / "deform.f"
+    text = code.read_text()
+    code.write_text(text.replace("tf_pressure =\n     &  1d0", "tf_pressure =\n     &  1.001d0"))
+    assert code.read_text() != text
+    build_fortran(folder, DEFORM)
+    with pytest.raises(AssertionError, match="expected"):
+        run(["./driver"], folder)
+    code.write_text(text.replace("tf_first = 1\n", "tf_first = 9\n"))
+    build_fortran(folder, DEFORM)
+    with pytest.raises(AssertionError, match="11 user node variables; needed: at least 16"):
+        run(["./driver"], folder)
+    with pytest.raises(InputError, match="units of the host 'kg-mm-ms'; allowed: english, tonne-mm-s"):
+        export(source, tmp_path / "x", "deform", units="kg-mm-ms")
