@@ -5,6 +5,7 @@
 ``ufric``   user subroutine UFRIC of Marc / Simufact Forming: Fortran around that C
 ``vfric``   user subroutines VFRIC and VFRICTION of Abaqus/Explicit: Fortran around that C
 ``deform``  user routines USRBCC and USRUPD of DEFORM-2D: Fortran around that C
+``lsdyna``  user friction USRFRC of LS-DYNA: Fortran around that C
 ``table``   mu over a grid of loads, with its measured interpolation error
 ==========  ==============================================================================
 """
@@ -24,9 +25,9 @@ from ..interface.friction_source import FrictionSource
 if TYPE_CHECKING:
     from .common import Files
 
-TARGETS = ("c", "ufric", "vfric", "deform", "table")
+TARGETS = ("c", "ufric", "vfric", "deform", "lsdyna", "table")
 #: Options of the targets in C and Fortran, besides `name`.
-SUBROUTINE_OPTIONS: dict[str, tuple[str, ...]] = {"deform": ("units",)}
+SUBROUTINE_OPTIONS: dict[str, tuple[str, ...]] = {"deform": ("units",), "lsdyna": ("units", "temperature")}
 
 __all__ = ["TARGETS", "export"]
 
@@ -93,7 +94,7 @@ def subroutine_files(
 
     Parameters
     ----------
-    target : {"c", "ufric", "vfric", "deform"}
+    target : {"c", "ufric", "vfric", "deform", "lsdyna"}
     name : str, optional
         First part of the C names.
     **options
@@ -120,6 +121,7 @@ def subroutine_files(
     from .c_target import c_files, c_sources, c_values
     from .common import c_prefix, documents, template
     from .deform_target import deform_files
+    from .lsdyna_target import lsdyna_files
     from .ufric_target import ufric_files
     from .vfric_target import vfric_files
 
@@ -131,6 +133,7 @@ def subroutine_files(
         "ufric": ufric_files,
         "vfric": vfric_files,
         "deform": deform_files,
+        "lsdyna": lsdyna_files,
     }[target]
     return {
         **c_sources(source, prefix),

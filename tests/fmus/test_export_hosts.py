@@ -112,3 +112,57 @@ def test_deform_notices_a_wrong_unit_and_too_few_node_variables(tmp_path: Path) 
         run(["./driver"], folder)
     with pytest.raises(InputError, match="units of the host 'kg-mm-ms'; allowed: english, tonne-mm-s"):
         export(source, tmp_path / "x", "deform", units="kg-mm-ms")
+
+
+DOUBLE = ["-fdefault-real-8", "-fdefault-double-8"]
+
+
+@pytest.mark.parametrize(
+    ("name", "units", "temperature", "count"),
+    [
+        ("polynomial", "tonne-mm-s", "degC", COUNT),
+        ("linear + work_exhaustion", "kg-mm-ms", "K", COUNT),
+        ("linear + tool_roughness", "kg-m-s", "K", 100),
+    ],
+)
+def test_lsdyna_follows_the_model_at_ten_thousand_nodes(
+    name: str, units: str, temperature: str, count: int, tmp_path: Path
+) -> None:
+    model = made(name)
+    folder = export(model.source, tmp_path / "lsdyna", "lsdyna", units=units, temperature=temperature)
+    assert max(map(len, (folder / "lsdyna.f").read_text().splitlines())) <= 72
+    build_fortran(folder, ["lsdyna.f", "selftest.f90"], *DOUBLE, "-fcheck=all")
+    assert deviation(run(["./driver"], folder)) < 1e-12
+    host = HostUnits(units, temperature)
+    path = History(model, 9, count, steps=3)
+    # An interface has one temperature: ten groups of nodes, each at its own, in calls of their own.
+    group = np.arange(count) % 10
+    path.wanted[:, 1] = np.linspace(model.lower[1], model.upper[1], 10)[group]
+    blocks = [(" ".join(repr(p.start) for p in model.source.system), np.empty((0, 11)))]
+    for step, mu in enumerate(path.mu()):
+        v, T, sigma, _, _ = host.to_host(path.loads(step)).T
+        dt = float(path.dt[step]) / host.time
+        area, zero, one = path.psi[step] * 2.0, np.zeros(count), np.ones(count)
+        rows = np.column_stack(
+            [np.arange(1.0, count + 1), area, one, sigma * area, v * dt, zero, one, zero, zero, one, mu]
+        )
+        for k in range(10):
+            head = f"{dt!r} {(group == k).sum()} {float(T[group == k][0])!r}"
+            blocks.append((head, rows[group == k]))
+    write(folder / "many.txt", blocks, "%d" + 10 * " %.17g")
+    output = run(["./driver", "many.txt"], folder)
+    assert f"ok: {3 * count} coefficients" in output
+    assert deviation(output) < 1e-12
+    build_fortran(folder, ["lsdyna.f", "selftest.f90"], "-Wno-conversion")  # the single precision version
+    assert 0.0 < deviation(run(["./driver"], folder)) < 1e-6
+
+
+def test_lsdyna_keeps_the_coefficients_of_the_input_where_a_load_is_no_number(tmp_path: Path) -> None:
+    folder = export(made("linear + work_exhaustion").source, tmp_path / "lsdyna", "lsdyna")
+    build_fortran(folder, ["lsdyna.f", "selftest.f90"], *DOUBLE)
+    row = "5 1. 1. 800. 0.1 0. 0. 0. 0. 1. "
+    (folder / "bad.txt").write_text("\n1e-3 1 NaN\n" + row + "-1.\n")
+    assert "ok: 1 coefficients" in run(["./driver", "bad.txt"], folder)
+    (folder / "good.txt").write_text("\n1e-3 1 80.\n" + row + "-1.\n")
+    with pytest.raises(AssertionError):
+        run(["./driver", "good.txt"], folder)
