@@ -6,6 +6,7 @@
 ``vfric``   user subroutines VFRIC and VFRICTION of Abaqus/Explicit: Fortran around that C
 ``deform``  user routines USRBCC and USRUPD of DEFORM-2D: Fortran around that C
 ``lsdyna``  user friction USRFRC of LS-DYNA: Fortran around that C
+``qform``   user subroutine FrictionStress of QForm, in Lua
 ``table``   mu over a grid of loads, with its measured interpolation error
 ==========  ==============================================================================
 """
@@ -25,7 +26,7 @@ from ..interface.friction_source import FrictionSource
 if TYPE_CHECKING:
     from .common import Files
 
-TARGETS = ("c", "ufric", "vfric", "deform", "lsdyna", "table")
+TARGETS = ("c", "ufric", "vfric", "deform", "lsdyna", "qform", "table")
 #: Options of the targets in C and Fortran, besides `name`.
 SUBROUTINE_OPTIONS: dict[str, tuple[str, ...]] = {"deform": ("units",), "lsdyna": ("units", "temperature")}
 
@@ -81,6 +82,13 @@ def export(source: FrictionSource, path: str | os.PathLike[str], target: str, **
         from .table_target import OPTIONS, table_files
 
         return write_folder(path, target, table_files(source, **checked_options(target, options, OPTIONS)))
+    if target == "qform":
+        from .qform_target import OPTIONS as QFORM_OPTIONS
+        from .qform_target import qform_files
+
+        return write_folder(
+            path, target, qform_files(source, **checked_options(target, options, QFORM_OPTIONS))
+        )
     own = SUBROUTINE_OPTIONS.get(target, ())
     return write_folder(
         path, target, subroutine_files(source, target, **checked_options(target, options, ("name", *own)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,12 @@ import pytest
 from fmus.exports import export
 from fmus.exports.common import Reference
 from fmus.exports.host_units import HostUnits
+from fmus.exports.lua import lua_functions
+from fmus.interface.friction_source import parse_source
 from friction_models.common import InputError
+from tests.fmus.catalogue import content_of
 from tests.fmus.exported import Made, deviation, made, run
-from tests.fmus.graphs import Array
+from tests.fmus.graphs import Array, graph_bytes, node
 from tests.fmus.test_export_subroutines import build_fortran
 
 COUNT = 10_000
@@ -166,3 +170,81 @@ def test_lsdyna_keeps_the_coefficients_of_the_input_where_a_load_is_no_number(tm
     (folder / "good.txt").write_text("\n1e-3 1 80.\n" + row + "-1.\n")
     with pytest.raises(AssertionError):
         run(["./driver", "good.txt"], folder)
+
+
+#: Every operator of our own models is in one of these; all of the catalogue agree, which takes 20 s.
+IN_LUA = [
+    "power_law",
+    "ffnn + work_exhaustion + tool_roughness",
+    "gradient_boosting",
+    "polynomial + stribeck + flash_temperature + rate_state + work_exhaustion",
+]
+
+
+def lua() -> str:
+    found = next((c for c in ("lua5.4", "lua", "luajit") if shutil.which(c)), None)
+    if found is None:
+        pytest.skip("no Lua interpreter (lua5.4): the Lua of this export is not run")
+    return found
+
+
+@pytest.mark.parametrize("name", IN_LUA)
+def test_qform_follows_the_model_at_ten_thousand_points(name: str, tmp_path: Path) -> None:
+    source = parse_source(content_of(name), name)
+    folder = export(source, tmp_path / "qform", "qform", units="kg-m-s", temperature="K")
+    assert deviation(run([lua(), "selftest.lua"], folder)) < 1e-12
+    # The five loads freely, each point with memory from a step of its own: asked for within the script.
+    lower, upper = (np.array(x) for x in (source.box.lower, source.box.upper))
+    count = 1000 if name.startswith("ffnn") else COUNT  # a network takes Lua 0.3 ms a point
+    points = np.random.default_rng(10).uniform(lower, upper, size=(count, 5))
+    reference = Reference(source)
+    state = reference.model.start_state(count)
+    if source.states:
+        state = reference.step(points, state, 0.02)
+    mu = reference.mu(points, state if source.states else None)
+    np.savetxt(folder / "points.txt", np.column_stack([points, state, mu]), fmt="%.17g")
+    (folder / "ask.lua").write_text(
+        "function set_target_workpiece() end\nfunction parameter(_, x) return x end\n"
+        "function result(n, x) return x end\n"
+        + (folder / "qform.lua").read_text()
+        + f"""
+local worst = 0.0
+for line in io.lines("points.txt") do
+  local x = {{}}
+  for word in line:gmatch("%S+") do x[#x + 1] = tonumber(word) end
+  local memory = {{}}
+  for i = 1, {len(source.states)} do memory[i] = x[5 + i] end
+  worst = math.max(worst, math.abs(tf_coefficient(x, memory) - x[#x]))
+end
+print(string.format("ok: largest deviation %.1e", worst))
+"""
+    )
+    assert deviation(run([lua(), "ask.lua"], folder)) < 1e-12
+
+
+def test_qform_takes_the_names_of_the_fields_and_refuses_what_lua_has_not(tmp_path: Path) -> None:
+    source = made("linear + work_exhaustion").source
+    names = {"T_tool": "T", "v_rel": "v_slide", "sigma_n": "p_contact"}
+    folder = export(source, tmp_path / "qform", "qform", fields=names)
+    text = (folder / "qform.lua").read_text()
+    assert "function FrictionStress(T, v_slide, p_contact, tf_sd, tf_mu, tf_work)" in text
+    with pytest.raises(InputError, match=r"field of 'v_rel' is 'v, os.exit\(\)', allowed: a name"):
+        export(source, tmp_path / "x", "qform", fields={"v_rel": "v, os.exit()"})
+    with pytest.raises(InputError, match="did you mean 'sigma_n'"):
+        export(source, tmp_path / "x", "qform", fields={"sigma": "p"})
+    rounded = graph_bytes(
+        [
+            node("Gather", "loads i0", "v", axis=1),
+            node("Cast", "v", "f", to=1),
+            node("Cast", "f", "mu", to=11),
+        ],
+        {"i0": np.array([0])},
+    )
+    with pytest.raises(InputError, match="single precision has no counterpart in Lua"):
+        lua_functions(parse_source(rounded, "rounded.onnx"))
+    assert deviation(run([lua(), "selftest.lua"], folder)) < 1e-12
+    code = folder / "qform.lua"
+    code.write_text(text.replace("0.5 * (T + T_tool)", "0.501 * (T + T_tool)"))
+    assert code.read_text() != text
+    with pytest.raises(AssertionError, match="expected"):
+        run([lua(), "selftest.lua"], folder)
