@@ -7,6 +7,9 @@
 ``deform``  user routines USRBCC and USRUPD of DEFORM-2D: Fortran around that C
 ``lsdyna``  user friction USRFRC of LS-DYNA: Fortran around that C
 ``qform``   user subroutine FrictionStress of QForm, in Lua
+``abaqus``  native table of *FRICTION of Abaqus, with the error that remains
+``radioss``  coefficients of the friction formulas of OpenRadioss, with the error that remains
+``calculix``  the one coefficient that CalculiX takes, with the error that remains
 ``table``   mu over a grid of loads, with its measured interpolation error
 ==========  ==============================================================================
 """
@@ -26,7 +29,10 @@ from ..interface.friction_source import FrictionSource
 if TYPE_CHECKING:
     from .common import Files
 
-TARGETS = ("c", "ufric", "vfric", "deform", "lsdyna", "qform", "table")
+#: Targets around the C text, and those that a host takes as Lua or as numbers.
+C_TARGETS = ("c", "ufric", "vfric", "deform", "lsdyna")
+OTHER_TARGETS = ("qform", "abaqus", "radioss", "calculix", "table")
+TARGETS = (*C_TARGETS, *OTHER_TARGETS)
 #: Options of the targets in C and Fortran, besides `name`.
 SUBROUTINE_OPTIONS: dict[str, tuple[str, ...]] = {"deform": ("units",), "lsdyna": ("units", "temperature")}
 
@@ -78,21 +84,36 @@ def export(source: FrictionSource, path: str | os.PathLike[str], target: str, **
     from .common import checked_options, write_folder
 
     check_folder(path, EXPORT)
-    if target == "table":
-        from .table_target import OPTIONS, table_files
-
-        return write_folder(path, target, table_files(source, **checked_options(target, options, OPTIONS)))
-    if target == "qform":
-        from .qform_target import OPTIONS as QFORM_OPTIONS
-        from .qform_target import qform_files
-
-        return write_folder(
-            path, target, qform_files(source, **checked_options(target, options, QFORM_OPTIONS))
-        )
+    if target in OTHER_TARGETS:
+        files_of, allowed = _other(target)
+        return write_folder(path, target, files_of(source, **checked_options(target, options, allowed)))
     own = SUBROUTINE_OPTIONS.get(target, ())
     return write_folder(
         path, target, subroutine_files(source, target, **checked_options(target, options, ("name", *own)))
     )
+
+
+def _other(target: str) -> tuple[Callable[..., Files], tuple[str, ...]]:
+    """Return what makes the files of one of `OTHER_TARGETS`, and the options it takes."""
+    if target == "qform":
+        from .qform_target import OPTIONS as qform_options
+        from .qform_target import qform_files
+
+        return qform_files, qform_options
+    if target == "abaqus":
+        from .abaqus_target import OPTIONS as abaqus_options
+        from .abaqus_target import abaqus_files
+
+        return abaqus_files, abaqus_options
+    if target == "table":
+        from .table_target import OPTIONS as table_options
+        from .table_target import table_files
+
+        return table_files, table_options
+    from .fitted_target import OPTIONS as fitted_options
+    from .fitted_target import calculix_files, radioss_files
+
+    return radioss_files if target == "radioss" else calculix_files, fitted_options[target]
 
 
 def subroutine_files(
@@ -102,7 +123,8 @@ def subroutine_files(
 
     Parameters
     ----------
-    target : {"c", "ufric", "vfric", "deform", "lsdyna"}
+    target : str
+        One of `C_TARGETS`.
     name : str, optional
         First part of the C names.
     **options
@@ -136,16 +158,16 @@ def subroutine_files(
     prefix = c_prefix(source, name)
     values = c_values(source, prefix)
     values["FORTRAN_MODEL"] = template("model.f", values)
-    files_of: dict[str, Callable[..., Files]] = {
+    makers: dict[str, Callable[..., Files]] = {
         "c": c_files,
         "ufric": ufric_files,
         "vfric": vfric_files,
         "deform": deform_files,
         "lsdyna": lsdyna_files,
-    }[target]
+    }
     return {
         **c_sources(source, prefix),
-        **files_of(source, prefix, values, **options),
+        **makers[target](source, prefix, values, **options),
         "README.txt": template(f"readme_{target}.txt", values),
         **documents(source),
     }

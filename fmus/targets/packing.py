@@ -53,7 +53,7 @@ def pack(
         made of one.
     path : path-like
         The FMU to write (``.fmu``); the folder to write for the other targets.
-    target : {"native", "python", "c", "ufric", "vfric", "table"}
+    target : str
         `native`: C generated from the ONNX graph, needs nothing to run. `python`: ONNX Runtime in
         the Python interpreter of the simulator. The others: see `fmus.exports`.
     nodes : int
