@@ -49,7 +49,7 @@ def pack(
     Parameters
     ----------
     model : FrictionModel, path-like, FrictionSource
-        A model, a folder it was saved to, or an ONNX file, also one from elsewhere; or what `read_source`
+        A model, a card (``card:NAME``), a folder a model was saved to, or an ONNX file, also one from elsewhere; or what `read_source`
         made of one.
     path : path-like
         The FMU to write (``.fmu``); the folder to write for the other targets.

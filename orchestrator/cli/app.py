@@ -8,6 +8,7 @@ import typer
 
 from .commands import (
     attributing,
+    cards,
     comparing,
     covering,
     discovering,
@@ -58,6 +59,7 @@ for module in (
     showing,
     measuring,
     modelling,
+    cards,
     fmus,
     simulating,
     predicting_sct,

@@ -33,7 +33,7 @@ def pack(
     model: Annotated[
         str,
         typer.Argument(
-            help="Model folder, .onnx file, a number for constant mu, or `forming` or `twin` for the solvers.",
+            help="Model folder, .onnx file, card:NAME, a number for constant mu, or `forming` or `twin` for the solvers.",
             metavar="MODEL",
         ),
         Reads(),
@@ -168,15 +168,19 @@ def export(
 
 
 def _source(model: str) -> object:
-    """What `fmus.pack` takes: a model for a number, otherwise the path."""
+    """What `fmus.pack` takes: a model for a number, otherwise the path or the name of a card."""
+    from friction_models.cards import is_card
+
     number = as_number(model)
     if number is not None:
         from friction_models import ConstantFriction
 
         return ConstantFriction(number)
+    if is_card(model):
+        return model
     path = Path(model)
     if not path.exists():
         raise InputError(
-            f"{model}: no such model; allowed: a model folder, an .onnx file, a number, 'forming' or 'twin'"
+            f"{model}: no such model; allowed: a model folder, an .onnx file, card:NAME, a number, 'forming' or 'twin'"
         )
     return path
