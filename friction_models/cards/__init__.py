@@ -2,39 +2,28 @@
 
 from __future__ import annotations
 
-import os
+from typing import TYPE_CHECKING
 
-from ..families.loading import load_model as _load_folder
-from ..models.base import FrictionModel
-from .card import Card, HeldOut, read_card
-from .library import PREFIX, is_card, load_card, load_cards, search_cards
-from .prior import fit_from_card
+from ..common.lazy_names import lazily
 
-__all__ = [
-    "PREFIX",
-    "Card",
-    "HeldOut",
-    "fit_from_card",
-    "is_card",
-    "load_card",
-    "load_cards",
-    "load_model",
-    "read_card",
-    "search_cards",
-]
+if TYPE_CHECKING:
+    from .card import Card as Card
+    from .card import HeldOut as HeldOut
+    from .card import read_card as read_card
+    from .library import load_card as load_card
+    from .library import load_cards as load_cards
+    from .library import load_model as load_model
+    from .library import search_cards as search_cards
+    from .naming import PREFIX as PREFIX
+    from .naming import is_card as is_card
+    from .prior import fit_from_card as fit_from_card
 
-
-def load_model(folder: str | os.PathLike[str]) -> FrictionModel:
-    """Return a model: that of a folder written by `FrictionModel.save`, or of a card, ``card:NAME``.
-
-    Raises
-    ------
-    InputError
-        No such folder or card, or one that cannot be used.
-
-    Examples
-    --------
-    >>> load_model("card:cold-forging-median").formula_text()
-    'mu = mu0 with mu0 = 0.08'
-    """
-    return load_card(str(folder)).model() if is_card(folder) else _load_folder(folder)
+__getattr__, __all__ = lazily(
+    __name__,
+    {
+        ".card": ["Card", "HeldOut", "read_card"],
+        ".library": ["load_card", "load_cards", "load_model", "search_cards"],
+        ".naming": ["PREFIX", "is_card"],
+        ".prior": ["fit_from_card"],
+    },
+)

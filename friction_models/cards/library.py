@@ -7,10 +7,11 @@ from functools import cache
 from pathlib import Path
 
 from ..common import InputError, unknown_name
+from ..families.loading import load_model as load_folder
+from ..models.base import FrictionModel
 from .card import Card, read_card
+from .naming import PREFIX, is_card
 
-#: How a card is named where a model is taken: ``card:NAME``, or ``card:FOLDER/NAME`` for one of your own.
-PREFIX = "card:"
 MAX_CARDS = 1000
 _DATA = Path(__file__).parent / "data"
 
@@ -70,15 +71,20 @@ def load_card(name: str) -> Card:
     return _own()[text]
 
 
-def is_card(text: object) -> bool:
-    """Whether a name of a model is that of a card.
+def load_model(folder: str | os.PathLike[str]) -> FrictionModel:
+    """Return a model: that of a folder written by `FrictionModel.save`, or of a card, ``card:NAME``.
+
+    Raises
+    ------
+    InputError
+        No such folder or card, or one that cannot be used.
 
     Examples
     --------
-    >>> is_card("card:rock-byerlee"), is_card("models/linear")
-    (True, False)
+    >>> load_model("card:cold-forging-median").formula_text()
+    'mu = mu0 with mu0 = 0.08'
     """
-    return isinstance(text, str) and text.startswith(PREFIX)
+    return load_card(str(folder)).model() if is_card(folder) else load_folder(folder)
 
 
 def search_cards(text: str, folder: str | os.PathLike[str] | None = None) -> dict[str, Card]:

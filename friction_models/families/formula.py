@@ -97,14 +97,19 @@ class FormulaFriction(FrictionModel):
             self.constants_ |= dict(zip(names, (best * size).tolist()))
 
     def tangent(self, data: MeasuredPoints) -> Tangent:
-        """Return the derivatives by the constants, by differences, around the fit to the data."""
+        """Return a column of ones on top of the law, which stays as it is where it is stated (a card).
+
+        Before a fit there is no law: then its derivatives by the constants, around the fit to the data.
+        """
+        if self.is_fitted:
+            return Tangent(np.ones((len(data.mu), 1)), self.predict(data.loads), fixed=True)
         fitted = clone(self).fit(data.loads, data.mu)
         mu = fitted.predict(data.loads)
-        columns = [mu]
+        columns = [np.ones(len(mu))]
         for name, value in fitted.constants_.items():
             moved = clone(self).set_params(constants={**fitted.constants_, name: value * 1.001 + 1e-9})
             moved.constants_, moved.domain_ = moved._start(), fitted.domain_
-            columns.append(moved.predict(data.loads) - mu)
+            columns.append((moved.predict(data.loads) - mu) / max(abs(value) * 1e-3, 1e-9))
         return Tangent(np.column_stack(columns), mu)
 
     def formula(self, x: Ops, L: LoadColumns, S: States = None, system: System = None) -> Value:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import pandas as pd
+
 from friction_models.common.markup import paragraph, table
-from friction_models.loads import QUANTITIES, TriboLoads
+from friction_models.loads import LOAD_NAMES, QUANTITIES, TriboLoads
 
 from .charts.responses import response_chart
 from .parts.page import Page
@@ -60,14 +62,24 @@ def card_page(cards: Mapping[str, Card]) -> str:
     names = [c.name for c in drawn]
     styles = looks(names)
     for card in drawn:
-        loads = TriboLoads.from_array(card.sample(200))
+        facts = f"{card.measured[:1].upper()}{card.measured[1:]}. Synthetic: {card.synthetic}. Uncertainty: {card.uncertainty_of}."
+        source = paragraph(f"Source: {'; '.join(card.source[k] for k in ('text', 'address', 'licence'))}.")
+        shown = [n for n in card.model().needed_loads if card.domain[n][1] > card.domain[n][0]]
+        if not shown:
+            page.add(
+                f"facts-{card.name}", card.title, paragraph(f"{card.model().formula_text()}. {facts}"), source
+            )
+            continue
+        ranges = [n for n, (low, high) in card.domain.items() if high > low]
+        columns = dict(zip(LOAD_NAMES, card.sample(200).T))
+        loads = TriboLoads.from_frame(pd.DataFrame({n: columns[n] for n in ranges}))
         page.plot(
             f"response-{card.name}",
             card.title,
             response_chart(loads, [(card.name, styles[card.name], card.model())]),
-            f"{card.measured[:1].upper()}{card.measured[1:]}. Synthetic: {card.synthetic}. Uncertainty: {card.uncertainty_of}.",
+            facts,
             f"Response curves of {card.title}.",
-            paragraph(f"Source: {'; '.join(card.source[k] for k in ('text', 'address', 'licence'))}."),
+            source,
         )
     if len(cards) > DRAWN:
         page.add(
