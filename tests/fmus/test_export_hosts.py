@@ -248,3 +248,15 @@ def test_qform_takes_the_names_of_the_fields_and_refuses_what_lua_has_not(tmp_pa
     assert code.read_text() != text
     with pytest.raises(AssertionError, match="expected"):
         run([lua(), "selftest.lua"], folder)
+
+
+@pytest.mark.parametrize(("target", "parts"), [("deform", DEFORM), ("lsdyna", ["lsdyna.f", "selftest.f90"])])
+def test_effects_that_remember_go_through_the_fortran_hosts(
+    target: str, parts: list[str], tmp_path: Path
+) -> None:
+    """Speed, contact heating, rate and state, and exhausted lubricant in one model: several states a point."""
+    source = parse_source(content_of(IN_LUA[-1]), IN_LUA[-1])
+    assert len(source.states) >= 2
+    folder = export(source, tmp_path / target, target)
+    build_fortran(folder, parts, *(DOUBLE if target == "lsdyna" else []))
+    assert deviation(run(["./driver"], folder)) < 1e-12
