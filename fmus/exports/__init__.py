@@ -34,7 +34,10 @@ C_TARGETS = ("c", "ufric", "vfric", "deform", "lsdyna")
 OTHER_TARGETS = ("qform", "abaqus", "radioss", "calculix", "table")
 TARGETS = (*C_TARGETS, *OTHER_TARGETS)
 #: Options of the targets in C and Fortran, besides `name`.
-SUBROUTINE_OPTIONS: dict[str, tuple[str, ...]] = {"deform": ("units",), "lsdyna": ("units", "temperature")}
+SUBROUTINE_OPTIONS: dict[str, tuple[str, ...]] = {
+    "deform": ("units",),
+    "lsdyna": ("units", "temperature", "thermal"),
+}
 
 __all__ = ["TARGETS", "export"]
 

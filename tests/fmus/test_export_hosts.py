@@ -139,21 +139,27 @@ def test_lsdyna_follows_the_model_at_ten_thousand_nodes(
     assert deviation(run(["./driver"], folder)) < 1e-12
     host = HostUnits(units, temperature)
     path = History(model, 9, count, steps=3)
-    # An interface has one temperature: ten groups of nodes, each at its own, in calls of their own.
-    group = np.arange(count) % 10
-    path.wanted[:, 1] = np.linspace(model.lower[1], model.upper[1], 10)[group]
-    blocks = [(" ".join(repr(p.start) for p in model.source.system), np.empty((0, 11)))]
+    blocks = [(" ".join(repr(p.start) for p in model.source.system), np.empty((0, 12)))]
     for step, mu in enumerate(path.mu()):
         v, T, sigma, _, _ = host.to_host(path.loads(step)).T
         dt = float(path.dt[step]) / host.time
         area, zero, one = path.psi[step] * 2.0, np.zeros(count), np.ones(count)
-        rows = np.column_stack(
-            [np.arange(1.0, count + 1), area, one, sigma * area, v * dt, zero, one, zero, zero, one, mu]
-        )
-        for k in range(10):
-            head = f"{dt!r} {(group == k).sum()} {float(T[group == k][0])!r}"
-            blocks.append((head, rows[group == k]))
-    write(folder / "many.txt", blocks, "%d" + 10 * " %.17g")
+        rows = [
+            np.arange(1.0, count + 1),
+            area,
+            -sigma * area,
+            v * dt,
+            zero,
+            one,
+            zero,
+            zero,
+            one,
+            T - 9.0,
+            T + 9.0,
+            mu,
+        ]
+        blocks.append((f"{dt!r} {count} 0. 1e15", np.column_stack(rows)))
+    write(folder / "many.txt", blocks, "%d" + 11 * " %.17g")
     output = run(["./driver", "many.txt"], folder)
     assert f"ok: {3 * count} coefficients" in output
     assert deviation(output) < 1e-12
@@ -161,15 +167,24 @@ def test_lsdyna_follows_the_model_at_ten_thousand_nodes(
     assert 0.0 < deviation(run(["./driver"], folder)) < 1e-6
 
 
-def test_lsdyna_keeps_the_coefficients_of_the_input_where_a_load_is_no_number(tmp_path: Path) -> None:
-    folder = export(made("linear + work_exhaustion").source, tmp_path / "lsdyna", "lsdyna")
+def test_lsdyna_takes_the_dynamic_coefficient_where_a_load_is_no_number(tmp_path: Path) -> None:
+    source = made("linear + work_exhaustion").source
+    folder = export(source, tmp_path / "lsdyna", "lsdyna", thermal=False)
     build_fortran(folder, ["lsdyna.f", "selftest.f90"], *DOUBLE)
-    row = "5 1. 1. 800. 0.1 0. 0. 0. 0. 1. "
-    (folder / "bad.txt").write_text("\n1e-3 1 NaN\n" + row + "-1.\n")
+    assert deviation(run(["./driver"], folder)) < 1e-12
+    row = "5 1. -800. 0.1 0. 0. 0. 0. 1. 0. 0. "
+    (folder / "bad.txt").write_text("\n1e-3 1 NaN 1e9\n" + row + "0.25\n")  # the driver's FRIC2 is 0.25
     assert "ok: 1 coefficients" in run(["./driver", "bad.txt"], folder)
-    (folder / "good.txt").write_text("\n1e-3 1 80.\n" + row + "-1.\n")
-    with pytest.raises(AssertionError):
+    (folder / "good.txt").write_text("\n1e-3 1 80. 1e9\n" + row + "0.25\n")
+    with pytest.raises(AssertionError, match="expected"):
         run(["./driver", "good.txt"], folder)
+    with pytest.raises(InputError, match="thermal = 'maybe', allowed: true, false"):
+        export(source, tmp_path / "x", "lsdyna", thermal="maybe")
+    driver = folder / "selftest.f90"
+    driver.write_text(driver.read_text().replace("nhv = 4 + 2", "nhv = 3"))
+    build_fortran(folder, ["lsdyna.f", "selftest.f90"], *DOUBLE)
+    with pytest.raises(AssertionError, match=r"NHSV = 3 in .*; needed: at least 4"):
+        run(["./driver"], folder)
 
 
 #: Every operator of our own models is in one of these; all of the catalogue agree, which takes 20 s.
