@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import shutil
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from fmus.exports.lua import lua_functions
 from fmus.interface.friction_source import parse_source
 from friction_models.common import InputError
 from tests.fmus.catalogue import content_of
-from tests.fmus.exported import Made, deviation, made, run
+from tests.fmus.exported import Compiled, Made, as_c, deviation, made, run
 from tests.fmus.graphs import Array, graph_bytes, node
 from tests.fmus.test_export_subroutines import build_fortran
 
@@ -71,7 +72,7 @@ def write(path: Path, blocks: list[tuple[str, Array]], formats: str) -> None:
 @pytest.mark.parametrize(
     ("name", "units", "count"),
     [
-        ("polynomial", "tonne-mm-s", COUNT),
+        ("polynomial", "tonne-mm-s", 1000),
         ("linear + work_exhaustion", "tonne-mm-s", COUNT),
         ("linear + work_exhaustion", "english", 500),
         ("linear + tool_roughness", "tonne-mm-s", 500),
@@ -124,7 +125,7 @@ DOUBLE = ["-fdefault-real-8", "-fdefault-double-8"]
 @pytest.mark.parametrize(
     ("name", "units", "temperature", "count"),
     [
-        ("polynomial", "tonne-mm-s", "degC", COUNT),
+        ("polynomial", "tonne-mm-s", "degC", 1000),
         ("linear + work_exhaustion", "kg-mm-ms", "K", COUNT),
         ("linear + tool_roughness", "kg-m-s", "K", 100),
     ],
@@ -275,3 +276,53 @@ def test_effects_that_remember_go_through_the_fortran_hosts(
     folder = export(source, tmp_path / target, target)
     build_fortran(folder, parts, *(DOUBLE if target == "lsdyna" else []))
     assert deviation(run(["./driver"], folder)) < 1e-12
+
+
+def test_c_and_marc_follow_the_model_at_ten_thousand_points(tmp_path: Path) -> None:
+    model = made("polynomial")
+    code = Compiled(export(model.source, tmp_path / "c", "c"))
+    loads = spread(model, 12, COUNT)
+    found = np.empty(COUNT)
+    assert code("mu_many")(ctypes.c_size_t(COUNT), as_c(loads.T.copy()), None, None, 1, as_c(found)) == 0
+    np.testing.assert_allclose(found, Reference(model.source).mu(loads), rtol=0.0, atol=1e-12)
+
+    model = made("linear + work_exhaustion")
+    folder = export(model.source, tmp_path / "ufric", "ufric")
+    build_fortran(folder, ["ufric.f", "selftest.f90"])
+    path = History(model, 13, COUNT, steps=3)
+    path.psi[:] = 1.0  # UFRIC is not handed it
+    rows, zero = [], np.zeros(COUNT)
+    for step, mu in enumerate(path.mu()):
+        v, T, sigma, _, _ = path.loads(step).T
+        now = np.full(COUNT, path.dt[: step + 1].sum())
+        number = np.arange(1.0, COUNT + 1)
+        rows.append(np.column_stack([number, zero + step + 1, now, number, zero, v, zero, T, sigma, mu]))
+    np.savetxt(folder / "many.txt", np.vstack(rows), fmt="%d %d" + 8 * " %.17g")
+    output = run(["./driver", "many.txt"], folder)
+    assert f"ok: {3 * COUNT} calls" in output and deviation(output) < 1e-12
+
+
+def test_abaqus_subroutines_follow_the_model_at_ten_thousand_points(tmp_path: Path) -> None:
+    """Eight points through 1250 increments: every load anywhere in the domain, sd growing to its end."""
+    model = made("linear + work_exhaustion")
+    folder = export(model.source, tmp_path / "vfric", "vfric")
+    build_fortran(folder, ["vfric.f", "selftest/selftest.f90"], "-I", "selftest")
+    reference, points, rng = Reference(model.source), 8, np.random.default_rng(14)
+    loads = spread(model, 14, COUNT).reshape(-1, points, 5)
+    dt = float(model.upper[3] / loads[:, :, 0].sum(axis=0).max())
+    sd, state = np.zeros(points), reference.model.start_state(points)
+    text = ["1. 20."]
+    for inc, at in enumerate(loads, 1):
+        area = at[:, 4] if inc > 1 else np.ones(points)
+        turn = rng.uniform(0.0, 2.0 * np.pi, points)
+        slip = np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn]) * (at[:, 0] * dt)[:, None]
+        sd += np.sqrt((slip**2).sum(axis=1))
+        now = np.column_stack([np.sqrt((slip**2).sum(axis=1)) / dt, at[:, 1:3], sd, area])
+        state = reference.step(now, state, dt)
+        mu = reference.mu(now, state)
+        text.append(f"{inc} {dt!r} {points}")
+        values = np.column_stack([slip, at[:, 2] * area, area, at[:, 1], at[:, 1], mu])
+        text += [f"{k + 1} " + " ".join(f"{x:.17g}" for x in row) for k, row in enumerate(values)]
+    (folder / "many.txt").write_text("\n".join(text) + "\n")
+    output = run(["./driver", "many.txt"], folder)
+    assert f"ok: {2 * COUNT} forces" in output and deviation(output) < 1e-12
