@@ -42,7 +42,7 @@ class Deviation:
 
     def text(self) -> str:
         """Return the deviation as a phrase."""
-        place = ", ".join(f"{n} = {x:.4g} {QUANTITIES[n].unit}" for n, x in self.at.items())
+        place = ", ".join(f"{n} = {with_unit(n, x)}" for n, x in self.at.items())
         return (
             f"{self.largest:.3g} (root mean square {self.rms:.3g}) at {POINTS} points of the domain; largest at {place}, "
             f"where the model has mu = {self.mu:.4g}"
@@ -57,6 +57,18 @@ class Deviation:
             "largest at": self.at,
             "mu of the model there": self.mu,
         }
+
+
+def with_unit(name: str, value: float) -> str:
+    """Return a load with its unit.
+
+    Examples
+    --------
+    >>> with_unit("T", 80.0), with_unit("psi", 1.25)
+    ('80 degC', '1.25')
+    """
+    unit = QUANTITIES[name].unit
+    return f"{value:.4g}" + ("" if unit == "1" else f" {unit}")
 
 
 def domain_points(source: FrictionSource) -> tuple[FloatArray, FloatArray]:

@@ -21,7 +21,7 @@ from friction_models.loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray
 from ..interface.friction_source import FrictionSource
 from . import options
 from .common import Files, Reference, c_prefix, description, documents, template, test_box
-from .deviation import Deviation, deviation, domain_points
+from .deviation import Deviation, deviation, domain_points, with_unit
 from .host_units import HostUnits, host_units
 
 OPTIONS = {
@@ -122,7 +122,7 @@ def _slice(source: FrictionSource, held: Mapping[str, float]) -> tuple[FloatArra
 def _texts(
     source: FrictionSource, prefix: str, host: HostUnits, held: Mapping[str, float], found: Deviation
 ) -> dict[str, str]:
-    rows = [f"  {n} is held at {x:g} {QUANTITIES[n].unit}" for n, x in held.items()]
+    rows = [f"  {n} is held at {with_unit(n, x)}" for n, x in held.items()]
     return description(source) | {
         "P": prefix,
         "UNITS": host.text(),
@@ -177,7 +177,7 @@ def radioss_files(
         "C": c[1:].tolist(),
         "units": host.text(),
         "summary": f"Ifric {chosen} is off by at most {found.text()}",
-        "held": [f"{n} is held at {x:g} {QUANTITIES[n].unit}" for n, x in held.items()],
+        "held": [f"{n} is held at {with_unit(n, x)}" for n, x in held.items()],
         "largest deviation at the held loads, by Ifric": {str(k): e for k, e in errors.items()},
         "remaining": found.report(),
     }

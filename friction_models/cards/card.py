@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from ..expressions.formula_text import read_formula
 from ..families.formula import MAX_CONSTANTS, FormulaFriction
 from ..loads import LOAD_NAMES, LOADS, MU, QUANTITIES, FloatArray
 from ..models.domain import Domain
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
 
 MAX_BYTES = 64 * 1024
 MAX_TEXT = 2000
@@ -123,6 +126,17 @@ class Card:
             }
         }
         return model
+
+    def view(self) -> go.Figure:
+        """Return a figure of mu against each load, as every model draws it.
+
+        Examples
+        --------
+        >>> from friction_models.cards import load_card
+        >>> load_card("seal-kdn").view().layout.title.text is not None
+        True
+        """
+        return self.model().view()
 
     def sample(self, count: int, box: Mapping[str, tuple[float, float]] | None = None) -> FloatArray:
         """Return random loads of the domain, shape (n, 5); a load that the card does not know lies in `box` or at its usual value."""

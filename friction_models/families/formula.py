@@ -56,6 +56,13 @@ class FormulaFriction(FrictionModel):
         self.law = law
         self.constants = constants
 
+    @property
+    def name(self) -> str:
+        """Name for reports: that of the card, for the law of one."""
+        data = getattr(self, "training_", {}).get("data", {})
+        card = data.get("provenance", {}).get("card")
+        return f"card {card}" if card else self.family
+
     def _parsed(self) -> Formula:
         return read_formula(self.law, {*LOAD_NAMES, *self._start()}, self.family)
 

@@ -64,8 +64,10 @@ def test_the_law_of_a_card_is_a_model_like_any_other(card: Card, tmp_path: Path)
     with np.errstate(divide="ignore"):
         own = eval(card.law.replace("^", "**"), {"__builtins__": {}}, {**names, **card.constants, **inside})  # noqa: S307
     np.testing.assert_allclose(mu, np.broadcast_to(own, mu.shape), rtol=1e-12)
+    assert model.name == f"card {card.name}"
     saved = load_model(model.save(tmp_path / "model"))
     np.testing.assert_array_equal(saved.predict(loads), mu)
+    assert saved.name == model.name
     np.testing.assert_allclose(OnnxModel(tmp_path / "model" / "model.onnx").predict(loads), mu, rtol=1e-12)
     assert Reference(read_source(f"card:{card.name}")).mu(loads[:5]) == pytest.approx(mu[:5], rel=1e-12)
     assert load_model(f"card:{card.name}").formula_text() == model.formula_text() == saved.formula_text()
